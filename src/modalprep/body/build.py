@@ -1,0 +1,107 @@
+"""From a reduction to the modal body: modal integrals and geometric stiffness, FORMULATION section 4."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.fe.assembly import FEModel
+from modalprep.reduction.craig_bampton import Reduction
+
+
+def flexible_body(
+    model: FEModel,
+    reduction: Reduction,
+    *,
+    name: str,
+    damping: float = 0.0,
+    provenance: dict[str, str] | None = None,
+) -> FlexibleBody:
+    """Project a model on its reduced basis.
+
+    Parameters
+    ----------
+    model, reduction
+        The reduction must be of this model.
+    name : str
+    damping : float
+        Modal damping ratio (fraction of critical) of every mode.
+    provenance : dict of str
+        Added to the source of the mesh.
+
+    Raises
+    ------
+    InputError
+        When the damping is negative or the basis belongs to another model.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=2)
+    >>> body.Kg_W[0, 0].shape, bool(abs(body.Kg_W[0, 0]).max() > 1)
+    ((2, 2), True)
+    """
+    Phi = reduction.basis
+    if damping < 0:
+        raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")
+    if Phi.shape[0] != model.n_dof:
+        raise InputError(f"the reduction has {Phi.shape[0]} DOFs but the model {model.n_dof}; reduce this model")
+    w = 2 * np.pi * reduction.frequency
+    Kg = projected_geometric_stiffness(model, reduction)
+    Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, *Kg.shape[1:]), Kg[12:].reshape(-1, 6, *Kg.shape[1:])
+    at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
+    at_interfaces[0] = 0.0
+    return FlexibleBody(
+        name=name,
+        m=model.rigid.m,
+        s0=model.rigid.s0,
+        E0=model.rigid.E0,
+        S=model.g.T @ Phi,
+        H=np.einsum("dab,dn->abn", model.h, Phi, optimize=True),
+        P=mass_tensor(model, Phi),
+        Kg_A=Kg_A,
+        Kg_W=Kg_W,
+        Kg_F=Kg_if[:, :3],
+        Kg_T=Kg_if[:, 3:],
+        phi=at_interfaces[:, :3],
+        psi=at_interfaces[:, 3:],
+        K=w**2,
+        D=2 * damping * w,
+        frequency=reduction.frequency,
+        interface_name=tuple(frame.name for frame in model.interfaces),
+        interface_position=np.array([frame.position for frame in model.interfaces]),
+        points=model.points,
+        cells=model.cells,
+        shape=nodal_shape(model, Phi),
+        modes=reduction.table,
+        provenance={**model.source, **(provenance or {})},
+    )
+
+
+def mass_tensor(model: FEModel, Phi: np.ndarray) -> np.ndarray:
+    """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``."""
+    n = Phi.shape[1]
+    P = np.zeros((3, 3, n, n))
+    for (a, b), M_ab in model.M_ab.items():
+        P[a, b] = Phi.T @ (M_ab @ Phi)
+        P[b, a] = P[a, b].T
+    return P
+
+
+def projected_geometric_stiffness(model: FEModel, reduction: Reduction) -> np.ndarray:
+    """Return ``(12 + 6 n_if, n, n)``: ``Phi^T Kg Phi`` for each unit load of the reduction, symmetric."""
+    Phi, n = reduction.basis, reduction.basis.shape[1]
+    out = np.zeros((reduction.loads.shape[1], n, n))
+    for k in np.flatnonzero(np.any(reduction.loads, axis=0)):
+        Kg = Phi.T @ (model.geometric_stiffness(reduction.static[:, k], reduction.loads[:, k]) @ Phi)
+        out[k] = (Kg + Kg.T) / 2
+    return out
+
+
+def nodal_shape(model: FEModel, Phi: np.ndarray) -> np.ndarray:
+    """Return the translations ``(n_points, 3, n)`` of the mesh nodes per modal coordinate; 0 at unused nodes."""
+    dof = model.dof[: len(model.points), :3]
+    shape = Phi[dof]
+    shape[dof < 0] = 0.0
+    return shape

@@ -1,0 +1,105 @@
+"""The modal body: every array a multibody program needs of one flexible body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from modalprep.records import Record
+from modalprep.reduction.table import ModeTable
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FlexibleBody(Record):
+    """A flexible body in modal coordinates (FORMULATION section 4).
+
+    Frame B has its origin at the root interface and the axes of the mesh; every vector is resolved
+    in B. SI units. With ``u_a(x) = phi_a(x) q`` the modal displacement and ``rho dV`` the mass:
+
+    Attributes
+    ----------
+    name : str
+    m, s0, E0 : (), (3,), (3, 3)
+        ``int rho``, ``int rho x_a`` (kg m), ``int rho x_a x_b`` (kg m^2) about the origin of B.
+    S : (3, n)
+        ``int rho phi_a``.
+    H : (3, 3, n)
+        ``H[a, b] = int rho x_b phi_a``.
+    P : (3, 3, n, n)
+        ``P[a, b] = int rho phi_a^T phi_b``, so that ``P[0,0] + P[1,1] + P[2,2] = I``.
+    Kg_A, Kg_W : (3, n, n), (3, 3, n, n)
+        Geometric stiffness for the inertia loads of unit specific acceleration ``A_a = 1`` and of
+        ``W_ab = 1`` (``W = alpha~ + w~ w~``); zero in a body without geometric stiffness.
+    Kg_F, Kg_T : (n_if, 3, n, n)
+        The same for a unit force / moment on each interface; zero for the root.
+    phi, psi : (n_if, 3, n)
+        Translation / rotation of each interface per modal coordinate; zero for the root.
+    K, D : (n,)
+        Modal stiffness ``(2 pi frequency)^2`` and modal damping ``2 zeta omega``.
+    frequency : (n,)
+        Hz, with the root interface clamped.
+    interface_name : tuple of str
+        The root is the first.
+    interface_position : (n_if, 3)
+        m, in B.
+    points, cells, shape : (n_points, 3), {type: (n_cells, nodes)}, (n_points, 3, n)
+        The mesh in B and its nodal displacement per modal coordinate, for pictures.
+    modes : ModeTable
+        The candidates of the reduction and the reason each was kept or dropped.
+    provenance : dict of str
+        Where the body comes from: sources and their hashes.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=2)
+    >>> body.n, body.interface_name
+    (2, ('root', 'tip'))
+    >>> bool(np.allclose(body.P[0, 0] + body.P[1, 1] + body.P[2, 2], np.eye(2)))
+    True
+    """
+
+    name: str
+    m: float
+    s0: np.ndarray
+    E0: np.ndarray
+    S: np.ndarray
+    H: np.ndarray
+    P: np.ndarray
+    Kg_A: np.ndarray
+    Kg_W: np.ndarray
+    Kg_F: np.ndarray
+    Kg_T: np.ndarray
+    phi: np.ndarray
+    psi: np.ndarray
+    K: np.ndarray
+    D: np.ndarray
+    frequency: np.ndarray
+    interface_name: tuple[str, ...]
+    interface_position: np.ndarray
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    shape: np.ndarray
+    modes: ModeTable
+    provenance: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def n(self) -> int:
+        """Number of modal coordinates."""
+        return len(self.K)
+
+    @property
+    def has_geometric_stiffness(self) -> bool:
+        """Whether any geometric stiffness is stored."""
+        return any(np.any(k) for k in (self.Kg_A, self.Kg_W, self.Kg_F, self.Kg_T))
+
+    def conventional(self) -> FlexibleBody:
+        """Return the body without geometric stiffness: the prematurely linearised theory."""
+        names = ("Kg_A", "Kg_W", "Kg_F", "Kg_T")
+        return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names})
+
+    def __repr__(self) -> str:
+        """Name, size, mass and frequency range."""
+        band = f"{self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz" if self.n else "rigid"
+        return f"FlexibleBody({self.name!r}, m={self.m:.4g} kg, {self.n} modes, {band})"

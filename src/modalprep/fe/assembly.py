@@ -1,0 +1,352 @@
+"""From a mesh and its properties to the finite-element model: FORMULATION section 1."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import reduce
+from operator import add
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import connected_components
+
+from modalprep.errors import InputError
+from modalprep.fe.beam import BeamBlock
+from modalprep.fe.block import PAIRS, RigidInertia, csr_of
+from modalprep.fe.interface import (
+    Interface,
+    InterfaceFrame,
+    interface_position,
+    link_geometric_stiffness,
+    skew,
+)
+from modalprep.fe.mesh import Mesh, cell_dimension
+from modalprep.fe.properties import Beam, Property, Solid
+from modalprep.fe.solid import SolidBlock
+from modalprep.records import Record
+
+CHUNK = 20_000  # elements evaluated at once: bounds the memory of shape gradients
+FAMILY = {(Beam, "line"): (BeamBlock, 6), (Solid, "tetra10"): (SolidBlock, 3)}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FEModel(Record):
+    """The assembled model, in a frame with the root interface at its origin and the axes of the mesh.
+
+    The DOFs are those of the mesh nodes, then six for each RBE2 frame. `C` expresses them by the independent
+    ones (a rigid link's nodes follow its frame), so ``C.T @ K @ C`` is the stiffness that is solved.
+
+    Attributes
+    ----------
+    points : (n_points, 3)
+        Mesh nodes, m.
+    cells : {type: (k, nodes)}
+        The structural cells.
+    dof : (n_nodes, 6) int
+        Number of each DOF (ux, uy, uz, rx, ry, rz), -1 where a node has none; mesh nodes, then RBE2 frames.
+    K, M : (n_dof, n_dof) csr
+        N/m, kg and their rotational kin.
+    g : (n_dof, 3)
+        ``int rho N_a``.
+    h : (n_dof, 3, 3)
+        ``h[:, a, b] = int rho x_b N_a``.
+    M_ab : {(a, b): (n_dof, n_dof) csr}, a <= b
+        ``int rho N_a^T N_b``; the others are transposes.
+    rigid : RigidInertia
+        m, s0, E0 about the origin.
+    C : (n_dof, n_free) csr
+    free : (n_free,) int
+        The independent DOFs.
+    interfaces : tuple of InterfaceFrame
+        The root first.
+    geometric_stiffness : callable
+        ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress that displacement ``d (n_dof,)`` means,
+        with ``load (n_dof,)`` the nodal load that holds it.
+    origin : (3,)
+        The root interface in mesh coordinates, m.
+    source : dict of str
+        Name and hash of the mesh.
+    """
+
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    dof: np.ndarray
+    K: csr_array
+    M: csr_array
+    g: np.ndarray
+    h: np.ndarray
+    M_ab: dict[tuple[int, int], csr_array]
+    rigid: RigidInertia
+    C: csr_array
+    free: np.ndarray
+    interfaces: tuple[InterfaceFrame, ...]
+    geometric_stiffness: Callable[[np.ndarray, np.ndarray], csr_array]
+    origin: np.ndarray
+    source: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of DOFs, dependent ones included."""
+        return self.K.shape[0]
+
+    @property
+    def inertia_loads(self) -> np.ndarray:
+        """(n_dof, 12) loads of unit ``A_a`` (3), then unit ``W_ab`` (9, row by row): ``-g_a``, ``-h_ab``."""
+        return -np.concatenate([self.g, self.h.reshape(-1, 9)], axis=1)
+
+    def rigid_body(self) -> np.ndarray:
+        """(n_dof, 6) displacements of unit translations and unit rotations about the origin."""
+        nodes = np.concatenate([self.points, [f.position for f in self.interfaces if len(f.nodes)]]) \
+            if any(len(f.nodes) for f in self.interfaces) else self.points  # fmt: skip
+        full = np.zeros((len(nodes), 6, 6))
+        full[:, :, :] = np.eye(6)
+        full[:, :3, 3:] = -skew(nodes)
+        R = np.zeros((self.n_dof, 6))
+        present = self.dof >= 0
+        R[self.dof[present]] = full[present]
+        return R
+
+    def __repr__(self) -> str:
+        """Size, mass and interfaces."""
+        names = ", ".join(f.name for f in self.interfaces)
+        return f"FEModel({len(self.points)} nodes, {self.n_dof} DOFs, m={self.rigid.m:.6g} kg; interfaces {names})"
+
+
+def assemble(
+    mesh: Mesh, properties: Mapping[str, Property], interfaces: Mapping[str, Interface], root: str | None = None
+) -> FEModel:
+    """Assemble a mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    properties : {group: Beam or Solid}
+        Every structural cell needs exactly one.
+    interfaces : {name: Interface}
+        At least one.
+    root : str
+        The interface at which the body frame sits; default the first.
+
+    Raises
+    ------
+    InputError
+        When a group or root is unknown, a cell has no property or two, an element is degenerate,
+        an interface node has no rotations, or the structure is in several parts.
+
+    Examples
+    --------
+    >>> from modalprep.examples import beam_mesh, spinup_section
+    >>> model = assemble(beam_mesh(4), {"beam": spinup_section()}, {"root": Interface(group="root", kind="node")})
+    >>> model
+    FEModel(5 nodes, 30 DOFs, m=12 kg; interfaces root)
+    >>> bool(abs(model.K @ model.rigid_body()).max() < 1e-6 * abs(model.K).max())
+    True
+    """
+    order = _root_first(interfaces, root)
+    place = {name: interface_position(mesh, name, interfaces[name]) for name in order}
+    origin = place[order[0]]
+    points = mesh.points - origin
+    parts = _parts(mesh, properties)
+    _refuse_disconnected(mesh, parts, interfaces)
+    dof, n = _number(len(points), parts, [interfaces[name].kind for name in order])
+    blocks = list(_blocks(points, parts, dof))
+    frames = _frames(mesh, interfaces, order, place, dof, len(points))
+    C, free = _rigid_links(points, dof, frames, n)
+    mass = [block.mass() for block in blocks]
+    tensor = {ab: csr_of([t for m in mass for t in m.tensor[ab]], n, symmetric=ab[0] == ab[1]) for ab in PAIRS}
+    K = csr_of([t for block in blocks for t in block.stiffness()], n, symmetric=True)
+    return FEModel(
+        points=points,
+        cells=_cells(parts),
+        dof=dof,
+        K=K,
+        M=(tensor[0, 0] + tensor[1, 1] + tensor[2, 2]).tocsr(),
+        g=_scatter([(m.dofs, m.g) for m in mass], n),
+        h=_scatter([(m.dofs, m.h) for m in mass], n),
+        M_ab=tensor,
+        rigid=reduce(add, (m.rigid for m in mass)),
+        C=C,
+        free=free,
+        interfaces=frames,
+        geometric_stiffness=_GeometricStiffness(blocks, K, points, dof, frames),
+        origin=origin,
+        source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
+    )
+
+
+def _root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[str]:
+    names = list(interfaces)
+    if not names:
+        raise InputError("the model has no interface; name at least one under [interfaces] to carry the body frame")
+    root = names[0] if root is None else root
+    if root not in names:
+        raise InputError(f"root {root!r} is not an interface; known are {', '.join(names)}")
+    return [root, *(name for name in names if name != root)]
+
+
+def _parts(mesh: Mesh, properties: Mapping[str, Property]) -> list[tuple[Property, np.ndarray]]:
+    """Return [(property, connectivity)], every structural cell once."""
+    covered = {kind: np.zeros(len(c), dtype=int) for kind, c in mesh.cells.items()}
+    parts = []
+    for group, section in properties.items():
+        wanted = [kind for (family, kind) in FAMILY if family is type(section)]
+        cells = {kind: c for kind, c in mesh.group(group).items() if cell_dimension(kind) == cell_dimension(wanted[0])}
+        if not cells or set(cells) - set(wanted):
+            has = ", ".join(mesh.group(group))
+            name = type(section).__name__.lower()
+            raise InputError(f"group {group!r} has {has} cells, but type {name!r} needs {' or '.join(wanted)} cells")
+        for kind, conn in cells.items():
+            covered[kind][mesh.groups[group][kind]] += 1
+            parts.append((section, conn))
+    _refuse_uncovered(mesh, covered, max(cell_dimension(k) for k in covered))
+    return parts
+
+
+def _refuse_uncovered(mesh: Mesh, covered: dict[str, np.ndarray], dimension: int) -> None:
+    for kind, count in covered.items():
+        if np.any(count > 1):
+            raise InputError(f"{np.sum(count > 1)} {kind} cells have two properties; give each group its own cells")
+        if cell_dimension(kind) == dimension and np.any(count == 0):
+            names = [g for g, rows in mesh.groups.items() if kind in rows and np.any(count[rows[kind]] == 0)]
+            where = f"group {names[0]!r}" if names else "cells in no group"
+            raise InputError(
+                f"{np.sum(count == 0)} of {len(count)} {kind} cells have no property ({where}); add one under [properties]"
+            )
+
+
+def _refuse_disconnected(mesh: Mesh, parts: list, interfaces: Mapping[str, Interface]) -> None:
+    groups = [conn for _, conn in parts]
+    groups += [mesh.nodes(i.group)[None] for i in interfaces.values() if i.kind == "rbe2"]
+    rows = np.concatenate([np.repeat(c[:, 0], c.shape[1]) for c in groups])
+    cols = np.concatenate([c.ravel() for c in groups])
+    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(len(mesh.points),) * 2)
+    used = np.unique(np.concatenate([conn.ravel() for _, conn in parts]))
+    label = connected_components(graph, directed=False)[1][used]
+    names, count = np.unique(label, return_counts=True)
+    if len(names) > 1:
+        small = used[label == names[np.argmin(count)]]
+        at = ", ".join(f"{x:.4g}" for x in mesh.points[small].mean(axis=0))
+        raise InputError(
+            f"the structure is in {len(names)} disconnected parts, the smallest has {len(small)} nodes "
+            f"around ({at}) m; merge coincident nodes or mesh the parts together"
+        )
+
+
+def _number(n_points: int, parts: list, kinds: list[str]) -> tuple[np.ndarray, int]:
+    """Number the DOFs node by node; each RBE2 interface adds a node of six."""
+    active = np.zeros((n_points + kinds.count("rbe2"), 6), dtype=bool)
+    active[n_points:] = True
+    for section, conn in parts:
+        active[np.unique(conn), : _family(section)[1]] = True
+    dof = np.full(active.shape, -1)
+    dof[active] = np.arange(active.sum())
+    return dof, int(active.sum())
+
+
+def _family(section: Property) -> tuple:
+    return next(value for (family, _), value in FAMILY.items() if family is type(section))
+
+
+def _blocks(points: np.ndarray, parts: list, dof: np.ndarray):
+    for section, conn in parts:
+        block, components = _family(section)
+        for start in range(0, len(conn), CHUNK):
+            piece = conn[start : start + CHUNK]
+            yield block.build(points, piece, dof[piece, :components].reshape(len(piece), -1), section)
+
+
+def _cells(parts: list) -> dict[str, np.ndarray]:
+    kinds = {2: "line", 10: "tetra10"}
+    cells: dict[str, list] = {}
+    for _, conn in parts:
+        cells.setdefault(kinds[conn.shape[1]], []).append(conn)
+    return {kind: np.concatenate(c) for kind, c in cells.items()}
+
+
+def _scatter(pieces: list[tuple[np.ndarray, np.ndarray]], n: int) -> np.ndarray:
+    out = np.zeros((n, *pieces[0][1].shape[2:]))
+    for dofs, values in pieces:
+        np.add.at(out, dofs, values)
+    return out
+
+
+def _frames(mesh, interfaces, order, place, dof, n_points) -> tuple[InterfaceFrame, ...]:
+    frames, extra = [], n_points
+    for name in order:
+        spec, nodes = interfaces[name], mesh.nodes(interfaces[name].group)
+        rigid = spec.kind == "rbe2"
+        node = extra if rigid else int(nodes[0])
+        extra += rigid
+        tied = nodes[dof[nodes, 0] >= 0] if rigid else np.zeros(0, dtype=int)
+        _refuse_loose(name, spec, dof[node], tied if rigid else nodes, mesh.points)
+        boundary = "fixed" if name == order[0] else spec.boundary
+        frames.append(
+            InterfaceFrame(name=name, position=place[name] - place[order[0]], dofs=dof[node], nodes=tied, boundary=boundary)
+        )
+    return tuple(frames)
+
+
+def _refuse_loose(name: str, spec: Interface, dofs: np.ndarray, nodes: np.ndarray, points: np.ndarray) -> None:
+    if spec.kind == "node" and np.any(dofs < 0):
+        raise InputError(f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'")
+    spread = np.linalg.svd(points[nodes] - points[nodes].mean(axis=0), compute_uv=False) if len(nodes) > 2 else [0, 0]
+    if spec.kind == "rbe2" and not len(nodes):
+        raise InputError(f"interface {name!r}: no node of group {spec.group!r} belongs to an element with a property")
+    if spec.kind == "rbe2" and spread[1] <= 1e-9 * spread[0] and np.all(spread == 0):
+        raise InputError(f"interface {name!r}: group {spec.group!r} needs nodes off one line to hold the rotations")
+
+
+def _rigid_links(points, dof, frames, n) -> tuple[csr_array, np.ndarray]:
+    """Return C with u = u_frame + theta x r and theta = theta_frame at every tied node, and the free DOFs."""
+    rows, cols, values = [], [], []
+    tied_by: dict[int, str] = {}
+    for frame in frames:
+        for node in frame.nodes:
+            if node in tied_by:
+                raise InputError(f"node {node + 1} belongs to both interfaces {tied_by[node]!r} and {frame.name!r}")
+            tied_by[node] = frame.name
+        link = np.zeros((len(frame.nodes), 6, 6))
+        link[:, :, :] = np.eye(6)
+        link[:, :3, 3:] = -skew(points[frame.nodes] - frame.position)
+        present = dof[frame.nodes] >= 0
+        rows.append(np.repeat(dof[frame.nodes][present], 6))
+        cols.append(np.tile(frame.dofs, present.sum()))
+        values.append(link[present].ravel())
+    dependent = np.unique(np.concatenate([np.zeros(0, dtype=int), *rows]))
+    free = np.setdiff1d(np.arange(n), dependent)
+    rows, cols, values = [free, *rows], [free, *cols], [np.ones(len(free)), *values]
+    C = coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
+    return C[:, free].tocsr(), free
+
+
+@dataclass(frozen=True, eq=False)
+class _GeometricStiffness:
+    """``Kg(sigma)`` of every element, and of the rigid links that carry force (interface.py)."""
+
+    blocks: list
+    K: csr_array
+    points: np.ndarray
+    dof: np.ndarray
+    frames: tuple[InterfaceFrame, ...]
+
+    def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
+        triplets = [t for block in self.blocks for t in block.geometric_stiffness(d)]
+        Kg = csr_of(triplets, self.K.shape[0], symmetric=True)
+        return (Kg + self._links(self.K @ d - load)).tocsr()
+
+    def _links(self, held: np.ndarray) -> csr_array:
+        """`held (n_dof,)`: the force that each rigid link's frame exerts on its nodes."""
+        n = self.K.shape[0]
+        rows, cols, values = [], [], []
+        for frame in (f for f in self.frames if len(f.nodes)):
+            force = held[self.dof[frame.nodes, :3]]
+            Q = link_geometric_stiffness(force, self.points[frame.nodes] - frame.position)
+            rows.append(np.repeat(frame.dofs[3:], 3))
+            cols.append(np.tile(frame.dofs[3:], 3))
+            values.append(Q.ravel())
+        if not rows:
+            return csr_array((n, n))
+        return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
+
+

@@ -1,0 +1,192 @@
+"""Two-node 3D beam: interdependent interpolation, exact in statics, Timoshenko or Euler-Bernoulli.
+
+Six section motions ``(u, v, w, tx, ty, tz)`` in the element frame e1, e2, e3; with
+``phi_y = 12 E Iz / (ky G A L^2)`` the shear angle is constant along the element and ``phi = 0`` gives
+Euler-Bernoulli. The displacement of a section point at ``(y, z)`` is ``u + theta x (0, y, z)``, so rotary
+inertia enters every mass integral by itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from skfem import Basis, MeshLine1
+from skfem.element import DiscreteField, Element
+from skfem.refdom import RefLine
+
+from modalprep.errors import InputError
+from modalprep.fe.block import MassSamples, Triplets, mass_from_samples
+from modalprep.fe.properties import Beam
+
+COMPONENTS = 6
+QUADRATURE = 6  # degree: cubic shapes squared; 4 Gauss points
+
+
+class ElementBeam(Element):
+    """scikit-fem element of the 12 beam shape functions; value, grad, hess of the six section motions."""
+
+    refdom = RefLine
+    nodal_dofs = 6
+    maxdeg = 3
+
+    def __init__(self, phi_y: np.ndarray, phi_z: np.ndarray) -> None:
+        self.phi_y, self.phi_z = phi_y, phi_z
+
+    def gbasis(self, mapping, X, i, tind=None):  # noqa: D102 - scikit-fem's protocol
+        length = mapping.detDF(X)
+        motion = np.zeros((3, 6, *length.shape))  # derivative order, component, element, point
+        node, component = divmod(i, 6)
+        if component in (0, 3):  # u, tx: linear
+            motion[0, component] = X[0] if node else 1 - X[0]
+            motion[1, component] = (2 * node - 1) / length
+        else:
+            self._bend(motion, X[0], length, node, component)
+        return (DiscreteField(value=motion[0], grad=motion[1][:, None], hess=motion[2][:, None, None]),)
+
+    def _bend(self, motion, s, L, node, component):
+        in_xy = component in (1, 5)
+        phi = (self.phi_y if in_xy else self.phi_z)[:, None]
+        rotational = component > 2
+        deflection, slope = _bending_shapes(s, L, phi, 2 * node + rotational)
+        lateral, angle, sign = (1, 5, 1.0) if in_xy else (2, 4, -1.0)  # in x-z the slope is -ty
+        own = sign if rotational else 1.0
+        motion[:, lateral] = own * deflection
+        motion[:, angle] = own * sign * slope
+
+
+def _bending_shapes(s, L, phi, k):
+    """Return the deflection and slope of shape k (w1, slope1, w2, slope2) and their first two derivatives."""
+    m = 1 / (1 + phi)
+    zero = 0 * L
+    if k % 2 == 0:
+        sign = 1 if k == 0 else -1
+        w = (1 - 3 * s**2 + 2 * s**3 + phi * (1 - s), -6 * s + 6 * s**2 - phi, -6 + 12 * s)
+        deflection = np.array([sign * m * w[0] + (k == 2), sign * m * w[1] / L, sign * m * w[2] / L**2])
+        slope = sign * 6 * m / L * np.array([s**2 - s + zero, (2 * s - 1) / L, 2 / L**2])
+    elif k == 1:
+        w = (s - 2 * s**2 + s**3 + phi / 2 * (s - s**2), 1 - 4 * s + 3 * s**2 + phi / 2 * (1 - 2 * s), -4 + 6 * s - phi)
+        deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
+        slope = m * np.array([1 - 4 * s + 3 * s**2 + phi * (1 - s), (-4 + 6 * s - phi) / L, 6 / L**2])
+    else:
+        w = (-(s**2) + s**3 + phi / 2 * (s**2 - s), -2 * s + 3 * s**2 + phi / 2 * (2 * s - 1), -2 + 6 * s + phi)
+        deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
+        slope = m * np.array([3 * s**2 - 2 * s + phi * s, (6 * s - 2 + phi) / L, 6 / L**2])
+    return deflection, slope
+
+
+@dataclass(frozen=True, eq=False)
+class BeamBlock:
+    """Line elements of one property, evaluated at their quadrature points.
+
+    Attributes
+    ----------
+    dofs : (ne, 12) int
+    frame : (ne, 3, 3)
+        Rows e1, e2, e3.
+    motion, grad, hess : (ne, nq, 6, 12)
+        Section motions in the element frame per nodal DOF in global axes, and their derivatives along e1.
+    dx : (ne, nq)
+    """
+
+    section: Beam
+    dofs: np.ndarray
+    frame: np.ndarray
+    centre: np.ndarray
+    motion: np.ndarray
+    grad: np.ndarray
+    hess: np.ndarray
+    dx: np.ndarray
+
+    @classmethod
+    def build(cls, points: np.ndarray, conn: np.ndarray, dofs: np.ndarray, section: Beam) -> BeamBlock:
+        """Evaluate the shapes of the elements ``conn (ne, 2)`` with DOFs ``(ne, 12)``."""
+        ends = points[conn]
+        axis = ends[:, 1] - ends[:, 0]
+        length = np.linalg.norm(axis, axis=1)
+        if np.any(length == 0):
+            bad = int(np.argmin(length))
+            raise InputError(f"beam element between nodes {conn[bad][0] + 1} and {conn[bad][1] + 1} has no length")
+        frame = _frames(axis / length[:, None], np.asarray(section.up, dtype=float))
+        basis = _basis(length, section)
+        rotate = np.kron(np.eye(4), np.ones((3, 3))) * np.tile(frame, (1, 4, 4))  # nodal DOFs to the element frame
+        fields = [_stack(basis, name) @ rotate[:, None] for name in ("value", "grad", "hess")]
+        at = basis.X[0][None, :, None]
+        centre = (1 - at) * ends[:, None, 0] + at * ends[:, None, 1]
+        return cls(section, dofs, frame, centre, *fields, basis.dx)
+
+    def stiffness(self) -> list[Triplets]:
+        """``int B^T C B`` with strains (u', v' - tz, w' + ty, tx', ty', tz')."""
+        s, mat = self.section, self.section.material
+        shear = (s.ky * mat.G * s.A, s.kz * mat.G * s.A) if s.shear else (0.0, 0.0)
+        C = np.array([mat.E * s.A, *shear, mat.G * s.J, mat.E * s.Iy, mat.E * s.Iz])
+        B = self.grad.copy()
+        B[:, :, 1] -= self.motion[:, :, 5]
+        B[:, :, 2] += self.motion[:, :, 4]
+        weighted = B * (self.dx[:, :, None] * C)[..., None]
+        return [Triplets.square(self.dofs, _contract(B, weighted))]
+
+    def mass(self):
+        """Every mass object of FORMULATION section 1; the section adds two samples per point."""
+        s, (ne, nq) = self.section, self.dx.shape
+        tx, ty, tz = np.moveaxis(self.motion[:, :, 3:], 2, 0)
+        zero = np.zeros_like(tx)
+        local = (self.motion[:, :, :3], np.stack([-tz, zero, tx], 2), np.stack([ty, -tx, zero], 2))
+        shapes = np.concatenate([np.einsum("eca,eqcj->eqaj", self.frame, f) for f in local], axis=1)
+        e2, e3 = (np.repeat(self.frame[:, None, k], nq, axis=1) for k in (1, 2))
+        samples = MassSamples(
+            weight=s.material.rho * np.concatenate([s.A * self.dx, s.Iz * self.dx, s.Iy * self.dx], axis=1),
+            unit=np.repeat([1.0, 0.0, 0.0], nq),
+            position=np.concatenate([self.centre, e2, e3], axis=1),
+            shape=shapes,
+        )
+        return mass_from_samples(self.dofs, samples)
+
+    def geometric_stiffness(self, d: np.ndarray) -> list[Triplets]:
+        """Stiffness of the prestress that the displacement ``d (n_dof,)`` causes: N, My, Mz and shears.
+
+        FE.md section 3: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
+        - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``.
+        """
+        s, E = self.section, self.section.material.E
+        local = d[self.dofs][:, None, :, None]
+        first, second = (self.grad @ local)[..., 0], (self.hess @ local)[..., 0]
+        N, My, Mz = E * s.A * first[..., 0], E * s.Iy * first[..., 4], E * s.Iz * first[..., 5]
+        Vz, Vy = E * s.Iy * second[..., 4], -E * s.Iz * second[..., 5]
+        G = np.zeros((*self.dx.shape, 4, 4))  # in v', w', tx', tx
+        G[..., 0, 0] = G[..., 1, 1] = N
+        G[..., 2, 2] = N * (s.Iy + s.Iz) / s.A
+        for i, j, value in ((0, 2, -My), (1, 2, -Mz), (0, 3, -Vz), (1, 3, Vy)):
+            G[..., i, j] = G[..., j, i] = value
+        Z = np.concatenate([self.grad[:, :, 1:4], self.motion[:, :, 3:4]], axis=2)
+        return [Triplets.square(self.dofs, _contract(Z, (G * self.dx[..., None, None]) @ Z))]
+
+
+def _frames(e1: np.ndarray, up: np.ndarray) -> np.ndarray:
+    e2 = np.cross(up, e1)
+    size = np.linalg.norm(e2, axis=1, keepdims=True)
+    if np.any(size < 1e-6 * np.linalg.norm(up)):
+        raise InputError(f"beam direction 'up' = {up.tolist()} is parallel to the beam; choose another direction")
+    e2 = e2 / size
+    return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+
+
+def _basis(length: np.ndarray, s: Beam) -> Basis:
+    """Disjoint flat line elements, so that scikit-fem sees one-dimensional geometry."""
+    ne, mat = len(length), s.material
+    ratio = 12 * mat.E / (mat.G * s.A * length**2) if s.shear else np.zeros(ne)
+    mesh = MeshLine1(np.stack([0 * length, length], 1).reshape(1, -1), np.arange(2 * ne).reshape(ne, 2).T)
+    element = ElementBeam(ratio * s.Iz / s.ky, ratio * s.Iy / s.kz)
+    return Basis(mesh, element, intorder=QUADRATURE, disable_doflocs=True)
+
+
+def _stack(basis: Basis, name: str) -> np.ndarray:
+    """Collect one field of all 12 shapes as (ne, nq, 6, 12)."""
+    fields = [np.asarray(shape[0] if name == "value" else getattr(shape[0], name)) for shape in basis.basis]
+    return np.moveaxis(np.array([f.reshape(6, *basis.dx.shape) for f in fields]), (0, 1), (3, 2))
+
+
+def _contract(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """``sum_q left^T right`` of (ne, nq, k, nl) arrays, as one matrix product per element."""
+    ne, nq, k, nl = left.shape
+    return left.reshape(ne, nq * k, nl).transpose(0, 2, 1) @ right.reshape(ne, nq * k, nl)
