@@ -1,0 +1,35 @@
+"""modalprep: finite-element meshes to flexible bodies for multibody dynamics, and their simulation.
+
+The public names are loaded on first use, so that ``import modalprep`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+__version__ = "0.1.0"
+
+_HOME = {
+    "read_mesh": "fe.mesh", "Mesh": "fe.mesh",
+    "Material": "fe.properties", "Beam": "fe.properties", "Solid": "fe.properties",
+    "Interface": "fe.interface", "FEModel": "fe.assembly", "assemble": "fe.assembly",
+    "factorize": "linalg.factor", "lowest_modes": "linalg.modes",
+    "craig_bampton": "reduction.craig_bampton", "guyan": "reduction.craig_bampton",
+    "Reduction": "reduction.craig_bampton", "ModeTable": "reduction.table",
+    "flexible_body": "body.build", "FlexibleBody": "body.flexible_body", "rigid_body": "body.rigid",
+    "check_body": "body.checks", "check_model": "body.checks",
+    "write_body": "formats.modalfile", "read_body": "formats.modalfile",
+    "write_result": "formats.resultfile", "read_result": "formats.resultfile", "write_csv": "formats.resultfile",
+    "Joint": "multibody.system", "System": "multibody.system", "Motion": "multibody.motion",
+    "Result": "multibody.result", "simulate": "multibody.simulate", "spin_modes": "multibody.spin",
+    "ModalprepError": "errors", "InputError": "errors", "MechanismError": "errors", "AccuracyError": "errors",
+    "SimulationError": "errors", "RenderError": "errors",
+}  # fmt: skip
+__all__ = sorted(_HOME)  # noqa: PLE0605 - names are loaded by __getattr__
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"modalprep has no {name!r}; it has {', '.join(__all__)}")
+    return getattr(import_module(f"modalprep.{_HOME[name]}"), name)

@@ -67,9 +67,9 @@ def expression(text: str) -> Any:
     --------
     >>> expression("sin(t)")([0.0]).tolist()
     [0.0, 1.0, 0.0]
-    >>> expression("open(t)")
+    >>> expression("open(t)")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    modalprep.errors.InputError: motion 'open(t)': unknown name open; use t and sin, cos, tan, ...
+    modalprep.errors.InputError: motion 'open(t)': unknown name open; use t and sin, cos, ...
     """
     import symengine
 

@@ -6,18 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly import FEModel
-from modalprep.linalg.modes import lowest_modes
+from modalprep.linalg.modes import lowest_modes, unique_signs
+from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
-
-DEPENDENT = 1e-12  # smallest eigenvalue of the scaled reduced mass matrix that still counts as a direction
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -199,19 +197,9 @@ def _reduction(method, held, w2, Phi, table, w2_t, X, notes) -> Reduction:
 
 
 def _orthonormal(W: np.ndarray, held: Clamped) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``w^2`` and V with ``(W V)^T M (W V) = 1`` and ``(W V)^T K (W V) = diag(w^2)``."""
-    scale = 1 / np.sqrt(np.einsum("ij,ij->j", W, held.M @ W))
-    W = W * scale
-    mass, Y = eigh(W.T @ (held.M @ W)) if W.shape[1] else (np.zeros(0), np.zeros((0, 0)))
-    use = mass > DEPENDENT
-    Y = Y[:, use] / np.sqrt(mass[use])
-    K = Y.T @ (W.T @ (held.K @ W)) @ Y
-    w2, V = eigh((K + K.T) / 2) if len(K) else (np.zeros(0), np.zeros((0, 0)))
-    V = Y @ V
-    shape = W @ V
-    first = np.argmax(np.abs(shape) >= (1 - 1e-6) * np.abs(shape).max(axis=0, initial=0), axis=0) if len(w2) else []
-    sign = np.where(shape[first, np.arange(len(w2))] < 0, -1.0, 1.0)
-    return w2, scale[:, None] * V * sign
+    """Return ``w^2`` and V with ``(W V)^T M (W V) = 1``, ``(W V)^T K (W V) = diag(w^2)``, signs made unique."""
+    w2, V = ritz(W.T @ (held.K @ W), W.T @ (held.M @ W))
+    return w2, V * unique_signs(W @ V)
 
 
 def _with_static_rows(table: ModeTable, held: Clamped, w2_t: np.ndarray, X: np.ndarray) -> ModeTable:

@@ -1,0 +1,30 @@
+# make demo   from nothing to modal files, reports and a simulated pendulum
+# make test   all tests
+PYTHON ?= python3
+VENV := .venv
+PIP := $(VENV)/bin/python -m pip --quiet --disable-pip-version-check
+
+.PHONY: demo test clean
+
+demo: $(VENV)/.installed
+	$(VENV)/bin/modalprep run pipelines/spinup-beam.toml
+	$(VENV)/bin/modalprep run pipelines/bracket.toml
+	$(VENV)/bin/modalprep simulate pipelines/bracket-pendulum.toml
+	@echo "Modal files, reports and pictures are in pipelines/output/."
+
+test: $(VENV)/.installed-test
+	$(VENV)/bin/pytest
+
+$(VENV)/.installed: pyproject.toml
+	@$(PYTHON) .ci/system-libraries
+	@echo "Installing modalprep and its libraries into $(VENV), a few minutes and 2.4 GB the first time."
+	@$(PYTHON) -m venv $(VENV)
+	@$(PIP) install --editable .
+	@touch $@
+
+$(VENV)/.installed-test: $(VENV)/.installed
+	@$(PIP) install --editable '.[test]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV)

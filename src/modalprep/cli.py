@@ -1,0 +1,205 @@
+"""Command line: every command imports what it needs when it runs, so that ``--help`` is instant."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Finite-element meshes to flexible bodies for multibody dynamics, and their simulation.",
+)
+
+Output = Annotated[Path | None, typer.Option("--output", help="Folder for outputs [default: 'output' beside the file].")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]
+ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]
+
+
+@app.command()
+def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
+    """Mesh to modal file, report and pictures; then the simulation, if the file has one."""
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.run import run_pipeline
+
+    reporter = Reporter(quiet=as_json)
+    outcome = run_pipeline(file, output, reporter)
+    if as_json:
+        _print_json(_outcome(outcome, reporter))
+    else:
+        reporter.say(f"outputs are in {outcome.folder}")
+
+
+@app.command()
+def modes(
+    file: Annotated[Path, typer.Argument(help="Pipeline file (TOML) or modal file (HDF5).")],
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Mode-selection report: a table here, and an HTML page beside the modal file."""
+    from modalprep.pipeline.build import build_body, output_folder
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.page import write_page
+    from modalprep.report.tables import body_summary, mode_table
+
+    reporter = Reporter(quiet=as_json)
+    if file.suffix == ".toml":
+        built = build_body(file, output_folder(file, output), reporter)
+        body, checks, notes, page = built.body, built.checks, list(built.notes), built.file.with_suffix(".html")
+    else:
+        from modalprep.body.checks import check_body
+        from modalprep.formats.modalfile import read_body
+
+        body, notes = read_body(file), []
+        checks, page = check_body(body), (output or file.parent) / f"{file.stem}.html"
+    body_summary(body, reporter.console)
+    mode_table(body.modes, reporter.console)
+    for note in notes:
+        reporter.say(f"  note: {note}")
+    write_page(body, page, checks=checks, notes=notes)
+    reporter.wrote(page)
+    if as_json:
+        _print_json({"modes": _table(body.modes), "frequency": body.frequency.tolist(), "page": str(page)})
+
+
+@app.command()
+def render(
+    file: ModalFile,
+    mode: Annotated[int, typer.Option("--mode", help="Mode, counted from 1; 0 draws the mesh.")] = 1,
+    target: Annotated[Path | None, typer.Option("-o", help="Picture (.png), or .gif with --animate.")] = None,
+    animate: Annotated[bool, typer.Option("--animate", help="Draw an animation (.gif).")] = False,
+) -> None:
+    """Off-screen picture or animation of a mode shape."""
+    from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.render import animate_mode, render_mesh, render_mode
+
+    body = read_body(file)
+    target = target or Path(f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}")
+    if mode == 0:
+        render_mesh(body, target)
+    elif animate:
+        animate_mode(body, mode, target)
+    else:
+        render_mode(body, mode, target)
+    Reporter().wrote(target)
+
+
+@app.command()
+def simulate(
+    file: PipelineFile,
+    target: Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file goes beside it.")] = None,
+    output: Output = None,
+    geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
+    dense: Annotated[bool, typer.Option("--dense", help="Use the dense twin of the order-n solver (slow).")] = False,
+    as_json: Json = False,
+) -> None:
+    """Simulate the system of a pipeline file with the order-n solver."""
+    from modalprep.pipeline.build import output_folder
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.load import load_pipeline
+    from modalprep.pipeline.run import plot_runs
+    from modalprep.pipeline.systems import simulate_pipeline
+
+    reporter = Reporter(quiet=as_json)
+    done = simulate_pipeline(
+        file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, dense=dense
+    )
+    folder = target.parent if target else output_folder(file, output)
+    plot_runs(file, load_pipeline(file), done, folder, reporter)
+    if as_json:
+        _print_json({"runs": _runs(done), "files": [str(f) for f in reporter.files]})
+    else:
+        reporter.say(f"outputs are in {folder}")
+
+
+@app.command()
+def check(file: ModalFile, as_json: Json = False) -> None:
+    """Physics checks of a modal file; exit code 1 when one fails."""
+    from modalprep.body.checks import check_body
+    from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.console import Reporter
+
+    checks = check_body(read_body(file))
+    if as_json:
+        _print_json({"checks": [vars(c) | {"passed": c.passed} for c in checks]})
+    else:
+        reporter = Reporter()
+        for c in checks:
+            reporter.say(f"{'ok    ' if c.passed else 'FAILED'} {c.name:22} {c.value:8.1e} (limit {c.limit:.0e})  {c.meaning}")
+    if not all(c.passed for c in checks):
+        raise typer.Exit(1)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of pipeline files: every key with its meaning."""
+    from modalprep.pipeline.schema import Pipeline
+
+    _print_json(Pipeline.model_json_schema())
+
+
+def _outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
+    built, simulated = outcome.built, outcome.simulated
+    return {
+        "folder": str(outcome.folder),
+        "files": [str(f) for f in reporter.files],
+        "frequency": built.body.frequency.tolist() if built else [],
+        "mass": built.body.m if built else None,
+        "checks": [vars(c) | {"passed": c.passed} for c in built.checks] if built else [],
+        "runs": _runs(simulated) if simulated else {},
+        "notes": outcome.notes,
+    }
+
+
+def _runs(simulated: Any) -> dict[str, Any]:
+    return {label: {"status": r.status, "message": r.message, **r.stats} for label, r in simulated.runs.items()}
+
+
+def _table(table: Any) -> list[dict[str, Any]]:
+    mass = [[None if v != v else v for v in row] for row in table.effective_mass.tolist()]  # NaN is not JSON
+    frequency = [None if v != v else v for v in table.frequency.tolist()]
+    rows = zip(table.kind, frequency, mass, table.kept.tolist(), table.reason, strict=True)
+    return [dict(zip(("kind", "frequency", "effective_mass", "kept", "reason"), row, strict=True)) for row in rows]
+
+
+def _print_json(data: dict[str, Any]) -> None:
+    print(json.dumps(data, indent=1))
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; return the exit code: 0 done, 1 the work failed, 2 bad input."""
+    from modalprep.errors import ModalprepError
+
+    try:
+        code = app(args=list(sys.argv[1:] if argv is None else argv), prog_name="modalprep", standalone_mode=False)
+        return int(code or 0)
+    except ModalprepError as error:
+        print(f"modalprep: {error}", file=sys.stderr)
+        return error.exit_code
+    except typer.Exit as error:
+        return error.exit_code
+    except typer.Abort:
+        print("modalprep: interrupted", file=sys.stderr)
+        return 130
+    except KeyboardInterrupt:
+        print("modalprep: interrupted", file=sys.stderr)
+        return 130
+    except Exception as error:
+        if hasattr(error, "format_message"):  # a wrong option or argument
+            print(f"modalprep: {error.format_message()}; see modalprep --help", file=sys.stderr)
+            return 2
+        raise
+
+
+def entry() -> None:
+    """Console script."""
+    sys.exit(main())

@@ -1,0 +1,166 @@
+"""The modal file: one HDF5 file per body, readable without modalprep (see the README for the layout)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from modalprep.atomic import atomic_path
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.reduction.table import ModeTable
+
+FORMAT, VERSION = "modalprep", 1
+SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
+    "m": lambda n, k: (),
+    "s0": lambda n, k: (3,),
+    "E0": lambda n, k: (3, 3),
+    "S": lambda n, k: (3, n),
+    "H": lambda n, k: (3, 3, n),
+    "P": lambda n, k: (3, 3, n, n),
+    "Kg_A": lambda n, k: (3, n, n),
+    "Kg_W": lambda n, k: (3, 3, n, n),
+    "Kg_F": lambda n, k: (k, 3, n, n),
+    "Kg_T": lambda n, k: (k, 3, n, n),
+    "phi": lambda n, k: (k, 3, n),
+    "psi": lambda n, k: (k, 3, n),
+    "K": lambda n, k: (n,),
+    "D": lambda n, k: (n,),
+    "frequency": lambda n, k: (n,),
+    "interface_position": lambda n, k: (k, 3),
+}
+TABLE = np.dtype(
+    [
+        ("kind", h5py.string_dtype()),
+        ("frequency", float),
+        ("effective_mass", float, (6,)),
+        ("kept", np.uint8),
+        ("reason", h5py.string_dtype()),
+    ]
+)
+
+
+def write_body(body: FlexibleBody, path: str | Path) -> Path:
+    """Write a body to a modal file; the file is whole or absent.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> file = write_body(uniform_beam(modes=2), Path(tempfile.mkdtemp()) / "beam.h5")
+    >>> read_body(file)
+    FlexibleBody('beam', m=12 kg, 2 modes, 0.6044..1.209 Hz)
+    """
+    path = Path(path)
+    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+        from modalprep import __version__
+
+        file.attrs.update(format=FORMAT, format_version=VERSION, units="SI", name=body.name)
+        file.attrs.update(frame="origin at the root interface, axes of the mesh", program=f"modalprep {__version__}")
+        file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
+        file.attrs["inputs"] = json.dumps(body.provenance)
+        for name in SHAPES:
+            _store(file, name, getattr(body, name))
+        file["interface_name"] = np.array(body.interface_name, dtype=object)
+        _store(file, "points", body.points)
+        _store(file, "shape", body.shape)
+        for kind, cells in body.cells.items():
+            _store(file, f"cells/{kind}", cells)
+        _store_table(file, body.modes)
+    return path
+
+
+def _store(file: h5py.File, name: str, value: Any) -> None:
+    value = np.asarray(value)
+    options = {"compression": "gzip", "shuffle": True} if value.size > 1000 else {}
+    file.create_dataset(name, data=value, **options)
+
+
+def _store_table(file: h5py.File, table: ModeTable) -> None:
+    rows = np.empty(len(table.kind), dtype=TABLE)
+    for name in TABLE.names:
+        rows[name] = getattr(table, name)
+    file["modes"] = rows
+    file["modes"].attrs["total"] = table.total
+
+
+def read_body(path: str | Path) -> FlexibleBody:
+    """Read a modal file.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, is no modal file, is damaged, or was written by a newer version.
+
+    Examples
+    --------
+    >>> read_body("no.h5")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: modal file no.h5 does not exist
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"modal file {path} does not exist")
+    try:
+        with h5py.File(path, "r") as file:
+            _refuse_foreign(file, path)
+            return _read(file, path)
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"modal file {path} is damaged or not a modal file ({error}); write it again") from None
+
+
+def _refuse_foreign(file: h5py.File, path: Path) -> None:
+    if file.attrs.get("format") != FORMAT:
+        raise InputError(f"{path} is an HDF5 file but not a modal file: it has no attribute format = {FORMAT!r}")
+    version = int(file.attrs["format_version"])
+    if version > VERSION:
+        raise InputError(
+            f"modal file {path} has format version {version}, this program reads up to {VERSION}; update modalprep"
+        )
+
+
+def _read(file: h5py.File, path: Path) -> FlexibleBody:
+    n, k = len(file["K"]), len(file["interface_name"])
+    arrays = {name: _array(file, name, shape(n, k), path) for name, shape in SHAPES.items()}
+    points = _array(file, "points", (len(file["points"]), 3), path)
+    rows = file["modes"][()]
+    return FlexibleBody(
+        **(arrays | {"m": float(arrays["m"])}),
+        name=str(file.attrs["name"]),
+        interface_name=tuple(file["interface_name"].asstr()[()]),
+        points=points,
+        shape=_array(file, "shape", (len(points), 3, n), path),
+        cells={kind: cells[()] for kind, cells in file["cells"].items()},
+        modes=ModeTable(
+            kind=tuple(x.decode() for x in rows["kind"]),
+            frequency=rows["frequency"],
+            effective_mass=rows["effective_mass"],
+            total=file["modes"].attrs["total"],
+            kept=rows["kept"].astype(bool),
+            reason=tuple(x.decode() for x in rows["reason"]),
+        ),
+        provenance=dict(json.loads(file.attrs["inputs"])),
+    )
+
+
+def _array(file: h5py.File, name: str, shape: tuple[int, ...], path: Path) -> np.ndarray:
+    data = file[name]
+    if data.shape != shape:
+        raise InputError(f"modal file {path}: {name} has shape {data.shape} instead of {shape}; write it again")
+    array = np.asarray(data[()], dtype=float)
+    if not np.all(np.isfinite(array)):
+        raise InputError(f"modal file {path}: {name} holds values that are not numbers; write it again")
+    return array

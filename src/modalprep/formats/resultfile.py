@@ -1,0 +1,75 @@
+"""Simulation results on disk: HDF5 with every channel, CSV for a spreadsheet."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from modalprep.atomic import atomic_path
+from modalprep.errors import InputError
+from modalprep.multibody.result import Result
+
+
+def write_result(result: Result, path: str | Path, runs: dict[str, Result] | None = None) -> Path:
+    """Write the channels to HDF5: dataset ``time`` and one per channel; further `runs` in groups of their name.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> run = Result(time=np.arange(2.0), channels={"a.angle": np.ones(2)}, status="done", message="")
+    >>> file = write_result(run, Path(tempfile.mkdtemp()) / "run.h5")
+    >>> read_result(file)["a.angle"]
+    array([1., 1.])
+    """
+    path = Path(path)
+    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+        file.attrs.update(format="modalprep result", format_version=1, units="SI")
+        for group, run in {"": result, **(runs or {})}.items():
+            target = file.require_group(group) if group else file
+            target.attrs.update(status=run.status, message=run.message, **run.stats)
+            target["time"] = run.time
+            for name, values in run.channels.items():
+                target[f"channels/{name}"] = values
+    return path
+
+
+def read_result(path: str | Path) -> Result:
+    """Read the first run of a result file.
+
+    Raises
+    ------
+    InputError
+        When the file is missing or not a result file.
+    """
+    try:
+        with h5py.File(path, "r") as file:
+            channels = {name: data[()] for name, data in file["channels"].items()}
+            stats = {k: v for k, v in file.attrs.items() if isinstance(v, np.floating)}
+            return Result(
+                time=file["time"][()],
+                channels=channels,
+                status=str(file.attrs["status"]),
+                message=str(file.attrs["message"]),
+                stats=stats,
+            )
+    except (OSError, KeyError) as error:
+        raise InputError(f"{path} is not a result file ({error})") from None
+
+
+def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) -> Path:
+    """Write time and the named channels (all when none is named) as columns; a vector takes one per component."""
+    path = Path(path)
+    components = result.columns()
+    columns = {"time": result.time}
+    for name in channels or sorted(result.channels):
+        parts = [f"{name}.{c}" for c in components[name]] if name in components else [name]
+        columns |= {part: result[part] for part in parts}
+    with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*(np.char.mod("%.10g", c) for c in columns.values()), strict=True))
+    return path

@@ -1,0 +1,153 @@
+"""From a pipeline file to its modal body: mesh, model, reduction, body, checks."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modalprep import __version__
+from modalprep.body.build import flexible_body
+from modalprep.body.checks import Check, check_body, check_model
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import AccuracyError, InputError
+from modalprep.fe.assembly import FEModel, assemble
+from modalprep.fe.interface import Interface
+from modalprep.fe.mesh import Mesh, read_mesh
+from modalprep.fe.properties import Beam, Material, Property, Solid
+from modalprep.formats.modalfile import read_body, write_body
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.schema import Pipeline
+from modalprep.reduction.craig_bampton import Reduction, craig_bampton, guyan
+from modalprep.suggest import suggestion
+
+
+@dataclass(frozen=True)
+class Built:
+    """A modal body, where it was written, its checks and notes for the user."""
+
+    body: FlexibleBody
+    file: Path
+    checks: list[Check]
+    notes: tuple[str, ...]
+
+
+def output_folder(path: Path, output: Path | None) -> Path:
+    """Return where the outputs of a pipeline file go: ``<output>/<name>``, by default ``output`` beside the file.
+
+    Examples
+    --------
+    >>> output_folder(Path("pipelines/bracket.toml"), None).as_posix()
+    'pipelines/output/bracket'
+    """
+    return (output or path.parent / "output") / path.stem
+
+
+def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
+    """Run the mesh part of a pipeline file and write ``<folder>/<name>.h5``.
+
+    Raises
+    ------
+    InputError
+        When the file or the mesh cannot be used.
+    AccuracyError
+        When a physics check fails; nothing is written then.
+    """
+    pipeline = load_pipeline(path)
+    if pipeline.mesh is None:
+        raise InputError(f"{path} has no [mesh]: there is no body to build")
+    with reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
+        mesh = read_mesh(path.parent / pipeline.mesh.file, pipeline.mesh.length_unit)
+        done(1)
+        model = _assemble(pipeline, mesh, path)
+        done(2)
+        reduction = _reduce(pipeline, model)
+        done(4)
+        body = flexible_body(
+            model,
+            reduction,
+            name=pipeline.name or path.stem,
+            damping=pipeline.reduction.damping,
+            provenance=inputs(path, pipeline),
+        )
+    checks = check_model(model) + check_body(body)
+    failed = [check for check in checks if not check.passed]
+    if failed:
+        first = failed[0]
+        raise AccuracyError(f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})")
+    file = reporter.wrote(write_body(body, folder / f"{path.stem}.h5"))
+    return Built(body, file, checks, (*reduction.notes, *_doubts(body)))
+
+
+def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
+    """Return the body of a pipeline file, built again only when its inputs changed."""
+    pipeline, file = load_pipeline(path), folder / f"{path.stem}.h5"
+    try:
+        body = read_body(file)
+        if {k: body.provenance.get(k) for k in inputs(path, pipeline)} == inputs(path, pipeline):
+            return body
+    except InputError:
+        pass
+    return build_body(path, folder, reporter).body
+
+
+def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
+    """Return what determines the body: hash of the mesh, of the body's options, program version."""
+    parts = ("name", "mesh", "materials", "properties", "interfaces", "reduction")
+    options = json.dumps(pipeline.model_dump(include=set(parts)), sort_keys=True)
+    mesh = path.parent / pipeline.mesh.file if pipeline.mesh else None
+    digest = hashlib.sha256(mesh.read_bytes()).hexdigest() if mesh and mesh.is_file() else ""
+    return {
+        "pipeline": path.name,
+        "mesh_sha256": digest,
+        "options_sha256": hashlib.sha256(options.encode()).hexdigest(),
+        "program": f"modalprep {__version__}",
+    }
+
+
+def _assemble(pipeline: Pipeline, mesh: Mesh, path: Path) -> FEModel:
+    materials = {name: Material(**table.model_dump()) for name, table in pipeline.materials.items()}
+    sections: dict[str, Property] = {}
+    for group, table in pipeline.properties.items():
+        if table.material not in materials:
+            known = suggestion(table.material, materials, "known are")
+            raise InputError(f"{path}: [properties.{group}] names material {table.material!r}, which is not there; {known}")
+        sections[group] = _section(table, materials[table.material])
+    if not sections:
+        raise InputError(f"{path} has no [properties]: say what each mesh group is made of ({', '.join(mesh.groups)})")
+    interfaces = {name: _interface(table, mesh.scale) for name, table in pipeline.interfaces.items()}
+    return assemble(mesh, sections, interfaces, pipeline.reduction.root)
+
+
+def _section(table, material: Material) -> Property:
+    if table.type == "solid":
+        return Solid(material=material)
+    values = table.model_dump(exclude={"type", "material", "theory", "up"})
+    return Beam(material=material, up=tuple(table.up), shear=table.theory == "timoshenko", **values)
+
+
+def _interface(table, scale: float) -> Interface:
+    position = None if table.position is None else tuple(scale * np.array(table.position))
+    return Interface(group=table.group, kind=table.kind, boundary=table.boundary, position=position)
+
+
+def _reduce(pipeline: Pipeline, model: FEModel) -> Reduction:
+    table = pipeline.reduction
+    if table.method == "guyan":
+        return guyan(model)
+    return craig_bampton(model, modes=table.modes, keep=table.keep, truncation=table.truncation_vectors)
+
+
+def _doubts(body: FlexibleBody) -> tuple[str, ...]:
+    """Warn of numbers that a wrong unit produces."""
+    size = np.ptp(body.points, axis=0).max()
+    if body.n and not 1e-3 < body.frequency[0] * size < 1e5:  # m/s: a wave crosses the body
+        return (
+            f"first frequency {body.frequency[0]:.3g} Hz is odd for a body of {size:.3g} m and {body.m:.3g} kg: "
+            "check length_unit and SI units of the material",
+        )
+    return ()

@@ -1,0 +1,50 @@
+"""What a run says while it works: a progress bar on a terminal, plain lines in a log, nothing with --json."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+
+class Reporter:
+    """Says what happens, on standard output."""
+
+    def __init__(self, quiet: bool = False) -> None:
+        self.console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+        self.files: list[Path] = []
+
+    def say(self, text: str) -> None:
+        """Print one plain line."""
+        self.console.print(text, markup=False)
+
+    def wrote(self, path: Path) -> Path:
+        """Remember and announce a file."""
+        self.files.append(path)
+        self.say(f"  wrote {_short(path)}")
+        return path
+
+    @contextmanager
+    def progress(self, title: str, total: float) -> Iterator[Callable[[float], None]]:
+        """Show a bar from 0 to total; the yielded function takes the value reached."""
+        if not (self.console.is_terminal and not self.console.quiet):
+            self.say(f"{title} ...")
+            yield lambda value: None
+            return
+        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f}%"), TimeElapsedColumn())
+        with Progress(*columns, console=self.console) as bar:
+            task = bar.add_task(title, total=total)
+            yield lambda value: bar.update(task, completed=value)
+            bar.update(task, completed=total)
+
+
+def _short(path: Path) -> str:
+    try:
+        return str(path.resolve().relative_to(Path.cwd()))
+    except ValueError:
+        return str(path)
+
+

@@ -1,0 +1,67 @@
+"""Read a pipeline file; every mistake becomes one sentence with file, line and key."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from modalprep.errors import InputError
+from modalprep.pipeline.schema import Pipeline
+
+
+def load_pipeline(path: str | Path) -> Pipeline:
+    """Read and validate a TOML file.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, is not TOML, or says something unknown.
+
+    Examples
+    --------
+    >>> load_pipeline("no.toml")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: pipeline file no.toml does not exist
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InputError(f"pipeline file {path} does not exist")
+    try:
+        text = path.read_text(encoding="utf-8")
+        return Pipeline.model_validate(tomllib.loads(text))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path} is not valid TOML: {error}") from None
+    except ValidationError as error:
+        raise InputError(_sentence(path, text, error)) from None
+
+
+def _sentence(path: Path, text: str, error: ValidationError) -> str:
+    first = error.errors()[0]
+    place = [str(part) for part in first["loc"] if part not in ("beam", "solid") or first["loc"].index(part) != 2]
+    message = first["msg"].removeprefix("Value error, ")
+    unknown = re.match(r"unknown key '(.+?)'", message)
+    line = _line(text, [*place, unknown[1]] if unknown else place)
+    where = f"{path}, line {line}" if line else str(path)
+    table = f"[{'.'.join(place)}]: " if place else ""
+    more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    return f"{where}: {table}{message[:1].lower() + message[1:]}{more}"
+
+
+def _line(text: str, place: list[str]) -> int | None:
+    """Return the line of a key: the last of its path found, table header first."""
+    found, start, lines = None, 0, text.splitlines()
+    header = None
+    for depth in range(len(place), 0, -1):
+        name = re.escape(".".join(place[:depth]))
+        header = next((k for k, s in enumerate(lines) if re.match(rf"\s*\[+\s*{name}\s*\]+", s)), None)
+        if header is not None:
+            found, start = header + 1, header + 1
+            place = place[depth:]
+            break
+    for key in place:
+        row = next((k for k in range(start, len(lines)) if re.match(rf"\s*\"?{re.escape(key)}\"?\s*=", lines[k])), None)
+        found = row + 1 if row is not None else found
+    return found

@@ -1,0 +1,150 @@
+"""The main job: one pipeline file from mesh to modal file, report, pictures, simulation and plots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modalprep.errors import RenderError
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.schema import Pipeline
+
+if TYPE_CHECKING:
+    from modalprep.pipeline.build import Built
+    from modalprep.pipeline.systems import Simulated
+
+
+@dataclass
+class Outcome:
+    """What a run made."""
+
+    folder: Path
+    built: Built | None = None
+    simulated: Simulated | None = None
+    plots: list[tuple[str, Path]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+
+
+def run_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Outcome:
+    """Do everything a pipeline file asks for.
+
+    Parameters
+    ----------
+    path : Path
+    output : Path or None
+        Folder of outputs; each pipeline gets a folder of its name in it. Default ``output`` beside the file.
+    reporter : Reporter
+
+    Raises
+    ------
+    InputError, AccuracyError, SimulationError
+        With one sentence each; files written before stay whole.
+    """
+    from modalprep.pipeline.build import output_folder
+
+    pipeline = load_pipeline(path)
+    outcome = Outcome(folder=output_folder(path, output))
+    if pipeline.mesh is not None:
+        _body(path, pipeline, outcome, reporter)
+    if pipeline.simulation is not None:
+        _simulation(path, pipeline, output, outcome, reporter)
+    if outcome.built is not None:
+        _page(pipeline, outcome, reporter)
+    return outcome
+
+
+def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.build import build_body
+    from modalprep.report.plots import effective_mass_plot
+    from modalprep.report.tables import body_summary, mode_table
+
+    outcome.built = build_body(path, outcome.folder, reporter)
+    body = outcome.built.body
+    body_summary(body, reporter.console)
+    mode_table(body.modes, reporter.console)
+    for note in outcome.built.notes:
+        outcome.notes.append(note)
+        reporter.say(f"  note: {note}")
+    chart = outcome.folder / f"{path.stem}-effective-mass.png"
+    effective_mass_plot(body.modes, chart)
+    reporter.wrote(chart)
+
+
+def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.systems import simulate_pipeline
+
+    outcome.simulated = simulate_pipeline(path, output, reporter)
+    outcome.plots = plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
+
+
+def plot_runs(
+    path: Path, pipeline: Pipeline, simulated: Simulated, folder: Path, reporter: Reporter
+) -> list[tuple[str, Path]]:
+    """Draw the [[plots]] of a pipeline file; return (title, file) of each."""
+    from modalprep.report.plots import history_plot
+
+    drawn = []
+    for number, plot in enumerate(pipeline.plots, start=1):
+        suffix = "" if len(pipeline.plots) == 1 else f"-{number}"
+        target = folder / f"{path.stem}-history{suffix}.png"
+        reference = [point.model_dump() for point in plot.reference]
+        history_plot(simulated.runs, plot.channels, target, title=plot.title, ylabel=plot.ylabel, reference=reference)
+        drawn.append((plot.title or ", ".join(plot.channels), reporter.wrote(target)))
+    return drawn
+
+
+def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.report.page import write_page
+
+    built = outcome.built
+    mesh_picture, pictures = draw_body(built.body, outcome.folder, built.file.stem, pipeline.output.pictures, reporter, outcome.notes)
+    page = outcome.folder / f"{built.file.stem}.html"
+    write_page(
+        built.body,
+        page,
+        pictures=pictures,
+        mesh_picture=mesh_picture,
+        plots=outcome.plots,
+        checks=built.checks,
+        notes=outcome.notes,
+    )
+    reporter.wrote(page)
+
+
+def draw_body(
+    body, folder: Path, stem: str, wanted: str | int, reporter: Reporter, notes: list[str]
+) -> tuple[Path | None, dict[int, Path]]:
+    """Draw the mesh and mode pictures, or say in one line why not.
+
+    Returns
+    -------
+    The mesh picture, and the picture of each mode (counted from 1).
+    """
+    from modalprep.report.render import drawing_problem, render_mesh, render_mode
+
+    count = {"none": 0, "kept": body.n}.get(wanted, wanted)
+    problem = drawing_problem() if count else None
+    if problem or not count:
+        if problem:
+            notes.append(f"pictures not drawn: {problem}")
+            reporter.say(f"  {notes[-1]}")
+        return None, {}
+    pictures = {}
+    modes = range(1, min(int(count), body.n) + 1)
+    with reporter.progress("pictures", len(modes)) as done:
+        try:
+            mesh_picture = folder / f"{stem}-mesh.png"
+            render_mesh(body, mesh_picture)
+            for mode in modes:
+                pictures[mode] = folder / f"{stem}-mode-{mode:02d}.png"
+                render_mode(body, mode, pictures[mode])
+                done(mode)
+        except RenderError as error:
+            notes.append(f"pictures not drawn: {error}")
+            reporter.say(f"  {notes[-1]}")
+            return None, {}
+    reporter.files += [mesh_picture, *pictures.values()]
+    reporter.say(f"  wrote {len(pictures)} mode pictures {stem}-mode-*.png")
+    return mesh_picture, pictures

@@ -1,0 +1,157 @@
+"""From a pipeline file to a multibody system and its simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.formats.modalfile import read_body
+from modalprep.formats.resultfile import write_csv, write_result
+from modalprep.multibody.motion import Motion
+from modalprep.multibody.result import Result
+from modalprep.multibody.simulate import simulate, start_channels
+from modalprep.multibody.system import Joint, System
+from modalprep.pipeline.build import current_body, output_folder
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.schema import BodyTable, JointTable, Pipeline
+
+WITH, WITHOUT = "with geometric stiffness", "conventional theory (without)"
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """The runs of a system by label, the first is the main one, and the files written."""
+
+    runs: dict[str, Result]
+    files: list[Path]
+
+
+def simulate_pipeline(
+    path: Path,
+    output: Path | None,
+    reporter: Reporter,
+    *,
+    target: Path | None = None,
+    geometric_stiffness: bool = True,
+    dense: bool = False,
+) -> Simulated:
+    """Run the simulation part of a pipeline file; write HDF5 and CSV.
+
+    Raises
+    ------
+    InputError
+        When the file has no [simulation] or names what is not there.
+    SimulationError
+        When the integration cannot go on.
+    """
+    pipeline = load_pipeline(path)
+    if pipeline.simulation is None:
+        raise InputError(f"{path} has no [simulation]: add one with t_end")
+    system = read_system(pipeline, path, output, reporter)
+    _refuse_unknown_channels(pipeline, system, path)
+    with_Kg = pipeline.simulation.geometric_stiffness and geometric_stiffness
+    variants = {WITH: system} if with_Kg else {WITHOUT: system.conventional()}
+    if pipeline.simulation.compare_conventional:
+        variants |= {WITHOUT: system.conventional()}
+    runs = {label: _simulate(path, label, variant, pipeline, reporter, dense) for label, variant in variants.items()}
+    main, *others = runs.items()
+    target = target or output_folder(path, output) / f"{path.stem}-run.h5"
+    files = [write_result(main[1], target, {"conventional": run for _, run in others})]
+    files.append(write_csv(main[1], target.with_suffix(".csv"), pipeline.simulation.output))
+    for file in files:
+        reporter.wrote(file)
+    return Simulated(runs, files)
+
+
+def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, reporter: Reporter, dense: bool) -> Result:
+    s = pipeline.simulation
+    with reporter.progress(f"{path.name}: {label}", s.t_end) as progress:
+        run = simulate(
+            system,
+            t_end=s.t_end,
+            output_step=s.output_step,
+            rtol=s.rtol,
+            atol=s.atol,
+            method=s.method,
+            dense=dense,
+            progress=progress,
+        )
+    reporter.say(
+        f"  {run.message}; {run.stats['steps']:.0f} steps, energy balance to {run.stats['energy_error']:.0e} of its largest part"
+    )
+    return run
+
+
+def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> None:
+    known = start_channels(system)
+    plotted = [name for plot in pipeline.plots for name in plot.channels]
+    for name in [*pipeline.simulation.output, *plotted]:
+        try:
+            known[name]
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+
+def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System:
+    """Return the system a pipeline file describes, its bodies read or built."""
+    bodies = {name: _body(table, path, output, reporter) for name, table in pipeline.bodies.items()}
+    if pipeline.mesh is not None:
+        name = pipeline.name or path.stem
+        bodies[name] = current_body(path, output_folder(path, output), reporter)
+    shared = _shared(bodies)
+    joints = tuple(_joint(name, table) for name, table in pipeline.joints.items())
+    try:
+        return System(bodies=shared, joints=joints, gravity=np.array(pipeline.environment.gravity))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+
+
+def _body(table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
+    if table.file is not None:
+        return read_body(path.parent / table.file)
+    source = path.parent / str(table.pipeline)
+    return current_body(source, output_folder(source, output), reporter)
+
+
+def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
+    """Let bodies of equal inputs share one record, so that the kernel stores their arrays once."""
+    first: dict[tuple, FlexibleBody] = {}
+    return {
+        name: first.setdefault((body.name, *sorted(body.provenance.items())), body) if body.provenance else body
+        for name, body in bodies.items()
+    }
+
+
+def _joint(name: str, table: JointTable) -> Joint:
+    rotation = np.eye(3)
+    if table.rotation is not None:
+        axis = np.array(table.rotation.axis)
+        rotation = Rotation.from_rotvec(table.rotation.angle * axis / np.linalg.norm(axis)).as_matrix()
+    return Joint(
+        name=name,
+        type=table.type,
+        parent=table.parent,
+        child=table.child,
+        axis=np.array(table.axis),
+        position=np.array(table.position),
+        rotation=rotation,
+        angle=table.start.angle,
+        rate=table.start.rate,
+        velocity=np.array(table.start.velocity),
+        spin=np.array(table.start.spin),
+        motion=_motion(table),
+    )
+
+
+def _motion(table: JointTable) -> Motion | None:
+    if table.motion is None:
+        return None
+    if isinstance(table.motion, str):
+        return Motion([(float("inf"), table.motion)])
+    return Motion([(float("inf") if p.until is None else p.until, p.angle) for p in table.motion])

@@ -1,0 +1,32 @@
+"""Models shared by the tests; built once."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import modalprep as mp
+
+PROJECT = Path(__file__).parent.parent
+
+
+@pytest.fixture(scope="session")
+def project() -> Path:
+    """Root of the checkout, with meshes and pipelines."""
+    return PROJECT
+
+
+@pytest.fixture(scope="session")
+def bracket_model():
+    """The solid bracket in the frame of bolt_a."""
+    mesh = mp.read_mesh(PROJECT / "meshes" / "bracket.msh", "mm")
+    aluminium = mp.Solid(material=mp.Material(E=70e9, nu=0.33, rho=2700.0))
+    return mp.assemble(mesh, {"body": aluminium}, {name: mp.Interface(group=name) for name in ("bolt_a", "bolt_b")})
+
+
+@pytest.fixture(scope="session")
+def bracket_body(bracket_model):
+    """Its Craig-Bampton body."""
+    reduction = mp.craig_bampton(bracket_model, modes=10)
+    return mp.flexible_body(bracket_model, reduction, name="bracket", damping=0.01)
