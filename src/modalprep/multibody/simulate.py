@@ -84,6 +84,8 @@ def simulate(
     times = np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1))
     status, message = "done", f"reached t = {t_end:g} s"
     y, done = run.start(), 0
+    if not np.all(np.isfinite(run.derivative(0.0, y))):
+        raise SimulationError(run.failure(0.0, y))
     for begin, end in run.segments(t_end):
         y, done, message_of_end = _segment(run, recorder, start(begin, y, end), times, done, progress)
         if message_of_end:

@@ -206,7 +206,7 @@ def _with_static_rows(table: ModeTable, held: Clamped, w2_t: np.ndarray, X: np.n
     """Append the constraint modes and truncation vectors to the table of candidates."""
     others = [f.name for f in held.model.interfaces if f.boundary == "fixed"][1:]
     constraint = [f"unit displacement {d} of interface {name}" for name in others for d in DIRECTIONS]
-    truncation = ["static answer of the modes left out"] * len(w2_t)
+    truncation = ["static answer of dropped modes"] * len(w2_t)
     n_c, n_t = len(constraint), len(w2_t)
     return table.with_(
         kind=table.kind + (CONSTRAINT,) * n_c + (TRUNCATION,) * n_t,

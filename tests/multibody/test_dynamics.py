@@ -1,0 +1,265 @@
+"""Order-n kernel, dense twin and integration: second implementation, conservation, published numbers."""
+
+import numpy as np
+import pytest
+from analytic import (
+    SPINUP,
+    SPINUP_CONVENTIONAL,
+    SPINUP_MINIMUM,
+    SPINUP_MINIMUM_TIME,
+    SPINUP_RESIDUAL,
+    SPINUP_STRETCH,
+)
+from multibody.trees import random_body, random_state, random_tree
+from scipy.linalg import eigh
+
+import modalprep as mp
+from modalprep.examples import uniform_beam
+from modalprep.multibody import kernel
+from modalprep.multibody.dense import body_states, dense_accelerations, energy_and_momentum, mass_and_force
+from modalprep.multibody.layout import coordinate_count, pack, topology
+
+
+def order_n(system, y, motion):
+    tree, bodies = pack(system)
+    work = kernel.workspace(tree, bodies)
+    udot, torque = np.zeros(len(y) - coordinate_count(tree)), np.zeros(len(tree.parent))
+    status = np.zeros(1, dtype=np.int64)
+    kernel.accelerations(tree, bodies, y, motion, work, udot, torque, status)
+    assert status[0] == -1
+    return udot, torque
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_order_n_equals_dense_on_random_trees(seed):
+    system = random_tree(seed, root=["free", "revolute", "weld", "prescribed"][seed % 4])
+    y = random_state(system, seed)
+    motion = np.random.default_rng(seed).standard_normal((len(system.bodies), 3))
+    found, _ = order_n(system, y, motion)
+    expected = dense_accelerations(system, y, motion)
+    assert np.abs(found - expected).max(initial=0.0) <= 1e-10 * np.abs(expected).max(initial=1e-300)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_torque_of_a_prescribed_hinge_is_the_deleted_row(seed):
+    """Free the prescribed hinge: with the torque applied it accelerates as prescribed."""
+    system = random_tree(seed, root="prescribed", prescribed=False)
+    y = random_state(system, seed)
+    motion = np.zeros((len(system.bodies), 3))
+    motion[0] = 0.3, -0.4, 0.5
+    udot, torque = order_n(system, y, motion)
+    freed = system.with_(joints=(system.joints[0].with_(motion=None), *system.joints[1:]))
+    nx = coordinate_count(topology(system))
+    full = np.concatenate([[motion[0, 0]], y[:nx], [motion[0, 1]], y[nx:]])
+    M, f = mass_and_force(freed, full)
+    acceleration = np.concatenate([[motion[0, 2]], udot])
+    np.testing.assert_allclose(M @ acceleration - f, np.eye(len(f))[0] * torque[0], atol=1e-9 * max(1.0, np.abs(f).max()))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_kinetic_energy_is_that_of_the_mass_matrix(seed):
+    system = random_tree(seed, root="free", prescribed=False)
+    y = random_state(system, seed)
+    tree = topology(system)
+    M, _ = mass_and_force(system, y)
+    u = y[coordinate_count(tree) :]
+    kinetic = energy_and_momentum(system.gravity, body_states(system, tree, y, np.zeros((len(tree.n), 3))))["kinetic"]
+    assert u @ M @ u / 2 == pytest.approx(kinetic, rel=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_free_flying_tree_conserves_energy_and_momentum(seed):
+    system = random_tree(seed, root="free", prescribed=False, gravity=False, damping=False)
+    joints = (system.joints[0].with_(velocity=np.array([0.3, -0.2, 0.1]), spin=np.array([0.2, 0.3, -0.4])),)
+    joints += tuple(j.with_(rate=0.5) if j.type == "revolute" else j for j in system.joints[1:])
+    run = mp.simulate(system.with_(joints=joints), t_end=2.0, output_step=0.1, rtol=1e-10, atol=1e-12)
+    assert run.stats["energy_error"] < 1e-8  # the integrator's tolerance over some 100 steps
+    for name in ("momentum.linear", "momentum.angular"):
+        drift = np.abs(run[name] - run[name][0]).max()
+        assert drift < 1e-8 * np.abs(run[name]).max()
+
+
+def test_energy_needs_the_second_order_torque(monkeypatch):
+    """Without eps_cab q' Kg_W_ba q' in the torque the balance breaks: the term is not decoration."""
+    system = random_tree(3, root="free", prescribed=False, gravity=False, damping=False)
+    joints = (system.joints[0].with_(spin=np.array([0.2, 0.3, -0.4])), *system.joints[1:])
+    joints = tuple(j.with_(rate=2.0) if j.type == "revolute" else j for j in joints)
+    system = system.with_(joints=joints)
+    whole = mp.simulate(system, t_end=1.0, rtol=1e-9)
+    tree_pack = pack(system)
+    crippled = tree_pack[1]._replace(Kg_c=0 * tree_pack[1].Kg_c)
+    monkeypatch.setattr("modalprep.multibody.simulate.pack", lambda s: (tree_pack[0], crippled))
+    broken = mp.simulate(system, t_end=1.0, rtol=1e-9)
+    assert whole.stats["energy_error"] < 1e-7
+    assert broken.stats["energy_error"] > 1e-4
+
+
+def test_power_balance_with_gravity_damping_and_a_driven_hinge():
+    system = random_tree(5, root="prescribed")
+    run = mp.simulate(system, t_end=1.0, output_step=0.05, rtol=1e-9)
+    assert np.abs(run["energy.work"]).max() > 1e-3
+    assert run.stats["energy_error"] < 1e-7
+
+
+def test_time_reversal():
+    system = random_tree(7, root="revolute", prescribed=False, damping=False)
+    tree, bodies = pack(system)
+    work, torque, status = kernel.workspace(tree, bodies), np.zeros(len(tree.n)), np.zeros(1, dtype=np.int64)
+    motion = np.zeros((len(tree.n), 3))
+    y = random_state(system, 7)
+    nx = coordinate_count(tree)
+
+    def accelerations(state):
+        out = np.zeros(len(y) - nx)
+        kernel.accelerations(tree, bodies, state, motion, work, out, torque, status)
+        return out
+
+    back = np.concatenate([y[:nx], -y[nx:]])
+    np.testing.assert_allclose(accelerations(y), accelerations(back), rtol=1e-10, atol=1e-10)
+
+
+def test_accelerations_do_not_depend_on_mode_signs():
+    system = random_tree(4, root="free")
+    body = system.bodies["b0"]
+    sign = np.where(np.arange(body.n) % 2 == 0, -1.0, 1.0)
+    pair = np.outer(sign, sign)
+    flipped = body.with_(
+        S=body.S * sign, H=body.H * sign, P=body.P * pair, Kg_A=body.Kg_A * pair, Kg_W=body.Kg_W * pair,
+        Kg_F=body.Kg_F * pair, Kg_T=body.Kg_T * pair, phi=body.phi * sign, psi=body.psi * sign,
+    )  # fmt: skip
+    y = random_state(system, 4)
+    z = y.copy()
+    tree = topology(system)
+    nx = coordinate_count(tree)
+    names = [name for name, b in system.bodies.items() if b is body]
+    for name in names:
+        i = system.order.index(name)
+        x = tree.x[i] + (7 if tree.joint[i] == 2 else 1 if tree.joint[i] == 1 else 0)
+        u = nx + tree.u[i] + (6 if tree.joint[i] == 2 else 1 if tree.joint[i] == 1 else 0)
+        z[x : x + body.n] *= sign
+        z[u : u + body.n] *= sign
+    turned = system.with_(bodies={name: flipped if b is body else b for name, b in system.bodies.items()})
+    motion = np.zeros((len(tree.n), 3))
+    a, b = dense_accelerations(system, y, motion), dense_accelerations(turned, z, motion)
+    np.testing.assert_allclose(np.abs(a), np.abs(b), rtol=1e-9, atol=1e-9 * np.abs(a).max())
+
+
+def test_rigid_chain_accelerations():
+    """Six cylindrical links with hinges along z, y, z, ...: Pinocchio's ABA, equal to its dense CRBA to 1e-13."""
+    link = mp.rigid_body(
+        "link", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.diag([0.00125, 1 / 12 + 0.000625, 1 / 12 + 0.000625]),
+        interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])},
+    )  # fmt: skip
+    expected = [0.3669005618, 6.3619115499, -1.1934497618, -7.7940173517, -0.6887351251, 3.1705808259]
+    axes = [np.array([0, 0, 1.0]), np.array([0, 1.0, 0])]
+    joints = tuple(
+        mp.Joint(name=f"j{i}", type="revolute", parent="ground" if i == 0 else f"l{i - 1}.end", child=f"l{i}", axis=axes[i % 2])
+        for i in range(6)
+    )
+    chain = mp.System(bodies={f"l{i}": link for i in range(6)}, joints=joints, gravity=np.array([0, 0, -9.81]))
+    y = np.concatenate([0.1 * np.arange(1, 7), 0.2 * np.arange(1, 7) - 0.5])
+    np.testing.assert_allclose(order_n(chain, y, np.zeros((6, 3)))[0], expected, rtol=1e-9)  # ten digits given
+
+
+def test_double_pendulum_history():
+    """Point masses on massless rods from rest at pi/2, pi/2 after 1 s; the second angle is relative here."""
+    bob = mp.rigid_body("bob", mass=1.0, centre=np.array([0, -1.0, 0]), inertia=np.zeros((3, 3)),
+                        interfaces={"root": np.zeros(3), "end": np.array([0, -1.0, 0])})  # fmt: skip
+    joints = (
+        mp.Joint(name="a", type="revolute", parent="ground", child="one", angle=np.pi / 2),
+        mp.Joint(name="b", type="revolute", parent="one.end", child="two"),
+    )
+    system = mp.System(bodies={"one": bob, "two": bob}, joints=joints, gravity=np.array([0, -9.81, 0]))
+    run = mp.simulate(system, t_end=2.0, output_step=1.0, rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(run["a.angle"][1:], [-0.625087700, -0.482971534], rtol=1e-7)
+    np.testing.assert_allclose(run["b.angle"][1:], [-1.034585086 + 0.625087700, -1.324048712 + 0.482971534], rtol=1e-7)
+
+
+@pytest.fixture(scope="module")
+def spinup():
+    body = uniform_beam(modes=12, keep="effective_mass > 2.5%", truncation=("inertia",))
+    law = [(15.0, "0.4*(t**2/2 + (7.5/pi)**2*(cos(pi*t/7.5) - 1))"), (float("inf"), "6*t - 45")]
+    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam.root", motion=mp.Motion(law))
+    return mp.System(bodies={"beam": body}, joints=(hub,))
+
+
+def test_spin_up_follows_the_published_curve(spinup):
+    run = mp.simulate(spinup, t_end=20.0, output_step=0.005)
+    tip = run["beam.tip.deflection.y"]
+    assert run.status == "done"
+    at = {t: tip[np.argmin(np.abs(run.time - t))] for t in SPINUP}
+    for t, expected in SPINUP.items():
+        # the table keeps bending only; stretch and coupling change it by some 1e-4 m
+        assert at[t] == pytest.approx(expected, abs=3e-4), t
+    assert tip.min() == pytest.approx(SPINUP_MINIMUM, rel=1.5e-3)  # agreement of modal theory and nonlinear FE
+    assert run.time[np.argmin(tip)] == pytest.approx(SPINUP_MINIMUM_TIME, abs=0.02)
+    late = run.time > 15.5
+    assert np.abs(tip[late]).max() == pytest.approx(SPINUP_RESIDUAL, rel=0.1)
+    stretch = run["beam.tip.deflection.x"][late] - 0  # foreshortening of the small vibration is 1e-6 m
+    assert stretch.mean() == pytest.approx(SPINUP_STRETCH, rel=3e-3)  # spin softens the bar: 1 + 0.4 (Omega L / c)^2
+
+
+def test_conventional_theory_diverges(spinup):
+    run = mp.simulate(spinup.conventional(), t_end=20.0, output_step=0.01)
+    assert run.status == "diverged"
+    assert "without geometric stiffness" in run.message
+    assert run.time[-1] < 12.0
+    for t, expected in SPINUP_CONVENTIONAL.items():
+        assert run["beam.tip.deflection.y"][np.argmin(np.abs(run.time - t))] == pytest.approx(expected, rel=1e-3)
+
+
+def test_explicit_implicit_and_dense_agree():
+    body = uniform_beam(modes=3)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    arm = mp.System(bodies={"arm": body}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
+    options = ({"method": "explicit"}, {"method": "implicit"}, {"dense": True})
+    runs = [mp.simulate(arm, t_end=0.5, output_step=0.1, **option)["arm.tip.position"] for option in options]
+    np.testing.assert_allclose(runs[1], runs[0], atol=1e-5)  # implicit: order 5 at rtol 1e-7
+    np.testing.assert_allclose(runs[2], runs[0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("modes", "error"), [(1, [6.757e-5, 6.36277e-3, 0.108955]), (2, [2.80e-6, 3.3787e-4, 5.6611e-4, 1.418921e-2])]
+)
+def test_two_welded_halves_are_the_cantilever(modes, error):
+    """Relative frequency errors of component mode synthesis with 20 + 20 elements against 40 elements (CASES 7.3)."""
+    from modalprep.examples import beam_mesh, spinup_section
+
+    section = spinup_section(shear=False, Iy=2e-3, J=2e-3)  # bending in the plane is far below all else
+    root, tip = (mp.Interface(group=name, kind="node") for name in ("root", "tip"))
+
+    def beam(elements, length, modes, **ends):
+        model = mp.assemble(beam_mesh(elements, length), {"beam": section}, ends)
+        return mp.flexible_body(model, mp.craig_bampton(model, modes=modes, truncation=()), name="beam")
+
+    joints = (
+        mp.Joint(name="clamp", type="weld", parent="ground", child="first"),
+        mp.Joint(name="weld", type="weld", parent="first.tip", child="second"),
+    )
+    halves = {"first": beam(20, 5.0, modes, root=root, tip=tip), "second": beam(20, 5.0, modes, root=root)}
+    system = mp.System(bodies=halves, joints=joints)
+    nx = coordinate_count(topology(system))
+    M, _ = mass_and_force(system, np.zeros(2 * nx))
+    step = 1e-6
+    K = np.array([mass_and_force(system, s * step * np.eye(2 * nx)[k])[1] * -s / (2 * step) for k in range(nx) for s in (1, -1)])
+    K = K.reshape(nx, 2, nx).sum(axis=1).T
+    found = np.sqrt(eigh((K + K.T) / 2, M, eigvals_only=True))
+    uncut = 2 * np.pi * beam(40, 10.0, 4, root=root).frequency
+    np.testing.assert_allclose(found[: len(error)] / uncut[: len(error)] - 1, error, rtol=0.02, atol=2e-6)
+
+
+def test_collapse_names_time_and_body():
+    rng = np.random.default_rng(0)
+    body = random_body(rng, 3)
+    light = body.with_(m=1e-3, S=100 * body.S)  # no such mass distribution exists
+    hinge = mp.Joint(name="hinge", type="free", parent="ground", child="arm")
+    with pytest.raises(mp.SimulationError, match="t = 0 s: the mass matrix of body 'arm' is no longer positive"):
+        mp.simulate(mp.System(bodies={"arm": light}, joints=(hinge,)), t_end=1.0)
+
+
+@pytest.mark.parametrize("key", ["t_end", "output_step", "rtol", "atol"])
+def test_options_must_be_positive(key):
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    arm = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    with pytest.raises(mp.InputError, match=key):
+        mp.simulate(arm, **({"t_end": 1.0} | {key: -1.0}))

@@ -1,0 +1,77 @@
+"""Random bodies made of particles, and random trees of them: exact modal integrals without finite elements."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+import modalprep as mp
+from modalprep.body.rigid import rigid_body
+from modalprep.multibody.layout import coordinate_count, pack
+
+
+def random_body(rng, n, *, geometric=True, damping=False):
+    """Body of 30 particles with n random modes; its geometric stiffness is random but symmetric."""
+    mass, x = rng.uniform(0.5, 1.0, 30), rng.standard_normal((30, 3))
+    shape = rng.standard_normal((30, 3, n)) * 0.3
+    if n:
+        gram = np.einsum("p,pai,paj->ij", mass, shape, shape)
+        shape = shape @ np.linalg.inv(np.linalg.cholesky(gram)).T
+
+    def symmetric(*axes):
+        a = rng.standard_normal((*axes, n, n))
+        return 0.15 * geometric * (a + np.swapaxes(a, -1, -2))
+
+    frame = {"root": np.zeros(3), "a": rng.standard_normal(3), "b": rng.standard_normal(3)}
+    rigid = rigid_body("random", mass=mass.sum(), centre=np.zeros(3), inertia=np.eye(3), interfaces=frame)
+    return rigid.with_(
+        s0=mass @ x,
+        E0=np.einsum("p,pa,pb->ab", mass, x, x),
+        S=np.einsum("p,pai->ai", mass, shape),
+        H=np.einsum("p,pb,pai->abi", mass, x, shape),
+        P=np.einsum("p,pai,pbj->abij", mass, shape, shape),
+        Kg_A=symmetric(3), Kg_W=symmetric(3, 3), Kg_F=symmetric(3, 3), Kg_T=symmetric(3, 3),
+        phi=0.3 * rng.standard_normal((3, 3, n)), psi=0.3 * rng.standard_normal((3, 3, n)),
+        K=rng.uniform(1.0, 3.0, n), D=damping * rng.uniform(0.0, 0.3, n), frequency=np.sqrt(rng.uniform(1.0, 3.0, n)),
+        shape=0.1 * np.ones((3, 3, n)),
+    )  # fmt: skip
+
+
+def random_tree(seed, *, root="free", prescribed=True, gravity=True, damping=True, geometric=True):
+    """Tree of 2 to 7 bodies with 0 to 5 modes, every joint type, one body record shared by two names."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(2, 8))
+    bodies = {f"b{i}": random_body(rng, int(rng.integers(0, 6)), geometric=geometric, damping=damping) for i in range(count)}
+    bodies[f"b{count - 1}"] = bodies["b0"]
+    kinds = ["revolute", "revolute", "weld", *(["prescribed"] if prescribed else [])]
+    joints = [_joint(rng, "j0", root, "ground", "b0")]
+    for i in range(1, count):
+        parent = f"b{rng.integers(0, i)}.{rng.choice(['a', 'b'])}"
+        joints.append(_joint(rng, f"j{i}", str(rng.choice(kinds)), parent, f"b{i}"))
+    pull = rng.standard_normal(3) if gravity else np.zeros(3)
+    return mp.System(bodies=bodies, joints=tuple(joints), gravity=pull)
+
+
+def _joint(rng, name, kind, parent, child):
+    motion = mp.Motion([(float("inf"), "sin(t)")]) if kind == "prescribed" else None
+    return mp.Joint(
+        name=name,
+        type="revolute" if motion else kind,
+        parent=parent,
+        child=child,
+        axis=rng.standard_normal(3),
+        rotation=Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
+        motion=motion,
+    )
+
+
+def random_state(system, seed, size=0.2):
+    """State vector with a proper quaternion for a free root."""
+    rng = np.random.default_rng(seed)
+    tree, _ = pack(system)
+    nx = coordinate_count(tree)
+    nu = nx - int(np.sum(tree.joint == 2))
+    y = size * rng.standard_normal(nx + nu)
+    for i in np.flatnonzero(tree.joint == 2):
+        y[tree.x[i] + 3 : tree.x[i] + 7] = rng.standard_normal(4)
+    return y
