@@ -66,9 +66,7 @@ def mesh():
     """Fill the volume with 10-node tetrahedra, finer at the holes, and bend them onto the curved walls."""
     field = gmsh.model.mesh.field
     walls = [
-        tag
-        for _, group in gmsh.model.getPhysicalGroups(2)
-        for tag in gmsh.model.getEntitiesForPhysicalGroup(2, group)
+        tag for _, group in gmsh.model.getPhysicalGroups(2) for tag in gmsh.model.getEntitiesForPhysicalGroup(2, group)
     ]
     distance = field.add("Distance")
     field.setNumbers(distance, "SurfacesList", walls)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.optimize import brentq
 
@@ -9,7 +11,7 @@ from scipy.optimize import brentq
 def cantilever_roots(n: int) -> np.ndarray:
     """First n roots beta L of ``1 + cos cosh = 0`` (clamped-free Euler-Bernoulli beam)."""
     edges = np.pi * np.arange(n + 1)
-    return np.array([brentq(lambda b: np.cos(b) + 1 / np.cosh(b), a + 1e-9, b) for a, b in zip(edges, edges[1:])])
+    return np.array([brentq(lambda b: np.cos(b) + 1 / np.cosh(b), a + 1e-9, b) for a, b in pairwise(edges)])
 
 
 def cantilever_frequency(n: int, EI: float, rho_A: float, L: float) -> np.ndarray:
@@ -30,9 +32,15 @@ CANTILEVER_EFFECTIVE_MASS = np.array([0.613076, 0.188300, 0.064732, 0.033087, 0.
 CANTILEVER_EFFECTIVE_INERTIA = np.array([0.970688, 0.024716, 0.003152, 0.000821])
 
 # int (1 - x^2)/2 phi' phi', int (1 - x) phi' phi', int phi' phi' of the unit cantilever (L = rho A = 1), first 3 modes
-CENTRIFUGAL = np.array([[1.193336, -0.685855, -0.792379], [-0.685855, 6.478225, 0.169408], [-0.792379, 0.169408, 17.859520]])
-AXIAL_ACCELERATION = np.array([[1.570878, -0.422320, -1.072085], [-0.422320, 8.647143, 1.890055], [-1.072085, 1.890055, 24.952113]])
-TIP_FORCE = np.array([[4.647778, -7.379875, 3.941515], [-7.379875, 32.417399, -22.352444], [3.941515, -22.352444, 77.298891]])
+CENTRIFUGAL = np.array(
+    [[1.193336, -0.685855, -0.792379], [-0.685855, 6.478225, 0.169408], [-0.792379, 0.169408, 17.859520]]
+)
+AXIAL_ACCELERATION = np.array(
+    [[1.570878, -0.422320, -1.072085], [-0.422320, 8.647143, 1.890055], [-1.072085, 1.890055, 24.952113]]
+)
+TIP_FORCE = np.array(
+    [[4.647778, -7.379875, 3.941515], [-7.379875, 32.417399, -22.352444], [3.941515, -22.352444, 77.298891]]
+)
 
 # Rotating uniform cantilever, lambda = omega sqrt(rho A L^4 / EI) against gamma = Omega sqrt(rho A L^4 / EI):
 # flap of Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (1982) 197; lag^2 = flap^2 - gamma^2 for a thin beam

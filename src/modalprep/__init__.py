@@ -13,7 +13,7 @@ __version__ = "0.1.0"
 _HOME = {
     "read_mesh": "fe.mesh", "Mesh": "fe.mesh",
     "Material": "fe.properties", "Beam": "fe.properties", "Solid": "fe.properties",
-    "Interface": "fe.interface", "FEModel": "fe.assembly", "assemble": "fe.assembly",
+    "Interface": "fe.interface", "FEModel": "fe.model", "assemble": "fe.assembly",
     "factorize": "linalg.factor", "lowest_modes": "linalg.modes",
     "craig_bampton": "reduction.craig_bampton", "guyan": "reduction.craig_bampton",
     "Reduction": "reduction.craig_bampton", "ModeTable": "reduction.table",
@@ -26,7 +26,7 @@ _HOME = {
     "ModalprepError": "errors", "InputError": "errors", "MechanismError": "errors", "AccuracyError": "errors",
     "SimulationError": "errors", "RenderError": "errors",
 }  # fmt: skip
-__all__ = sorted(_HOME)  # noqa: PLE0605 - names are loaded by __getattr__
+__all__ = sorted(_HOME)
 
 
 def __getattr__(name: str) -> Any:

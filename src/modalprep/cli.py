@@ -18,7 +18,9 @@ app = typer.Typer(
     help="Finite-element meshes to flexible bodies for multibody dynamics, and their simulation.",
 )
 
-Output = Annotated[Path | None, typer.Option("--output", help="Folder for outputs [default: 'output' beside the file].")]
+Output = Annotated[
+    Path | None, typer.Option("--output", help="Folder for outputs [default: 'output' beside the file].")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]
 ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]
@@ -53,7 +55,12 @@ def modes(
     reporter = Reporter(quiet=as_json)
     if file.suffix == ".toml":
         built = build_body(file, output_folder(file, output), reporter)
-        body, checks, notes, page = built.body, built.checks, list(built.notes), built.file.with_suffix(".html")
+        body, checks, notes, page = (
+            built.body,
+            built.checks,
+            list(built.notes),
+            built.file.with_suffix(".html"),
+        )
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body
@@ -134,7 +141,9 @@ def check(file: ModalFile, as_json: Json = False) -> None:
     else:
         reporter = Reporter()
         for c in checks:
-            reporter.say(f"{'ok    ' if c.passed else 'FAILED'} {c.name:22} {c.value:8.1e} (limit {c.limit:.0e})  {c.meaning}")
+            reporter.say(
+                f"{'ok    ' if c.passed else 'FAILED'} {c.name:22} {c.value:8.1e} (limit {c.limit:.0e})  {c.meaning}"
+            )
     if not all(c.passed for c in checks):
         raise typer.Exit(1)
 

@@ -26,4 +26,4 @@ class SimulationError(ModalprepError, RuntimeError):
 
 
 class RenderError(ModalprepError, RuntimeError):
-    """This machine cannot draw with VTK (exit code 1)."""
+    """VTK cannot draw on this machine (exit code 1)."""

@@ -35,7 +35,10 @@ def cantilever_model(elements: int = 10, tip: str = "free"):
     from modalprep.fe.assembly import assemble
     from modalprep.fe.interface import Interface
 
-    ends = {"root": Interface(group="root", kind="node"), "tip": Interface(group="tip", kind="node", boundary=tip)}
+    ends = {
+        "root": Interface(group="root", kind="node"),
+        "tip": Interface(group="tip", kind="node", boundary=tip),
+    }
     return assemble(beam_mesh(elements), {"beam": spinup_section()}, ends)
 
 

@@ -127,7 +127,11 @@ def buckling_load(model) -> float:
 
 def test_link_stiffness_is_the_second_order_work():
     rng = np.random.default_rng(1)
-    force, arm, theta = rng.standard_normal((4, 3)), rng.standard_normal((4, 3)), 1e-3 * rng.standard_normal(3)
+    force, arm, theta = (
+        rng.standard_normal((4, 3)),
+        rng.standard_normal((4, 3)),
+        1e-3 * rng.standard_normal(3),
+    )
     second = np.cross(theta, np.cross(theta, arm)) / 2
     assert theta @ link_geometric_stiffness(force, arm) @ theta / 2 == pytest.approx(np.sum(force * second), rel=1e-12)
 
@@ -139,4 +143,8 @@ def test_inverted_element_is_refused():
     cells[2, [4, 6]] = cells[2, [6, 4]]
     cells[2, [8, 9]] = cells[2, [9, 8]]
     with pytest.raises(InputError, match="1 of 6 solid elements are inverted"):
-        mp.assemble(mesh.with_(cells={**mesh.cells, "tetra10": cells}), {"body": STEEL}, {"left": mp.Interface(group="left")})
+        mp.assemble(
+            mesh.with_(cells={**mesh.cells, "tetra10": cells}),
+            {"body": STEEL},
+            {"left": mp.Interface(group="left")},
+        )

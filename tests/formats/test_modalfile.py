@@ -58,7 +58,10 @@ def test_failed_write_leaves_nothing(bracket_body, tmp_path):
 
 def test_result_files(tmp_path):
     run = mp.Result(
-        time=np.arange(3.0), channels={"a.angle": np.arange(3.0), "b.tip.position": np.ones((3, 3))}, status="done", message="m"
+        time=np.arange(3.0),
+        channels={"a.angle": np.arange(3.0), "b.tip.position": np.ones((3, 3))},
+        status="done",
+        message="m",
     )
     back = mp.read_result(mp.write_result(run, tmp_path / "r.h5", {"other": run}))
     assert np.array_equal(back["b.tip.position.y"], np.ones(3))

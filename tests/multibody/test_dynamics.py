@@ -53,7 +53,9 @@ def test_torque_of_a_prescribed_hinge_is_the_deleted_row(seed):
     full = np.concatenate([[motion[0, 0]], y[:nx], [motion[0, 1]], y[nx:]])
     M, f = mass_and_force(freed, full)
     acceleration = np.concatenate([[motion[0, 2]], udot])
-    np.testing.assert_allclose(M @ acceleration - f, np.eye(len(f))[0] * torque[0], atol=1e-9 * max(1.0, np.abs(f).max()))
+    np.testing.assert_allclose(
+        M @ acceleration - f, np.eye(len(f))[0] * torque[0], atol=1e-9 * max(1.0, np.abs(f).max())
+    )
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -147,13 +149,19 @@ def test_accelerations_do_not_depend_on_mode_signs():
 def test_rigid_chain_accelerations():
     """Six cylindrical links with hinges along z, y, z, ...: Pinocchio's ABA, equal to its dense CRBA to 1e-13."""
     link = mp.rigid_body(
-        "link", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.diag([0.00125, 1 / 12 + 0.000625, 1 / 12 + 0.000625]),
+        "link", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.diag([0.00125, 0.0839583333333, 0.0839583333333]),
         interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])},
     )  # fmt: skip
     expected = [0.3669005618, 6.3619115499, -1.1934497618, -7.7940173517, -0.6887351251, 3.1705808259]
     axes = [np.array([0, 0, 1.0]), np.array([0, 1.0, 0])]
     joints = tuple(
-        mp.Joint(name=f"j{i}", type="revolute", parent="ground" if i == 0 else f"l{i - 1}.end", child=f"l{i}", axis=axes[i % 2])
+        mp.Joint(
+            name=f"j{i}",
+            type="revolute",
+            parent="ground" if i == 0 else f"l{i - 1}.end",
+            child=f"l{i}",
+            axis=axes[i % 2],
+        )
         for i in range(6)
     )
     chain = mp.System(bodies={f"l{i}": link for i in range(6)}, joints=joints, gravity=np.array([0, 0, -9.81]))
@@ -219,7 +227,8 @@ def test_explicit_implicit_and_dense_agree():
 
 
 @pytest.mark.parametrize(
-    ("modes", "error"), [(1, [6.757e-5, 6.36277e-3, 0.108955]), (2, [2.80e-6, 3.3787e-4, 5.6611e-4, 1.418921e-2])]
+    ("modes", "error"),
+    [(1, [6.757e-5, 6.36277e-3, 0.108955]), (2, [2.80e-6, 3.3787e-4, 5.6611e-4, 1.418921e-2])],
 )
 def test_two_welded_halves_are_the_cantilever(modes, error):
     """Relative frequency errors of component mode synthesis with 20 + 20 elements against 40 elements (CASES 7.3)."""
@@ -241,7 +250,9 @@ def test_two_welded_halves_are_the_cantilever(modes, error):
     nx = coordinate_count(topology(system))
     M, _ = mass_and_force(system, np.zeros(2 * nx))
     step = 1e-6
-    K = np.array([mass_and_force(system, s * step * np.eye(2 * nx)[k])[1] * -s / (2 * step) for k in range(nx) for s in (1, -1)])
+    K = np.array(
+        [mass_and_force(system, s * step * np.eye(2 * nx)[k])[1] * -s / (2 * step) for k in range(nx) for s in (1, -1)]
+    )
     K = K.reshape(nx, 2, nx).sum(axis=1).T
     found = np.sqrt(eigh((K + K.T) / 2, M, eigvals_only=True))
     uncut = 2 * np.pi * beam(40, 10.0, 4, root=root).frequency

@@ -41,7 +41,9 @@ def random_tree(seed, *, root="free", prescribed=True, gravity=True, damping=Tru
     """Tree of 2 to 7 bodies with 0 to 5 modes, every joint type, one body record shared by two names."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 8))
-    bodies = {f"b{i}": random_body(rng, int(rng.integers(0, 6)), geometric=geometric, damping=damping) for i in range(count)}
+    bodies = {
+        f"b{i}": random_body(rng, int(rng.integers(0, 6)), geometric=geometric, damping=damping) for i in range(count)
+    }
     bodies[f"b{count - 1}"] = bodies["b0"]
     kinds = ["revolute", "revolute", "weld", *(["prescribed"] if prescribed else [])]
     joints = [_joint(rng, "j0", root, "ground", "b0")]

@@ -121,7 +121,9 @@ def test_selection_reasons():
     assert kept.tolist() == [True, True, True]
 
 
-@pytest.mark.parametrize("keep", ["frequency <", "mass > 1", "__import__('os')", "frequency < mode", "1 < frequency", ""])
+@pytest.mark.parametrize(
+    "keep", ["frequency <", "mass > 1", "__import__('os')", "frequency < mode", "1 < frequency", ""]
+)
 def test_bad_selection_is_refused(keep):
     with pytest.raises(InputError, match="keep"):
         select(keep, np.ones(1), np.ones((1, 6)))

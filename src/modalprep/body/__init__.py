@@ -1,1 +1,1 @@
-
+"""The modal body: integrals, geometric stiffness, checks."""

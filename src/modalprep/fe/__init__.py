@@ -1,1 +1,1 @@
-
+"""Finite elements: meshes, properties, families, interfaces; the only home of scikit-fem, meshio, gmsh."""

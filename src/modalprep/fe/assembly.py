@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import add
 
@@ -13,108 +12,22 @@ from scipy.sparse.csgraph import connected_components
 
 from modalprep.errors import InputError
 from modalprep.fe.beam import BeamBlock
-from modalprep.fe.block import PAIRS, RigidInertia, csr_of
-from modalprep.fe.interface import (
-    Interface,
-    InterfaceFrame,
-    interface_position,
-    link_geometric_stiffness,
-    skew,
-)
+from modalprep.fe.block import PAIRS, csr_of
+from modalprep.fe.interface import Interface, InterfaceFrame, interface_position, skew
 from modalprep.fe.mesh import Mesh, cell_dimension
+from modalprep.fe.model import FEModel, GeometricStiffness
 from modalprep.fe.properties import Beam, Property, Solid
 from modalprep.fe.solid import SolidBlock
-from modalprep.records import Record
 
 CHUNK = 20_000  # elements evaluated at once: bounds the memory of shape gradients
 FAMILY = {(Beam, "line"): (BeamBlock, 6), (Solid, "tetra10"): (SolidBlock, 3)}
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class FEModel(Record):
-    """The assembled model, in a frame with the root interface at its origin and the axes of the mesh.
-
-    The DOFs are those of the mesh nodes, then six for each RBE2 frame. `C` expresses them by the independent
-    ones (a rigid link's nodes follow its frame), so ``C.T @ K @ C`` is the stiffness that is solved.
-
-    Attributes
-    ----------
-    points : (n_points, 3)
-        Mesh nodes, m.
-    cells : {type: (k, nodes)}
-        The structural cells.
-    dof : (n_nodes, 6) int
-        Number of each DOF (ux, uy, uz, rx, ry, rz), -1 where a node has none; mesh nodes, then RBE2 frames.
-    K, M : (n_dof, n_dof) csr
-        N/m, kg and their rotational kin.
-    g : (n_dof, 3)
-        ``int rho N_a``.
-    h : (n_dof, 3, 3)
-        ``h[:, a, b] = int rho x_b N_a``.
-    M_ab : {(a, b): (n_dof, n_dof) csr}, a <= b
-        ``int rho N_a^T N_b``; the others are transposes.
-    rigid : RigidInertia
-        m, s0, E0 about the origin.
-    C : (n_dof, n_free) csr
-    free : (n_free,) int
-        The independent DOFs.
-    interfaces : tuple of InterfaceFrame
-        The root first.
-    geometric_stiffness : callable
-        ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress that displacement ``d (n_dof,)`` means,
-        with ``load (n_dof,)`` the nodal load that holds it.
-    origin : (3,)
-        The root interface in mesh coordinates, m.
-    source : dict of str
-        Name and hash of the mesh.
-    """
-
-    points: np.ndarray
-    cells: dict[str, np.ndarray]
-    dof: np.ndarray
-    K: csr_array
-    M: csr_array
-    g: np.ndarray
-    h: np.ndarray
-    M_ab: dict[tuple[int, int], csr_array]
-    rigid: RigidInertia
-    C: csr_array
-    free: np.ndarray
-    interfaces: tuple[InterfaceFrame, ...]
-    geometric_stiffness: Callable[[np.ndarray, np.ndarray], csr_array]
-    origin: np.ndarray
-    source: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def n_dof(self) -> int:
-        """Number of DOFs, dependent ones included."""
-        return self.K.shape[0]
-
-    @property
-    def inertia_loads(self) -> np.ndarray:
-        """(n_dof, 12) loads of unit ``A_a`` (3), then unit ``W_ab`` (9, row by row): ``-g_a``, ``-h_ab``."""
-        return -np.concatenate([self.g, self.h.reshape(-1, 9)], axis=1)
-
-    def rigid_body(self) -> np.ndarray:
-        """(n_dof, 6) displacements of unit translations and unit rotations about the origin."""
-        nodes = np.concatenate([self.points, [f.position for f in self.interfaces if len(f.nodes)]]) \
-            if any(len(f.nodes) for f in self.interfaces) else self.points  # fmt: skip
-        full = np.zeros((len(nodes), 6, 6))
-        full[:, :, :] = np.eye(6)
-        full[:, :3, 3:] = -skew(nodes)
-        R = np.zeros((self.n_dof, 6))
-        present = self.dof >= 0
-        R[self.dof[present]] = full[present]
-        return R
-
-    def __repr__(self) -> str:
-        """Size, mass and interfaces."""
-        names = ", ".join(f.name for f in self.interfaces)
-        return f"FEModel({len(self.points)} nodes, {self.n_dof} DOFs, m={self.rigid.m:.6g} kg; interfaces {names})"
-
-
 def assemble(
-    mesh: Mesh, properties: Mapping[str, Property], interfaces: Mapping[str, Interface], root: str | None = None
+    mesh: Mesh,
+    properties: Mapping[str, Property],
+    interfaces: Mapping[str, Interface],
+    root: str | None = None,
 ) -> FEModel:
     """Assemble a mesh.
 
@@ -169,7 +82,7 @@ def assemble(
         C=C,
         free=free,
         interfaces=frames,
-        geometric_stiffness=_GeometricStiffness(blocks, K, points, dof, frames),
+        geometric_stiffness=GeometricStiffness(blocks, K, points, dof, frames),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
     )
@@ -211,7 +124,8 @@ def _refuse_uncovered(mesh: Mesh, covered: dict[str, np.ndarray], dimension: int
             names = [g for g, rows in mesh.groups.items() if kind in rows and np.any(count[rows[kind]] == 0)]
             where = f"group {names[0]!r}" if names else "cells in no group"
             raise InputError(
-                f"{np.sum(count == 0)} of {len(count)} {kind} cells have no property ({where}); add one under [properties]"
+                f"{np.sum(count == 0)} of {len(count)} {kind} cells have no property ({where}); "
+                "add one under [properties]"
             )
 
 
@@ -248,7 +162,7 @@ def _family(section: Property) -> tuple:
     return next(value for (family, _), value in FAMILY.items() if family is type(section))
 
 
-def _blocks(points: np.ndarray, parts: list, dof: np.ndarray):
+def _blocks(points: np.ndarray, parts: list, dof: np.ndarray) -> Iterator[BeamBlock | SolidBlock]:
     for section, conn in parts:
         block, components = _family(section)
         for start in range(0, len(conn), CHUNK):
@@ -279,22 +193,33 @@ def _frames(mesh, interfaces, order, place, dof, n_points) -> tuple[InterfaceFra
         node = extra if rigid else int(nodes[0])
         extra += rigid
         tied = nodes[dof[nodes, 0] >= 0] if rigid else np.zeros(0, dtype=int)
-        _refuse_loose(name, spec, dof[node], tied if rigid else nodes, mesh.points)
+        _refuse_loose(name, spec, dof, node, tied, mesh.points)
         boundary = "fixed" if name == order[0] else spec.boundary
         frames.append(
-            InterfaceFrame(name=name, position=place[name] - place[order[0]], dofs=dof[node], nodes=tied, boundary=boundary)
+            InterfaceFrame(
+                name=name,
+                position=place[name] - place[order[0]],
+                dofs=dof[node],
+                nodes=tied,
+                boundary=boundary,
+            )
         )
     return tuple(frames)
 
 
-def _refuse_loose(name: str, spec: Interface, dofs: np.ndarray, nodes: np.ndarray, points: np.ndarray) -> None:
-    if spec.kind == "node" and np.any(dofs < 0):
+def _refuse_loose(name: str, spec: Interface, dof: np.ndarray, node: int, tied: np.ndarray, points: np.ndarray) -> None:
+    if spec.kind == "node" and np.any(dof[node] < 0):
         raise InputError(f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'")
-    spread = np.linalg.svd(points[nodes] - points[nodes].mean(axis=0), compute_uv=False) if len(nodes) > 2 else [0, 0]
-    if spec.kind == "rbe2" and not len(nodes):
+    if spec.kind == "node":
+        return
+    if not len(tied):
         raise InputError(f"interface {name!r}: no node of group {spec.group!r} belongs to an element with a property")
-    if spec.kind == "rbe2" and spread[1] <= 1e-9 * spread[0] and np.all(spread == 0):
-        raise InputError(f"interface {name!r}: group {spec.group!r} needs nodes off one line to hold the rotations")
+    spread = np.linalg.svd(points[tied] - points[tied].mean(axis=0), compute_uv=False)
+    if np.all(dof[tied, 3] < 0) and (len(tied) < 3 or spread[1] <= 1e-9 * spread[0]):
+        raise InputError(
+            f"interface {name!r}: the {len(tied)} nodes of group {spec.group!r} lie on one line and cannot hold "
+            "its rotation; add nodes off that line"
+        )
 
 
 def _rigid_links(points, dof, frames, n) -> tuple[csr_array, np.ndarray]:
@@ -318,35 +243,3 @@ def _rigid_links(points, dof, frames, n) -> tuple[csr_array, np.ndarray]:
     rows, cols, values = [free, *rows], [free, *cols], [np.ones(len(free)), *values]
     C = coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
     return C[:, free].tocsr(), free
-
-
-@dataclass(frozen=True, eq=False)
-class _GeometricStiffness:
-    """``Kg(sigma)`` of every element, and of the rigid links that carry force (interface.py)."""
-
-    blocks: list
-    K: csr_array
-    points: np.ndarray
-    dof: np.ndarray
-    frames: tuple[InterfaceFrame, ...]
-
-    def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
-        triplets = [t for block in self.blocks for t in block.geometric_stiffness(d)]
-        Kg = csr_of(triplets, self.K.shape[0], symmetric=True)
-        return (Kg + self._links(self.K @ d - load)).tocsr()
-
-    def _links(self, held: np.ndarray) -> csr_array:
-        """`held (n_dof,)`: the force that each rigid link's frame exerts on its nodes."""
-        n = self.K.shape[0]
-        rows, cols, values = [], [], []
-        for frame in (f for f in self.frames if len(f.nodes)):
-            force = held[self.dof[frame.nodes, :3]]
-            Q = link_geometric_stiffness(force, self.points[frame.nodes] - frame.position)
-            rows.append(np.repeat(frame.dofs[3:], 3))
-            cols.append(np.tile(frame.dofs[3:], 3))
-            values.append(Q.ravel())
-        if not rows:
-            return csr_array((n, n))
-        return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
-
-

@@ -65,11 +65,19 @@ def _bending_shapes(s, L, phi, k):
         deflection = np.array([sign * m * w[0] + (k == 2), sign * m * w[1] / L, sign * m * w[2] / L**2])
         slope = sign * 6 * m / L * np.array([s**2 - s + zero, (2 * s - 1) / L, 2 / L**2])
     elif k == 1:
-        w = (s - 2 * s**2 + s**3 + phi / 2 * (s - s**2), 1 - 4 * s + 3 * s**2 + phi / 2 * (1 - 2 * s), -4 + 6 * s - phi)
+        w = (
+            s - 2 * s**2 + s**3 + phi / 2 * (s - s**2),
+            1 - 4 * s + 3 * s**2 + phi / 2 * (1 - 2 * s),
+            -4 + 6 * s - phi,
+        )
         deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
         slope = m * np.array([1 - 4 * s + 3 * s**2 + phi * (1 - s), (-4 + 6 * s - phi) / L, 6 / L**2])
     else:
-        w = (-(s**2) + s**3 + phi / 2 * (s**2 - s), -2 * s + 3 * s**2 + phi / 2 * (2 * s - 1), -2 + 6 * s + phi)
+        w = (
+            -(s**2) + s**3 + phi / 2 * (s**2 - s),
+            -2 * s + 3 * s**2 + phi / 2 * (2 * s - 1),
+            -2 + 6 * s + phi,
+        )
         deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
         slope = m * np.array([3 * s**2 - 2 * s + phi * s, (6 * s - 2 + phi) / L, 6 / L**2])
     return deflection, slope
@@ -128,7 +136,7 @@ class BeamBlock:
 
     def mass(self):
         """Every mass object of FORMULATION section 1; the section adds two samples per point."""
-        s, (ne, nq) = self.section, self.dx.shape
+        s, nq = self.section, self.dx.shape[1]
         tx, ty, tz = np.moveaxis(self.motion[:, :, 3:], 2, 0)
         zero = np.zeros_like(tx)
         local = (self.motion[:, :, :3], np.stack([-tz, zero, tx], 2), np.stack([ty, -tx, zero], 2))

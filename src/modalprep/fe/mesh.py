@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import io
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,20 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.suggest import suggestion
 from modalprep.records import Record
+from modalprep.suggest import suggestion
 
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
-DIMENSION = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
+DIMENSION = {
+    "vertex": 0,
+    "line": 1,
+    "triangle": 2,
+    "quad": 2,
+    "tetra": 3,
+    "hexahedron": 3,
+    "wedge": 3,
+    "pyramid": 3,
+}
 
 
 def cell_dimension(kind: str) -> int:
@@ -127,13 +137,18 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
     import meshio
 
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"
-    if path.suffix == ".msh" and not content.rstrip().rsplit(b"\n", 1)[-1].startswith(b"$End"):
+    last = content.rstrip().rsplit(b"\n", 1)[-1].strip()
+    if path.suffix == ".msh" and last not in (b"$End" + section for section in _msh_sections(content)):
         raise InputError(damaged)
     try:  # meshio prints its complaint and calls sys.exit
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
             return meshio.read(path)
     except (Exception, SystemExit) as error:
         raise InputError(f"{damaged}; the reader said: {str(error).strip() or type(error).__name__}") from None
+
+
+def _msh_sections(content: bytes) -> list[bytes]:
+    return re.findall(rb"^\$(?!End)(\w+)\s*$", content, re.MULTILINE)
 
 
 def _points(raw: Any, path: Path) -> np.ndarray:

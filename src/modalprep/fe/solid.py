@@ -124,4 +124,6 @@ def _refuse_inverted(jacobian: np.ndarray, centre: np.ndarray) -> None:
 def _refuse(bad: np.ndarray, centre: np.ndarray, what: str) -> None:
     if np.any(bad):
         at = ", ".join(f"{x:.4g}" for x in centre[np.argmax(bad)])
-        raise InputError(f"{bad.sum()} of {len(bad)} solid elements are {what}, the first near ({at}) m; repair the mesh")
+        raise InputError(
+            f"{bad.sum()} of {len(bad)} solid elements are {what}, the first near ({at}) m; repair the mesh"
+        )

@@ -1,1 +1,1 @@
-
+"""Files: the modal file and simulation results."""

@@ -1,1 +1,1 @@
-
+"""Multibody systems: joints, equations of motion, simulation."""

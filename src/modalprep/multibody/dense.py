@@ -12,7 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.multibody.layout import COORDINATES, EPSILON, FREE, PRESCRIBED, REVOLUTE, SPEEDS, Tree, coordinate_count, topology
+from modalprep.multibody.layout import (
+    COORDINATES,
+    EPSILON,
+    FREE,
+    PRESCRIBED,
+    REVOLUTE,
+    SPEEDS,
+    Tree,
+    coordinate_count,
+    topology,
+)
 from modalprep.multibody.system import System
 
 
@@ -73,9 +83,10 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
 
 
 def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np.ndarray):
-    """Motion of interface k in the body frame: position, rotation, partial velocities, velocity, remaining acceleration.
+    """Motion of interface k in the body frame.
 
-    Returns ``r (3,), R (3, 3), Phi (6, n), vel (6,), acc (6,)``: elastic velocity, and the acceleration when A and
+    Returns ``r (3,), R (3, 3), Phi (6, n), vel (6,), acc (6,)``: position, rotation, partial velocities, elastic
+    velocity, and the acceleration when A and
     q'' are zero. The rotation is the Cayley map of ``psi q``.
     """
     u = body.phi[k] @ q - 0.5 * (body.Kg_F[k] @ q) @ q
@@ -157,7 +168,13 @@ def _carried(parent: BodyState | None, node: int, place: np.ndarray, gravity: np
     J = shift @ parent.J
     J[:, parent.rows] += Phi
     X = np.kron(np.eye(2), R.T)
-    return parent.R @ R, parent.p + parent.R @ r, X @ (shift @ parent.V + vel), X @ J, X @ (shift @ parent.c + acc)
+    return (
+        parent.R @ R,
+        parent.p + parent.R @ r,
+        X @ (shift @ parent.V + vel),
+        X @ J,
+        X @ (shift @ parent.c + acc),
+    )
 
 
 def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:

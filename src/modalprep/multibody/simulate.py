@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 from scipy.integrate import DOP853, Radau
@@ -147,7 +148,7 @@ class _Run:
         """Pieces of [0, t_end] in which every prescribed motion is smooth."""
         breaks = {b for joint in self.joints if joint.motion for b in joint.motion.breaks if 0 < b < t_end}
         edges = [0.0, *sorted(breaks), t_end]
-        return list(zip(edges[:-1], edges[1:], strict=True))
+        return list(pairwise(edges))
 
     def solver(self, method: str, t_end: float, rtol: float, atol: float) -> Callable:
         """Return ``(t, y, t_bound) -> solver`` of the method asked for, or of the quicker one."""
@@ -239,5 +240,3 @@ class _Run:
             f"simulation stopped at t = {t:.6g} s: the step size collapsed, body {self.system.order[worst]!r} moves "
             "fastest; drop its highest modes or loosen rtol"
         )
-
-

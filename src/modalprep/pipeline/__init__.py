@@ -1,1 +1,1 @@
-
+"""Pipeline files: schema, running, systems."""

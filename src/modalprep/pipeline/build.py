@@ -14,9 +14,10 @@ from modalprep.body.build import flexible_body
 from modalprep.body.checks import Check, check_body, check_model
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import AccuracyError, InputError
-from modalprep.fe.assembly import FEModel, assemble
+from modalprep.fe.assembly import assemble
 from modalprep.fe.interface import Interface
 from modalprep.fe.mesh import Mesh, read_mesh
+from modalprep.fe.model import FEModel
 from modalprep.fe.properties import Beam, Material, Property, Solid
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.console import Reporter
@@ -78,7 +79,9 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
     failed = [check for check in checks if not check.passed]
     if failed:
         first = failed[0]
-        raise AccuracyError(f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})")
+        raise AccuracyError(
+            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
+        )
     file = reporter.wrote(write_body(body, folder / f"{path.stem}.h5"))
     return Built(body, file, checks, (*reduction.notes, *_doubts(body)))
 
@@ -115,7 +118,9 @@ def _assemble(pipeline: Pipeline, mesh: Mesh, path: Path) -> FEModel:
     for group, table in pipeline.properties.items():
         if table.material not in materials:
             known = suggestion(table.material, materials, "known are")
-            raise InputError(f"{path}: [properties.{group}] names material {table.material!r}, which is not there; {known}")
+            raise InputError(
+                f"{path}: [properties.{group}] names material {table.material!r}, which is not there; {known}"
+            )
         sections[group] = _section(table, materials[table.material])
     if not sections:
         raise InputError(f"{path} has no [properties]: say what each mesh group is made of ({', '.join(mesh.groups)})")

@@ -10,16 +10,21 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 
+LOG_WIDTH = 120  # columns of a log; a terminal knows its own
+
+
 class Reporter:
     """Says what happens, on standard output."""
 
     def __init__(self, quiet: bool = False) -> None:
-        self.console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+        self.console = Console(quiet=quiet, highlight=False)
+        if not self.console.is_terminal:
+            self.console.width = LOG_WIDTH
         self.files: list[Path] = []
 
     def say(self, text: str) -> None:
         """Print one plain line."""
-        self.console.print(text, markup=False)
+        self.console.print(text, markup=False, soft_wrap=True)
 
     def wrote(self, path: Path) -> Path:
         """Remember and announce a file."""
@@ -34,7 +39,12 @@ class Reporter:
             self.say(f"{title} ...")
             yield lambda value: None
             return
-        columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.percentage:3.0f}%"), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            TextColumn("{task.percentage:3.0f}%"),
+            TimeElapsedColumn(),
+        )
         with Progress(*columns, console=self.console) as bar:
             task = bar.add_task(title, total=total)
             yield lambda value: bar.update(task, completed=value)
@@ -46,5 +56,3 @@ def _short(path: Path) -> str:
         return str(path.resolve().relative_to(Path.cwd()))
     except ValueError:
         return str(path)
-
-

@@ -40,7 +40,9 @@ def load_pipeline(path: str | Path) -> Pipeline:
 
 def _sentence(path: Path, text: str, error: ValidationError) -> str:
     first = error.errors()[0]
-    place = [str(part) for part in first["loc"] if part not in ("beam", "solid") or first["loc"].index(part) != 2]
+    place = [str(part) for part in first["loc"]]
+    if place[:1] == ["properties"]:
+        del place[2:3]  # pydantic's tag of the section type
     message = first["msg"].removeprefix("Value error, ")
     unknown = re.match(r"unknown key '(.+?)'", message)
     line = _line(text, [*place, unknown[1]] if unknown else place)
@@ -62,6 +64,9 @@ def _line(text: str, place: list[str]) -> int | None:
             place = place[depth:]
             break
     for key in place:
-        row = next((k for k in range(start, len(lines)) if re.match(rf"\s*\"?{re.escape(key)}\"?\s*=", lines[k])), None)
+        row = next(
+            (k for k in range(start, len(lines)) if re.match(rf"\s*\"?{re.escape(key)}\"?\s*=", lines[k])),
+            None,
+        )
         found = row + 1 if row is not None else found
     return found

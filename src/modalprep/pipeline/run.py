@@ -99,7 +99,9 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.report.page import write_page
 
     built = outcome.built
-    mesh_picture, pictures = draw_body(built.body, outcome.folder, built.file.stem, pipeline.output.pictures, reporter, outcome.notes)
+    mesh_picture, pictures = draw_body(
+        built.body, outcome.folder, built.file.stem, pipeline.output.pictures, reporter, outcome.notes
+    )
     page = outcome.folder / f"{built.file.stem}.html"
     write_page(
         built.body,

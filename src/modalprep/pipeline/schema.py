@@ -85,7 +85,9 @@ class InterfaceTable(Table):
 
     group: str = Field(description="mesh group of its nodes")
     kind: Literal["node", "rbe2"] = Field("rbe2", description="one node, or a frame tied rigidly to all nodes")
-    boundary: Literal["fixed", "free"] = Field("fixed", description="fixed: constraint modes; free: moves with the modes")
+    boundary: Literal["fixed", "free"] = Field(
+        "fixed", description="fixed: constraint modes; free: moves with the modes"
+    )
     position: Vector | None = Field(None, description="of an rbe2 frame, in mesh coordinates; default the centroid")
 
 

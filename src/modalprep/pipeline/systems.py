@@ -60,10 +60,11 @@ def simulate_pipeline(
     if pipeline.simulation.compare_conventional:
         variants |= {WITHOUT: system.conventional()}
     runs = {label: _simulate(path, label, variant, pipeline, reporter, dense) for label, variant in variants.items()}
-    main, *others = runs.items()
+    main = next(iter(runs.values()))
+    others = {"conventional": runs[WITHOUT]} if len(runs) > 1 else {}
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
-    files = [write_result(main[1], target, {"conventional": run for _, run in others})]
-    files.append(write_csv(main[1], target.with_suffix(".csv"), pipeline.simulation.output))
+    files = [write_result(main, target, others)]
+    files.append(write_csv(main, target.with_suffix(".csv"), pipeline.simulation.output))
     for file in files:
         reporter.wrote(file)
     return Simulated(runs, files)
@@ -83,7 +84,8 @@ def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, report
             progress=progress,
         )
     reporter.say(
-        f"  {run.message}; {run.stats['steps']:.0f} steps, energy balance to {run.stats['energy_error']:.0e} of its largest part"
+        f"  {run.message}; {run.stats['steps']:.0f} steps, "
+        f"energy balance to {run.stats['energy_error']:.0e} of its largest part"
     )
     return run
 

@@ -1,1 +1,1 @@
-
+"""Reduction of a model: Guyan, Craig-Bampton, truncation vectors, selection."""

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, MechanismError
-from modalprep.fe.assembly import FEModel
+from modalprep.fe.model import FEModel
 from modalprep.linalg.factor import Factor, factorize
 
 MECHANISM = 1e-15  # strain energy over the sum of its absolute terms: round-off of a rigid motion is 1e-17
@@ -102,7 +102,14 @@ def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.nda
 
 def _moving(model: FEModel, dofs: np.ndarray, motion: np.ndarray) -> str:
     node, component = (int(v[0]) for v in np.nonzero(model.dof == dofs[np.argmax(motion)]))
-    what = ("moves along x", "moves along y", "moves along z", "turns about x", "turns about y", "turns about z")
+    what = (
+        "moves along x",
+        "moves along y",
+        "moves along z",
+        "turns about x",
+        "turns about y",
+        "turns about z",
+    )
     at = "an interface frame"
     if node < len(model.points):
         at = f"node {node + 1} near ({', '.join(f'{v:.4g}' for v in model.points[node] + model.origin)}) m"

@@ -80,7 +80,9 @@ def _judge(node: ast.expr, values: dict[str, tuple[float, str]]) -> tuple[bool, 
         case ast.UnaryOp(op=ast.Not(), operand=inner):
             kept, words = _judge(inner, values)
             return not kept, words
-        case ast.Compare(left=ast.Name(id=name), ops=[op], comparators=[number]) if name in values and type(op) in OPERATORS:
+        case ast.Compare(left=ast.Name(id=name), ops=[op], comparators=[number]) if (
+            name in values and type(op) in OPERATORS
+        ):
             compare, sign = OPERATORS[type(op)]
             value, words = values[name]
             limit = _number(number)

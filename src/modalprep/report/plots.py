@@ -80,7 +80,15 @@ def history_plot(
             if run.status == "diverged" and limits:
                 _note_exit(axes, run.time, run[channel], limits, colour)
     for point in reference:
-        axes.plot(point["t"], point["y"], "o", color=GREY, markerfacecolor="white", markersize=7, label=point["label"])
+        axes.plot(
+            point["t"],
+            point["y"],
+            "o",
+            color=GREY,
+            markerfacecolor="white",
+            markersize=7,
+            label=point["label"],
+        )
     axes.set_xlim(0, max(run.time[-1] for run in results.values()))
     if limits:
         axes.set_ylim(*limits)

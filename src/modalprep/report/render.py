@@ -24,7 +24,12 @@ assert plotter.screenshot(return_img=True).std() > 0
 """
 ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
 SHARE = 0.12  # largest displacement shown, of the body's size
-LINEAR = {"tetra10": ("tetra", 4), "triangle6": ("triangle", 3), "line3": ("line", 2), "hexahedron20": ("hexahedron", 8)}
+LINEAR = {
+    "tetra10": ("tetra", 4),
+    "triangle6": ("triangle", 3),
+    "line3": ("line", 2),
+    "hexahedron20": ("hexahedron", 8),
+}
 
 
 @cache
@@ -129,7 +134,7 @@ def _grid(body: FlexibleBody, points: np.ndarray):
     import pyvista
     from meshio import Mesh
 
-    cells = [LINEAR.get(kind, (kind, None)) + (c,) for kind, c in body.cells.items()]
+    cells = [(*LINEAR.get(kind, (kind, None)), c) for kind, c in body.cells.items()]
     mesh = Mesh(points, [(kind, c[:, :count]) for kind, count, c in cells])
     return pyvista.from_meshio(mesh)
 
@@ -168,7 +173,9 @@ def _camera(body: FlexibleBody, displacement: np.ndarray | None):
             up = up * np.sign(up[np.argmax(np.abs(up))])
             direction = np.cross(axis, up)
             direction = direction * np.sign(direction[np.argmax(np.abs(direction))]) + 0.15 * up
-    elif np.ptp(body.points, axis=0)[2] < 0.2 * np.ptp(body.points, axis=0).min(initial=np.inf, where=[True, True, False]):
+    elif np.ptp(body.points, axis=0)[2] < 0.2 * np.ptp(body.points, axis=0).min(
+        initial=np.inf, where=[True, True, False]
+    ):
         direction = np.array([0.35, -0.8, 1.2])  # flat in x-y: more from above
     return [centre + distance * direction / np.linalg.norm(direction), centre, up]
 

@@ -47,7 +47,7 @@ def carried(table: ModeTable) -> np.ndarray:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> carried(uniform_beam(modes=4).modes)[1].round(2)
+    >>> print(carried(uniform_beam(modes=4).modes)[1].round(2))
     0.8
     """
     return np.nansum(table.fraction[table.kept], axis=0)

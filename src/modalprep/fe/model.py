@@ -1,0 +1,127 @@
+"""The assembled finite-element model: FORMULATION section 1."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from modalprep.fe.block import RigidInertia, csr_of
+from modalprep.fe.interface import InterfaceFrame, link_geometric_stiffness, skew
+from modalprep.records import Record
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FEModel(Record):
+    """The assembled model, in a frame with the root interface at its origin and the axes of the mesh.
+
+    The DOFs are those of the mesh nodes, then six for each RBE2 frame. `C` expresses them by the independent
+    ones (a rigid link's nodes follow its frame), so ``C.T @ K @ C`` is the stiffness that is solved.
+
+    Attributes
+    ----------
+    points : (n_points, 3)
+        Mesh nodes, m.
+    cells : {type: (k, nodes)}
+        The structural cells.
+    dof : (n_nodes, 6) int
+        Number of each DOF (ux, uy, uz, rx, ry, rz), -1 where a node has none; mesh nodes, then RBE2 frames.
+    K, M : (n_dof, n_dof) csr
+        N/m, kg and their rotational kin.
+    g : (n_dof, 3)
+        ``int rho N_a``.
+    h : (n_dof, 3, 3)
+        ``h[:, a, b] = int rho x_b N_a``.
+    M_ab : {(a, b): (n_dof, n_dof) csr}, a <= b
+        ``int rho N_a^T N_b``; the others are transposes.
+    rigid : RigidInertia
+        m, s0, E0 about the origin.
+    C : (n_dof, n_free) csr
+    free : (n_free,) int
+        The independent DOFs.
+    interfaces : tuple of InterfaceFrame
+        The root first.
+    geometric_stiffness : callable
+        ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress that displacement ``d (n_dof,)`` means,
+        with ``load (n_dof,)`` the nodal load that holds it.
+    origin : (3,)
+        The root interface in mesh coordinates, m.
+    source : dict of str
+        Name and hash of the mesh.
+    """
+
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    dof: np.ndarray
+    K: csr_array
+    M: csr_array
+    g: np.ndarray
+    h: np.ndarray
+    M_ab: dict[tuple[int, int], csr_array]
+    rigid: RigidInertia
+    C: csr_array
+    free: np.ndarray
+    interfaces: tuple[InterfaceFrame, ...]
+    geometric_stiffness: Callable[[np.ndarray, np.ndarray], csr_array]
+    origin: np.ndarray
+    source: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def n_dof(self) -> int:
+        """Number of DOFs, dependent ones included."""
+        return self.K.shape[0]
+
+    @property
+    def inertia_loads(self) -> np.ndarray:
+        """(n_dof, 12) loads of unit ``A_a`` (3), then unit ``W_ab`` (9, row by row): ``-g_a``, ``-h_ab``."""
+        return -np.concatenate([self.g, self.h.reshape(-1, 9)], axis=1)
+
+    def rigid_body(self) -> np.ndarray:
+        """(n_dof, 6) displacements of unit translations and unit rotations about the origin."""
+        nodes = np.concatenate([self.points, [f.position for f in self.interfaces if len(f.nodes)]]) \
+            if any(len(f.nodes) for f in self.interfaces) else self.points  # fmt: skip
+        full = np.zeros((len(nodes), 6, 6))
+        full[:, :, :] = np.eye(6)
+        full[:, :3, 3:] = -skew(nodes)
+        R = np.zeros((self.n_dof, 6))
+        present = self.dof >= 0
+        R[self.dof[present]] = full[present]
+        return R
+
+    def __repr__(self) -> str:
+        """Size, mass and interfaces."""
+        names = ", ".join(f.name for f in self.interfaces)
+        return f"FEModel({len(self.points)} nodes, {self.n_dof} DOFs, m={self.rigid.m:.6g} kg; interfaces {names})"
+
+
+@dataclass(frozen=True, eq=False)
+class GeometricStiffness:
+    """``Kg(sigma)`` of every element, and of the rigid links that carry force (interface.py)."""
+
+    blocks: list
+    K: csr_array
+    points: np.ndarray
+    dof: np.ndarray
+    frames: tuple[InterfaceFrame, ...]
+
+    def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
+        """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
+        triplets = [t for block in self.blocks for t in block.geometric_stiffness(d)]
+        Kg = csr_of(triplets, self.K.shape[0], symmetric=True)
+        return (Kg + self._links(self.K @ d - load)).tocsr()
+
+    def _links(self, held: np.ndarray) -> csr_array:
+        """`held (n_dof,)`: the force that each rigid link's frame exerts on its nodes."""
+        n = self.K.shape[0]
+        rows, cols, values = [], [], []
+        for frame in (f for f in self.frames if len(f.nodes)):
+            force = held[self.dof[frame.nodes, :3]]
+            Q = link_geometric_stiffness(force, self.points[frame.nodes] - frame.position)
+            rows.append(np.repeat(frame.dofs[3:], 3))
+            cols.append(np.tile(frame.dofs[3:], 3))
+            values.append(Q.ravel())
+        if not rows:
+            return csr_array((n, n))
+        return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
