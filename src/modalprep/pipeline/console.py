@@ -9,7 +9,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-
 LOG_WIDTH = 120  # columns of a log; a terminal knows its own
 
 

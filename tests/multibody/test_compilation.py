@@ -1,0 +1,58 @@
+"""The kernel as plain Python, and its compilation where no cache can be written."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from modalprep.multibody import jit
+
+TESTS = Path(__file__).parent.parent
+
+
+def test_plain_python_gives_the_same_and_stays_in_bounds():
+    code = (
+        "from multibody.test_dynamics import test_order_n_equals_dense_on_random_trees as test\n"
+        "from modalprep.multibody import kernel\n"
+        "assert not hasattr(kernel.accelerations, 'signatures')\n"
+        "for seed in (0, 1, 6, 12): test(seed)\n"
+    )
+    paths = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_no_writable_cache_is_no_error(monkeypatch):
+    asked = []
+
+    def njit(*, cache, **options):
+        asked.append(cache)
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return lambda function: function
+
+    monkeypatch.setattr(jit, "njit", njit)
+    assert jit.compile_kernel(len) is len
+    assert asked == [True, False]
+
+
+@pytest.mark.slow
+def test_second_process_finds_the_compiled_kernel(tmp_path):
+    """Loads and hits, no compilation: counted by numba itself."""
+    code = (
+        "import numpy as np, modalprep as mp\n"
+        "from modalprep.examples import uniform_beam\n"
+        "from modalprep.multibody import kernel\n"
+        "hinge = mp.Joint(name='h', type='revolute', parent='ground', child='a')\n"
+        "mp.simulate(mp.System(bodies={'a': uniform_beam(modes=1)}, joints=(hinge,)), t_end=0.01)\n"
+        "stats = kernel.derivative.stats\n"
+        "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))\n"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    runs = [
+        subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True) for _ in range(2)
+    ]
+    assert [run.stdout.strip() for run in runs] == ["0 1", "1 0"], runs[0].stderr + runs[1].stderr
