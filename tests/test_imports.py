@@ -2,7 +2,7 @@
 
 import ast
 
-BASE = {"errors", "records", "suggest", "atomic"}
+BASE = {"errors", "records", "suggest", "atomic", "vectors"}
 MAY_IMPORT = {
     "linalg": BASE,
     "fe": BASE | {"linalg"},

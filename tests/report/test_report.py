@@ -48,9 +48,9 @@ def history(y, status="done"):
 
 def test_diverging_run_does_not_set_the_limits():
     good, bad = history([0.0, -1.0, 0.0]), history([0.0, -50.0, -1e6], "diverged")
-    low, high = plots._limits([good["a"]])
+    low, high = plots._limits([good["a"]], 0.35)
     assert -2 < low < -1 < 0 < high < 1
-    assert plots._limits([]) is None
+    assert plots._limits([], 0.35) is None
     assert bad["a"].min() < low
 
 

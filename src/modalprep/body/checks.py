@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.fe.interface import skew
 from modalprep.fe.model import FEModel
+from modalprep.vectors import skew
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8

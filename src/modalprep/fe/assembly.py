@@ -13,11 +13,12 @@ from scipy.sparse.csgraph import connected_components
 from modalprep.errors import InputError
 from modalprep.fe.beam import BeamBlock
 from modalprep.fe.block import PAIRS, csr_of
-from modalprep.fe.interface import Interface, InterfaceFrame, interface_position, skew
+from modalprep.fe.interface import Interface, InterfaceFrame, interface_position
 from modalprep.fe.mesh import Mesh, cell_dimension
 from modalprep.fe.model import FEModel, GeometricStiffness
 from modalprep.fe.properties import Beam, Property, Solid
 from modalprep.fe.solid import SolidBlock
+from modalprep.vectors import skew
 
 CHUNK = 20_000  # elements evaluated at once: bounds the memory of shape gradients
 FAMILY = {(Beam, "line"): (BeamBlock, 6), (Solid, "tetra10"): (SolidBlock, 3)}

@@ -86,19 +86,6 @@ def interface_position(mesh: Mesh, name: str, interface: Interface) -> np.ndarra
     return area @ corners.mean(axis=1) / area.sum()
 
 
-def skew(r: np.ndarray) -> np.ndarray:
-    """Return ``r~ (..., 3, 3)`` with ``r~ v = r x v`` for ``r (..., 3)``.
-
-    Examples
-    --------
-    >>> skew(np.array([1.0, 2, 3])) @ np.array([0.0, 0, 1])
-    array([ 2., -1.,  0.])
-    """
-    x, y, z = np.moveaxis(np.asarray(r, dtype=float), -1, 0)
-    o = np.zeros_like(x)
-    return np.moveaxis(np.array([[o, -z, y], [z, o, -x], [-y, x, o]]), (0, 1), (-2, -1))
-
-
 def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Return the stiffness (3, 3) that forces on the far ends of rigid links add to the rotations of their frame.
 

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.fe.block import RigidInertia, csr_of
-from modalprep.fe.interface import InterfaceFrame, link_geometric_stiffness, skew
+from modalprep.fe.interface import InterfaceFrame, link_geometric_stiffness
 from modalprep.records import Record
+from modalprep.vectors import skew
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -24,11 +24,7 @@ from modalprep.multibody.layout import (
     topology,
 )
 from modalprep.multibody.system import System
-
-
-def skew(v: np.ndarray) -> np.ndarray:
-    """``v~`` with ``v~ x = v x x``."""
-    return -np.einsum("abc,c->ab", EPSILON, v)
+from modalprep.vectors import skew
 
 
 @dataclass

@@ -68,6 +68,17 @@ def cross(a, b):
 
 
 @compile_kernel
+def add_skew(R, f, v):
+    """Add ``f v~`` to R."""
+    R[0, 1] -= f * v[2]
+    R[1, 0] += f * v[2]
+    R[0, 2] += f * v[1]
+    R[2, 0] -= f * v[1]
+    R[1, 2] -= f * v[0]
+    R[2, 1] += f * v[0]
+
+
+@compile_kernel
 def cholesky(A, n):
     """Factor the leading n x n block of A in place (lower triangle); False when it is not positive definite."""
     for j in range(n):
@@ -109,12 +120,7 @@ def rotation_about(axis, angle, R):
         for j in range(3):
             R[i, j] = (1.0 - c) * axis[i] * axis[j]
         R[i, i] += c
-    R[0, 1] -= s * axis[2]
-    R[1, 0] += s * axis[2]
-    R[0, 2] += s * axis[1]
-    R[2, 0] -= s * axis[1]
-    R[1, 2] -= s * axis[0]
-    R[2, 1] += s * axis[0]
+    add_skew(R, s, axis)
 
 
 @compile_kernel
@@ -181,12 +187,7 @@ def hinge_point(bodies, kind, node, n, q, qd, w, arm, Phi, R, vel, acc):
         for b in range(3):
             R[a, b] = 0.5 * s * x[a] * x[b]
         R[a, a] += 1.0 - 0.5 * s * xx
-    R[0, 1] -= s * x[2]
-    R[1, 0] += s * x[2]
-    R[0, 2] += s * x[1]
-    R[2, 0] -= s * x[1]
-    R[1, 2] -= s * x[0]
-    R[2, 1] += s * x[0]
+    add_skew(R, s, x)
     wr = cross(w, arm)
     wwr = cross(w, wr)
     wu = cross(w, vel)
@@ -464,13 +465,7 @@ def hand_to_parent(tree, W, i, nu, tau):
     B = np.zeros((6, 6))  # T_k = [[1, -arm~], [0, 1]]
     for a in range(6):
         B[a, a] = 1.0
-    r = W.arm[i]
-    B[0, 4] = r[2]
-    B[1, 3] = -r[2]
-    B[1, 5] = r[0]
-    B[2, 4] = -r[0]
-    B[2, 3] = r[1]
-    B[0, 5] = -r[1]
+    add_skew(B[:3, 3:], -1.0, W.arm[i])
     for a in range(6):
         for b in range(6):
             v = 0.0

@@ -8,8 +8,8 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.multibody.dense import skew
 from modalprep.records import Record
+from modalprep.vectors import skew
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -70,7 +70,9 @@ def history_plot(
     """
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
     axes = figure.add_subplot()
-    limits = _limits([run[c] for run in results.values() if run.status != "diverged" for c in channels])
+    whole = [run for run in results.values() if run.status != "diverged"]
+    margin = 0.06 if len(whole) == len(results) else 0.35  # room to see a diverging curve leave
+    limits = _limits([run[c] for run in whole for c in channels], margin)
     styles = iter(zip(COLOURS * 3, (["-"] * 6 + ["--"] * 6 + [":"] * 6), strict=True))
     for label, run in results.items():
         for channel in channels:
@@ -101,11 +103,11 @@ def history_plot(
     return _save(figure, path)
 
 
-def _limits(values: list[np.ndarray]) -> tuple[float, float] | None:
+def _limits(values: list[np.ndarray], margin: float) -> tuple[float, float] | None:
     if not values:
         return None
     low, high = min(v.min() for v in values), max(v.max() for v in values)
-    room = 0.35 * (high - low) or 1.0
+    room = margin * (high - low) or 1.0
     return low - room, high + room
 
 
