@@ -274,3 +274,40 @@ def test_options_must_be_positive(key):
     arm = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
     with pytest.raises(mp.InputError, match=key):
         mp.simulate(arm, **({"t_end": 1.0} | {key: -1.0}))
+
+
+@pytest.mark.parametrize(
+    ("gamma", "expected"), [(0, (1.5573, 16.2501)), (2, (2.6696, 18.1910)), (6, (6.5091, 29.2917))]
+)
+def test_rotating_beam_with_a_tip_mass(gamma, expected):
+    """Flap with a tip mass rho A L as a second body: Bir (2010); the hinge force stiffens through Kg_F."""
+    from modalprep.examples import beam_mesh, spinup_section
+
+    ends = {
+        "root": mp.Interface(group="root", kind="node"),
+        "tip": mp.Interface(group="tip", kind="node", boundary="free"),
+    }
+    model = mp.assemble(beam_mesh(40), {"beam": spinup_section(shear=False, Iy=2e-7, Iz=9e-7)}, ends)
+    beam = mp.flexible_body(model, mp.craig_bampton(model, modes=12, truncation=("interfaces",)), name="beam")
+    mass = mp.rigid_body(
+        "mass", mass=12.0, centre=np.zeros(3), inertia=1e-9 * np.eye(3), interfaces={"root": np.zeros(3)}
+    )
+    joints = (
+        mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.Motion([(float("inf"), "t")])),
+        mp.Joint(name="weld", type="weld", parent="beam.tip", child="mass"),
+    )
+    system = mp.System(bodies={"beam": beam, "mass": mass}, joints=joints)
+    time = np.sqrt(1.2 * 10.0**4 / 1.4e4)
+    motion = np.array([[0.0, gamma / time, 0.0], [0.0, 0.0, 0.0]])
+
+    def stiffness(q):
+        move = 1e-5 * np.eye(beam.n)
+        forces = [order_n(system, np.concatenate([q + s * e, 0 * q]), motion)[0] for e in move for s in (1, -1)]
+        return -np.subtract(forces[::2], forces[1::2]).T / 2e-5
+
+    q = np.zeros(beam.n)
+    for _ in range(3):  # the mass must first hang on the stretched beam
+        q = q + np.linalg.solve(stiffness(q), order_n(system, np.concatenate([q, 0 * q]), motion)[0])
+    flap = np.abs(beam.phi[1, 2]) > 1e-6 * np.abs(beam.phi[1]).max()  # the modes that move the tip along z
+    found = np.sqrt(np.sort(np.linalg.eigvals(stiffness(q)[np.ix_(flap, flap)]).real))[:2] * time
+    np.testing.assert_allclose(found, expected, rtol=4e-3)  # axial force constant per element and tip inertia
