@@ -51,6 +51,11 @@ def test_help_imports_nothing_heavy():
     assert "simulate" in done.stdout
 
 
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == f"modalprep {mp.__version__}"
+
+
 @pytest.mark.parametrize("command", ["run", "modes", "render", "simulate", "check", "schema"])
 def test_every_command_explains_itself(command, capsys):
     assert main([command, "--help"]) == 0

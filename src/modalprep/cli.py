@@ -18,12 +18,24 @@ app = typer.Typer(
     help="Finite-element meshes to flexible bodies for multibody dynamics, and their simulation.",
 )
 
-Output = Annotated[
-    Path | None, typer.Option("--output", help="Folder for outputs [default: 'output' beside the file].")
-]
+Output = Annotated[Path | None, typer.Option("--output", help="Folder for outputs; default 'output' beside the file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]
 ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from modalprep import __version__
+
+        print(f"modalprep {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+) -> None: ...
 
 
 @app.command()

@@ -81,8 +81,9 @@ def test_loads_across_the_beam_do_not_stiffen_it(planar):
 
 @pytest.mark.parametrize("gamma", sorted(ROTATING_FLAP))
 @pytest.mark.parametrize("flap", [True, False])
-def test_rotating_cantilever(gamma, flap):
+def test_rotating_cantilever_from_the_modal_file(gamma, flap, tmp_path):
     body = beam_body(40, 16, Iy=2e-7) if flap else uniform_beam(modes=8, truncation=("inertia",))
+    body = mp.read_body(mp.write_body(body, tmp_path / "beam.h5"))
     spin = gamma / TIME * np.array([0.0, 0.0, 1.0])
     if flap:  # spin about z, bending towards z, with lag modes beside: pick by the pair lag^2 = flap^2 - gamma^2
         found = np.sort(spin_modes(body, spin).frequency) * 2 * np.pi * TIME

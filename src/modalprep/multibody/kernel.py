@@ -40,6 +40,10 @@ class Work(NamedTuple):
     A: np.ndarray  # (nb, 6)
     qdd: np.ndarray  # (nb, N)
     L: np.ndarray  # (3, 3, N)
+    v3: np.ndarray  # small vectors and matrices of one body: allocation would cost more than the arithmetic
+    v6: np.ndarray
+    m3: np.ndarray
+    m6: np.ndarray
 
 
 def workspace(tree: Tree, bodies: Bodies) -> Work:
@@ -50,7 +54,11 @@ def workspace(tree: Tree, bodies: Bodies) -> Work:
         "Mrf": (6, N), "Mff": (N, N), "br": (6,), "bf": (N,), "G": (N, 6), "z": (N,), "IA": (6, 6), "pA": (6,),
         "U": (6, 6), "Delta": (6, 6), "A": (6,), "qdd": (N,),
     }  # fmt: skip
-    return Work(**{name: np.zeros((nb, *shape)) for name, shape in shapes.items()}, L=np.zeros((3, 3, N)))
+    small = {"L": (3, 3, N), "v3": (10, 3), "v6": (7, 6), "m3": (4, 3, 3), "m6": (5, 6, 6)}
+    return Work(
+        **{name: np.zeros((nb, *shape)) for name, shape in shapes.items()},
+        **{name: np.zeros(shape) for name, shape in small.items()},
+    )
 
 
 @compile_kernel
@@ -140,17 +148,21 @@ def rotation_of_quaternion(e, R):
 
 
 @compile_kernel
-def hinge_point(bodies, kind, node, n, q, qd, w, arm, Phi, R, vel, acc):
+def hinge_point(bodies, kind, node, n, q, qd, w, v3, arm, Phi, R, vel, acc):
     """Motion of a parent's interface node, in the parent's frame.
 
     Writes the position `arm`, the partial velocities `Phi (6, n)`, the rotation `R` of the node (Cayley map of
     ``psi q``, exactly orthogonal), its elastic velocity `vel (6,)` and the acceleration `acc (6,)` that remains
     when the parent's A and q'' are zero; w is the parent's angular velocity.
     """
-    x = np.zeros(3)
-    xd = np.zeros(3)
-    second = np.zeros((2, 3))  # -q' Kg q' of translation and rotation
+    x = v3[0]
+    xd = v3[1]
+    second = v3[2:4]  # -q' Kg q' of translation and rotation
     for a in range(3):
+        x[a] = 0.0
+        xd[a] = 0.0
+        second[0, a] = 0.0
+        second[1, a] = 0.0
         arm[a] = bodies.at[kind, node, a]
         vel[a] = 0.0
         for i in range(n):
@@ -198,18 +210,22 @@ def hinge_point(bodies, kind, node, n, q, qd, w, arm, Phi, R, vel, acc):
 
 
 @compile_kernel
-def body_matrices(bodies, k, n, V, q, qd, L, Mrr, Mrf, Mff, br, bf):
+def body_matrices(bodies, k, n, V, q, qd, L, v3, m3, Mrr, Mrf, Mff, br, bf):
     """One body's own mass matrix and bias, FORMULATION section 4."""
     w = V[3:]
     S = Mrf
-    s = np.empty(3)
-    E = np.empty((3, 3))
-    Y = np.empty((3, 3))
-    Sqd = np.empty(3)
-    second = np.zeros((2, 3))  # q' Kg_A q' and eps_cab q' Kg_W_ba q'
+    s = v3[4]
+    Sqd = v3[5]
+    second = v3[6:8]  # q' Kg_A q' and eps_cab q' Kg_W_ba q'
+    Jw = v3[8]
+    Yw = v3[9]
+    E = m3[0]
+    Y = m3[1]
     for a in range(3):
         s[a] = bodies.s0[k, a]
         Sqd[a] = 0.0
+        second[0, a] = 0.0
+        second[1, a] = 0.0
         for i in range(n):
             kq = 0.0
             kqd = 0.0
@@ -262,8 +278,6 @@ def body_matrices(bodies, k, n, V, q, qd, L, Mrr, Mrf, Mff, br, bf):
     ws = cross(w, s)
     wws = cross(w, ws)
     wSqd = cross(w, Sqd)
-    Jw = np.empty(3)
-    Yw = np.empty(3)
     for a in range(3):
         Jw[a] = trace * w[a]
         Yw[a] = (Y[0, 0] + Y[1, 1] + Y[2, 2]) * w[a]
@@ -295,17 +309,18 @@ def body_matrices(bodies, k, n, V, q, qd, L, Mrr, Mrf, Mff, br, bf):
 def outward(tree, bodies, y, motion, W):
     """First forward pass: hinge geometry, velocities, biases and own matrices of every body, root to tips."""
     nx = coordinates(tree)
-    node_R = np.empty((3, 3))
-    turn = np.empty((3, 3))
-    vel = np.zeros(6)
-    acc = np.zeros(6)
+    node_R = W.m3[2]
+    turn = W.m3[3]
+    vel = W.v6[0]
+    acc = W.v6[1]
+    vP = W.v6[2]
     for i in range(len(tree.parent)):
         p = tree.parent[i]
         joint = tree.joint[i]
         x = tree.x[i]
         u = nx + tree.u[i]
-        vP = np.zeros(6)
         for a in range(6):
+            vP[a] = 0.0
             acc[a] = 0.0
             W.bias[i, a] = 0.0
             for b in range(6):
@@ -317,7 +332,7 @@ def outward(tree, bodies, y, motion, W):
             pn = tree.n[p]
             w = W.V[p, 3:]
             hinge_point(bodies, tree.kind[p], tree.node[i], pn, y[px : px + pn], y[pu : pu + pn], w,
-                        W.arm[i], W.Phi[i], node_R, vel, acc)  # fmt: skip
+                        W.v3, W.arm[i], W.Phi[i], node_R, vel, acc)  # fmt: skip
             wr = cross(w, W.arm[i])
             for a in range(3):
                 vP[a] = W.V[p, a] + wr[a] + vel[a]
@@ -375,7 +390,7 @@ def outward(tree, bodies, y, motion, W):
                 elif joint == PRESCRIBED:
                     W.bias[i, 3 + a] += tree.axis[i, a] * motion[i, 2]
         n = tree.n[i]
-        body_matrices(bodies, tree.kind[i], n, W.V[i], y[x : x + n], y[u : u + n], W.L,
+        body_matrices(bodies, tree.kind[i], n, W.V[i], y[x : x + n], y[u : u + n], W.L, W.v3, W.m3,
                       W.Mrr[i], W.Mrf[i], W.Mff[i], W.br[i], W.bf[i])  # fmt: skip
 
 
@@ -422,14 +437,26 @@ def hand_to_parent(tree, W, i, nu, tau):
     """Add body i, its hinge condensed, to its parent: FORMULATION section 5."""
     p = tree.parent[i]
     n = tree.n[p]
-    Ia = np.empty((6, 6))
-    pa = np.empty(6)
-    UD = np.empty((6, 6))  # U Delta^-1
+    Ia = W.m6[0]
+    UD = W.m6[1]  # U Delta^-1
+    IP = W.m6[2]  # in the parent's axes, at the hinge point
+    half = W.m6[3]
+    B = W.m6[4]  # T_k = [[1, -arm~], [0, 1]]
+    pa = W.v6[3]
+    rest = W.v6[4]
+    pP = W.v6[5]
+    col = W.v6[6]
+    for a in range(6):
+        pP[a] = 0.0
+        for b in range(6):
+            IP[a, b] = 0.0
+            half[a, b] = 0.0
+            B[a, b] = 0.0
+        B[a, a] = 1.0
     for a in range(6):
         for c in range(nu):
             UD[a, c] = W.U[i, a, c]
         cholesky_solve(W.Delta[i], nu, UD[a])
-    rest = np.zeros(6)
     for c in range(nu):
         rest[c] = tau[c]
         for a in range(6):
@@ -447,9 +474,6 @@ def hand_to_parent(tree, W, i, nu, tau):
         for c in range(nu):
             v += UD[a, c] * rest[c]
         pa[a] = v
-    IP = np.zeros((6, 6))  # in the parent's axes, at the hinge point
-    half = np.zeros((6, 6))
-    pP = np.zeros(6)
     R = W.R[i]
     for h in range(2):
         for a in range(3):
@@ -462,9 +486,6 @@ def hand_to_parent(tree, W, i, nu, tau):
             for b in range(3):
                 for c in range(6):
                     IP[c, 3 * h + a] += half[c, 3 * h + b] * R[a, b]
-    B = np.zeros((6, 6))  # T_k = [[1, -arm~], [0, 1]]
-    for a in range(6):
-        B[a, a] = 1.0
     add_skew(B[:3, 3:], -1.0, W.arm[i])
     for a in range(6):
         for b in range(6):
@@ -492,8 +513,8 @@ def hand_to_parent(tree, W, i, nu, tau):
             for c in range(6):
                 v += half[c, a] * W.Phi[i, c, k]
             W.Mrf[p, a, k] += v
-        col = np.zeros(6)
         for a in range(6):
+            col[a] = 0.0
             for c in range(6):
                 col[a] += IP[a, c] * W.Phi[i, c, k]
         for l in range(n):  # noqa: E741
@@ -507,7 +528,8 @@ def hand_to_parent(tree, W, i, nu, tau):
 def accelerate(tree, W, i, nu, tau, udot):
     """Second forward pass of body i: hinge acceleration, A, q''; `udot` receives the body's speeds."""
     p = tree.parent[i]
-    aP = np.zeros(6)
+    aP = W.v6[3]
+    rest = W.v6[4]
     R = W.R[i]
     if p >= 0:
         wr = cross(W.A[p, 3:], W.arm[i])
@@ -519,6 +541,7 @@ def accelerate(tree, W, i, nu, tau, udot):
     else:
         for a in range(3):
             aP[a] = -tree.gravity[a]
+            aP[3 + a] = 0.0
     for a in range(3):
         v = W.bias[i, a]
         w = W.bias[i, 3 + a]
@@ -527,7 +550,6 @@ def accelerate(tree, W, i, nu, tau, udot):
             w += R[b, a] * aP[3 + b]
         W.A[i, a] = v
         W.A[i, 3 + a] = w
-    rest = np.zeros(6)
     for c in range(nu):
         rest[c] = tau[c]
         for a in range(6):

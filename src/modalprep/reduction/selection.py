@@ -64,7 +64,7 @@ def _mode_values(k: int, frequency: np.ndarray, fraction: np.ndarray) -> dict[st
     largest = int(np.argmax(fraction[k]))
     mass = fraction[k, largest]
     return {
-        "frequency": (frequency[k], f"frequency {frequency[k]:.4g} Hz"),
+        "frequency": (frequency[k], f"frequency {frequency[k]:.5g} Hz"),
         "effective_mass": (mass, f"effective mass {100 * mass:.3g}% in {DIRECTIONS[largest]}"),
         "mode": (k + 1, f"mode {k + 1}"),
     }

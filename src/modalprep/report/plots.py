@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,16 +11,21 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from modalprep.atomic import atomic_path
+from modalprep.errors import InputError
 from modalprep.multibody.result import Result
 from modalprep.reduction.table import DIRECTIONS, ModeTable
 
-# colour-blind safe (Okabe and Ito)
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-GREY = "#444444"
+# colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
+CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+LINES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (5, 2, 1, 2)))
+INK, GREY = "#1d2733", "#5c6b7a"
+ROOM, EXIT = 0.07, 0.36  # free of the range of the curves: where they stay, where one leaves the frame
+DPI = 180
 
 
 def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
-    """Draw, per direction, how much of the body's mass each kept mode carries, stacked.
+    """Draw, per direction, how much of the body's mass each kept vector carries, stacked.
 
     Examples
     --------
@@ -29,33 +34,45 @@ def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
     >>> effective_mass_plot(uniform_beam(modes=4).modes, Path(tempfile.mkdtemp()) / "m.png").suffix
     '.png'
     """
-    figure = Figure(figsize=(8.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(9.0, 3.9), layout="constrained")
     axes = figure.add_subplot()
-    share = np.nan_to_num(table.fraction)
-    rows = [k for k in np.flatnonzero(table.kept) if np.any(share[k] > 0)]
+    share = 100 * np.nan_to_num(table.fraction)
     left = np.zeros(6)
-    for rank, k in enumerate(rows):
-        colour = COLOURS[rank % len(COLOURS)]
-        axes.barh(DIRECTIONS, 100 * share[k], left=100 * left, color=colour, edgecolor="white", linewidth=0.6)
-        for place in np.flatnonzero(share[k] > 0.04):
-            x = 100 * (left[place] + share[k, place] / 2)
-            axes.text(x, place, str(k + 1), ha="center", va="center", color="white", fontsize=8)
+    for rank, k in enumerate(k for k in np.flatnonzero(table.kept) if np.any(share[k] > 0)):
+        _stack(axes, share[k], left, COLOURS[rank % len(COLOURS)], str(k + 1))
         left += share[k]
-    axes.invert_yaxis()
-    axes.set_xlim(0, 100 * max(1.0, left.max(initial=0.0)))
-    axes.set_xlabel("effective mass of the kept vectors, % of the body (numbers: row of the table)")
+    for place, total in enumerate(left):
+        text = f"{total:.1f}" if table.total[place] > 0 else "no inertia"
+        axes.text(max(101.5, total + 0.8), place, text, va="center", color=INK, fontsize=9)
+    axes.set_yticks(range(6), [*DIRECTIONS[:3], *(f"about {d[1]}" for d in DIRECTIONS[3:])])
+    axes.set_ylim(5.6, -0.6)
+    axes.set_xlim(0, max(110.0, 1.1 * left.max(initial=0.0)))
+    axes.set_xticks(range(0, 101, 20))
+    axes.set_xlabel("effective mass of the kept vectors, % of the body   (numbers in the bars: row of the table)")
+    axes.axvline(100, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
+    axes.axhline(2.5, color="#c3ccd4", linewidth=0.8)
     _plain(axes, grid="x")
     return _save(figure, path)
 
 
+def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, colour: str, label: str) -> None:
+    """Add one vector's piece to the six bars, with its row number where there is room."""
+    axes.barh(range(6), share, left=left, height=0.72, color=colour, edgecolor="white", linewidth=0.6)
+    ink = "white" if colour in ("#0072B2", "#009E73", "#D55E00") else INK
+    for place in np.flatnonzero(share > 1.2 * len(label) + 0.4):
+        middle = left[place] + share[place] / 2
+        axes.text(middle, place, label, ha="center", va="center", color=ink, fontsize=8)
+
+
 def history_plot(
-    results: dict[str, Result],
+    results: Mapping[str, Result],
     channels: Sequence[str],
     path: str | Path,
     *,
     title: str = "",
     ylabel: str = "",
-    reference: Sequence[dict[str, Any]] = (),
+    reference: Sequence[Mapping[str, Any]] | None = None,
+    ylim: tuple[float, float] | None = None,
 ) -> Path:
     """Draw channels of one or more runs over time.
 
@@ -65,72 +82,153 @@ def history_plot(
     ----------
     results : {label: Result}
     channels : sequence of str
+        A channel with several columns is drawn as that many curves.
     reference : sequence of {"label": str, "t": list, "y": list}
         Known points, drawn as markers.
+    ylim : (low, high), optional
+        Limits instead of the chosen ones.
+
+    Raises
+    ------
+    InputError
+        When there is no run, or a run has no such channel.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> t = np.linspace(0, 1)
+    >>> run = Result(time=t, channels={"hub.angle": t**2}, status="done", message="")
+    >>> history_plot({"run": run}, ["hub.angle"], Path(tempfile.mkdtemp()) / "angle.png").name
+    'angle.png'
     """
+    points = list(reference or ())
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
     axes = figure.add_subplot()
-    whole = [run for run in results.values() if run.status != "diverged"]
-    margin = 0.06 if len(whole) == len(results) else 0.35  # room to see a diverging curve leave
-    limits = _limits([run[c] for run in whole for c in channels], margin)
-    styles = iter(zip(COLOURS * 3, (["-"] * 6 + ["--"] * 6 + [":"] * 6), strict=True))
-    for label, run in results.items():
-        for channel in channels:
-            colour, line = next(styles)
-            shown = ", ".join(x for x in (channel if len(channels) > 1 else "", label if len(results) > 1 else "") if x)
-            axes.plot(run.time, run[channel], line, color=colour, linewidth=2.0, label=shown or channel)
-            if run.status == "diverged" and limits:
-                _note_exit(axes, run.time, run[channel], limits, colour)
-    for point in reference:
-        axes.plot(
-            point["t"],
-            point["y"],
-            "o",
-            color=GREY,
-            markerfacecolor="white",
-            markersize=7,
-            label=point["label"],
-        )
-    axes.set_xlim(0, max(run.time[-1] for run in results.values()))
-    if limits:
-        axes.set_ylim(*limits)
+    curves = list(_curves(results, channels))
+    axes.set_ylim(*(ylim or _frame(curves, points)))
+    axes.set_xlim(0, max(run.time[-1] for run in results.values()) or 1.0)
+    for order, (label, run, y, style) in enumerate(curves):
+        # the first run is the one to trust: drawn last, on top of what deviates from it
+        axes.plot(run.time, y, label=label, linewidth=2.2, zorder=3 - order / len(curves), **style)
+    _note_exits(axes, results, curves)
+    for mark, point in zip("osD^v" * len(points), points, strict=False):
+        axes.plot(point["t"], point["y"], mark, color=INK, markerfacecolor="white", markersize=7.5,
+                  markeredgewidth=1.4, zorder=4, label=point["label"])  # fmt: skip
     axes.set_xlabel("time (s)")
     axes.set_ylabel(ylabel or ", ".join(channels))
-    axes.set_title(title, loc="left", fontsize=13, fontweight="bold")
-    if len(results) * len(channels) + len(reference) > 1:
-        axes.legend(frameon=False, loc="best")
+    _head(axes, title)
     _plain(axes, grid="both")
     return _save(figure, path)
 
 
-def _limits(values: list[np.ndarray], margin: float) -> tuple[float, float] | None:
-    if not values:
+def _curves(
+    results: Mapping[str, Result], channels: Sequence[str]
+) -> Iterator[tuple[str, Result, np.ndarray, dict[str, Any]]]:
+    """Yield label, run, values and style: a colour per run, or per channel when there are several."""
+    if not results or not channels:
+        raise InputError("nothing to plot: give at least one run and one channel")
+    for number, (label, run) in enumerate(results.items()):
+        names = [name for channel in channels for name in _components(run, channel)]
+        for column, name in enumerate(names):
+            several = len(names) > 1
+            colour = CURVES[(column if several else number) % len(CURVES)]
+            line = LINES[number % len(LINES)] if several else "-"
+            words = [name] * several + [label] * (len(results) > 1)
+            yield ", ".join(words) or name, run, run[name], {"color": colour, "linestyle": line}
+
+
+def _components(run: Result, channel: str) -> list[str]:
+    return [f"{channel}.{name}" for name in run.columns().get(channel, ())] or [channel]
+
+
+def _frame(curves: list, points: list[Mapping[str, Any]]) -> tuple[float, float]:
+    """Return the limits of the runs that did not diverge and the reference; of the first half of each if all did."""
+    steady = [y for _, run, y, _ in curves if run.status != "diverged"]
+    leaving = [y for _, run, y, _ in curves if run.status == "diverged"]
+    values = steady or [y[: max(2, len(y) // 2)] for y in leaving]
+    values += [np.asarray(point["y"], dtype=float) for point in points]
+    known, out = _finite(values), _finite(leaving)
+    if not known.size:
+        return 0.0, 1.0
+    return _limits(values, (EXIT if (out < known.min()).any() else ROOM, EXIT if (out > known.max()).any() else ROOM))
+
+
+def _limits(values: Sequence[np.ndarray], margin: float | tuple[float, float]) -> tuple[float, float] | None:
+    """Limits that hold `values` with this share of their range free, below and above; None without any."""
+    known = _finite(values)
+    if not known.size:
         return None
-    low, high = min(v.min() for v in values), max(v.max() for v in values)
-    room = margin * (high - low) or 1.0
-    return low - room, high + room
+    low, high = known.min(), known.max()
+    # a constant up to round-off is drawn as one, not as amplified noise
+    span = high - low if high - low > 1e-9 * max(abs(low), abs(high)) else max(abs(low), abs(high)) or 1.0
+    below, above = np.broadcast_to(margin, 2)
+    return low - below * span, high + above * span
 
 
-def _note_exit(axes: Axes, time: np.ndarray, y: np.ndarray, limits: tuple[float, float], colour: str) -> None:
-    """Mark where a diverging curve leaves the frame."""
-    outside = np.flatnonzero((y < limits[0]) | (y > limits[1]))
-    if not len(outside):
-        return
-    t, down = time[outside[0]], y[outside[0]] < limits[0]
-    edge = limits[0] if down else limits[1]
-    inward = (limits[1] - limits[0]) * (0.05 if down else -0.1)
-    text = f"diverges: leaves the frame at t = {t:.1f} s,\nreaches {y[-1]:.3g} at t = {time[-1]:.1f} s"
-    arrow = {"arrowstyle": "-|>", "color": colour, "lw": 1.5}
-    axes.annotate(text, xy=(t, edge), xytext=(t + 0.12 * time[-1], edge + inward), color=colour, arrowprops=arrow)
+def _finite(values: Sequence[np.ndarray]) -> np.ndarray:
+    joined = np.concatenate([np.zeros(0), *(np.ravel(v) for v in values)])
+    return joined[np.isfinite(joined)]
+
+
+def _note_exits(axes: Axes, results: Mapping[str, Result], curves: list) -> None:
+    """Mark where the first curve of each diverged run leaves the frame for good."""
+    diverged = {label: run for label, run in results.items() if run.status == "diverged"}
+    for above, (name, run) in enumerate(diverged.items()):
+        own = [(_exit(y, axes.get_ylim()), y, style) for _, other, y, style in curves if other is run]
+        first, y, style = min(own, key=lambda curve: curve[0])
+        if first < len(y):
+            colour = style["color"] if len(own) == 1 else INK
+            _note(axes, name if len(results) > 1 else "the run", run.time, y, first, colour, above)
+
+
+def _exit(y: np.ndarray, limits: tuple[float, float]) -> int:
+    """Index from which y stays outside the limits; its length if it ends inside."""
+    inside = np.flatnonzero((y >= limits[0]) & (y <= limits[1]))
+    return int(inside[-1]) + 1 if len(inside) else 0
+
+
+def _note(axes: Axes, name: str, time: np.ndarray, y: np.ndarray, first: int, colour: str, above: int) -> None:
+    """Write that a run diverges beside the place where its curve leaves; `above` notes are there already."""
+    (low, high), width = axes.get_ylim(), axes.get_xlim()[1]
+    t, down = float(time[first]), not y[first] > high
+    late = t > 0.6 * width
+    step = (high - low) * (0.085 + 0.17 * above)
+    end = f",\nreaches {y[-1]:.3g} at t = {time[-1]:.1f} s" if np.isfinite(y[-1]) else ""
+    axes.annotate(
+        f"{name} diverges:\nleaves the frame at t = {t:.1f} s{end}",
+        xy=(t, low if down else high),
+        xytext=(t + (-0.05 if late else 0.05) * width, low + step if down else high - step),
+        ha="right" if late else "left",
+        va="center",
+        color=colour,
+        arrowprops={"arrowstyle": "-|>", "color": colour, "lw": 1.5, "shrinkB": 0},
+        bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.85, "pad": 2.0},
+        zorder=5,
+    )
+
+
+def _head(axes: Axes, title: str) -> None:
+    """Title, and under it the legend in rows above the frame, where it can hide no curve."""
+    labels = axes.get_legend_handles_labels()[1]
+    widest = max(map(len, labels)) + 8  # characters, with the line before the text
+    one_row = len(labels) <= 3 and sum(map(len, labels)) + 8 * len(labels) <= 115
+    columns = len(labels) if one_row else max(1, min(3, 115 // widest))
+    rows = -(-len(labels) // columns) if len(labels) > 1 else 0
+    axes.set_title(title, loc="left", fontsize=14, fontweight="bold", color=INK, pad=8 + 16 * rows)
+    if rows:
+        axes.legend(loc="lower left", bbox_to_anchor=(-0.008, 1.0), ncols=columns, frameon=False, fontsize=9.5,
+                    borderaxespad=0.3, columnspacing=1.6, handlelength=2.0, handletextpad=0.6)  # fmt: skip
 
 
 def _plain(axes: Axes, grid: str) -> None:
     axes.spines[["top", "right"]].set_visible(False)
-    axes.grid(axis=grid, color="#dddddd", linewidth=0.7)
+    axes.spines[["left", "bottom"]].set_color(GREY)
+    axes.tick_params(color=GREY, labelcolor=INK)
+    axes.grid(axis=grid, color="#e3e7eb", linewidth=0.8)
     axes.set_axisbelow(True)
 
 
 def _save(figure: Figure, path: str | Path) -> Path:
     with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=180)
+        figure.savefig(temporary, dpi=DPI)
     return Path(path)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-import warnings
 from functools import cache
 from pathlib import Path
 
@@ -17,38 +16,59 @@ from modalprep.errors import InputError, RenderError
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 PROBE = """
-import pyvista
+import sys
+try:
+    import pyvista
+except ImportError as error:
+    sys.exit(f"import: {error}")
 plotter = pyvista.Plotter(off_screen=True, window_size=(32, 32))
 plotter.add_mesh(pyvista.Sphere())
-assert plotter.screenshot(return_img=True).std() > 0
+sys.exit(0 if plotter.screenshot(return_img=True).std() > 0 else "blank")
 """
-ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1-mesa-dri"
+PATIENCE = 120  # s; the first import of VTK from a cold network disk takes most of a minute
+ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
 SHARE = 0.12  # largest displacement shown, of the body's size
-LINEAR = {
-    "tetra10": ("tetra", 4),
-    "triangle6": ("triangle", 3),
-    "line3": ("line", 2),
-    "hexahedron20": ("hexahedron", 8),
-}
+BALL = 0.016  # radius of an interface's mark, of half the picture's height
+TUBE = 0.007  # radius of a beam, of the body's size
+BODY_COLOUR, EDGE, GHOST, MARK = "#a9c7dd", "#5b7486", "#8a949e", "#D55E00"
+PICTURES = (".png", ".jpg", ".jpeg")
 
 
 @cache
 def drawing_problem() -> str | None:
-    """Return why this machine cannot draw, or None when it can.
+    """Return why this machine cannot draw, in one sentence, or None when it can.
 
     A VTK without EGL ends the process, so a subprocess tries first; what worked there is set up here.
+    The answer is kept for the life of the process.
     """
-    for window in ("vtkEGLRenderWindow", ""):
-        environment = os.environ | {WINDOW: window} if window else dict(os.environ)
-        try:
-            done = subprocess.run([sys.executable, "-c", PROBE], env=environment, capture_output=True, timeout=120)
-        except (OSError, subprocess.TimeoutExpired):
-            continue
-        if done.returncode == 0:
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # Mesa otherwise writes its search for devices to the terminal
+    problem = ""
+    for window in ("vtkEGLRenderWindow", None):
+        problem = _attempt(window)
+        if not problem:
             if window:
                 os.environ[WINDOW] = window
             return None
-    return f"VTK finds no OpenGL that works without a display ({ADVICE})"
+    return f"{problem} ({ADVICE})"
+
+
+def _attempt(window: str | None) -> str:
+    """Draw a sphere in a subprocess with this kind of window; return what went wrong."""
+    environment = os.environ | ({WINDOW: window} if window else {})
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True, timeout=PATIENCE
+        )
+    except subprocess.TimeoutExpired:
+        return f"VTK did not draw a test picture within {PATIENCE} s"
+    except OSError as error:
+        return f"the test of VTK did not start: {error}"
+    if done.returncode == 0:
+        return ""
+    cause = done.stderr.strip().rpartition("\n")[2]
+    if cause.startswith("import: "):
+        return f"pyvista cannot be imported: {cause.removeprefix('import: ')}"
+    return "VTK finds no OpenGL that works without a display"
 
 
 def render_mode(body: FlexibleBody, mode: int, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
@@ -57,14 +77,15 @@ def render_mode(body: FlexibleBody, mode: int, path: str | Path, *, size: tuple[
     Raises
     ------
     InputError
-        When the body has no such mode.
+        When the body has no such mode, or the file is neither .png nor .jpg.
     RenderError
         When the machine cannot draw.
     """
-    displacement = _displacement(body, mode)
-    plotter = _plotter(body, size, displacement)
-    _add_deformed(plotter, body, displacement)
-    plotter.add_text(_title(body, mode), font_size=12, color="black")
+    scale = _scale(body, mode)
+    plotter = _plotter(body, size, body.points + scale * body.shape[:, :, mode - 1], mode)
+    _add_ghost(plotter, body)
+    _add_deformed(plotter, body, mode, scale)
+    _add_bar(plotter)
     return _save(plotter, path)
 
 
@@ -73,15 +94,25 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
 
     Raises
     ------
+    InputError
+        When the file is neither .png nor .jpg.
     RenderError
         When the machine cannot draw.
     """
-    plotter = _plotter(body, size, None)
-    grid = _grid(body, body.points)
-    solid = not _is_line(body)
-    plotter.add_mesh(_visible(grid, body), color="#9ecae1", show_edges=solid, edge_color="#4a6a7a", line_width=1)
-    _add_interfaces(plotter, body, np.zeros((len(body.interface_name), 3)))
-    plotter.add_text(f"{body.name}: {len(body.points)} nodes", font_size=12, color="black")
+    from modalprep.report.surface import edges, surface, tubes
+
+    plotter = _plotter(body, size, body.points, None)
+    skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * _size(body))
+    if skin is not None:
+        plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
+        drawn = plotter.add_mesh(edges(body, body.points), color=EDGE, line_width=1)
+        # less towards the camera than VTK's habit, by which the edges behind a silhouette peep over it
+        drawn.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(1.0, 2.0)
+    if beams is not None:
+        plotter.add_mesh(beams, color=BODY_COLOUR, smooth_shading=True, ambient=0.25)
+    if skin is None:
+        plotter.add_mesh(_balls(np.array(body.points), 0.8 * TUBE * _size(body)), color=EDGE)
+    _add_interfaces(plotter, body, body.interface_position)
     return _save(plotter, path)
 
 
@@ -91,130 +122,136 @@ def animate_mode(body: FlexibleBody, mode: int, path: str | Path, *, frames: int
     Raises
     ------
     InputError, RenderError
-        As `render_mode`.
+        As `render_mode`; the file is a .gif.
     """
     from PIL import Image
 
-    displacement = _displacement(body, mode)
+    if Path(path).suffix.lower() != ".gif":
+        raise InputError(f"cannot write {path}: an animation is a .gif file")
+    scale = _scale(body, mode)
+    swing = scale * body.shape[:, :, mode - 1]
+    plotter = _plotter(body, (700, 525), np.concatenate([body.points + swing, body.points - swing]), mode)
+    _add_ghost(plotter, body)
     images = []
     for phase in np.linspace(0, 2 * np.pi, frames, endpoint=False):
-        plotter = _plotter(body, (700, 525), displacement)
-        _add_deformed(plotter, body, np.sin(phase) * displacement, bar=False)
-        plotter.add_text(_title(body, mode), font_size=10, color="black")
+        _add_deformed(plotter, body, mode, scale, np.sin(phase))
         images.append(Image.fromarray(plotter.screenshot(return_img=True)))
-        plotter.close()
+    plotter.close()
     with atomic_path(path) as temporary:
         images[0].save(temporary, save_all=True, append_images=images[1:], duration=60, loop=0, format="GIF")
     return Path(path)
 
 
-def _displacement(body: FlexibleBody, mode: int) -> np.ndarray:
-    """Nodal displacement (n_points, 3) scaled to `SHARE` of the body's size."""
+def _scale(body: FlexibleBody, mode: int) -> float:
+    """Return the modal coordinate at which the largest displacement is `SHARE` of the body's size."""
     if not 1 <= mode <= body.n:
-        raise InputError(f"body {body.name!r} has no mode {mode}; its modes are 1 to {body.n}")
-    shape = body.shape[:, :, mode - 1]
-    largest = np.linalg.norm(shape, axis=1).max()
-    return shape * (SHARE * _size(body) / largest) if largest > 0 else shape
+        modes = f"its modes are 1 to {body.n}" if body.n else "it is rigid"
+        raise InputError(f"body {body.name!r} has no mode {mode}; {modes}")
+    largest = np.linalg.norm(body.shape[:, :, mode - 1], axis=1).max()
+    return float(SHARE * _size(body) / largest) if largest > 0 else 0.0
 
 
 def _size(body: FlexibleBody) -> float:
-    return float(np.linalg.norm(np.ptp(body.points, axis=0)))
+    return float(np.linalg.norm(np.ptp(body.points, axis=0))) or 1.0
 
 
-def _title(body: FlexibleBody, mode: int) -> str:
-    return f"{body.name}, mode {mode}: {body.frequency[mode - 1]:.4g} Hz"
+def _title(body: FlexibleBody, mode: int | None) -> str:
+    if mode is None:
+        return f"{body.name}   {len(body.points)} nodes"
+    return f"{body.name}   mode {mode}   {body.frequency[mode - 1]:.4g} Hz"
 
 
-def _is_line(body: FlexibleBody) -> bool:
-    return all(kind.startswith("line") for kind in body.cells)
-
-
-def _grid(body: FlexibleBody, points: np.ndarray):
-    """Return the body as a pyvista grid of linear cells: mid-edge nodes would clutter the edges."""
-    import pyvista
-    from meshio import Mesh
-
-    cells = [(*LINEAR.get(kind, (kind, None)), c) for kind, c in body.cells.items()]
-    mesh = Mesh(points, [(kind, c[:, :count]) for kind, count, c in cells])
-    return pyvista.from_meshio(mesh)
-
-
-def _visible(grid, body: FlexibleBody):
-    """Return what is drawn: tubes for lines, the surface for the rest."""
-    if _is_line(body):
-        return grid.extract_surface(algorithm=None).tube(radius=0.008 * _size(body), n_sides=16)
-    return grid.extract_surface(algorithm=None)
-
-
-def _plotter(body: FlexibleBody, size: tuple[int, int], displacement: np.ndarray | None):
+def _plotter(body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None):
+    """Return an empty picture whose camera holds the body and the (deformed) points."""
     problem = drawing_problem()
     if problem:
         raise RenderError(problem)
     import pyvista
 
+    from modalprep.report.camera import aim
+
     plotter = pyvista.Plotter(off_screen=True, window_size=size)
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
-    plotter.camera_position = _camera(body, displacement)
-    plotter.add_axes(color="black")
+    shape = None if mode is None else body.shape[:, :, mode - 1]
+    aim(plotter, np.concatenate([body.points, body.interface_position, points]), body.points, shape)
+    plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
+    plotter.add_text(_title(body, mode), position=(0.025, 0.935), viewport=True, font_size=size[1] // 55, color="black")
     return plotter
 
 
-def _camera(body: FlexibleBody, displacement: np.ndarray | None):
-    """Look square at a line body's motion, else from a corner."""
-    centre, distance = (body.points.max(axis=0) + body.points.min(axis=0)) / 2, 2.2 * _size(body)
-    direction, up = np.array([1.0, -1.6, 1.1]), np.array([0.0, 0.0, 1.0])
-    if _is_line(body) and displacement is not None:
-        axis = np.linalg.svd(body.points - body.points.mean(axis=0))[2][0]
-        motion = displacement[np.argmax(np.linalg.norm(displacement, axis=1))]
-        motion = motion - (motion @ axis) * axis
-        if np.linalg.norm(motion) > 1e-3 * _size(body):
-            up = motion / np.linalg.norm(motion)
-            up = up * np.sign(up[np.argmax(np.abs(up))])
-            direction = np.cross(axis, up)
-            direction = direction * np.sign(direction[np.argmax(np.abs(direction))]) + 0.15 * up
-    elif np.ptp(body.points, axis=0)[2] < 0.2 * np.ptp(body.points, axis=0).min(
-        initial=np.inf, where=[True, True, False]
-    ):
-        direction = np.array([0.35, -0.8, 1.2])  # flat in x-y: more from above
-    return [centre + distance * direction / np.linalg.norm(direction), centre, up]
+def _add_ghost(plotter, body: FlexibleBody) -> None:
+    """Add the undeformed body: a line per beam, and the sharp edges and the outline of the rest."""
+    from modalprep.report.surface import lines, surface
+
+    skin, beams = surface(body, body.points), lines(body, body.points)
+    if skin is not None:
+        sharp = skin.extract_feature_edges(30)
+        ghost = plotter.add_mesh(skin, color=GHOST, opacity=0.12)
+        # behind the faces of the deformed body that lie in the same plane
+        ghost.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        ghost.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(1.0, 500.0)
+        if sharp.n_cells:
+            plotter.add_mesh(sharp, color=GHOST, line_width=1.5)
+    if beams is not None:
+        plotter.add_mesh(beams, color=GHOST, line_width=2)
 
 
-def _add_deformed(plotter, body: FlexibleBody, displacement: np.ndarray, *, bar: bool = True) -> None:
-    ghost = _grid(body, body.points).extract_surface(algorithm=None)
-    outline = ghost if _is_line(body) else ghost.extract_feature_edges(30)
-    plotter.add_mesh(outline, color="#999999", line_width=2)
-    deformed = _grid(body, body.points + displacement)
-    amplitude = np.linalg.norm(displacement, axis=1)
-    limit = SHARE * _size(body)
-    deformed["displacement"] = amplitude / limit
-    bar_style = {"title": "displacement", "color": "black", "n_labels": 3, "fmt": "%.1f", "vertical": True}
-    bar_style |= {"position_x": 0.9, "position_y": 0.25, "height": 0.5, "width": 0.05}
-    plotter.add_mesh(
-        _visible(deformed, body), scalars="displacement", cmap="viridis", clim=(0, 1), show_scalar_bar=bar,
-        scalar_bar_args=bar_style, smooth_shading=True, split_sharp_edges=True,
+def _add_deformed(plotter, body: FlexibleBody, mode: int, scale: float, phase: float = 1.0) -> None:
+    """Add the body at its modal coordinate `scale * phase`, in place of what was there before."""
+    from modalprep.report.surface import surface, tubes
+
+    displacement = phase * scale * body.shape[:, :, mode - 1]
+    amount = np.linalg.norm(displacement, axis=1) / (SHARE * _size(body))
+    moved = body.points + displacement
+    style = {"scalars": "displacement", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False}
+    style |= {"smooth_shading": True, "ambient": 0.25}
+    skin, beams = surface(body, moved, amount), tubes(body, moved, TUBE * _size(body), amount)
+    if skin is not None:
+        plotter.add_mesh(skin, name="skin", split_sharp_edges=True, reset_camera=False, **style)
+    if beams is not None:
+        plotter.add_mesh(beams, name="beams", reset_camera=False, **style)
+    _add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1])
+
+
+def _add_bar(plotter) -> None:
+    plotter.add_scalar_bar(
+        "displacement / largest", color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=16,
+        label_font_size=16, position_x=0.66, position_y=0.03, width=0.3, height=0.07,
     )  # fmt: skip
-    moved = [displacement[np.argmin(np.linalg.norm(body.points - p, axis=1))] for p in body.interface_position]
-    _add_interfaces(plotter, body, np.array(moved))
 
 
-def _add_interfaces(plotter, body: FlexibleBody, moved: np.ndarray) -> None:
-    at = body.interface_position + moved
-    plotter.add_points(at, color="#D55E00", point_size=14, render_points_as_spheres=True)
+def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray) -> None:
+    """Mark the interfaces by balls over the body (a bolt's centre lies inside its hole) and by their names."""
+    places, camera = np.array(places, dtype=float), plotter.camera
+    radius = BALL * camera.parallel_scale
+    actor = plotter.add_mesh(_balls(places, radius), name="balls", color=MARK, ambient=0.4, reset_camera=False)
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, -66000)
+    beside = np.cross(camera.up, np.array(camera.position) - camera.focal_point)
+    beside = np.array(camera.up) + beside / np.linalg.norm(beside)
     plotter.add_point_labels(
-        at, list(body.interface_name), font_size=18, text_color="black", shape_color="white", shape_opacity=0.7,
-        show_points=False, always_visible=True,
+        places + radius * beside, list(body.interface_name), name="names", font_size=20, text_color="black",
+        shape_color="white", shape_opacity=0.75, show_points=False, always_visible=True, margin=4, reset_camera=False,
     )  # fmt: skip
+
+
+def _balls(places: np.ndarray, radius: float):
+    import pyvista
+
+    return pyvista.PolyData(places).glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
 
 
 def _save(plotter, path: str | Path) -> Path:
     from PIL import Image
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        plotter.reset_camera()
+    path = Path(path)
+    try:
+        if path.suffix.lower() not in PICTURES:
+            raise InputError(f"cannot write {path}: a picture is one of {', '.join(PICTURES)}")
         image = plotter.screenshot(return_img=True)
-    plotter.close()
+    finally:
+        plotter.close()
     with atomic_path(path) as temporary:
-        Image.fromarray(image).save(temporary, format="PNG")
-    return Path(path)
+        Image.fromarray(image).save(temporary)
+    return path

@@ -3,42 +3,92 @@
 from __future__ import annotations
 
 import numpy as np
+from rich import box
 from rich.console import Console
+from rich.padding import Padding
 from rich.table import Table
+from rich.text import Text
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.reduction.table import DIRECTIONS, ModeTable
+from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
 
-NARROW = 100  # columns; below, the rotations are dropped
+WIDE = 105  # columns; below, each row names its largest directions only
+LISTED = 40  # frequencies written out, at most
+LEGEND = ": effective mass in % of the body"
+SUM = "; sum: of the kept rows so far, in the row's largest direction"
+NOUNS = {FIXED: "modes with fixed interfaces", CONSTRAINT: "constraint modes", TRUNCATION: "truncation vectors"}
 
 
 def mode_table(table: ModeTable, console: Console) -> None:
-    """Print one row per candidate: kind, frequency, effective masses in % of the body, kept, reason.
+    """Print one row per candidate: kind, frequency, effective mass in % of the body, kept, reason.
+
+    A console of `WIDE` columns shows all six directions and the running sum over the kept rows in the
+    row's largest direction; a narrower one the largest mass and the largest inertia of each row.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> mode_table(uniform_beam(modes=1).modes, Console(width=120, color_system=None))  # doctest: +ELLIPSIS
-                                                  Mode selection...
+    Mode selection...
+    1 of 1 candidate vectors kept: 1 of 1 modes with fixed interfaces.
     """
-    shown = 3 if console.width < NARROW else 6
-    rich = Table(title="Mode selection: effective mass in % of the body", header_style="bold", pad_edge=False)
-    rich.add_column("", justify="right")
-    rich.add_column("kind")
-    rich.add_column("Hz", justify="right")
-    for direction in DIRECTIONS[:shown]:
-        rich.add_column(direction, justify="right")
-    rich.add_column("kept")
-    rich.add_column("reason", overflow="fold")
-    for k, kind in enumerate(table.kind):
-        masses = [percent(value) for value in table.fraction[k, :shown]]
-        mark = "yes" if table.kept[k] else "no"
-        rich.add_row(str(k + 1), kind, hertz(table.frequency[k]), *masses, mark, table.reason[k],
-                     style=None if table.kept[k] else "dim")  # fmt: skip
-    rich.add_section()
-    sums = [percent(value) for value in carried(table)[:shown]]
-    rich.add_row("", "sum of kept", "", *sums, f"{table.kept.sum()}/{len(table.kept)}", "of candidates")
-    console.print(rich)
+    wide = console.width >= WIDE
+    rich = _empty_table(wide)
+    for k in range(len(table.kind)):
+        cells = [str(k + 1), table.kind[k], hertz(table.frequency[k]), *_mass_cells(table, k, wide)]
+        mark = Text("yes", "bold green") if table.kept[k] else Text("no")
+        rich.add_row(*map(Text, cells), mark, Text(table.reason[k]), style="" if table.kept[k] else "dim")
+    sums = [percent(value) for value in carried(table)]
+    if wide:
+        rich.add_section()
+        rich.add_row("", "sum of kept", "", *sums, "", "", "", style="bold")
+    # soft wrap is for log lines; in a table it would push the last column off the screen
+    console.print(Text.assemble(("Mode selection", "bold"), (LEGEND + SUM * wide, "dim")), soft_wrap=False)
+    console.print(rich, soft_wrap=False)
+    if not wide:
+        shares = "   ".join(f"{name} {value}" for name, value in zip(DIRECTIONS, sums, strict=True))
+        console.print(Text(f"sum of kept, %:  {shares}", "bold"), soft_wrap=False)
+    console.print(Text(_verdict(table)), soft_wrap=False)
+
+
+def _empty_table(wide: bool) -> Table:
+    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+    rich.add_column("", justify="right", no_wrap=True)
+    rich.add_column("kind", no_wrap=True)
+    for name in ("Hz", *((*DIRECTIONS, "sum") if wide else ("mass", "inertia"))):
+        rich.add_column(name, justify="right", no_wrap=True)
+    rich.add_column("kept", no_wrap=True)
+    rich.add_column("reason", overflow="fold", ratio=1)
+    return rich
+
+
+def _mass_cells(table: ModeTable, k: int, wide: bool) -> list[str]:
+    """Return the effective masses of row k with the running sum, or its largest mass and inertia."""
+    share = table.fraction[k]
+    if np.isnan(share).all():
+        return [""] * (7 if wide else 2)
+    if not wide:
+        return [_largest(share, slice(0, 3)), _largest(share, slice(3, 6))]
+    top = int(np.nanargmax(share))
+    running = np.nansum(table.fraction[: k + 1][table.kept[: k + 1], top])
+    return [*map(percent, share), percent(running) if table.kept[k] else ""]
+
+
+def _largest(share: np.ndarray, part: slice) -> str:
+    top = int(np.nanargmax(share[part]))
+    text = percent(share[part][top])
+    return f"{text} {DIRECTIONS[part][top]}" if text != "." else text
+
+
+def _verdict(table: ModeTable) -> str:
+    """Say how many candidates of each kind were kept."""
+    kind = np.array(table.kind)
+    parts = [
+        f"{(table.kept & (kind == name)).sum()} of {(kind == name).sum()} {noun}"
+        for name, noun in NOUNS.items()
+        if (kind == name).any()
+    ]
+    return f"{table.kept.sum()} of {len(kind)} candidate vectors kept: {', '.join(parts) or 'there are none'}."
 
 
 def carried(table: ModeTable) -> np.ndarray:
@@ -54,15 +104,26 @@ def carried(table: ModeTable) -> np.ndarray:
 
 
 def body_summary(body: FlexibleBody, console: Console) -> None:
-    """Print mass, centre, inertia, interfaces and frequencies of a body."""
-    rich = Table(title=f"Body {body.name!r}", show_header=False, title_justify="left", pad_edge=False)
+    """Print mass, centre, inertia, interfaces and frequencies of a body.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body_summary(uniform_beam(modes=1), Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    Body beam
+      mass  12 kg...
+    """
+    grid = Table.grid(padding=(0, 2))
+    grid.add_column(style="dim", no_wrap=True)
+    grid.add_column(overflow="fold")
     for name, value in summary_rows(body):
-        rich.add_row(name, value)
-    console.print(rich)
+        grid.add_row(Text(name), Text(value))
+    console.print(Text.assemble("Body ", (body.name, "bold")), soft_wrap=False)
+    console.print(Padding(grid, (0, 0, 1, 2)), soft_wrap=False)
 
 
 def summary_rows(body: FlexibleBody) -> list[tuple[str, str]]:
-    """Return (name, text) rows that describe a body.
+    """Return (name, text) rows that describe a body in its frame B.
 
     Examples
     --------
@@ -70,25 +131,35 @@ def summary_rows(body: FlexibleBody) -> list[tuple[str, str]]:
     >>> summary_rows(uniform_beam(modes=1))[0]
     ('mass', '12 kg')
     """
-    J = np.trace(body.E0) - np.diag(body.E0)
     rows = [
         ("mass", f"{body.m:.6g} kg"),
         ("centre of mass", f"{_vector(body.s0 / body.m)} m"),
-        ("moments of inertia about the root", f"{_vector(J)} kg m^2"),
+        *_inertia_rows(body.E0),
     ]
     for k, (name, place) in enumerate(zip(body.interface_name, body.interface_position, strict=True)):
         rows.append((f"interface {name}" + (" (root)" if k == 0 else ""), f"{_vector(place)} m"))
     if body.n:
-        first = ", ".join(f"{f:.4g}" for f in body.frequency[:6])
-        more = f", ... {body.frequency[-1]:.4g}" if body.n > 6 else ""
-        rows.append((f"{body.n} modal coordinates, root clamped", f"{first}{more} Hz"))
+        listed = ", ".join(hertz(f) for f in body.frequency[:LISTED])
+        more = f", ... {hertz(body.frequency[-1])}" if body.n > LISTED else ""
+        rows.append((f"{body.n} modes, root clamped", f"{listed}{more} Hz"))
     rows.append(("geometric stiffness", "stored" if body.has_geometric_stiffness else "none"))
     return rows
 
 
+def _inertia_rows(E0: np.ndarray) -> list[tuple[str, str]]:
+    """Moments about the root, and products where the axes are not principal: J = tr(E0) - E0."""
+    moments = np.trace(E0) - np.diag(E0)
+    products = -E0[[0, 0, 1], [1, 2, 2]]
+    rows = [("inertia about root, xx yy zz", f"{_vector(moments)} kg m²")]
+    if np.abs(products).max() > 1e-6 * moments.max():
+        rows.append(("products, xy xz yz", f"{_vector(products)} kg m²"))
+    return rows
+
+
 def _vector(v: np.ndarray) -> str:
+    """Write to five digits of the largest component: what lies below is noise of the mesh."""
     scale = np.abs(v).max(initial=0.0)
-    return "(" + ", ".join(f"{0.0 if abs(x) < 1e-9 * scale else x:.5g}" for x in v) + ")"
+    return "(" + ", ".join(f"{0.0 if abs(x) < 5e-6 * scale else x:.5g}" for x in v) + ")"
 
 
 def percent(value: float) -> str:
@@ -103,11 +174,11 @@ def percent(value: float) -> str:
 
 
 def hertz(value: float) -> str:
-    """Write a frequency; nothing for NaN.
+    """Write a frequency to five digits, without an exponent up to 10 MHz; nothing for NaN.
 
     Examples
     --------
-    >>> hertz(0.60440)
-    '0.6044'
+    >>> hertz(0.60440), hertz(231403.2)
+    ('0.6044', '231403')
     """
-    return "" if np.isnan(value) else f"{value:.5g}"
+    return "" if np.isnan(value) else f"{value:.0f}" if 1e4 <= value < 1e7 else f"{value:.5g}"

@@ -1,0 +1,86 @@
+"""Where to look at a body from, so that its motion is seen and the picture is full."""
+
+from __future__ import annotations
+
+import numpy as np
+
+CORNER = np.array([0.5, -0.8, 0.55])  # the usual three-quarter view, z up
+ABOVE = np.array([0.35, -0.75, 1.1])  # of a body flat in x-y
+SLENDER, FLAT = 0.1, 0.25  # extent across, over extent along, of a body seen square-on, from above
+FRAME = (0.05, 0.13, 0.93, 0.89)  # left, bottom, right, top of the picture that the body may fill
+
+
+def aim(plotter, seen: np.ndarray, points: np.ndarray, shape: np.ndarray | None) -> None:
+    """Turn the camera of a plotter to the body and fit the picture to the points `seen` (n, 3).
+
+    Parameters
+    ----------
+    points : (n_points, 3)
+        The undeformed nodes.
+    shape : (n_points, 3), optional
+        The displacement that is to be seen.
+    """
+    towards, up = view(points, shape)
+    right = np.cross(up, towards)
+    across, along = seen @ right, seen @ up
+    height, shift = _fit(np.ptp(across), np.ptp(along), plotter.window_size[0] / plotter.window_size[1])
+    middle = (across.max() + across.min()) / 2 * right + (along.max() + along.min()) / 2 * up
+    focus = middle + shift @ np.array([right, up]) + (seen @ towards).mean() * towards
+    plotter.camera_position = [focus + 10 * height * towards, focus, up]
+    plotter.enable_parallel_projection()
+    plotter.camera.parallel_scale = height / 2
+    plotter.reset_camera_clipping_range()
+
+
+def _fit(width: float, height: float, aspect: float) -> tuple[float, np.ndarray]:
+    """Return the height of the picture, and the way from the body's middle to the picture's (right, up)."""
+    left, bottom, right, top = FRAME
+    tall = max(height / (top - bottom), width / (right - left) / aspect) or 1.0
+    return tall, -tall * np.array([aspect * ((left + right) / 2 - 0.5), (bottom + top) / 2 - 0.5])
+
+
+def view(points: np.ndarray, shape: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Return unit vectors (3,) from the body to the camera, and up.
+
+    A slender body is seen square to its axis and its motion, with the axis to the right; any other from a corner.
+
+    Examples
+    --------
+    >>> beam = np.linspace([0.0, 0, 0], [1.0, 0, 0], 5)
+    >>> towards, up = view(beam, beam[:, [1, 2, 0]])  # moves along z
+    >>> bool(towards[1] < -0.9), bool(up[2] > 0.9)
+    (True, True)
+    """
+    centred = points - points.mean(axis=0)
+    extent, axes = np.linalg.svd(centred, full_matrices=False)[1:]
+    extent = np.pad(extent, (0, 3 - len(extent)))
+    if len(axes) and extent[1] < SLENDER * extent[0]:
+        return _square_on(axes[0], shape)
+    flat = np.ptp(points[:, 2]) < FLAT * np.ptp(points[:, :2], axis=0).min()
+    towards = ABOVE if flat else CORNER
+    return _upright(towards, np.array([0.0, 0.0, 1.0]))
+
+
+def _square_on(axis: np.ndarray, shape: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+    """Look square at the axis; the motion is up, or what is nearest to vertical where it is along the axis."""
+    axis = _positive(axis)
+    motion = np.zeros(3)
+    if shape is not None:
+        motion = shape[np.argmax(np.linalg.norm(shape, axis=1))]
+        across = motion - (motion @ axis) * axis
+        motion = across if np.linalg.norm(across) > 0.05 * np.linalg.norm(motion) else np.zeros(3)
+    if not motion.any():
+        motion = np.array([0.0, 0, 1]) if abs(axis[2]) < 0.9 else np.array([1.0, 0, 0])
+    up = _positive(motion - (motion @ axis) * axis)
+    return _upright(np.cross(axis, up) + 0.12 * up, up)
+
+
+def _positive(v: np.ndarray) -> np.ndarray:
+    """Unit vector along v whose largest component is positive."""
+    return v / np.linalg.norm(v) * np.sign(v[np.argmax(np.abs(v))])
+
+
+def _upright(towards: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    towards = towards / np.linalg.norm(towards)
+    up = up - (up @ towards) * towards
+    return towards, up / np.linalg.norm(up)

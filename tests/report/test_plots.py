@@ -1,0 +1,120 @@
+"""Charts: what the frame holds, what is written beside a curve that leaves it."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+import modalprep as mp
+from modalprep.report import plots
+
+TIME = np.linspace(0, 20, 401)
+STEADY = -0.574 * np.exp(-(((TIME - 6.76) / 3) ** 2))
+RUNAWAY = np.where(TIME < 12, -0.5 * np.exp(np.minimum(TIME - 5, 12)), np.nan)[:240]
+
+
+def result(y, status="done", time=TIME):
+    return mp.Result(time=time[: len(y)], channels={"tip.y": np.asarray(y)}, status=status, message="")
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Return the axes of the figures saved."""
+    saved = []
+    save = plots._save
+    monkeypatch.setattr(plots, "_save", lambda figure, path: saved.append(figure.axes[0]) or save(figure, path))
+    return saved
+
+
+def notes(axes):
+    return [child.get_text() for child in axes.texts]
+
+
+def test_diverging_run_leaves_the_frame_with_a_note(drawn, tmp_path):
+    runs = {"with": result(STEADY), "without": result(RUNAWAY, "diverged")}
+    plots.history_plot(runs, ["tip.y"], tmp_path / "h.png")
+    (axes,) = drawn
+    low, high = axes.get_ylim()
+    assert -1.0 < low < -0.574 < 0 < high < 0.2
+    assert axes.get_xlim() == (0, 20)
+    (note,) = notes(axes)
+    leaves = TIME[np.flatnonzero(low > RUNAWAY)[0]]
+    assert note.startswith(f"without diverges:\nleaves the frame at t = {leaves:.1f} s,\nreaches -")
+
+
+def test_diverging_run_of_several_curves_has_one_note(drawn, tmp_path):
+    run = mp.Result(time=TIME[:200], channels={"tip": np.outer(RUNAWAY[:200], [1, 2])}, status="diverged", message="")
+    calm = run.with_(channels={"tip": np.outer(STEADY[:200], [1, 2])}, status="done")
+    plots.history_plot({"with": calm, "without": run}, ["tip"], tmp_path / "h.png")
+    (note,) = notes(drawn[0])
+    assert note.startswith("without diverges")
+
+
+def test_runs_that_stay_have_no_note(drawn, tmp_path):
+    plots.history_plot({"a": result(STEADY), "b": result(2 * STEADY)}, ["tip.y"], tmp_path / "h.png")
+    assert notes(drawn[0]) == []
+    assert drawn[0].get_ylim()[0] < -2 * 0.57
+
+
+def test_all_diverged_and_not_finite_is_still_a_picture(drawn, tmp_path):
+    y = np.exp(TIME)
+    y[-3:] = [np.inf, np.nan, np.nan]
+    plots.history_plot({"only": result(y, "diverged")}, ["tip.y"], tmp_path / "h.png")
+    assert drawn[0].get_ylim()[1] < np.exp(11)
+    assert "diverges" in notes(drawn[0])[0]
+
+
+def test_reference_and_given_limits(drawn, tmp_path):
+    reference = [{"label": "known", "t": [1.0], "y": [3.0]}]
+    plots.history_plot({"a": result(STEADY)}, ["tip.y"], tmp_path / "h.png", reference=reference)
+    assert drawn[0].get_ylim()[1] > 3.0
+    plots.history_plot({"a": result(STEADY)}, ["tip.y"], tmp_path / "h.png", ylim=(-2, 5), title="t", ylabel="m")
+    assert drawn[1].get_ylim() == (-2, 5)
+    assert drawn[1].get_ylabel() == "m"
+
+
+def test_channel_of_several_columns_is_several_curves(drawn, tmp_path):
+    run = mp.Result(time=TIME, channels={"tip": np.outer(STEADY, [1, 2, 3])}, status="done", message="")
+    plots.history_plot({"a": run, "b": run}, ["tip"], tmp_path / "h.png")
+    labels = drawn[0].get_legend_handles_labels()[1]
+    assert labels == ["tip.x, a", "tip.y, a", "tip.z, a", "tip.x, b", "tip.y, b", "tip.z, b"]
+
+
+def test_round_off_is_drawn_as_a_constant(drawn, tmp_path):
+    plots.history_plot({"a": result(1 + 1e-15 * np.sin(TIME))}, ["tip.y"], tmp_path / "h.png")
+    low, high = drawn[0].get_ylim()
+    assert high - low > 0.05
+
+
+def test_bad_requests_are_one_sentence(tmp_path):
+    with pytest.raises(mp.InputError, match="no channel 'tip.w'"):
+        plots.history_plot({"a": result(STEADY)}, ["tip.w"], tmp_path / "h.png")
+    with pytest.raises(mp.InputError, match="at least one run"):
+        plots.history_plot({}, ["tip.y"], tmp_path / "h.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_bars_add_up_to_the_kept_mass(block, drawn, tmp_path):
+    file = plots.effective_mass_plot(block.modes, tmp_path / "m.png")
+    width = sum(bar.get_width() for bar in drawn[0].patches if abs(bar.get_y() + bar.get_height() / 2 - 1) < 0.1)
+    kept = block.modes.kept
+    np.testing.assert_allclose(width, 100 * np.nansum(block.modes.fraction[kept, 1]), rtol=1e-12)
+    with Image.open(file) as image:
+        assert image.size[0] >= 1600
+
+
+def test_body_without_inertia_in_a_direction_says_so(cantilever, drawn, tmp_path):
+    total = np.where(np.arange(6) == 3, 0, cantilever.modes.total)
+    plots.effective_mass_plot(cantilever.modes.with_(total=total), tmp_path / "m.png")
+    assert "no inertia" in notes(drawn[0])
+
+
+def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
+    def half(figure, file, **_):
+        file.write_bytes(b"half a picture")
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Figure, "savefig", half)
+    with pytest.raises(mp.InputError, match="No space left"):
+        plots.effective_mass_plot(cantilever.modes, tmp_path / "m.png")
+    assert list(tmp_path.iterdir()) == []

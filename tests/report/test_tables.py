@@ -1,0 +1,84 @@
+"""Tables of the terminal: every row, no broken line, no markup from names."""
+
+import io
+import re
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from modalprep.report.tables import body_summary, hertz, mode_table, summary_rows
+
+
+def printed(show, thing, width) -> str:
+    console = Console(width=width, color_system=None, file=io.StringIO(), soft_wrap=True, highlight=False)
+    show(thing, console)
+    return console.file.getvalue()
+
+
+@pytest.mark.parametrize("width", [80, 100, 105, 120])
+def test_every_candidate_has_its_row(block, width):
+    text = printed(mode_table, block.modes, width)
+    assert max(map(len, text.splitlines())) <= width
+    starts = [re.match(r" *(\d+)  (fixed|constraint|truncation)", line) for line in text.splitlines()]
+    assert [int(start[1]) for start in starts if start] == list(range(1, len(block.modes.kind) + 1))
+    assert "…" not in text
+    assert "nan" not in text
+
+
+def test_wide_table_has_six_directions_and_their_sums(cantilever):
+    lines = printed(mode_table, cantilever.modes, 120).splitlines()
+    assert lines[1].split() == ["kind", "Hz", "x", "y", "z", "rx", "ry", "rz", "sum", "kept", "reason"]
+    total = next(line for line in lines if "sum of kept" in line).split()
+    assert total[3:] == ["25.0", "66.7", "75.0", "5.0", "95.6", "91.1"]  # y: 60 + 60/9, z: 60 + 60/4, rz: 90 + 90/81
+
+
+def test_narrow_table_names_the_largest_directions(cantilever):
+    text = printed(mode_table, cantilever.modes, 80)
+    assert "60.0 y  90.0 rz" in text
+    assert "sum of kept, %:" in text
+
+
+def test_running_sum_counts_kept_rows_of_the_same_direction(cantilever):
+    lines = printed(mode_table, cantilever.modes, 120).splitlines()
+    fourth = next(line for line in lines if line.strip().startswith("4 "))
+    assert fourth.split()[:6] == ["4", "fixed-interface", "24", ".", ".", "15.0"]
+    assert "75.0  yes" in fourth
+
+
+def test_last_sentence_counts_each_kind(cantilever):
+    last = " ".join(printed(mode_table, cantilever.modes, 120).splitlines()[-1:])
+    assert last.startswith("7 of 9 candidate vectors kept: 4 of 6 modes with fixed interfaces, 2 of 2 constraint")
+
+
+def test_empty_table_is_no_error(cantilever):
+    table = cantilever.modes.with_(
+        kind=(), frequency=np.zeros(0), effective_mass=np.zeros((0, 6)), kept=np.zeros(0, dtype=bool), reason=()
+    )
+    assert "0 of 0 candidate vectors kept" in printed(mode_table, table, 80)
+
+
+def test_names_are_not_markup(cantilever):
+    named = cantilever.with_(name="[red]arm[/]", interface_name=("[/b]", "tip [1]"))
+    table = named.modes.with_(reason=("[link=x]why[/link]",) * 9)
+    text = printed(body_summary, named, 100) + printed(mode_table, table, 120)
+    for name in ("[red]arm[/]", "[/b]", "tip [1]", "[link=x]why[/link]"):
+        assert name in text
+
+
+@pytest.mark.parametrize("width", [60, 80, 120])
+def test_summary_fits_and_lists_interfaces_and_frequencies(cantilever, width):
+    text = printed(body_summary, cantilever, width)
+    assert max(map(len, text.splitlines())) <= width
+    for words in ("12 kg", "(0.5, 0, 0) m", "interface root (root)", "interface tip", "2, 4, 6, 8, 10 Hz"):
+        assert words in text
+
+
+def test_products_of_inertia_are_shown_where_there_are_any(cantilever):
+    assert "products" not in str(summary_rows(cantilever))
+    E0 = np.array([[4.0, 1, 0], [1, 0.01, 0], [0, 0, 0.01]])
+    assert ("products, xy xz yz", "(-1, 0, 0) kg m²") in summary_rows(cantilever.with_(E0=E0))
+
+
+def test_frequencies_have_no_exponent():
+    assert [hertz(f) for f in (0.001, 13404.2, 231359.4)] == ["0.001", "13404", "231359"]
