@@ -75,6 +75,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
             damping=pipeline.reduction.damping,
             provenance=inputs(path, pipeline),
         )
+        done(5)
     checks = check_model(model) + check_body(body)
     failed = [check for check in checks if not check.passed]
     if failed:

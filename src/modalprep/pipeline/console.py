@@ -47,7 +47,6 @@ class Reporter:
         with Progress(*columns, console=self.console) as bar:
             task = bar.add_task(title, total=total)
             yield lambda value: bar.update(task, completed=value)
-            bar.update(task, completed=total)
 
 
 def _short(path: Path) -> str:
