@@ -3,6 +3,8 @@
 import json
 import subprocess
 import sys
+import time
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -137,3 +139,110 @@ def test_render(body, tmp_path):
     for name, options in (("m.png", []), ("m.gif", ["--animate"]), ("mesh.png", ["--mode", "0"])):
         assert main(["render", str(body), "-o", str(tmp_path / name), *options]) == 0
         assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_help_is_quick():
+    """The best of three: the limit is ten times what it takes, far below the seconds of SciPy, numba and VTK."""
+    seconds = []
+    for _ in range(3):
+        begin = time.monotonic()
+        code = "from modalprep.cli import entry; entry()"
+        subprocess.run([sys.executable, "-c", code, "--help"], check=True, capture_output=True)
+        seconds.append(time.monotonic() - begin)
+    assert min(seconds) < 2.0
+
+
+def keys_unknown_to(schema, table, definitions, where=""):
+    """Yield the keys of a TOML table that a JSON schema does not describe."""
+    if "$ref" in schema:
+        schema = definitions[schema["$ref"].removeprefix("#/$defs/")]
+    choices = schema.get("anyOf", []) + schema.get("oneOf", [])
+    if choices:
+        found = [list(keys_unknown_to(choice, table, definitions, where)) for choice in choices]
+        yield from min(found, key=len)
+    elif isinstance(table, dict):
+        for key, value in table.items():
+            inner = schema.get("properties", {}).get(key, schema.get("additionalProperties"))
+            if not inner:
+                yield f"{where}.{key}"
+            else:
+                yield from keys_unknown_to(inner, value, definitions, f"{where}.{key}")
+    elif isinstance(table, list) and table and isinstance(table[0], dict):
+        for row in table:
+            if "items" in schema:
+                yield from keys_unknown_to(schema["items"], row, definitions, where)
+            else:
+                yield where
+
+
+def test_schema_describes_the_shipped_pipelines(project, capsys):
+    assert main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    pipelines = sorted((project / "pipelines").glob("*.toml"))
+    assert pipelines
+    for file in pipelines:
+        data = tomllib.loads(file.read_text())
+        assert list(keys_unknown_to(schema, data, schema["$defs"])) == [], file.name
+    assert list(keys_unknown_to(schema, {"mesh": {"file": "a.msh", "fyle": 1}}, schema["$defs"])) == [".mesh.fyle"]
+
+
+def test_geometric_stiffness_is_felt(tmp_path, project):
+    """A beam let go at 3 rad/s, near its first bending frequency of 3.8 rad/s, is stiffened by its spin."""
+    text = BEAM.replace("beam.msh", str(project / "meshes" / "beam.msh"))
+    hinge = HINGE.replace('"job.root"', '"job.root"\nstart = { rate = 3.0 }').replace("0.01", "0.2")
+    (tmp_path / "job.toml").write_text(text + hinge)
+    ends = {}
+    for option in ("", "--dense", "--no-geometric-stiffness"):
+        target = tmp_path / f"run{option}.h5"
+        assert main(["simulate", str(tmp_path / "job.toml"), "-o", str(target), *filter(None, [option])]) == 0
+        ends[option] = mp.read_result(target)["job.modal"][-1]
+    size = abs(ends[""]).max()
+    assert abs(ends["--dense"] - ends[""]).max() < 1e-6 * size  # two integrations of relative tolerance 1e-7
+    assert abs(ends["--no-geometric-stiffness"] - ends[""]).max() > 0.1 * size  # (rate / frequency)^2 is 0.6
+
+
+def test_modes_writes_the_page_beside_the_file(job, body, tmp_path, capsys):
+    assert main(["modes", str(job), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert {row["kind"] for row in answer["modes"]} >= {"fixed-interface"}
+    assert Path(answer["page"]).read_text().rstrip().endswith("</html>")
+    assert main(["modes", str(body), "--output", str(tmp_path / "elsewhere"), "--json"]) == 0
+    assert Path(json.loads(capsys.readouterr().out)["page"]) == tmp_path / "elsewhere" / "beam.html"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["simulate", "a.toml", "--dence"],
+        ["render", "a.h5", "--mode", "one"],
+        ["check", "a.h5", "b.h5"],
+        ["run", "a.toml", "--output"],
+    ],
+)
+def test_more_wrong_usage(arguments, capsys):
+    code = main(arguments)
+    captured = capsys.readouterr()
+    if not arguments:  # the command alone shows its help
+        assert "Usage" in captured.out + captured.err
+        return
+    assert code == 2
+    assert captured.err.startswith("modalprep: ")
+    assert captured.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("mode", ["-1", "3"])
+def test_render_of_a_mode_that_is_not_there(body, tmp_path, capsys, mode):
+    assert main(["render", str(body), "-o", str(tmp_path / "m.png"), "--mode", mode]) == 2
+    error = capsys.readouterr().err
+    assert "modes are 1 to 2" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "m.png").exists()
+
+
+def test_render_into_an_unknown_format(body, tmp_path, capsys):
+    for options in ([], ["--animate"]):
+        assert main(["render", str(body), "-o", str(tmp_path / "m.xyz"), *options]) == 2
+        error = capsys.readouterr().err
+        assert "m.xyz" in error
+        assert error.count("\n") == 1

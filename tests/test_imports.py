@@ -72,3 +72,75 @@ def test_kernels_know_arrays_only(project):
 def test_the_rule_covers_every_package(project):
     packages = {p.parent.name for p in (project / "src" / "modalprep").glob("*/__init__.py")}
     assert packages == set(MAY_IMPORT)
+
+
+# Finer than packages: what a package may take from another, module by module.
+ONLY_FROM = {
+    ("formats", "multibody"): {"multibody.result"},  # a file of histories, nothing of the solver
+    ("multibody", "body"): {"body.flexible_body"},  # the solver sees bodies, never how they are made
+    ("linalg", ""): {"errors"},  # numbers in, numbers out
+}
+NEVER = {("multibody", "fe"), ("multibody", "reduction"), ("multibody", "linalg")}
+ALONE = {"multibody.kernel", "multibody.layout", "multibody.jit"}  # arrays: numpy and numba
+
+
+def own_imports(file):
+    """Yield the modules of modalprep a file imports, also as ``from modalprep import x``."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from (a.name.removeprefix("modalprep.") for a in node.names if a.name.startswith("modalprep."))
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file} has a relative import"
+            if node.module == "modalprep":
+                yield from (alias.name for alias in node.names)
+            elif node.module.startswith("modalprep."):
+                yield node.module.removeprefix("modalprep.")
+
+
+def own_modules(project):
+    source = project / "src" / "modalprep"
+    for file in sorted(source.rglob("*.py")):
+        module = ".".join(file.relative_to(source).with_suffix("").parts).removesuffix(".__init__")
+        yield module, module.split(".")[0], set(own_imports(file))
+
+
+def test_packages_take_only_what_they_need(project):
+    for module, package, imported in own_modules(project):
+        for name in imported:
+            target = name.split(".")[0]
+            assert (package, target) not in NEVER, f"{module} imports {name}"
+            allowed = ONLY_FROM.get((package, target))
+            assert allowed is None or name in allowed, f"{module} imports {name}"
+            if package == "linalg" and target != "linalg":
+                assert name in ONLY_FROM["linalg", ""], f"{module} imports {name}"
+
+
+def test_nothing_imports_what_stands_above(project):
+    """Command line, examples and pipelines are for users: no other package needs them."""
+    for module, package, imported in own_modules(project):
+        if package in MAY_IMPORT or package in BASE:
+            above = {"cli", "examples"} | ({"pipeline"} if package != "pipeline" else set())
+            assert not {name.split(".")[0] for name in imported} & above, module
+
+
+def test_base_modules_know_only_each_other(project):
+    for module, package, imported in own_modules(project):
+        if package in BASE:
+            assert {name.split(".")[0] for name in imported} <= BASE, module
+
+
+def test_kernels_import_numpy_numba_and_their_own_package(project):
+    plain = {"__future__", "typing", "collections.abc", "numpy", "numba"}
+    for module, imported in modules(project):
+        if module in ALONE:
+            foreign = {n for n in imported if not n.startswith("modalprep.multibody")} - plain
+            assert foreign <= {"modalprep.body.flexible_body"}, module  # layout packs its arrays
+
+
+def test_every_exception_of_the_rules_is_used(project):
+    """An entry that nobody needs any more is taken out."""
+    used = {(package, name) for _, package, imported in own_modules(project) for name in imported}
+    for (package, target), allowed in ONLY_FROM.items():
+        for name in allowed if target else ():
+            assert (package, name) in used, f"{package} no longer imports {name}"
+    assert {module for module, _, _ in own_modules(project)} >= KERNEL | ALONE

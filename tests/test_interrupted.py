@@ -11,50 +11,86 @@ from PIL import Image
 
 import modalprep as mp
 
-RUN = "import sys; from modalprep.cli import main; sys.exit(main(sys.argv[1:]))"
-
-
-def start(project, folder):
-    command = [sys.executable, "-c", RUN, "run", str(project / "pipelines" / "bracket.toml"), "--output", str(folder)]
-    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-
-
-def whole(file) -> bool:
-    if file.suffix == ".h5":
-        return mp.read_body(file).n > 0
-    if file.suffix == ".html":
-        return file.read_text().rstrip().endswith("</html>")
-    with Image.open(file) as image:
-        image.load()
-    return True
+# A shell that starts the tests in the background has them ignore Ctrl-C; the run must not inherit that.
+CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+RUN = f"{CTRL_C}; from modalprep.cli import entry; entry()"
+SMALLER = (("modes = 20", "modes = 4"), ("pictures = 8", "pictures = 1"))  # seconds instead of a quarter minute
+FILES = {"bracket.h5", "bracket-effective-mass.png", "bracket-mesh.png", "bracket-mode-01.png", "bracket.html"}
 
 
 @pytest.fixture(scope="module")
-def duration(project, tmp_path_factory) -> float:
-    """Seconds of an undisturbed run."""
-    begin = time.monotonic()
-    assert start(project, tmp_path_factory.mktemp("undisturbed")).wait() == 0
-    return time.monotonic() - begin
+def pipeline(project, tmp_path_factory):
+    """The bracket pipeline with fewer modes and pictures, in a folder of its own."""
+    text = (project / "pipelines" / "bracket.toml").read_text()
+    for change in (("../meshes", str(project / "meshes")), *SMALLER):
+        assert change[0] in text
+        text = text.replace(*change)
+    file = tmp_path_factory.mktemp("pipeline") / "bracket.toml"
+    file.write_text(text)
+    return file
+
+
+def names(folder):
+    return {path.name for path in folder.rglob("*") if path.is_file()}
+
+
+def run(pipeline, folder, how=None, moment=""):
+    """Run; send the signal `how` as soon as a file named like `moment` is there; return exit code and stderr.
+
+    Moments are files, not seconds: the clock would hit another one on a busier machine.
+    """
+    command = [sys.executable, "-c", RUN, "run", str(pipeline), "--output", str(folder)]
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True) as process:
+        while how and process.poll() is None:
+            if any(moment in name for name in names(folder)):
+                os.kill(process.pid, how)
+                break
+            time.sleep(0.001)
+        _, error = process.communicate()
+    return process.returncode, error
+
+
+def all_whole(folder) -> bool:
+    for file in folder.rglob("*"):
+        if not file.is_file() or ".part" in file.name:
+            continue
+        if file.suffix == ".h5":
+            assert mp.read_body(file).n > 0
+        elif file.suffix == ".html":
+            assert file.read_text().rstrip().endswith("</html>")
+        else:
+            with Image.open(file) as image:
+                image.load()
+    return True
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("how", "shares"), [(signal.SIGKILL, (0.3, 0.6, 0.8, 0.95)), (signal.SIGTERM, (0.7,)), (signal.SIGINT, (0.7,))]
-)
-def test_files_are_whole_or_absent(project, tmp_path, duration, how, shares):
-    for share in shares:
-        process = start(project, tmp_path)
-        time.sleep(share * duration)
-        os.kill(process.pid, how)
-        process.wait()
-        files = [f for f in tmp_path.rglob("*") if f.is_file() and ".part" not in f.name]
-        assert all(whole(file) for file in files)
+def test_killed_at_any_moment(pipeline, tmp_path):
+    """While each kind of file is written, and just after; then once more into the same folder."""
+    disturbed = 0
+    for moment in (".part.h5", "bracket.h5", ".part.png", "mesh.png", ".part.html"):
+        code, _ = run(pipeline, tmp_path / moment.strip("."), signal.SIGKILL, moment)
+        assert all_whole(tmp_path / moment.strip("."))
+        disturbed += code == -signal.SIGKILL
+    assert disturbed >= 3  # a file of a millisecond may be missed, not all of them
+    again = tmp_path / "mesh.png"
+    assert run(pipeline, again)[0] == 0
+    assert names(again) >= FILES
+    assert all_whole(again)
 
 
 @pytest.mark.slow
-def test_a_killed_run_does_not_disturb_the_next(project, tmp_path, duration):
-    process = start(project, tmp_path)
-    time.sleep(0.7 * duration)
-    process.kill()
-    process.wait()
-    assert start(project, tmp_path).wait() == 0
+def test_terminated(pipeline, tmp_path):
+    code, _ = run(pipeline, tmp_path, signal.SIGTERM, "bracket.h5")
+    assert code != 0
+    assert all_whole(tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("moment", [".part.h5", "bracket.h5"])
+def test_interrupted_by_the_user(pipeline, tmp_path, moment):
+    """Ctrl-C: one line, exit code 130, no temporary file left."""
+    code, error = run(pipeline, tmp_path, signal.SIGINT, moment)
+    assert (code, error) == (130, "modalprep: interrupted\n")
+    assert all_whole(tmp_path)
+    assert not [name for name in names(tmp_path) if ".part" in name]

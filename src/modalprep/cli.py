@@ -10,6 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
+INTERRUPTED = 130  # exit code of a program ended by SIGINT
+
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=True,
@@ -202,18 +204,17 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     try:
         code = app(args=list(sys.argv[1:] if argv is None else argv), prog_name="modalprep", standalone_mode=False)
+        if code == INTERRUPTED:  # click's own way of saying it
+            raise KeyboardInterrupt
         return int(code or 0)
     except ModalprepError as error:
-        print(f"modalprep: {error}", file=sys.stderr)
+        print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_code
     except typer.Exit as error:
         return error.exit_code
-    except typer.Abort:
+    except (typer.Abort, KeyboardInterrupt):
         print("modalprep: interrupted", file=sys.stderr)
-        return 130
-    except KeyboardInterrupt:
-        print("modalprep: interrupted", file=sys.stderr)
-        return 130
+        return INTERRUPTED
     except Exception as error:
         if hasattr(error, "format_message"):  # a wrong option or argument
             print(f"modalprep: {error.format_message()}; see modalprep --help", file=sys.stderr)

@@ -64,7 +64,7 @@ def assemble(
     parts = _parts(mesh, properties)
     _refuse_disconnected(mesh, parts, interfaces)
     dof, n = _number(len(points), parts, [interfaces[name].kind for name in order])
-    blocks = list(_blocks(points, parts, dof))
+    blocks = list(_blocks(mesh.points, parts, dof, origin))
     frames = _frames(mesh, interfaces, order, place, dof, len(points))
     C, free = _rigid_links(points, dof, frames, n)
     mass = [block.mass() for block in blocks]
@@ -163,12 +163,12 @@ def _family(section: Property) -> tuple:
     return next(value for (family, _), value in FAMILY.items() if family is type(section))
 
 
-def _blocks(points: np.ndarray, parts: list, dof: np.ndarray) -> Iterator[BeamBlock | SolidBlock]:
+def _blocks(points: np.ndarray, parts: list, dof: np.ndarray, origin: np.ndarray) -> Iterator[BeamBlock | SolidBlock]:
     for section, conn in parts:
         block, components = _family(section)
         for start in range(0, len(conn), CHUNK):
             piece = conn[start : start + CHUNK]
-            yield block.build(points, piece, dof[piece, :components].reshape(len(piece), -1), section)
+            yield block.build(points, piece, dof[piece, :components].reshape(len(piece), -1), section, origin)
 
 
 def _cells(parts: list) -> dict[str, np.ndarray]:
@@ -188,6 +188,7 @@ def _scatter(pieces: list[tuple[np.ndarray, np.ndarray]], n: int) -> np.ndarray:
 
 def _frames(mesh, interfaces, order, place, dof, n_points) -> tuple[InterfaceFrame, ...]:
     frames, extra = [], n_points
+    owner: dict[int, str] = {}
     for name in order:
         spec, nodes = interfaces[name], mesh.nodes(interfaces[name].group)
         rigid = spec.kind == "rbe2"
@@ -195,6 +196,10 @@ def _frames(mesh, interfaces, order, place, dof, n_points) -> tuple[InterfaceFra
         extra += rigid
         tied = nodes[dof[nodes, 0] >= 0] if rigid else np.zeros(0, dtype=int)
         _refuse_loose(name, spec, dof, node, tied, mesh.points)
+        for held in tied if rigid else [node]:
+            if int(held) in owner:
+                raise InputError(f"node {held + 1} belongs to both interfaces {owner[int(held)]!r} and {name!r}")
+            owner[int(held)] = name
         boundary = "fixed" if name == order[0] else spec.boundary
         frames.append(
             InterfaceFrame(
@@ -226,12 +231,7 @@ def _refuse_loose(name: str, spec: Interface, dof: np.ndarray, node: int, tied: 
 def _rigid_links(points, dof, frames, n) -> tuple[csr_array, np.ndarray]:
     """Return C with u = u_frame + theta x r and theta = theta_frame at every tied node, and the free DOFs."""
     rows, cols, values = [], [], []
-    tied_by: dict[int, str] = {}
     for frame in frames:
-        for node in frame.nodes:
-            if node in tied_by:
-                raise InputError(f"node {node + 1} belongs to both interfaces {tied_by[node]!r} and {frame.name!r}")
-            tied_by[node] = frame.name
         link = np.zeros((len(frame.nodes), 6, 6))
         link[:, :, :] = np.eye(6)
         link[:, :3, 3:] = -skew(points[frame.nodes] - frame.position)

@@ -107,8 +107,13 @@ class BeamBlock:
     dx: np.ndarray
 
     @classmethod
-    def build(cls, points: np.ndarray, conn: np.ndarray, dofs: np.ndarray, section: Beam) -> BeamBlock:
-        """Evaluate the shapes of the elements ``conn (ne, 2)`` with DOFs ``(ne, 12)``."""
+    def build(
+        cls, points: np.ndarray, conn: np.ndarray, dofs: np.ndarray, section: Beam, origin: np.ndarray
+    ) -> BeamBlock:
+        """Evaluate the shapes of the elements ``conn (ne, 2)`` with DOFs ``(ne, 12)``.
+
+        `points` are in mesh coordinates, `origin` is the origin of the model's frame in them.
+        """
         ends = points[conn]
         axis = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(axis, axis=1)
@@ -120,7 +125,7 @@ class BeamBlock:
         rotate = np.kron(np.eye(4), np.ones((3, 3))) * np.tile(frame, (1, 4, 4))  # nodal DOFs to the element frame
         fields = [_stack(basis, name) @ rotate[:, None] for name in ("value", "grad", "hess")]
         at = basis.X[0][None, :, None]
-        centre = (1 - at) * ends[:, None, 0] + at * ends[:, None, 1]
+        centre = (1 - at) * ends[:, None, 0] + at * ends[:, None, 1] - origin
         return cls(section, dofs, frame, centre, *fields, basis.dx)
 
     def stiffness(self) -> list[Triplets]:
@@ -173,8 +178,10 @@ class BeamBlock:
 def _frames(e1: np.ndarray, up: np.ndarray) -> np.ndarray:
     e2 = np.cross(up, e1)
     size = np.linalg.norm(e2, axis=1, keepdims=True)
-    if np.any(size < 1e-6 * np.linalg.norm(up)):
-        raise InputError(f"beam direction 'up' = {up.tolist()} is parallel to the beam; choose another direction")
+    if np.any(size <= 1e-6 * np.linalg.norm(up)):
+        raise InputError(
+            f"beam direction 'up' = {up.tolist()} is zero or parallel to the beam; choose another direction"
+        )
     e2 = e2 / size
     return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
 

@@ -122,6 +122,7 @@ def read_mesh(path: str | Path, length_unit: str = "m") -> Mesh:
     if not cells:
         raise InputError(f"mesh file {path} holds no cells; save the mesh with its elements")
     points = _points(raw, path)
+    _refuse_missing_nodes(cells, len(points), path, content)
     mesh = Mesh(
         points=points * LENGTH_UNITS[length_unit],
         cells=cells,
@@ -137,8 +138,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
     import meshio
 
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"
-    last = content.rstrip().rsplit(b"\n", 1)[-1].strip()
-    if path.suffix == ".msh" and last not in (b"$End" + section for section in _msh_sections(content)):
+    if path.suffix == ".msh" and not _msh_is_whole(content):
         raise InputError(damaged)
     try:  # meshio prints its complaint and calls sys.exit
         with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
@@ -147,8 +147,43 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
         raise InputError(f"{damaged}; the reader said: {str(error).strip() or type(error).__name__}") from None
 
 
-def _msh_sections(content: bytes) -> list[bytes]:
-    return re.findall(rb"^\$(?!End)(\w+)\s*$", content, re.MULTILINE)
+def _msh_is_whole(content: bytes) -> bool:
+    """Whether the last section of a .msh file is closed and, in text of version 4.1, every section has its lines.
+
+    The reader behind meshio does not notice a missing line: the numbers after it slip to other nodes.
+    """
+    last = content.rstrip().rsplit(b"\n", 1)[-1].strip()
+    sections = re.findall(rb"^\$(?!End)(\w+)\s*$", content, re.MULTILINE)
+    if last not in (b"$End" + section for section in sections):
+        return False
+    if not re.match(rb"\$MeshFormat\s+4\.1\s+0\s", content):
+        return True
+    return _has_its_lines(content, b"Nodes", 2) and _has_its_lines(content, b"Elements", 1)
+
+
+def _has_its_lines(content: bytes, section: bytes, per_entry: int) -> bool:
+    found = re.search(rb"^\$" + section + rb"\s*\n(.*?)^\$End" + section, content, re.MULTILINE | re.DOTALL)
+    lines = found[1].splitlines() if found else [b""]
+    try:
+        blocks, entries = (int(number) for number in lines[0].split()[:2])
+    except ValueError:
+        return False
+    if section == b"Elements" and not _nodes_are_numbered_from_one(lines[1:]):
+        return False
+    return len(lines) == 1 + blocks + per_entry * entries
+
+
+def _nodes_are_numbered_from_one(lines: list[bytes]) -> bool:
+    """Walk the blocks of $Elements: a header ``dim tag type count``, then ``number node node ...``."""
+    while lines:
+        header = lines[0].split()
+        if len(header) != 4 or not header[3].isdigit():
+            return False
+        count = int(header[3])
+        if any(b"0" in line.split()[1:] for line in lines[1 : count + 1] if b" 0" in line):
+            return False
+        lines = lines[count + 1 :]
+    return True
 
 
 def _points(raw: Any, path: Path) -> np.ndarray:
@@ -161,6 +196,17 @@ def _points(raw: Any, path: Path) -> np.ndarray:
             f"the first is node {bad[0] + 1}; repair the mesh"
         )
     return points
+
+
+def _refuse_missing_nodes(cells: dict[str, np.ndarray], n_points: int, path: Path, content: bytes) -> None:
+    negative = path.suffix == ".msh" and re.search(rb"\$Elements\r?\n(?:[\d \r\n]*)-", content)
+    for kind, conn in cells.items():
+        bad = np.flatnonzero(np.any((conn < 0) | (conn >= n_points), axis=1))
+        if len(bad) or negative:
+            number = bad[0] + 1 if len(bad) else "?"
+            raise InputError(
+                f"mesh file {path}: {kind} cell {number} refers to a node that is not there; export it again"
+            )
 
 
 def _merge(raw: Any) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndarray]]]:

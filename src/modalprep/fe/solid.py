@@ -42,8 +42,12 @@ class SolidBlock:
     position: np.ndarray
 
     @classmethod
-    def build(cls, points: np.ndarray, conn: np.ndarray, dofs: np.ndarray, section: Solid) -> SolidBlock:
+    def build(
+        cls, points: np.ndarray, conn: np.ndarray, dofs: np.ndarray, section: Solid, origin: np.ndarray
+    ) -> SolidBlock:
         """Evaluate the shapes of the elements ``conn (ne, 10)`` (VTK order) with DOFs ``(ne, 30)``.
+
+        `points` are in mesh coordinates, `origin` is the origin of the model's frame in them.
 
         Raises
         ------
@@ -59,7 +63,7 @@ class SolidBlock:
         fields = [shape[0] for shape in basis.basis]
         shape = np.array([np.asarray(f)[0] for f in fields]).T
         grad = np.moveaxis(np.array([f.grad for f in fields]), (0, 1), (2, 3))
-        position = np.einsum("qi,eix->eqx", shape, points[conn])
+        position = np.einsum("qi,eix->eqx", shape, points[conn]) - origin
         return cls(section, dofs, shape, np.ascontiguousarray(grad), basis.dx, position)
 
     def stiffness(self) -> list[Triplets]:

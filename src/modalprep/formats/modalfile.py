@@ -35,6 +35,10 @@ SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from
     "frequency": lambda n, k: (n,),
     "interface_position": lambda n, k: (k, 3),
 }
+NODES = {"vertex": 1, "line": 2, "line3": 3, "triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9} | {
+    "tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27, "wedge": 6, "wedge15": 15,
+    "pyramid": 5,
+}  # fmt: skip
 TABLE = np.dtype(
     [
         ("kind", h5py.string_dtype()),
@@ -116,7 +120,7 @@ def read_body(path: str | Path) -> FlexibleBody:
         with h5py.File(path, "r") as file:
             _refuse_foreign(file, path)
             return _read(file, path)
-    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
+    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"modal file {path} is damaged or not a modal file ({error}); write it again") from None
@@ -136,19 +140,26 @@ def _read(file: h5py.File, path: Path) -> FlexibleBody:
     n, k = len(file["K"]), len(file["interface_name"])
     arrays = {name: _array(file, name, shape(n, k), path) for name, shape in SHAPES.items()}
     points = _array(file, "points", (len(file["points"]), 3), path)
-    rows = file["modes"][()]
+    if not len(points):
+        raise InputError(f"modal file {path}: points is empty; write it again")
+    names = tuple(file["interface_name"].asstr()[()])
+    if len(set(names)) != len(names):
+        raise InputError(f"modal file {path}: two interfaces have one name; write it again")
+    rows, total = file["modes"][()], np.asarray(file["modes"].attrs["total"], dtype=float)
+    if total.shape != (6,) or not np.all(np.isfinite(total)):
+        raise InputError(f"modal file {path}: the total of the modes table is not six numbers; write it again")
     return FlexibleBody(
         **(arrays | {"m": float(arrays["m"])}),
         name=str(file.attrs["name"]),
-        interface_name=tuple(file["interface_name"].asstr()[()]),
+        interface_name=names,
         points=points,
         shape=_array(file, "shape", (len(points), 3, n), path),
-        cells={kind: cells[()] for kind, cells in file["cells"].items()},
+        cells={kind: _cells(file, kind, len(points), path) for kind in file["cells"]},
         modes=ModeTable(
             kind=tuple(x.decode() for x in rows["kind"]),
             frequency=rows["frequency"],
             effective_mass=rows["effective_mass"],
-            total=file["modes"].attrs["total"],
+            total=total,
             kept=rows["kept"].astype(bool),
             reason=tuple(x.decode() for x in rows["reason"]),
         ),
@@ -156,10 +167,21 @@ def _read(file: h5py.File, path: Path) -> FlexibleBody:
     )
 
 
+def _cells(file: h5py.File, kind: str, n_points: int, path: Path) -> np.ndarray:
+    conn = file[f"cells/{kind}"][()]
+    good = conn.ndim == 2 and conn.shape[1] == NODES.get(kind) and conn.dtype.kind in "iu"
+    good = good and conn.min(initial=0) >= 0 and conn.max(initial=0) < n_points
+    if not good:
+        raise InputError(f"modal file {path}: cells/{kind} does not connect its points; write it again")
+    return conn
+
+
 def _array(file: h5py.File, name: str, shape: tuple[int, ...], path: Path) -> np.ndarray:
     data = file[name]
     if data.shape != shape:
         raise InputError(f"modal file {path}: {name} has shape {data.shape} instead of {shape}; write it again")
+    if data.dtype.kind not in "fiu":
+        raise InputError(f"modal file {path}: {name} does not hold real numbers; write it again")
     array = np.asarray(data[()], dtype=float)
     if not np.all(np.isfinite(array)):
         raise InputError(f"modal file {path}: {name} holds values that are not numbers; write it again")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 
-FUNCTIONS = "sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, abs, pi"
+FUNCTIONS = "sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, pi"
 
 
 @dataclass(frozen=True)
@@ -44,9 +45,13 @@ class Motion:
         object.__setattr__(self, "_functions", tuple(expression(text) for _, text in self.pieces))
 
     def __call__(self, t: float) -> tuple[float, float, float]:
-        """Return angle, rate and acceleration at time t."""
+        """Return angle, rate and acceleration at time t; an `InputError` where they are not finite."""
         piece = next(k for k, (until, _) in enumerate(self.pieces) if t < until)
-        angle, rate, acceleration = np.ravel(self._functions[piece]([t])).tolist()
+        with np.errstate(all="ignore"):
+            angle, rate, acceleration = np.ravel(self._functions[piece]([t])).tolist()
+        if not math.isfinite(angle + rate + acceleration):
+            text = self.pieces[piece][1]
+            raise InputError(f"motion {text!r} has no finite angle, rate and acceleration at t = {t:g} s")
         return angle, rate, acceleration
 
     @property
@@ -75,11 +80,15 @@ def expression(text: str) -> Any:
 
     try:
         value = symengine.sympify(text)
-    except (RuntimeError, TypeError, ValueError, SyntaxError) as error:
+        free = value.free_symbols
+    except (RuntimeError, TypeError, ValueError, SyntaxError, AttributeError) as error:
         raise InputError(f"motion {text!r} is not an expression of t: {error}") from None
     t = symengine.Symbol("t")
     called = [f.get_name() for f in value.atoms(symengine.Function) if type(f).__name__ == "FunctionSymbol"]
-    unknown = [*called, *(str(s) for s in value.free_symbols if s != t)]
+    unknown = [*called, *(str(s) for s in free if s != t)]
     if unknown:
         raise InputError(f"motion {text!r}: unknown name {unknown[0]}; use t and {FUNCTIONS}")
-    return symengine.Lambdify([t], [value, value.diff(t), value.diff(t, t)])
+    try:
+        return symengine.Lambdify([t], [value, value.diff(t), value.diff(t, t)])
+    except (RuntimeError, TypeError, ValueError, AttributeError, NotImplementedError):
+        raise InputError(f"motion {text!r} is no real function of t with two derivatives; use {FUNCTIONS}") from None

@@ -16,6 +16,7 @@ from modalprep.multibody.record import Recorder
 from modalprep.multibody.result import Result
 from modalprep.multibody.system import System
 
+MOST_OUTPUTS = 1e7
 METHODS = ("auto", "explicit", "implicit")
 EXPLICIT_STEPS = 30_000  # more than these, and the implicit method is quicker for any tolerance above 1e-9
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
@@ -77,6 +78,11 @@ def simulate(
     for name, value in (("t_end", t_end), ("output_step", output_step), ("rtol", rtol), ("atol", atol)):
         if not 0 < value < float("inf"):
             raise InputError(f"simulation {name} = {value:g} must be positive")
+    if not t_end / output_step <= MOST_OUTPUTS:
+        raise InputError(
+            f"simulation t_end = {t_end:g} with output_step = {output_step:g} asks for more than {MOST_OUTPUTS:.0e} "
+            "output times; lower t_end or raise output_step"
+        )
     if method not in METHODS:
         raise InputError(f"simulation method {method!r} is not one of {', '.join(METHODS)}")
     run = _Run(system, dense)
@@ -233,7 +239,8 @@ class _Run:
             name = self.system.order[int(self.status[0])]
             return (
                 f"simulation stopped at t = {t:.6g} s: the mass matrix of body {name!r} is no longer positive, "
-                "its deflection is too large for a modal body; use more, smaller bodies"
+                "its deflection is too large for its modes; keep fewer modes, leave out the inertia "
+                "truncation vectors, or cut the body into smaller ones"
             )
         worst = max(range(len(self.joints)), key=lambda i: np.abs(self.modal(i, y)).max(initial=0.0))
         return (

@@ -99,6 +99,8 @@ class System(Record):
     def __post_init__(self) -> None:
         """Check the tree."""
         super().__post_init__()
+        if not self.bodies:
+            raise InputError("the system has no bodies; name at least one under [bodies]")
         carried = [self.child(joint) for joint in self.joints]
         for name in self.bodies:
             if carried.count(name) != 1:

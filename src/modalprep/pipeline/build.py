@@ -21,7 +21,7 @@ from modalprep.fe.model import FEModel
 from modalprep.fe.properties import Beam, Material, Property, Solid
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.reduction.craig_bampton import Reduction, craig_bampton, guyan
 from modalprep.suggest import suggestion
@@ -61,7 +61,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
     pipeline = load_pipeline(path)
     if pipeline.mesh is None:
         raise InputError(f"{path} has no [mesh]: there is no body to build")
-    with reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
+    with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
         mesh = read_mesh(path.parent / pipeline.mesh.file, pipeline.mesh.length_unit)
         done(1)
         model = _assemble(pipeline, mesh, path)

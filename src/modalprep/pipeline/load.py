@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -38,11 +41,28 @@ def load_pipeline(path: str | Path) -> Pipeline:
         raise InputError(_sentence(path, text, error)) from None
 
 
+@contextmanager
+def naming(file: Path | str) -> Iterator[None]:
+    """Put the name of the file (or table) before an input error that does not say it.
+
+    Examples
+    --------
+    >>> with naming("job.toml"):
+    ...     raise InputError("no group 'a'")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: job.toml: no group 'a'
+    """
+    try:
+        yield
+    except InputError as error:
+        if str(file) in str(error):
+            raise
+        raise type(error)(f"{file}: {error}") from None
+
+
 def _sentence(path: Path, text: str, error: ValidationError) -> str:
     first = error.errors()[0]
-    place = [str(part) for part in first["loc"]]
-    if place[:1] == ["properties"]:
-        del place[2:3]  # pydantic's tag of the section type
+    place = _place(first, tomllib.loads(text))
     message = first["msg"].removeprefix("Value error, ")
     unknown = re.match(r"unknown key '(.+?)'", message)
     line = _line(text, [*place, unknown[1]] if unknown else place)
@@ -50,6 +70,17 @@ def _sentence(path: Path, text: str, error: ValidationError) -> str:
     table = f"[{'.'.join(place)}]: " if place else ""
     more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
     return f"{where}: {table}{message[:1].lower() + message[1:]}{more}"
+
+
+def _place(error: Any, data: Any) -> list[str]:
+    """Return the keys of the TOML file that lead to an error, without pydantic's tags of unions."""
+    place = []
+    for part in error["loc"]:
+        inside = part in data if isinstance(data, dict) else isinstance(part, int) and isinstance(data, list)
+        if inside:
+            place.append(str(part))
+            data = data[part]
+    return [*place, str(error["loc"][-1])] if error["type"] == "missing" else place
 
 
 def _line(text: str, place: list[str]) -> int | None:

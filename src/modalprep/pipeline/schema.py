@@ -107,7 +107,9 @@ class ReductionTable(Table):
 class OutputTable(Table):
     """What is written besides the modal file and the report."""
 
-    pictures: Literal["kept", "none"] | int = Field("kept", description="mode pictures: kept, none, or how many")
+    pictures: Literal["kept", "none"] | Annotated[int, Field(ge=0)] = Field(
+        "kept", description="mode pictures: kept, none, or how many"
+    )
 
 
 class BodyTable(Table):
@@ -170,7 +172,7 @@ class SimulationTable(Table):
 
     t_end: float = Field(gt=0, description="s")
     output_step: float = Field(0.01, gt=0, description="s")
-    rtol: float = Field(1e-7, gt=0, le=1e-2, description="relative tolerance")
+    rtol: float = Field(1e-7, ge=1e-13, le=1e-2, description="relative tolerance")
     atol: float = Field(1e-10, gt=0, description="absolute tolerance of coordinates and speeds")
     method: Literal["auto", "explicit", "implicit"] = Field("auto", description="auto: implicit for stiff modes")
     geometric_stiffness: bool = True
@@ -184,6 +186,12 @@ class ReferenceTable(Table):
     label: str
     t: list[float]
     y: list[float]
+
+    @model_validator(mode="after")
+    def _pairs(self) -> ReferenceTable:
+        if len(self.t) != len(self.y):
+            raise ValueError(f"t has {len(self.t)} values and y {len(self.y)}; give as many of each")
+        return self
 
 
 class PlotTable(Table):

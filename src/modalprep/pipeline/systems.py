@@ -18,7 +18,7 @@ from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
 from modalprep.pipeline.build import current_body, output_folder
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import BodyTable, JointTable, Pipeline
 
 WITH, WITHOUT = "with geometric stiffness", "conventional theory (without)"
@@ -64,10 +64,14 @@ def simulate_pipeline(
     others = {"conventional": runs[WITHOUT]} if len(runs) > 1 else {}
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
     files = [write_result(main, target, others)]
-    files.append(write_csv(main, target.with_suffix(".csv"), pipeline.simulation.output))
+    files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
     for file in files:
         reporter.wrote(file)
     return Simulated(runs, files)
+
+
+def _csv_beside(target: Path) -> Path:
+    return target.with_suffix(".csv") if target.suffix != ".csv" else target.with_name(f"{target.stem}-table.csv")
 
 
 def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, reporter: Reporter, dense: bool) -> Result:
@@ -91,13 +95,11 @@ def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, report
 
 
 def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> None:
-    known = start_channels(system)
-    plotted = [name for plot in pipeline.plots for name in plot.channels]
-    for name in [*pipeline.simulation.output, *plotted]:
-        try:
+    with naming(path):
+        known = start_channels(system)
+        plotted = [name for plot in pipeline.plots for name in plot.channels]
+        for name in [*pipeline.simulation.output, *plotted]:
             known[name]
-        except InputError as error:
-            raise InputError(f"{path}: {error}") from None
 
 
 def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System:
@@ -105,13 +107,12 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
     bodies = {name: _body(table, path, output, reporter) for name, table in pipeline.bodies.items()}
     if pipeline.mesh is not None:
         name = pipeline.name or path.stem
+        if name in bodies:
+            raise InputError(f"{path}: body {name!r} is made by [mesh] and named again under [bodies]; rename one")
         bodies[name] = current_body(path, output_folder(path, output), reporter)
-    shared = _shared(bodies)
-    joints = tuple(_joint(name, table) for name, table in pipeline.joints.items())
-    try:
-        return System(bodies=shared, joints=joints, gravity=np.array(pipeline.environment.gravity))
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    with naming(path):
+        joints = tuple(_joint(name, table) for name, table in pipeline.joints.items())
+        return System(bodies=_shared(bodies), joints=joints, gravity=np.array(pipeline.environment.gravity))
 
 
 def _body(table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
@@ -131,24 +132,30 @@ def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
 
 
 def _joint(name: str, table: JointTable) -> Joint:
-    rotation = np.eye(3)
-    if table.rotation is not None:
-        axis = np.array(table.rotation.axis)
-        rotation = Rotation.from_rotvec(table.rotation.angle * axis / np.linalg.norm(axis)).as_matrix()
-    return Joint(
-        name=name,
-        type=table.type,
-        parent=table.parent,
-        child=table.child,
-        axis=np.array(table.axis),
-        position=np.array(table.position),
-        rotation=rotation,
-        angle=table.start.angle,
-        rate=table.start.rate,
-        velocity=np.array(table.start.velocity),
-        spin=np.array(table.start.spin),
-        motion=_motion(table),
-    )
+    with naming(f"joint {name!r}"):
+        return Joint(
+            name=name,
+            type=table.type,
+            parent=table.parent,
+            child=table.child,
+            axis=np.array(table.axis),
+            position=np.array(table.position),
+            rotation=_rotation(table),
+            angle=table.start.angle,
+            rate=table.start.rate,
+            velocity=np.array(table.start.velocity),
+            spin=np.array(table.start.spin),
+            motion=_motion(table),
+        )
+
+
+def _rotation(table: JointTable) -> np.ndarray:
+    if table.rotation is None:
+        return np.eye(3)
+    axis = np.array(table.rotation.axis)
+    if not np.any(axis):
+        raise InputError(f"rotation axis {axis.tolist()} has no direction")
+    return Rotation.from_rotvec(table.rotation.angle * axis / np.linalg.norm(axis)).as_matrix()
 
 
 def _motion(table: JointTable) -> Motion | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_array
 
-from modalprep.errors import AccuracyError, MechanismError
+from modalprep.errors import AccuracyError, InputError, MechanismError
 from modalprep.fe.model import FEModel
 from modalprep.linalg.factor import Factor, factorize
 
@@ -80,6 +80,8 @@ def clamp(model: FEModel, solver: str = "auto") -> Clamped:
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
     i = np.setdiff1d(np.arange(K.shape[0]), b)
+    if not len(i):
+        raise InputError("every node is held by a fixed interface: no mode is left; hold fewer nodes")
     K_ii, M_ii = (A[i][:, i].tocsr() for A in (K, M))
     try:
         factor = factorize(K_ii, solver)

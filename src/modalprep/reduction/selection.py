@@ -18,6 +18,7 @@ OPERATORS: dict[type, tuple[Callable, str]] = {
     ast.Gt: (operator.gt, ">"),
     ast.GtE: (operator.ge, ">="),
 }
+LARGEST = 1e300
 HELP = "write for example 'effective_mass > 0.1% or frequency < 500 Hz'"
 
 
@@ -47,6 +48,7 @@ def select(keep: str, frequency: np.ndarray, fraction: np.ndarray) -> tuple[np.n
     if keep.strip() == "all":
         return np.ones(n, dtype=bool), ("all candidates kept",) * n
     tree = _parse(keep)
+    _judge(tree, _mode_values(0, np.zeros(1), np.zeros((1, 6))))  # a bad expression is bad without modes too
     verdicts = [_judge(tree, _mode_values(k, frequency, fraction)) for k in range(n)]
     return np.array([kept for kept, _ in verdicts], dtype=bool), tuple(reason for _, reason in verdicts)
 
@@ -56,8 +58,8 @@ def _parse(keep: str) -> ast.expr:
     text = re.sub(r"([\d.]+(?:e[+-]?\d+)?)\s*%", r"(\1 * 0.01)", text)
     try:
         return ast.parse(text, mode="eval").body
-    except SyntaxError:
-        raise InputError(f"keep = {keep!r} cannot be read; {HELP}") from None
+    except (SyntaxError, RecursionError, MemoryError, ValueError):
+        raise InputError(f"keep = {keep[:60]!r} cannot be read; {HELP}") from None
 
 
 def _mode_values(k: int, frequency: np.ndarray, fraction: np.ndarray) -> dict[str, tuple[float, str]]:
@@ -94,8 +96,8 @@ def _judge(node: ast.expr, values: dict[str, tuple[float, str]]) -> tuple[bool, 
 
 def _number(node: ast.expr) -> float:
     match node:
-        case ast.Constant(value=int() | float() as value):
+        case ast.Constant(value=int() | float() as value) if abs(value) < LARGEST:
             return float(value)
         case ast.BinOp(op=ast.Mult(), left=left, right=right):
             return _number(left) * _number(right)
-    raise InputError(f"keep: {ast.unparse(node)!r} is not a number; {HELP}")
+    raise InputError(f"keep: {ast.unparse(node)[:60]!r} is not a number of any use; {HELP}")
