@@ -268,6 +268,15 @@ def test_collapse_names_time_and_body():
         mp.simulate(mp.System(bodies={"arm": light}, joints=(hinge,)), t_end=1.0)
 
 
+def test_lost_inertia_is_named():
+    """Modes and inertia vectors that carry nearly all of a soft body's inertia about its free hinge."""
+    body = uniform_beam(modes=3, truncation=("inertia", "interfaces"))
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    arm = mp.System(bodies={"arm": body}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
+    with pytest.raises(mp.SimulationError, match="mass matrix of body 'arm'.*leave out the inertia"):
+        mp.simulate(arm, t_end=0.5, method="explicit", rtol=1e-6)
+
+
 @pytest.mark.parametrize("key", ["t_end", "output_step", "rtol", "atol"])
 def test_options_must_be_positive(key):
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")

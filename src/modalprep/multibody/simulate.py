@@ -10,7 +10,7 @@ from scipy.integrate import DOP853, Radau
 
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody import kernel
-from modalprep.multibody.dense import dense_accelerations
+from modalprep.multibody.dense import dense_accelerations, mass_and_force
 from modalprep.multibody.layout import COORDINATES, FREE, REVOLUTE, coordinate_count, pack
 from modalprep.multibody.record import Recorder
 from modalprep.multibody.result import Result
@@ -20,6 +20,7 @@ MOST_OUTPUTS = 1e7
 METHODS = ("auto", "explicit", "implicit")
 EXPLICIT_STEPS = 30_000  # more than these, and the implicit method is quicker for any tolerance above 1e-9
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
+NEARLY_SINGULAR = 1e-5  # of the scaled mass matrix: accelerations are then 1e5 times too large
 DIVERGED = 100.0  # body sizes of deflection: far beyond the validity of a modal body
 
 
@@ -235,15 +236,20 @@ class _Run:
 
     def failure(self, t: float, y: np.ndarray) -> str:
         """Say when and where the integration stopped."""
-        if self.status[0] >= 0:
-            name = self.system.order[int(self.status[0])]
+        worst = max(range(len(self.joints)), key=lambda i: np.abs(self.modal(i, y)).max(initial=0.0))
+        if self.status[0] >= 0 or self._nearly_singular(t, y):
+            name = self.system.order[int(self.status[0]) if self.status[0] >= 0 else worst]
             return (
                 f"simulation stopped at t = {t:.6g} s: the mass matrix of body {name!r} is no longer positive, "
                 "its deflection is too large for its modes; keep fewer modes, leave out the inertia "
                 "truncation vectors, or cut the body into smaller ones"
             )
-        worst = max(range(len(self.joints)), key=lambda i: np.abs(self.modal(i, y)).max(initial=0.0))
         return (
             f"simulation stopped at t = {t:.6g} s: the step size collapsed, body {self.system.order[worst]!r} moves "
             "fastest; drop its highest modes or loosen rtol"
         )
+
+    def _nearly_singular(self, t: float, y: np.ndarray) -> bool:
+        M, _ = mass_and_force(self.system, y[:-1], self.motion(t))
+        scale = 1 / np.sqrt(np.abs(np.diag(M)))
+        return not np.linalg.eigvalsh(M * scale * scale[:, None])[0] > NEARLY_SINGULAR
