@@ -11,7 +11,7 @@ from scipy.integrate import DOP853, Radau
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody import kernel
 from modalprep.multibody.dense import dense_accelerations, mass_and_force
-from modalprep.multibody.layout import COORDINATES, FREE, REVOLUTE, coordinate_count, pack
+from modalprep.multibody.layout import COORDINATES, FREE, REVOLUTE, SPEEDS, coordinate_count, pack
 from modalprep.multibody.record import Recorder
 from modalprep.multibody.result import Result
 from modalprep.multibody.system import System
@@ -215,7 +215,7 @@ class _Run:
         """Power lost in modal damping, W."""
         lost = 0.0
         for i, joint in enumerate(self.tree.joint):
-            u = self.nx + self.tree.u[i] + (COORDINATES[joint] - (joint == FREE))
+            u = self.nx + self.tree.u[i] + SPEEDS[joint]
             qd = y[u : u + self.tree.n[i]]
             lost += qd @ (self.bodies.D[self.tree.kind[i], : len(qd)] * qd)
         return lost
