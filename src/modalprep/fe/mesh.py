@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
 
@@ -41,6 +42,29 @@ def cell_dimension(kind: str) -> int:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Link(Record):
+    """A rigid or an averaging element between mesh nodes.
+
+    Attributes
+    ----------
+    kind : {"rbe2", "rbe3"}
+        rbe2: `nodes` follow `node` rigidly. rbe3: `node` moves with the weighted mean motion of `nodes`.
+    node : int
+    nodes : (k,) int
+    components : (6,) bool
+        rbe2: which DOFs of `nodes` follow. rbe3: which DOFs of `node` follow.
+    weights : (k,) float
+        rbe3 only.
+    """
+
+    kind: str
+    node: int
+    nodes: np.ndarray
+    components: np.ndarray = field(default_factory=lambda: np.ones(6, dtype=bool))
+    weights: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Mesh(Record):
     """A mesh with named groups.
 
@@ -54,6 +78,20 @@ class Mesh(Record):
         Rows of ``cells`` that belong to each named group.
     source, sha256 : str
         The file it came from and the hash of its bytes; empty for a mesh made in memory.
+    scale : float
+        m per unit of length of the file.
+    labels : (n_points,) int
+        The file's own node numbers; empty counts from 1.
+    properties : {group: Property}
+        Sections that the file carries, SI.
+    links : tuple of Link
+        Rigid and averaging elements that the file carries.
+    data : {name: {cell type: (n_cells, ...) float}}
+        Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
+        beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
+        rows e1, e2, e3 of a spring.
+    notes : tuple of str
+        What the reader left out, for the user.
 
     Examples
     --------
@@ -68,7 +106,12 @@ class Mesh(Record):
     groups: dict[str, dict[str, np.ndarray]]
     source: str = ""
     sha256: str = ""
-    scale: float = field(default=1.0)
+    scale: float = 1.0
+    labels: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
+    properties: dict[str, Property] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()
+    data: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def group(self, name: str) -> dict[str, np.ndarray]:
         """Return the connectivity of a group, ``{cell type: (k, n_nodes)}``.
