@@ -58,7 +58,8 @@ def test_linear_displacement_gives_constant_stress():
     strain = (gradient + gradient.T) / 2
     lam = 2.1e11 * 0.3 / (1.3 * 0.4)
     exact = 2 * 2.1e11 / 2.6 * strain + lam * np.trace(strain) * np.eye(3)
-    np.testing.assert_allclose(block.stress(d), np.broadcast_to(exact, block.stress(d).shape), rtol=1e-9)
+    stress = block.stress(d[model.dof[block.nodes, :3]].reshape(len(block.nodes), -1))
+    np.testing.assert_allclose(stress, np.broadcast_to(exact, stress.shape), rtol=1e-9)
 
 
 def test_bracket_mass_and_rigid_motions(bracket_model):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from modalprep.multibody import jit
+from modalprep import jit
 
 TESTS = Path(__file__).parent.parent
 

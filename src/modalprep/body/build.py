@@ -60,7 +60,7 @@ def flexible_body(
         E0=model.rigid.E0,
         S=model.g.T @ Phi,
         H=np.einsum("dab,dn->abn", model.h, Phi, optimize=True),
-        P=mass_tensor(model, Phi),
+        P=model.M_ab.project(Phi),
         Kg_A=Kg_A,
         Kg_W=Kg_W,
         Kg_F=Kg_if[:, :3],
@@ -78,16 +78,6 @@ def flexible_body(
         modes=reduction.table,
         provenance={**model.source, **(provenance or {})},
     )
-
-
-def mass_tensor(model: FEModel, Phi: np.ndarray) -> np.ndarray:
-    """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``."""
-    n = Phi.shape[1]
-    P = np.zeros((3, 3, n, n))
-    for (a, b), M_ab in model.M_ab.items():
-        P[a, b] = Phi.T @ (M_ab @ Phi)
-        P[b, a] = P[a, b].T
-    return P
 
 
 def projected_geometric_stiffness(model: FEModel, reduction: Reduction) -> np.ndarray:

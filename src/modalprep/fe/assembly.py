@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from functools import reduce
-from operator import add
+from collections.abc import Mapping
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
-from scipy.sparse.csgraph import connected_components
+from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.beam import BeamBlock
-from modalprep.fe.block import PAIRS, csr_of
-from modalprep.fe.interface import Interface, InterfaceFrame, interface_position
-from modalprep.fe.mesh import Mesh, cell_dimension
+from modalprep.fe.interface import Connection, Interface, InterfaceFrame, connect, interface_position
+from modalprep.fe.joints import hidden_hinges
+from modalprep.fe.links import PlacedLink, constraint_matrix
+from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel, GeometricStiffness
-from modalprep.fe.properties import Beam, Property, Solid
-from modalprep.fe.solid import SolidBlock
-from modalprep.vectors import skew
-
-CHUNK = 20_000  # elements evaluated at once: bounds the memory of shape gradients
-FAMILY = {(Beam, "line"): (BeamBlock, 6), (Solid, "tetra10"): (SolidBlock, 3)}
+from modalprep.fe.parts import Part, find_parts, refuse_disconnected, used_nodes
+from modalprep.fe.pattern import Pattern
+from modalprep.fe.properties import PointMass, Property, Solid, Spring
+from modalprep.fe.totals import Totals
 
 
 def assemble(
@@ -29,18 +24,21 @@ def assemble(
     properties: Mapping[str, Property],
     interfaces: Mapping[str, Interface],
     root: str | None = None,
+    connections: Mapping[str, Connection] | None = None,
 ) -> FEModel:
     """Assemble a mesh.
 
     Parameters
     ----------
     mesh : Mesh
-    properties : {group: Beam or Solid}
-        Every structural cell needs exactly one.
+    properties : {group: Beam, Truss, Shell, Solid, PointMass or Spring}
+        Every structural cell needs exactly one; those that the mesh file carries need not be repeated.
     interfaces : {name: Interface}
         At least one.
     root : str
         The interface at which the body frame sits; default the first.
+    connections : {name: Connection}
+        New nodes tied to node sets; each makes a group of its name.
 
     Raises
     ------
@@ -57,36 +55,22 @@ def assemble(
     >>> bool(abs(model.K @ model.rigid_body()).max() < 1e-6 * abs(model.K).max())
     True
     """
-    order = _root_first(interfaces, root)
-    place = {name: interface_position(mesh, name, interfaces[name]) for name in order}
-    origin = place[order[0]]
-    points = mesh.points - origin
-    parts = _parts(mesh, properties)
-    _refuse_disconnected(mesh, parts, interfaces)
-    dof, n = _number(len(points), parts, [interfaces[name].kind for name in order])
-    blocks = list(_blocks(mesh.points, parts, dof, origin))
-    frames = _frames(mesh, interfaces, order, place, dof, len(points))
-    C, free = _rigid_links(points, dof, frames, n)
-    mass = [block.mass() for block in blocks]
-    tensor = {ab: csr_of([t for m in mass for t in m.tensor[ab]], n, symmetric=ab[0] == ab[1]) for ab in PAIRS}
-    K = csr_of([t for block in blocks for t in block.stiffness()], n, symmetric=True)
-    return FEModel(
-        points=points,
-        cells=_cells(parts),
-        dof=dof,
-        K=K,
-        M=(tensor[0, 0] + tensor[1, 1] + tensor[2, 2]).tocsr(),
-        g=_scatter([(m.dofs, m.g) for m in mass], n),
-        h=_scatter([(m.dofs, m.h) for m in mass], n),
-        M_ab=tensor,
-        rigid=reduce(add, (m.rigid for m in mass)),
-        C=C,
-        free=free,
-        interfaces=frames,
-        geometric_stiffness=GeometricStiffness(blocks, K, points, dof, frames),
-        origin=origin,
-        source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
-    )
+    order, connections = _root_first(interfaces, root), dict(connections or {})
+    sections = {**mesh.properties, **properties}
+    boundary = {spec.group for spec in (*interfaces.values(), *connections.values()) if spec.group}
+    known = {name: section for name, section in sections.items() if name not in connections}
+    mesh = connect(mesh, connections, used_nodes(find_parts(mesh, known, boundary)[0]))
+    parts, notes = find_parts(mesh, sections, boundary)
+    nodes = {name: interfaces[name].nodes(mesh, used_nodes(parts)) for name in order}
+    place = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
+    framed = [name for name in order if interfaces[name].kind != "node"]
+    tied = [nodes[name] for name in framed] + [np.append(link.nodes, link.node) for link in mesh.links]
+    refuse_disconnected(mesh.points, parts, tied)
+    parts, more = _without_idle_rotation(mesh, parts)
+    dof = _number(mesh, parts, len(framed))
+    placed = _place(mesh, interfaces, nodes, place, dof)
+    hinges = hidden_hinges(mesh, parts)
+    return _sum(mesh, parts, dof, place[order[0]], *placed, (*mesh.notes, *notes, *more, *hinges))
 
 
 def _root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[str]:
@@ -99,148 +83,146 @@ def _root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[s
     return [root, *(name for name in names if name != root)]
 
 
-def _parts(mesh: Mesh, properties: Mapping[str, Property]) -> list[tuple[Property, np.ndarray]]:
-    """Return [(property, connectivity)], every structural cell once."""
-    covered = {kind: np.zeros(len(c), dtype=int) for kind, c in mesh.cells.items()}
-    parts = []
-    for group, section in properties.items():
-        wanted = [kind for (family, kind) in FAMILY if family is type(section)]
-        cells = {kind: c for kind, c in mesh.group(group).items() if cell_dimension(kind) == cell_dimension(wanted[0])}
-        if not cells or set(cells) - set(wanted):
-            has = ", ".join(mesh.group(group))
-            name = type(section).__name__.lower()
-            raise InputError(f"group {group!r} has {has} cells, but type {name!r} needs {' or '.join(wanted)} cells")
-        for kind, conn in cells.items():
-            covered[kind][mesh.groups[group][kind]] += 1
-            parts.append((section, conn))
-    _refuse_uncovered(mesh, covered, max(cell_dimension(k) for k in covered))
-    return parts
+def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
+    """Evaluate every element once and add it up."""
+    pattern = Pattern.build([part.nodes for part in parts], dof)
+    thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
+    total = Totals(pattern, Pattern.build(thin, dof) if thin else None, dof)
+    blocks = [block for part in parts for block in part.blocks(mesh.points, origin)]
+    for block in blocks:
+        total.add(block)
+    K, M = pattern.csr(total.K), total.mass()
+    C, free, step = constraint_matrix(links, total.n)
+    C, free = _without_loose(C, free, K, M, frames)
+    return FEModel(
+        points=mesh.points - origin,
+        cells=_cells(parts),
+        dof=dof,
+        K=K,
+        M=M,
+        g=total.linear[:3].T,
+        h=total.linear[3:].T.reshape(-1, 3, 3),
+        M_ab=total.tensor(),
+        rigid=total.rigid,
+        C=C,
+        free=free,
+        interfaces=frames,
+        geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, links, step),
+        origin=origin,
+        source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
+        notes=notes,
+    )
 
 
-def _refuse_uncovered(mesh: Mesh, covered: dict[str, np.ndarray], dimension: int) -> None:
-    for kind, count in covered.items():
-        if np.any(count > 1):
-            raise InputError(f"{np.sum(count > 1)} {kind} cells have two properties; give each group its own cells")
-        if cell_dimension(kind) == dimension and np.any(count == 0):
-            names = [g for g, rows in mesh.groups.items() if kind in rows and np.any(count[rows[kind]] == 0)]
-            where = f"group {names[0]!r}" if names else "cells in no group"
-            raise InputError(
-                f"{np.sum(count == 0)} of {len(count)} {kind} cells have no property ({where}); "
-                "add one under [properties]"
-            )
+def _without_idle_rotation(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], list[str]]:
+    """Drop the inertia and offset of masses on nodes that nothing can turn, such as those of solids."""
+    turning = np.zeros(len(mesh.points), dtype=bool)
+    for part in parts:
+        if not isinstance(part.section, PointMass) and part.components(mesh.points) == 6:
+            turning[part.nodes] = True
+    for link in mesh.links:
+        turning[link.node] = True
+        turning[link.nodes] |= link.kind == "rbe2" and bool(link.components[3:].any())
+    kept, notes = [], []
+    for part in parts:
+        idle = isinstance(part.section, PointMass) and not np.all(turning[part.nodes])
+        if idle and part.components(mesh.points) == 6:
+            notes.append(f"mass {part.group!r} sits on a node without rotations: its inertia and offset are left out")
+            part = Part(part.group, PointMass(mass=part.section.mass), part.kind, part.nodes, part.data)
+        kept.append(part)
+    return kept, notes
 
 
-def _refuse_disconnected(mesh: Mesh, parts: list, interfaces: Mapping[str, Interface]) -> None:
-    groups = [conn for _, conn in parts]
-    groups += [mesh.nodes(i.group)[None] for i in interfaces.values() if i.kind == "rbe2"]
-    rows = np.concatenate([np.repeat(c[:, 0], c.shape[1]) for c in groups])
-    cols = np.concatenate([c.ravel() for c in groups])
-    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(len(mesh.points),) * 2)
-    used = np.unique(np.concatenate([conn.ravel() for _, conn in parts]))
-    label = connected_components(graph, directed=False)[1][used]
-    names, count = np.unique(label, return_counts=True)
-    if len(names) > 1:
-        small = used[label == names[np.argmin(count)]]
-        at = ", ".join(f"{x:.4g}" for x in mesh.points[small].mean(axis=0))
-        raise InputError(
-            f"the structure is in {len(names)} disconnected parts, the smallest has {len(small)} nodes "
-            f"around ({at}) m; merge coincident nodes or mesh the parts together"
-        )
+def _number(mesh: Mesh, parts: list[Part], frames: int) -> np.ndarray:
+    """Number the DOFs node by node, 3 or 6 each; every RBE2 or RBE3 interface adds a node of six."""
+    width = np.zeros(len(mesh.points) + frames, dtype=int)
+    width[len(mesh.points) :] = 6
+    for part in parts:
+        np.maximum.at(width, part.nodes, part.components(mesh.points))
+    width[[link.node for link in mesh.links]] = 6
+    active = np.arange(6) < width[:, None]
+    return np.where(active, np.cumsum(active).reshape(active.shape) - 1, -1)
 
 
-def _number(n_points: int, parts: list, kinds: list[str]) -> tuple[np.ndarray, int]:
-    """Number the DOFs node by node; each RBE2 interface adds a node of six."""
-    active = np.zeros((n_points + kinds.count("rbe2"), 6), dtype=bool)
-    active[n_points:] = True
-    for section, conn in parts:
-        active[np.unique(conn), : _family(section)[1]] = True
-    dof = np.full(active.shape, -1)
-    dof[active] = np.arange(active.sum())
-    return dof, int(active.sum())
-
-
-def _family(section: Property) -> tuple:
-    return next(value for (family, _), value in FAMILY.items() if family is type(section))
-
-
-def _blocks(points: np.ndarray, parts: list, dof: np.ndarray, origin: np.ndarray) -> Iterator[BeamBlock | SolidBlock]:
-    for section, conn in parts:
-        block, components = _family(section)
-        for start in range(0, len(conn), CHUNK):
-            piece = conn[start : start + CHUNK]
-            yield block.build(points, piece, dof[piece, :components].reshape(len(piece), -1), section, origin)
-
-
-def _cells(parts: list) -> dict[str, np.ndarray]:
-    kinds = {2: "line", 10: "tetra10"}
-    cells: dict[str, list] = {}
-    for _, conn in parts:
-        cells.setdefault(kinds[conn.shape[1]], []).append(conn)
-    return {kind: np.concatenate(c) for kind, c in cells.items()}
-
-
-def _scatter(pieces: list[tuple[np.ndarray, np.ndarray]], n: int) -> np.ndarray:
-    out = np.zeros((n, *pieces[0][1].shape[2:]))
-    for dofs, values in pieces:
-        np.add.at(out, dofs, values)
-    return out
-
-
-def _frames(mesh, interfaces, order, place, dof, n_points) -> tuple[InterfaceFrame, ...]:
-    frames, extra = [], n_points
-    owner: dict[int, str] = {}
-    for name in order:
-        spec, nodes = interfaces[name], mesh.nodes(interfaces[name].group)
-        rigid = spec.kind == "rbe2"
-        node = extra if rigid else int(nodes[0])
-        extra += rigid
-        tied = nodes[dof[nodes, 0] >= 0] if rigid else np.zeros(0, dtype=int)
-        _refuse_loose(name, spec, dof, node, tied, mesh.points)
-        for held in tied if rigid else [node]:
-            if int(held) in owner:
-                raise InputError(f"node {held + 1} belongs to both interfaces {owner[int(held)]!r} and {name!r}")
-            owner[int(held)] = name
-        boundary = "fixed" if name == order[0] else spec.boundary
+def _place(mesh, interfaces, nodes, place, dof) -> tuple[tuple[InterfaceFrame, ...], list[PlacedLink]]:
+    """Place the interface frames in the order of `place`, the root first, and every link."""
+    frames, links, extra = [], [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))], len(mesh.points)
+    root = next(iter(place))
+    for name, position in place.items():
+        spec, at = interfaces[name], nodes[name]
+        framed = spec.kind != "node"
+        frame = dof[extra if framed else at[0]]
+        extra += framed
+        tied = at[dof[at, 0] >= 0] if framed else np.zeros(0, dtype=int)
+        _refuse_loose(name, spec, frame, tied, dof, mesh.points)
+        if framed:
+            arm, ones = mesh.points[tied] - position, np.ones(len(tied))
+            every = np.ones(6, dtype=bool)
+            links.append(PlacedLink(spec.kind, f"interface {name!r}", frame, dof[tied], arm, every, ones, True))
+        boundary = "fixed" if name == root else spec.boundary
         frames.append(
-            InterfaceFrame(
-                name=name,
-                position=place[name] - place[order[0]],
-                dofs=dof[node],
-                nodes=tied,
-                boundary=boundary,
-            )
+            InterfaceFrame(name=name, position=position - place[root], dofs=frame, nodes=tied, boundary=boundary)
         )
-    return tuple(frames)
+    _refuse_shared(frames, links)
+    return tuple(frames), links
 
 
-def _refuse_loose(name: str, spec: Interface, dof: np.ndarray, node: int, tied: np.ndarray, points: np.ndarray) -> None:
-    if spec.kind == "node" and np.any(dof[node] < 0):
-        raise InputError(f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'")
+def _mesh_link(mesh: Mesh, dof: np.ndarray, k: int) -> PlacedLink:
+    link = mesh.links[k]
+    tied = dof[link.nodes, 0] >= 0
+    nodes = link.nodes[tied]
+    label = mesh.labels[link.node] if link.node < len(mesh.labels) else link.node + 1
+    name = f"{link.kind} at node {label}"
+    if not len(nodes):
+        raise InputError(f"{name}: none of its nodes belongs to an element with a property")
+    arm = mesh.points[nodes] - mesh.points[link.node]
+    weights = link.weights[tied] if link.kind == "rbe3" else np.ones(len(nodes))
+    return PlacedLink(link.kind, name, dof[link.node], dof[nodes], arm, link.components, weights, False)
+
+
+def _refuse_shared(frames: list[InterfaceFrame], links: list[PlacedLink]) -> None:
+    """An interface whose DOFs another link drives cannot be held."""
+    driven = {int(d): link.name for link in links for d in link.rows()[0]}
+    owner: dict[int, str] = {}
+    for frame in frames:
+        other = owner.setdefault(int(frame.dofs[0]), frame.name)
+        if other != frame.name:
+            raise InputError(f"one node belongs to both interfaces {other!r} and {frame.name!r}; join the two")
+        for d in frame.dofs:
+            if int(d) in driven:
+                raise InputError(
+                    f"interface {frame.name!r} sits on a node that {driven[int(d)]} drives; use the frame of that link"
+                )
+
+
+def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
     if spec.kind == "node":
+        if np.any(frame < 0):
+            raise InputError(
+                f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'"
+            )
         return
     if not len(tied):
-        raise InputError(f"interface {name!r}: no node of group {spec.group!r} belongs to an element with a property")
+        raise InputError(f"interface {name!r}: no node of {spec} belongs to an element with a property")
     spread = np.linalg.svd(points[tied] - points[tied].mean(axis=0), compute_uv=False)
-    if np.all(dof[tied, 3] < 0) and (len(tied) < 3 or spread[1] <= 1e-9 * spread[0]):
+    held = np.all(dof[tied, 3] < 0) or spec.kind == "rbe3"
+    if held and (len(tied) < 3 or spread[1] <= 1e-9 * spread[0]):
         raise InputError(
-            f"interface {name!r}: the {len(tied)} nodes of group {spec.group!r} lie on one line and cannot hold "
+            f"interface {name!r}: the {len(tied)} nodes of {spec} lie on one line and cannot hold "
             "its rotation; add nodes off that line"
         )
 
 
-def _rigid_links(points, dof, frames, n) -> tuple[csr_array, np.ndarray]:
-    """Return C with u = u_frame + theta x r and theta = theta_frame at every tied node, and the free DOFs."""
-    rows, cols, values = [], [], []
-    for frame in frames:
-        link = np.zeros((len(frame.nodes), 6, 6))
-        link[:, :, :] = np.eye(6)
-        link[:, :3, 3:] = -skew(points[frame.nodes] - frame.position)
-        present = dof[frame.nodes] >= 0
-        rows.append(np.repeat(dof[frame.nodes][present], 6))
-        cols.append(np.tile(frame.dofs, present.sum()))
-        values.append(link[present].ravel())
-    dependent = np.unique(np.concatenate([np.zeros(0, dtype=int), *rows]))
-    free = np.setdiff1d(np.arange(n), dependent)
-    rows, cols, values = [free, *rows], [free, *cols], [np.ones(len(free)), *values]
-    C = coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
-    return C[:, free].tocsr(), free
+def _without_loose(C, free, K, M, frames) -> tuple[csr_array, np.ndarray]:
+    """Leave out independent DOFs that have neither stiffness nor mass, such as rotations that nothing uses."""
+    square = C.multiply(C).T
+    idle = (square @ abs(K.diagonal()) == 0) & (square @ abs(M.diagonal()) == 0)
+    idle[np.searchsorted(free, np.concatenate([frame.dofs for frame in frames]))] = False
+    return C[:, np.flatnonzero(~idle)].tocsr(), free[~idle]
+
+
+def _cells(parts: list[Part]) -> dict[str, np.ndarray]:
+    cells: dict[str, list] = {}
+    for part in parts:
+        cells.setdefault(part.kind, []).append(part.nodes)
+    return {kind: np.concatenate(c) for kind, c in cells.items()}

@@ -16,10 +16,9 @@ from skfem.element import DiscreteField, Element
 from skfem.refdom import RefLine
 
 from modalprep.errors import InputError
-from modalprep.fe.block import MassSamples, Triplets, mass_from_samples
+from modalprep.fe.block import MassObjects, MassSamples, add_arms, mass_from_samples, node_transformation
 from modalprep.fe.properties import Beam
 
-COMPONENTS = 6
 QUADRATURE = 6  # degree: cubic shapes squared; 4 Gauss points
 
 
@@ -89,57 +88,69 @@ class BeamBlock:
 
     Attributes
     ----------
-    dofs : (ne, 12) int
+    nodes : (ne, 2) int
     frame : (ne, 3, 3)
         Rows e1, e2, e3.
+    centre : (ne, nq, 3)
+        Centroids of the section at the quadrature points in the model's frame, m.
+    arm : (ne, 2, 3)
+        From the nodes to the ends of the centroid line, mesh axes, m.
     motion, grad, hess : (ne, nq, 6, 12)
-        Section motions in the element frame per nodal DOF in global axes, and their derivatives along e1.
+        Section motions in the element frame per nodal DOF in mesh axes, and their derivatives along e1.
     dx : (ne, nq)
     """
 
+    components = 6
     section: Beam
-    dofs: np.ndarray
+    nodes: np.ndarray
     frame: np.ndarray
     centre: np.ndarray
+    arm: np.ndarray
     motion: np.ndarray
     grad: np.ndarray
     hess: np.ndarray
     dx: np.ndarray
 
     @classmethod
-    def build(
-        cls, points: np.ndarray, conn: np.ndarray, dofs: np.ndarray, section: Beam, origin: np.ndarray
-    ) -> BeamBlock:
-        """Evaluate the shapes of the elements ``conn (ne, 2)`` with DOFs ``(ne, 12)``.
+    def build(cls, kind, points, nodes, section, data, origin) -> BeamBlock:
+        """Evaluate the shapes of the elements ``nodes (ne, 2)`` at ``points (n, 3)`` (mesh axes).
 
-        `points` are in mesh coordinates, `origin` is the origin of the model's frame in them.
+        `data` may override ``up (ne, 3)`` and give ``ends (ne, 2, 3)``; `origin` is the model's origin.
+
+        Raises
+        ------
+        InputError
+            When an element has no length, or `up` is parallel to it.
         """
-        ends = points[conn]
-        axis = ends[:, 1] - ends[:, 0]
-        length = np.linalg.norm(axis, axis=1)
-        if np.any(length == 0):
-            bad = int(np.argmin(length))
-            raise InputError(f"beam element between nodes {conn[bad][0] + 1} and {conn[bad][1] + 1} has no length")
-        frame = _frames(axis / length[:, None], np.asarray(section.up, dtype=float))
+        up = data.get("up", np.full((len(nodes), 3), np.nan))
+        up = np.where(np.isfinite(up), up, np.asarray(section.up, dtype=float))
+        arm = np.nan_to_num(data.get("ends", np.zeros((len(nodes), 2, 3))))
+        _, frame = line_frames(points[nodes] + arm, nodes, up)
+        arm = arm + np.einsum("k,eka->ea", section.offset, frame[:, 1:])[:, None]
+        ends = points[nodes] + arm
+        length, frame = line_frames(ends, nodes, up)
         basis = _basis(length, section)
-        rotate = np.kron(np.eye(4), np.ones((3, 3))) * np.tile(frame, (1, 4, 4))  # nodal DOFs to the element frame
-        fields = [_stack(basis, name) @ rotate[:, None] for name in ("value", "grad", "hess")]
+        T = node_transformation(frame, arm)
+        fields = [_stack(basis, name) @ T[:, None] for name in ("value", "grad", "hess")]
         at = basis.X[0][None, :, None]
         centre = (1 - at) * ends[:, None, 0] + at * ends[:, None, 1] - origin
-        return cls(section, dofs, frame, centre, *fields, basis.dx)
+        return cls(section, nodes, frame, centre, arm, *fields, basis.dx)
 
-    def stiffness(self) -> list[Triplets]:
+    def stiffness(self) -> np.ndarray:
         """``int B^T C B`` with strains (u', v' - tz, w' + ty, tx', ty', tz')."""
+        B, C = self._strain()
+        return _contract(B, B * (self.dx[:, :, None] * C)[..., None])
+
+    def _strain(self) -> tuple[np.ndarray, np.ndarray]:
         s, mat = self.section, self.section.material
         shear = (s.ky * mat.G * s.A, s.kz * mat.G * s.A) if s.shear else (0.0, 0.0)
         C = np.array([mat.E * s.A, *shear, mat.G * s.J, mat.E * s.Iy, mat.E * s.Iz])
         B = self.grad.copy()
         B[:, :, 1] -= self.motion[:, :, 5]
         B[:, :, 2] += self.motion[:, :, 4]
-        weighted = B * (self.dx[:, :, None] * C)[..., None]
-        return [Triplets.square(self.dofs, _contract(B, weighted))]
+        return B, C
 
-    def mass(self):
+    def mass(self) -> MassObjects:
         """Every mass object of FORMULATION section 1; the section adds two samples per point."""
         s, nq = self.section, self.dx.shape[1]
         tx, ty, tz = np.moveaxis(self.motion[:, :, 3:], 2, 0)
@@ -147,22 +158,23 @@ class BeamBlock:
         local = (self.motion[:, :, :3], np.stack([-tz, zero, tx], 2), np.stack([ty, -tx, zero], 2))
         shapes = np.concatenate([np.einsum("eca,eqcj->eqaj", self.frame, f) for f in local], axis=1)
         e2, e3 = (np.repeat(self.frame[:, None, k], nq, axis=1) for k in (1, 2))
+        rho = s.material.rho
         samples = MassSamples(
-            weight=s.material.rho * np.concatenate([s.A * self.dx, s.Iz * self.dx, s.Iy * self.dx], axis=1),
+            weight=np.concatenate([f * self.dx for f in (rho * s.A + s.nsm, rho * s.Iz, rho * s.Iy)], axis=1),
             unit=np.repeat([1.0, 0.0, 0.0], nq),
             position=np.concatenate([self.centre, e2, e3], axis=1),
             shape=shapes,
         )
-        return mass_from_samples(self.dofs, samples)
+        return mass_from_samples(samples)
 
-    def geometric_stiffness(self, d: np.ndarray) -> list[Triplets]:
-        """Stiffness of the prestress that the displacement ``d (n_dof,)`` causes: N, My, Mz and shears.
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Stiffness of the prestress that the displacements ``d (ne, 12)`` cause: N, My, Mz and shears.
 
         FE.md section 3: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
         - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``.
         """
         s, E = self.section, self.section.material.E
-        local = d[self.dofs][:, None, :, None]
+        local = d[:, None, :, None]
         first, second = (self.grad @ local)[..., 0], (self.hess @ local)[..., 0]
         N, My, Mz = E * s.A * first[..., 0], E * s.Iy * first[..., 4], E * s.Iz * first[..., 5]
         Vz, Vy = E * s.Iy * second[..., 4], -E * s.Iz * second[..., 5]
@@ -172,18 +184,38 @@ class BeamBlock:
         for i, j, value in ((0, 2, -My), (1, 2, -Mz), (0, 3, -Vz), (1, 3, Vy)):
             G[..., i, j] = G[..., j, i] = value
         Z = np.concatenate([self.grad[:, :, 1:4], self.motion[:, :, 3:4]], axis=2)
-        return [Triplets.square(self.dofs, _contract(Z, (G * self.dx[..., None, None]) @ Z))]
+        Kg = _contract(Z, (G * self.dx[..., None, None]) @ Z)
+        if np.any(self.arm):
+            force = (self.stiffness() @ d[:, :, None]).reshape(-1, 2, 6)[:, :, :3]
+            add_arms(Kg, force, self.arm)
+        return Kg
 
 
-def _frames(e1: np.ndarray, up: np.ndarray) -> np.ndarray:
+def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return lengths ``(ne,)`` and frames ``(ne, 3, 3)``, rows e1 (first to second end), ``e2 = up x e1``, e3.
+
+    Raises
+    ------
+    InputError
+        When an element has no length or ``up (ne, 3)`` is parallel to it.
+    """
+    axis = ends[:, 1] - ends[:, 0]
+    length = np.linalg.norm(axis, axis=1)
+    if np.any(length == 0):
+        bad = int(np.argmin(length))
+        raise InputError(f"line element between nodes {nodes[bad][0] + 1} and {nodes[bad][1] + 1} has no length")
+    e1 = axis / length[:, None]
     e2 = np.cross(up, e1)
     size = np.linalg.norm(e2, axis=1, keepdims=True)
-    if np.any(size <= 1e-6 * np.linalg.norm(up)):
+    parallel = size[:, 0] <= 1e-6 * np.linalg.norm(up, axis=1)
+    if np.any(parallel):
+        bad = int(np.argmax(parallel))
         raise InputError(
-            f"beam direction 'up' = {up.tolist()} is zero or parallel to the beam; choose another direction"
+            f"beam direction 'up' = {up[bad].tolist()} is zero or parallel to the beam between nodes "
+            f"{nodes[bad][0] + 1} and {nodes[bad][1] + 1}; choose another direction"
         )
     e2 = e2 / size
-    return np.stack([e1, e2, np.cross(e1, e2)], axis=1)
+    return length, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
 
 
 def _basis(length: np.ndarray, s: Beam) -> Basis:
@@ -204,4 +236,5 @@ def _stack(basis: Basis, name: str) -> np.ndarray:
 def _contract(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """``sum_q left^T right`` of (ne, nq, k, nl) arrays, as one matrix product per element."""
     ne, nq, k, nl = left.shape
-    return left.reshape(ne, nq * k, nl).transpose(0, 2, 1) @ right.reshape(ne, nq * k, nl)
+    K = left.reshape(ne, nq * k, nl).transpose(0, 2, 1) @ right.reshape(ne, nq * k, nl)
+    return (K + K.transpose(0, 2, 1)) / 2  # symmetric to the last bit

@@ -1,37 +1,16 @@
-"""What every element family shares: local matrices with their places, and mass objects from mass samples."""
+"""What every element family shares: mass objects from mass samples, arms of eccentric nodes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+
+from modalprep.fe.interface import link_geometric_stiffness
+from modalprep.vectors import skew
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
-
-
-class Triplets(NamedTuple):
-    """Local matrices ``values (ne, r, c)`` at global ``rows (ne, r)`` and ``cols (ne, c)``."""
-
-    rows: np.ndarray
-    cols: np.ndarray
-    values: np.ndarray
-
-    @classmethod
-    def square(cls, dofs: np.ndarray, values: np.ndarray) -> Triplets:
-        """Local matrices whose rows and columns are the same DOFs."""
-        return cls(dofs, dofs, values)
-
-
-def csr_of(triplets: list[Triplets], n: int, *, symmetric: bool = False) -> csr_array:
-    """Sum local matrices into one (n, n) matrix; `symmetric` removes the round-off asymmetry."""
-    rows = [np.repeat(t.rows, t.cols.shape[1], axis=1).ravel() for t in triplets]
-    cols = [np.tile(t.cols, (1, t.rows.shape[1])).ravel() for t in triplets]
-    values = [t.values.ravel() for t in triplets]
-    place = tuple(np.concatenate(x) if x else np.zeros(0, dtype=np.int64) for x in (rows, cols))
-    A = coo_array((np.concatenate(values) if values else np.zeros(0), place), shape=(n, n)).tocsr()
-    return ((A + A.T) * 0.5).tocsr() if symmetric else A
 
 
 @dataclass(frozen=True)
@@ -48,21 +27,44 @@ class RigidInertia:
 
 
 class MassObjects(NamedTuple):
-    """Mass of one block: linear vectors at `dofs`, mass tensor triplets per pair (a, b), rigid inertia."""
+    """Mass of one block: linear vectors, mass tensor and rigid inertia of FORMULATION section 1.
 
-    dofs: np.ndarray
+    The tensor is `scalar (ne, nn, nn)` where every component of displacement has the same shapes (solids),
+    else six ``pairs[a, b] (ne, nl, nl)``.
+    """
+
     g: np.ndarray  # (ne, nl, 3)
     h: np.ndarray  # (ne, nl, 3, 3), h[..., a, b] = int rho x_b N_a
-    tensor: dict[tuple[int, int], list[Triplets]]
+    scalar: np.ndarray | None
+    pairs: dict[tuple[int, int], np.ndarray]
     rigid: RigidInertia
+
+
+class Block(Protocol):
+    """Elements of one kind and property: what assembly asks of a family.
+
+    Element matrices are ``(ne, nl, nl)`` with ``nl = nn * components``, node by node, in mesh axes.
+    """
+
+    nodes: np.ndarray  # (ne, nn)
+    components: int  # 3 or 6
+
+    def stiffness(self) -> np.ndarray | None:
+        """Elastic stiffness; None where the family has none."""
+
+    def mass(self) -> MassObjects | None:
+        """Mass objects; None where the family has none."""
+
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
+        """Stiffness of the prestress of the nodal displacements ``d (ne, nl)``."""
 
 
 class MassSamples(NamedTuple):
     """Quadrature of the mass: ``sum_s weight f(s)`` replaces ``int rho f dV``.
 
-    A solid's samples are its quadrature points. A beam section adds, per point, one sample for each section
-    axis: the part of displacement and position that is proportional to the offset, with ``unit = 0`` because
-    the offset itself integrates to zero.
+    A beam section adds, per point, one sample for each section axis: the part of displacement and position that
+    is proportional to the offset, with ``unit = 0`` because the offset itself integrates to zero; a shell adds
+    one for its thickness.
     """
 
     weight: np.ndarray  # (ne, ns)
@@ -71,22 +73,42 @@ class MassSamples(NamedTuple):
     shape: np.ndarray  # (ne, ns, 3, nl), displacement component a per DOF
 
 
-def mass_from_samples(dofs: np.ndarray, s: MassSamples) -> MassObjects:
-    """Assemble g, h, M_ab and the rigid inertia of FORMULATION section 1 from mass samples."""
+def mass_from_samples(s: MassSamples) -> MassObjects:
+    """Sum g, h, M_ab and the rigid inertia of FORMULATION section 1 over mass samples."""
     weighted = s.weight[:, :, None, None] * s.shape
-    g = np.einsum("esaj,s->eja", weighted, s.unit)
-    h = np.einsum("esaj,esb->ejab", weighted, s.position, optimize=True)
-    tensor = {}
+    ne, ns, _, nl = s.shape.shape
+    g = np.matmul(s.unit[None, None], weighted.reshape(ne, ns, 3 * nl)).reshape(ne, 3, nl).transpose(0, 2, 1)
+    h = (s.position.transpose(0, 2, 1) @ weighted.reshape(ne, ns, 3 * nl)).reshape(ne, 3, 3, nl)  # b, a
+    pairs = {}
     for a, b in PAIRS:
         values = s.shape[:, :, a].transpose(0, 2, 1) @ weighted[:, :, b]
-        tensor[a, b] = [Triplets.square(dofs, values)]
-    return MassObjects(dofs, g, h, tensor, rigid_from_samples(s.weight, s.unit, s.position))
+        pairs[a, b] = (values + values.transpose(0, 2, 1)) / 2 if a == b else values  # symmetric to the last bit
+    rigid = rigid_from_samples(s.weight, s.unit, s.position)
+    return MassObjects(g, h.transpose(0, 3, 2, 1), None, pairs, rigid)
 
 
 def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarray) -> RigidInertia:
     """Mass, first and second moments of the samples."""
-    return RigidInertia(
-        m=float(np.sum(weight * unit)),
-        s0=np.einsum("es,s,esa->a", weight, unit, position),
-        E0=np.einsum("es,esa,esb->ab", weight, position, position, optimize=True),
-    )
+    at, mass = position.reshape(-1, 3), weight.reshape(-1, 1)
+    return RigidInertia(m=float(np.sum(weight @ unit)), s0=(weight * unit).reshape(-1) @ at, E0=at.T @ (mass * at))
+
+
+def node_transformation(frame: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Return ``(ne, 6 nn, 6 nn)``: motions in the element frame of points at `arm (ne, nn, 3)` (m, mesh axes) from
+    the nodes, per nodal DOF in mesh axes: ``u_loc = R (u + th x arm)``, ``th_loc = R th``, `frame (ne, 3, 3)`.
+    """  # fmt: skip
+    ne, nn = arm.shape[:2]
+    T = np.zeros((ne, nn, 6, nn, 6))
+    for i in range(nn):
+        T[:, i, :3, i, :3] = T[:, i, 3:, i, 3:] = frame
+        T[:, i, :3, i, 3:] = -frame @ skew(arm[:, i])
+    return T.reshape(ne, 6 * nn, 6 * nn)
+
+
+def add_arms(Kg: np.ndarray, force: np.ndarray, arm: np.ndarray) -> None:
+    """Add to ``Kg (ne, 6 nn, 6 nn)`` the work of `force (ne, nn, 3)` on the second-order motion of rigid arms."""
+    nn = arm.shape[1]
+    for i in range(nn):
+        if np.any(arm[:, i]):
+            rows = slice(6 * i + 3, 6 * i + 6)
+            Kg[:, rows, rows] += link_geometric_stiffness(force[:, i, None], arm[:, i, None])

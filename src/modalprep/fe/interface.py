@@ -1,4 +1,4 @@
-"""Interfaces: 6-DOF frames where a body meets its neighbours, and the rigid links (RBE2) that make them."""
+"""Interfaces: 6-DOF frames where a body meets its neighbours, and connections that tie node sets to new nodes."""
 
 from __future__ import annotations
 
@@ -8,19 +8,21 @@ from typing import Literal
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh import Mesh, cell_dimension
+from modalprep.fe.mesh import Link, Mesh, cell_dimension
+from modalprep.fe.select import NodeSet
+
+Vector = tuple[float, float, float]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Interface:
-    """What the user asks for.
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Interface(NodeSet):
+    """What the user asks for: a node set (select.py) and how a frame is made of it.
 
     Attributes
     ----------
-    group : str
-        Mesh group whose nodes carry the interface.
-    kind : {"node", "rbe2"}
-        One node's own six DOFs, or a massless frame tied rigidly to every node of the group.
+    kind : {"node", "rbe2", "rbe3"}
+        One node's own six DOFs; a massless frame tied rigidly to every node of the set; or one that moves with
+        their mean motion and spreads its load over them without stiffening them.
     boundary : {"fixed", "free"}
         Fixed: its six DOFs are kept in the reduction as constraint modes (Craig-Bampton). Free: it moves with
         the modes, as the tip of a cantilever does. The root is always fixed.
@@ -33,10 +35,29 @@ class Interface:
     'rbe2'
     """
 
-    group: str
-    kind: Literal["node", "rbe2"] = "rbe2"
+    kind: Literal["node", "rbe2", "rbe3"] = "rbe2"
     boundary: Literal["fixed", "free"] = "fixed"
-    position: tuple[float, float, float] | None = None
+    position: Vector | None = None
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Connection(NodeSet):
+    """A new node tied to a node set, for a mass, a spring or a beam to sit on.
+
+    Attributes
+    ----------
+    kind : {"rbe2", "rbe3"}
+    position : (3,) or None
+        m, in mesh coordinates; None takes the centroid.
+
+    Examples
+    --------
+    >>> Connection(group="ring").kind
+    'rbe3'
+    """
+
+    kind: Literal["rbe2", "rbe3"] = "rbe3"
+    position: Vector | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -51,7 +72,7 @@ class InterfaceFrame:
     dofs : (6,) int
         Its three translations and three rotations among the model's DOFs.
     nodes : (k,) int
-        Nodes tied to it rigidly; empty for kind ``node``.
+        Nodes tied to it; empty for kind ``node``.
     boundary : str
     """
 
@@ -62,23 +83,23 @@ class InterfaceFrame:
     boundary: str
 
 
-def interface_position(mesh: Mesh, name: str, interface: Interface) -> np.ndarray:
-    """Return where the interface frame sits: given, the single node, or the centroid of the group (m).
+def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, nodes: np.ndarray) -> np.ndarray:
+    """Return where the frame sits: given, the single node, or the centroid of the group (m, mesh coordinates).
 
     Raises
     ------
     InputError
-        When kind ``node`` meets a group of several nodes.
+        When kind ``node`` meets a set of several nodes.
     """
-    nodes = mesh.nodes(interface.group)
-    if interface.kind == "node" and len(nodes) != 1:
+    if spec.kind == "node" and len(nodes) != 1:
         raise InputError(
-            f"interface {name!r} is of kind 'node' but group {interface.group!r} has {len(nodes)} nodes; "
+            f"interface {name!r} is of kind 'node' but {spec} has {len(nodes)} nodes; "
             "use kind = 'rbe2' or a group with one node"
         )
-    if interface.position is not None and interface.kind == "rbe2":
-        return np.asarray(interface.position, dtype=float)
-    surfaces = [c[:, :3] for kind, c in mesh.group(interface.group).items() if cell_dimension(kind) == 2]
+    if spec.position is not None and spec.kind != "node":
+        return np.asarray(spec.position, dtype=float)
+    group = mesh.group(spec.group) if spec.group else {}
+    surfaces = [c[:, :3] for kind, c in group.items() if cell_dimension(kind) == 2]
     if not surfaces:
         return mesh.points[nodes].mean(axis=0)
     corners = mesh.points[np.concatenate(surfaces)]
@@ -86,10 +107,40 @@ def interface_position(mesh: Mesh, name: str, interface: Interface) -> np.ndarra
     return area @ corners.mean(axis=1) / area.sum()
 
 
-def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return the stiffness (3, 3) that forces on the far ends of rigid links add to the rotations of their frame.
+def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) -> Mesh:
+    """Return the mesh with one new node per connection, in a group of the connection's name.
 
-    A link end moves by ``theta x r + theta x (theta x r) / 2``; a force on it (from the frame, ``(k, 3)`` N)
+    Parameters
+    ----------
+    mesh : Mesh
+    connections : {name: Connection}
+    used : (k,) int
+        Nodes that elements use.
+
+    Raises
+    ------
+    InputError
+        When a name is a group of the mesh already, or a node set is empty.
+    """
+    points, links, groups = [mesh.points], list(mesh.links), dict(mesh.groups)
+    vertices = mesh.cells.get("vertex", np.zeros((0, 1), dtype=int))
+    for k, (name, spec) in enumerate(connections.items()):
+        if name in groups:
+            raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
+        nodes = spec.nodes(mesh, used)
+        node = len(mesh.points) + k
+        points.append(interface_position(mesh, name, spec, nodes)[None])
+        groups[name] = {"vertex": np.array([len(vertices)])}
+        vertices = np.concatenate([vertices, [[node]]])
+        links.append(Link(kind=spec.kind, node=node, nodes=nodes, weights=np.ones(len(nodes))))
+    cells = {**mesh.cells, "vertex": vertices} if len(vertices) else mesh.cells
+    return mesh.with_(points=np.concatenate(points), cells=cells, groups=groups, links=tuple(links))
+
+
+def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Return the stiffness (..., 3, 3) that forces on the far ends of rigid links add to the rotations of their frame.
+
+    A link end moves by ``theta x r + theta x (theta x r) / 2``; a force on it (from the frame, ``(..., k, 3)`` N)
     does work on the second-order part: ``theta^T [ (f r^T + r f^T)/2 - (f.r) I ] theta / 2``.
 
     Examples
@@ -98,5 +149,6 @@ def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
     >>> pull.diagonal()  # tension on a link of 2 m that trails behind: a pendulum of stiffness f r
     array([0., 2., 2.])
     """
-    fr = np.einsum("ka,kb->ab", force, arm)
-    return (fr + fr.T) / 2 - np.trace(fr) * np.eye(3)
+    fr = np.einsum("...ka,...kb->...ab", force, arm)
+    trace = np.trace(fr, axis1=-2, axis2=-1)[..., None, None]
+    return (fr + np.swapaxes(fr, -1, -2)) / 2 - trace * np.eye(3)

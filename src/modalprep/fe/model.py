@@ -8,8 +8,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.block import RigidInertia, csr_of
-from modalprep.fe.interface import InterfaceFrame, link_geometric_stiffness
+from modalprep.fe.block import Block, RigidInertia
+from modalprep.fe.interface import InterfaceFrame
+from modalprep.fe.links import PlacedLink, transferred
+from modalprep.fe.pattern import Pattern
+from modalprep.fe.totals import MassTensor
 from modalprep.records import Record
 from modalprep.vectors import skew
 
@@ -35,8 +38,8 @@ class FEModel(Record):
         ``int rho N_a``.
     h : (n_dof, 3, 3)
         ``h[:, a, b] = int rho x_b N_a``.
-    M_ab : {(a, b): (n_dof, n_dof) csr}, a <= b
-        ``int rho N_a^T N_b``; the others are transposes.
+    M_ab : MassTensor
+        ``M_ab[a, b] (n_dof, n_dof)`` is ``int rho N_a^T N_b``.
     rigid : RigidInertia
         m, s0, E0 about the origin.
     C : (n_dof, n_free) csr
@@ -51,6 +54,8 @@ class FEModel(Record):
         The root interface in mesh coordinates, m.
     source : dict of str
         Name and hash of the mesh.
+    notes : tuple of str
+        What the user should know: cells left out, hidden hinges.
     """
 
     points: np.ndarray
@@ -60,7 +65,7 @@ class FEModel(Record):
     M: csr_array
     g: np.ndarray
     h: np.ndarray
-    M_ab: dict[tuple[int, int], csr_array]
+    M_ab: MassTensor
     rigid: RigidInertia
     C: csr_array
     free: np.ndarray
@@ -68,6 +73,7 @@ class FEModel(Record):
     geometric_stiffness: Callable[[np.ndarray, np.ndarray], csr_array]
     origin: np.ndarray
     source: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def n_dof(self) -> int:
@@ -99,30 +105,46 @@ class FEModel(Record):
 
 @dataclass(frozen=True, eq=False)
 class GeometricStiffness:
-    """``Kg(sigma)`` of every element, and of the rigid links that carry force (interface.py)."""
+    """``Kg(sigma)`` of every element, and of the rigid links that carry force (links.py)."""
 
-    blocks: list
+    blocks: list[Block]
+    pattern: Pattern
     K: csr_array
-    points: np.ndarray
     dof: np.ndarray
-    frames: tuple[InterfaceFrame, ...]
+    links: list[PlacedLink]
+    step: csr_array
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
         """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
-        triplets = [t for block in self.blocks for t in block.geometric_stiffness(d)]
-        Kg = csr_of(triplets, self.K.shape[0], symmetric=True)
-        return (Kg + self._links(self.K @ d - load)).tocsr()
+        data = self.pattern.zeros()
+        for block in self.blocks:
+            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1)
+            values = block.geometric_stiffness(own)
+            if values is not None:
+                self.pattern.add(data, block.nodes, values)
+        return (self.pattern.csr(data) + self._links(self.K @ d - load)).tocsr()
 
     def _links(self, held: np.ndarray) -> csr_array:
-        """`held (n_dof,)`: the force that each rigid link's frame exerts on its nodes."""
+        """`held (n_dof,)`: the force that links exert on each DOF."""
         n = self.K.shape[0]
+        total = transferred(self.step, held)
         rows, cols, values = [], [], []
-        for frame in (f for f in self.frames if len(f.nodes)):
-            force = held[self.dof[frame.nodes, :3]]
-            Q = link_geometric_stiffness(force, self.points[frame.nodes] - frame.position)
-            rows.append(np.repeat(frame.dofs[3:], 3))
-            cols.append(np.tile(frame.dofs[3:], 3))
-            values.append(Q.ravel())
+        for link in self.links:
+            turn = link.frame[3:]
+            rows.append(np.repeat(turn, 3))
+            cols.append(np.tile(turn, 3))
+            values.append(link.geometric_stiffness(_link_force(link, held, total)).ravel())
         if not rows:
             return csr_array((n, n))
         return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
+
+
+def _link_force(link: PlacedLink, held: np.ndarray, total: np.ndarray) -> np.ndarray:
+    """Force ``(k, 3)`` that the frame of a link exerts on its nodes; an rbe3 only needs the sum."""
+    if link.kind == "rbe2":
+        return total[link.dofs[:, :3]]
+    if link.keeps_frame:
+        return held[link.dofs[:, :3]]
+    force = np.zeros((len(link.dofs), 3))
+    force[0] = -total[link.frame[:3]]
+    return force

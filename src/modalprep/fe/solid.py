@@ -1,133 +1,179 @@
-"""Second-order tetrahedra with straight or curved edges (isoparametric), isotropic.
+"""Isotropic solids: tetrahedra, wedges and hexahedra, isoparametric; the 8-node hexahedron with incompatible modes.
 
-``K_(Ii)(Jj) = lam G_(Ii)(Jj) + mu (G_(Ij)(Ji) + delta_ij G_(Ik)(Jk))`` with the Gram matrix
-``G_(Ik)(Jl) = int phi_I,k phi_J,l``: one matrix product per element instead of a strain matrix.
+Linear hexahedra lock in bending; nine internal DOFs on the shapes ``1 - xi^2`` (Wilson), with their gradients
+taken at the element's centre (Taylor) so that the patch test holds, cure it. They are condensed per element and
+kept for the recovery of stress.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from skfem import Basis, ElementTetP2, MeshTet2
 
 from modalprep.errors import InputError
-from modalprep.fe.block import PAIRS, MassObjects, Triplets, rigid_from_samples
+from modalprep.fe.block import MassObjects, rigid_from_samples
+from modalprep.fe.kernels import elastic, gradients, in_threads
 from modalprep.fe.properties import Solid
+from modalprep.fe.reference import node_coordinates, quadrature, shapes, shapes_at
 
-COMPONENTS = 3
-NODES = 10
-QUADRATURE = 6  # degree: 15 points, all weights positive; exact for mass of straight tetrahedra
+# Degrees of quadrature: stiffness, stiffness of curved elements, mass. Rules of positive weights only.
+DEGREE = {
+    "tetra": (1, 1, 2),
+    "tetra10": (2, 6, 5),
+    "wedge": (2, 2, 4),
+    "hexahedron": (3, 3, 5),
+    "hexahedron20": (5, 5, 5),
+    "hexahedron27": (5, 5, 7),
+}
+STRAIGHT = 1e-9  # mid nodes off the middle of their edges, over the size of the element
+PRESTRESS = {"tetra10": 5}  # degree for Kg of straight elements: linear stress times linear gradients squared
 
 
 @dataclass(frozen=True, eq=False)
 class SolidBlock:
-    """Tetrahedra of one property, evaluated at their quadrature points.
+    """Solid elements of one kind and property.
 
     Attributes
     ----------
-    dofs : (ne, 30) int
-        x, y, z of node 1, then of node 2, ...
-    shape : (nq, 10)
-    grad : (ne, nq, 10, 3)
-    dx : (ne, nq)
-    position : (ne, nq, 3)
+    kind : str
+    nodes : (ne, nn) int
+        meshio's node order.
+    x : (ne, nn, 3)
+        Node positions in the model's frame, m.
     """
 
+    components = 3
+    kind: str
     section: Solid
-    dofs: np.ndarray
-    shape: np.ndarray
-    grad: np.ndarray
-    dx: np.ndarray
-    position: np.ndarray
+    nodes: np.ndarray
+    x: np.ndarray
 
     @classmethod
-    def build(
-        cls, points: np.ndarray, conn: np.ndarray, dofs: np.ndarray, section: Solid, origin: np.ndarray
-    ) -> SolidBlock:
-        """Evaluate the shapes of the elements ``conn (ne, 10)`` (VTK order) with DOFs ``(ne, 30)``.
-
-        `points` are in mesh coordinates, `origin` is the origin of the model's frame in them.
+    def build(cls, kind, points, nodes, section, data, origin) -> SolidBlock:
+        """Take the elements ``nodes (ne, nn)`` at ``points (n, 3)`` (mesh axes); `origin` is the model's origin.
 
         Raises
         ------
         InputError
             When an element is inverted or flat.
         """
-        used, local = np.unique(conn, return_inverse=True)
-        local = local.reshape(conn.shape)
-        _refuse_flat(points[conn[:, :4]])
-        mesh = MeshTet2(np.ascontiguousarray(points[used].T), np.ascontiguousarray(local.T.astype(np.int32)))
-        basis = Basis(mesh, ElementTetP2(), intorder=QUADRATURE, disable_doflocs=True)
-        _refuse_inverted(basis.mapping.detDF(basis.X), points[conn].mean(axis=1))
-        fields = [shape[0] for shape in basis.basis]
-        shape = np.array([np.asarray(f)[0] for f in fields]).T
-        grad = np.moveaxis(np.array([f.grad for f in fields]), (0, 1), (2, 3))
-        position = np.einsum("qi,eix->eqx", shape, points[conn]) - origin
-        return cls(section, dofs, shape, np.ascontiguousarray(grad), basis.dx, position)
+        block = cls(kind, section, nodes, points[nodes] - origin)
+        block._refuse_bad_shape(origin)
+        return block
 
-    def stiffness(self) -> list[Triplets]:
-        """Elastic stiffness (module docstring)."""
+    @cached_property
+    def degree(self) -> int:
+        """Degree of the stiffness quadrature: more for curved elements."""
+        return DEGREE[self.kind][0 if self._straight() else 1]
+
+    def gradients(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``grad (ne, nq, nn, 3)`` and ``dx (ne, nq)``."""
+        _, dN, weight = shapes(self.kind, degree)
+        return self._map(dN, weight)
+
+    def _map(self, dN: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        grad = np.empty((len(self.x), *dN.shape))
+        dx = np.empty(grad.shape[:2])
+        in_threads(gradients, len(self.x), self.x, dN, weight, grad, dx)
+        return grad, dx
+
+    def stiffness(self) -> np.ndarray:
+        """Elastic stiffness ``(ne, 3 nn, 3 nn)``, internal DOFs condensed."""
+        grad, dx = self.gradients(self.degree)
+        if self.kind != "hexahedron":
+            return self._elastic(grad, dx)
+        K = self._elastic(np.concatenate([grad, self._incompatible(self.degree)], axis=2), dx)
+        G = _internal(K, 24)
+        K = K[:, :24, :24] + K[:, :24, 24:] @ G
+        return (K + K.transpose(0, 2, 1)) / 2
+
+    def _elastic(self, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
         mat = self.section.material
-        lam, mu = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu)), mat.G
-        ne, nq = self.dx.shape
-        A = self.grad.reshape(ne, nq, 3 * NODES)
-        gram = (A.transpose(0, 2, 1) @ (A * self.dx[..., None])).reshape(ne, NODES, 3, NODES, 3)
-        K = lam * gram + mu * gram.transpose(0, 1, 4, 3, 2)
-        trace = mu * np.einsum("eikjk->eij", gram)
-        for i in range(3):
-            K[:, :, i, :, i] += trace
-        return [Triplets.square(self.dofs, K.reshape(ne, 3 * NODES, 3 * NODES))]
+        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
+        K = np.empty((len(dx), 3 * grad.shape[2], 3 * grad.shape[2]))
+        in_threads(elastic, len(dx), np.ascontiguousarray(grad), dx, lam, mat.G, K)
+        return K
+
+    def _incompatible(self, degree: int) -> np.ndarray:
+        """Gradients ``(ne, nq, 3, 3)`` of the three internal shapes, mapped by the Jacobian of the centre."""
+        X = quadrature("hexahedron", degree)[0]
+        centre = shapes_at("hexahedron", np.full((3, 1), 0.5))[1]
+        at_centre, det0 = self._map(centre, np.ones(1))
+        inverse = np.linalg.inv(np.einsum("eia,ib->eab", self.x, centre[0]))
+        det = self._map(shapes_at("hexahedron", X)[1], np.ones(X.shape[1]))[1]
+        slope = np.einsum("kq,eka->eqka", 4 - 8 * X, inverse)  # of 4 xi (1 - xi)
+        return slope * (det0 / det)[:, :, None, None]
 
     def mass(self) -> MassObjects:
         """Every mass object of FORMULATION section 1; one scalar matrix serves all components."""
-        ne = len(self.dx)
-        weight = self.section.material.rho * self.dx
-        scalar = np.einsum("eq,qi,qj->eij", weight, self.shape, self.shape, optimize=True)
-        first = weight @ self.shape
-        moment = np.einsum("eq,qi,eqb->eib", weight, self.shape, self.position, optimize=True)
-        g, h = np.zeros((ne, NODES, 3, 3)), np.zeros((ne, NODES, 3, 3, 3))
+        N, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        _, dx = self._map(dN, weight)
+        rho = self.section.material.rho * dx
+        ne, nn = self.nodes.shape
+        products = np.einsum("qi,qj->qij", N, N).reshape(len(N), -1)
+        scalar = (rho @ products).reshape(ne, nn, nn)
+        position = np.einsum("qi,eia->eqa", N, self.x, optimize=True)
+        first = rho @ N
+        moment = np.einsum("eq,qi,eqb->eib", rho, N, position, optimize=True)
+        g, h = np.zeros((ne, nn, 3, 3)), np.zeros((ne, nn, 3, 3, 3))
         for a in range(3):
             g[:, :, a, a] = first
             h[:, :, a, a] = moment
-        tensor = {(a, b): [Triplets(self.dofs[:, a::3], self.dofs[:, b::3], scalar)] for a, b in PAIRS}
-        rigid = rigid_from_samples(weight, np.ones(len(self.shape)), self.position)
-        return MassObjects(self.dofs, g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), tensor, rigid)
+        rigid = rigid_from_samples(rho, np.ones(len(N)), position)
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), (scalar + scalar.transpose(0, 2, 1)) / 2, {}, rigid)  # fmt: skip
 
-    def geometric_stiffness(self, d: np.ndarray) -> list[Triplets]:
-        """``int sigma_kl phi_I,k phi_J,l`` for each displacement component; sigma from the displacement d."""
-        sigma = self.stress(d)
-        weighted = np.matmul(self.grad, sigma * self.dx[..., None, None])
-        ne = len(self.dx)
-        left, right = (np.swapaxes(x, 2, 3).reshape(ne, -1, NODES) for x in (self.grad, weighted))
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """``int sigma_kl N_I,k N_J,l`` for each displacement component; sigma from the displacements ``d (ne, 3 nn)``."""
+        degree = max(self.degree, PRESTRESS.get(self.kind, 0))
+        grad, dx = self.gradients(degree)
+        weighted = grad @ (self.stress(d, degree) * dx[..., None, None])
+        ne, nn = self.nodes.shape
+        left, right = (np.swapaxes(x, 2, 3).reshape(ne, -1, nn) for x in (grad, weighted))
         scalar = left.transpose(0, 2, 1) @ right
-        return [Triplets.square(self.dofs[:, a::3], scalar) for a in range(3)]
+        K = np.zeros((ne, nn, 3, nn, 3))
+        for a in range(3):
+            K[:, :, a, :, a] = (scalar + scalar.transpose(0, 2, 1)) / 2
+        return K.reshape(ne, 3 * nn, 3 * nn)
 
-    def stress(self, d: np.ndarray) -> np.ndarray:
-        """Cauchy stress ``(ne, nq, 3, 3)`` in Pa at the quadrature points for nodal displacements ``d (n_dof,)``."""
+    def stress(self, d: np.ndarray, degree: int | None = None) -> np.ndarray:
+        """Cauchy stress ``(ne, nq, 3, 3)`` in Pa at the quadrature points for nodal displacements ``d (ne, 3 nn)``."""
+        degree = self.degree if degree is None else degree
+        grad, dx = self.gradients(degree)
+        nodal = d.reshape(len(d), -1, 3)
+        if self.kind == "hexahedron":
+            grad = np.concatenate([grad, self._incompatible(degree)], axis=2)
+            internal = _internal(self._elastic(grad, dx), 24) @ d[:, :, None]
+            nodal = np.concatenate([nodal, internal.reshape(len(d), 3, 3)], axis=1)
         mat = self.section.material
-        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
-        nodal = d[self.dofs].reshape(-1, NODES, 3)
-        strain = np.einsum("eqik,eij->eqjk", self.grad, nodal, optimize=True)
+        strain = np.einsum("eqik,eij->eqjk", grad, nodal, optimize=True)
         strain = (strain + np.swapaxes(strain, 2, 3)) / 2
-        trace = np.trace(strain, axis1=2, axis2=3)
-        return 2 * mat.G * strain + lam * trace[..., None, None] * np.eye(3)
+        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
+        return 2 * mat.G * strain + lam * np.trace(strain, axis1=2, axis2=3)[..., None, None] * np.eye(3)
+
+    def _straight(self) -> bool:
+        at = node_coordinates(self.kind)
+        corners = {"tetra10": 4}.get(self.kind)
+        if corners is None:
+            return True
+        N = shapes_at("tetra", at[corners:].T)[0]
+        off = np.abs(self.x[:, corners:] - N @ self.x[:, :corners]).max(axis=(1, 2))
+        return bool(np.all(off <= STRAIGHT * np.ptp(self.x, axis=1).max(axis=1)))
+
+    def _refuse_bad_shape(self, origin: np.ndarray) -> None:
+        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        _, dx = self._map(dN, weight)
+        size = np.ptp(self.x, axis=1).max(axis=1) ** 3
+        flat = np.abs(dx).sum(axis=1) <= 1e-11 * size
+        for bad, what in ((flat, "flat"), (np.any(dx <= 0, axis=1), "inverted")):
+            if np.any(bad):
+                at = ", ".join(f"{v:.4g}" for v in self.x[np.argmax(bad)].mean(axis=0) + origin)
+                raise InputError(
+                    f"{bad.sum()} of {len(bad)} solid elements are {what}, the first near ({at}) m; repair the mesh"
+                )
 
 
-def _refuse_flat(corners: np.ndarray) -> None:
-    edges = corners[:, 1:] - corners[:, :1]
-    volume = np.abs(np.linalg.det(edges))
-    size = np.linalg.norm(edges, axis=2).max(axis=1) ** 3
-    _refuse(volume <= 1e-10 * size, corners.mean(axis=1), "flat")
-
-
-def _refuse_inverted(jacobian: np.ndarray, centre: np.ndarray) -> None:
-    _refuse(np.any(jacobian <= 0, axis=1), centre, "inverted")
-
-
-def _refuse(bad: np.ndarray, centre: np.ndarray, what: str) -> None:
-    if np.any(bad):
-        at = ", ".join(f"{x:.4g}" for x in centre[np.argmax(bad)])
-        raise InputError(
-            f"{bad.sum()} of {len(bad)} solid elements are {what}, the first near ({at}) m; repair the mesh"
-        )
+def _internal(K: np.ndarray, n: int) -> np.ndarray:
+    """Return ``-K_bb^-1 K_ba (ne, nb, n)``: internal DOFs per nodal DOF."""
+    return -np.linalg.solve(K[:, n:, n:], K[:, n:, :n])

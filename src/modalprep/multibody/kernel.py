@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.multibody.jit import compile_kernel
+from modalprep.jit import compile_kernel
 from modalprep.multibody.layout import FREE, PRESCRIBED, REVOLUTE, Bodies, Tree
 
 

@@ -1,0 +1,164 @@
+"""Compiled loops of assembly: gradients, elastic stiffness, and the sum of element matrices into CSR rows.
+
+Arrays only. Each kernel works on a range of elements or of rows, so that threads share the work without a race
+and every sum is taken in the order of the elements: the result does not depend on the number of threads.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from modalprep.jit import compile_kernel
+
+THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def in_threads(kernel: Callable, n: int, *arrays: object) -> None:
+    """Run ``kernel(lo, hi, *arrays)`` over slices of ``range(n)``, one per thread; kernels release the GIL."""
+    cuts = np.linspace(0, n, min(THREADS, max(n, 1)) + 1).astype(np.int64)
+    if len(cuts) == 2:
+        kernel(0, n, *arrays)
+        return
+    with ThreadPoolExecutor(len(cuts) - 1) as pool:
+        for job in [pool.submit(kernel, *ends, *arrays) for ends in zip(cuts[:-1], cuts[1:], strict=True)]:
+            job.result()
+
+
+@compile_kernel
+def gradients(lo, hi, x, dN, weight, grad, dx):
+    """Global gradients ``grad (ne, nq, nf, 3)`` and measure ``dx (ne, nq)`` of isoparametric shapes.
+
+    ``x (ne, nn, 3)``, ``dN (nq, nn, 3)`` on the reference cell. An inverted point has ``dx <= 0``.
+    """
+    J = np.empty((3, 3))
+    inverse = np.empty((3, 3))
+    for e in range(lo, hi):
+        for q in range(dN.shape[0]):
+            for a in range(3):
+                for b in range(3):
+                    s = 0.0
+                    for i in range(x.shape[1]):
+                        s += x[e, i, a] * dN[q, i, b]
+                    J[a, b] = s
+            det = _invert(J, inverse)
+            dx[e, q] = weight[q] * det
+            for i in range(dN.shape[1]):
+                for a in range(3):
+                    grad[e, q, i, a] = (
+                        dN[q, i, 0] * inverse[0, a] + dN[q, i, 1] * inverse[1, a] + dN[q, i, 2] * inverse[2, a]
+                    )
+
+
+@compile_kernel
+def _invert(J, inverse):
+    for a in range(3):
+        b, c = (a + 1) % 3, (a + 2) % 3
+        for d in range(3):
+            e, f = (d + 1) % 3, (d + 2) % 3
+            inverse[d, a] = J[b, e] * J[c, f] - J[b, f] * J[c, e]
+    det = J[0, 0] * inverse[0, 0] + J[0, 1] * inverse[1, 0] + J[0, 2] * inverse[2, 0]
+    if det != 0.0:
+        for a in range(3):
+            for d in range(3):
+                inverse[d, a] /= det
+    return det
+
+
+@compile_kernel
+def elastic(lo, hi, grad, dx, lam, mu, K):
+    """``K_(Ii)(Jj) = sum_q dx [lam N_I,i N_J,j + mu (N_I,j N_J,i + delta_ij N_I,k N_J,k)]``, exactly symmetric."""
+    nq, nf = grad.shape[1], grad.shape[2]
+    block = np.empty((3, 3))
+    for e in range(lo, hi):
+        for i in range(nf):
+            for j in range(i + 1):
+                block[:] = 0.0
+                for q in range(nq):
+                    for a in range(3):
+                        g = grad[e, q, i, a] * dx[e, q]
+                        for b in range(3):
+                            block[a, b] += g * grad[e, q, j, b]
+                trace = mu * (block[0, 0] + block[1, 1] + block[2, 2])
+                for a in range(3):
+                    for b in range(3):
+                        value = lam * block[a, b] + mu * block[b, a]
+                        if a == b:
+                            value += trace
+                        K[e, 3 * i + a, 3 * j + b] = value
+                        K[e, 3 * j + b, 3 * i + a] = value
+            for a in range(3):
+                for b in range(a):
+                    K[e, 3 * i + a, 3 * i + b] = K[e, 3 * i + b, 3 * i + a]
+
+
+@compile_kernel
+def quadratic(lo, hi, B, C, dx, K):
+    """``K = sum_q dx B^T C B`` for strain rows ``B (ne, nq, ns, nl)``, moduli ``C (ne or 1, ns, ns)``; symmetric."""
+    nq, ns, nl = B.shape[1], B.shape[2], B.shape[3]
+    CB = np.empty((ns, nl))
+    for e in range(lo, hi):
+        for q in range(nq):
+            for s in range(ns):
+                CB[s] = 0.0
+                for t in range(ns):
+                    c = C[e if len(C) > 1 else 0, s, t] * dx[e, q]
+                    if c != 0.0:
+                        for j in range(nl):
+                            CB[s, j] += c * B[e, q, t, j]
+            for i in range(nl):
+                for s in range(ns):
+                    b = B[e, q, s, i]
+                    if b != 0.0:
+                        for j in range(i + 1):
+                            K[e, i, j] += b * CB[s, j]
+        for i in range(nl):
+            for j in range(i):
+                K[e, j, i] = K[e, i, j]
+
+
+@compile_kernel
+def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
+    """Add element matrices ``values (ne, nn * width, nn * width)`` to the rows of the nodes ``lo <= node < hi``.
+
+    Node I has its neighbours ``neighbour[indptr[I]:indptr[I + 1]]`` sorted; ``column`` holds, at the same place,
+    where the neighbour's DOFs start within a row, and ``row[I, c]`` where row c of node I starts in `data`.
+    """
+    nn = nodes.shape[1]
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if node < lo or node >= hi:
+                continue
+            for j in range(nn):
+                place = column[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
+                for a in range(width):
+                    at = row[node, a] + place
+                    for b in range(width):
+                        data[at + b] += values[e, i * width + a, j * width + b]
+
+
+@compile_kernel
+def scatter_scalar(lo, hi, values, nodes, indptr, neighbour, data):
+    """Add ``values (ne, nn, nn)`` to a matrix whose rows are nodes."""
+    nn = nodes.shape[1]
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if lo <= node < hi:
+                for j in range(nn):
+                    data[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])] += values[e, i, j]
+
+
+@compile_kernel
+def _find(sorted_array, lo, hi, wanted):
+    while hi - lo > 1:
+        middle = (lo + hi) // 2
+        if sorted_array[middle] <= wanted:
+            lo = middle
+        else:
+            hi = middle
+    return lo

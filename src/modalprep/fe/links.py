@@ -1,0 +1,159 @@
+"""Rigid (RBE2) and averaging (RBE3) links as one linear map from the independent DOFs to all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array, eye_array
+
+from modalprep.errors import InputError
+from modalprep.fe.interface import link_geometric_stiffness
+from modalprep.vectors import skew
+
+DEPTH = 50  # links that hang on links: more is a loop
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedLink:
+    """A link between a frame (a node with six DOFs) and nodes.
+
+    Attributes
+    ----------
+    kind : {"rbe2", "rbe3"}
+    name : str
+        For messages.
+    frame : (6,) int
+        DOFs of the frame.
+    dofs : (k, 6) int
+        DOFs of the nodes, -1 where a node has none.
+    arm : (k, 3)
+        From the frame to the nodes, m.
+    components : (6,) bool
+        rbe2: which DOFs of the nodes follow; rbe3: which DOFs of the frame follow.
+    weights : (k,)
+        rbe3.
+    keeps_frame : bool
+        rbe3: the frame's DOFs are independent and some of the nodes' follow from them (an interface), instead of
+        the frame following the nodes.
+    """
+
+    kind: str
+    name: str
+    frame: np.ndarray
+    dofs: np.ndarray
+    arm: np.ndarray
+    components: np.ndarray
+    weights: np.ndarray
+    keeps_frame: bool
+
+    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return ``(dependent, sources, coefficients (d, s))``: dependent DOFs from their sources."""
+        if self.kind == "rbe2":
+            return self._rigid()
+        G, nodal = self.average()
+        if not self.keeps_frame:
+            held = np.flatnonzero(self.components)
+            return self.frame[held], nodal, G[held]
+        chosen = _independent_columns(G)
+        rest = np.setdiff1d(np.arange(len(nodal)), chosen)
+        solved = np.linalg.solve(G[:, chosen], np.hstack([np.eye(6), -G[:, rest]]))
+        return nodal[chosen], np.concatenate([self.frame, nodal[rest]]), solved
+
+    def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        motion = np.zeros((len(self.dofs), 6, 6))
+        motion[:] = np.eye(6)
+        motion[:, :3, 3:] = -skew(self.arm)
+        present = (self.dofs >= 0) & self.components
+        return self.dofs[present], self.frame, motion[present]
+
+    def average(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``G (6, 3k)``, mean motion of the frame per nodal translation, and those translations' DOFs.
+
+        Weighted least squares: ``G = (S^T W S)^-1 S^T W`` with ``S_i = [1, -arm_i~]``.
+        """
+        S = np.concatenate([np.broadcast_to(np.eye(3), (len(self.arm), 3, 3)), -skew(self.arm)], axis=2)
+        w = self.weights / self.weights.sum()
+        size = np.sqrt(w @ np.sum((self.arm - w @ self.arm) ** 2, axis=1)) or 1.0
+        scale = np.array([1.0, 1.0, 1.0, 1 / size, 1 / size, 1 / size])
+        scaled = (S * scale).reshape(-1, 6)
+        weighted = np.repeat(w, 3)[:, None] * scaled
+        normal = scaled.T @ weighted
+        wanted = self.components | self.keeps_frame
+        if np.linalg.eigvalsh(normal)[0] < 1e-10 and np.any(wanted[3:]):
+            raise InputError(
+                f"{self.name}: its {len(self.arm)} nodes lie on one line and cannot carry a rotation; "
+                "add nodes off that line"
+            )
+        return scale[:, None] * (np.linalg.pinv(normal) @ weighted.T), self.dofs[:, :3].ravel()
+
+    def geometric_stiffness(self, force: np.ndarray) -> np.ndarray:
+        """Work of the link's forces on its second-order motion, ``(3, 3)`` on the frame's rotations.
+
+        `force (k, 3)`: what the frame exerts on each node, N. The mean of a turned node set turns about its
+        centroid, so an averaging link is one arm from the frame to there.
+        """
+        if self.kind == "rbe2":
+            return link_geometric_stiffness(force, self.arm)
+        centroid = self.weights @ self.arm / self.weights.sum()
+        return link_geometric_stiffness(force.sum(axis=0)[None], centroid[None])
+
+
+def constraint_matrix(links: list[PlacedLink], n: int) -> tuple[csr_array, np.ndarray, csr_array]:
+    """Return ``C (n, n_free)`` from the independent DOFs to all, these DOFs ``(n_free,)``, and one step ``D (n, n)``.
+
+    Raises
+    ------
+    InputError
+        When two links drive the same DOF, or links drive each other in a loop.
+    """
+    owner = np.full(n, -1)
+    rows, cols, values = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)], [np.zeros(0)]
+    for k, link in enumerate(links):
+        dependent, source, coefficient = link.rows()
+        taken = dependent[owner[dependent] >= 0]
+        if len(taken):
+            raise InputError(
+                f"{links[owner[taken[0]]].name} and {link.name} drive the same node; "
+                "let one of them hold it, or tie the two frames to each other"
+            )
+        owner[dependent] = k
+        rows.append(np.repeat(dependent, len(source)))
+        cols.append(np.tile(source, len(dependent)))
+        values.append(coefficient.ravel())
+    place = (np.concatenate(rows), np.concatenate(cols))
+    D = coo_array((np.concatenate(values), place), shape=(n, n)).tocsr()
+    free = np.flatnonzero(owner < 0)
+    return _resolve(D, eye_array(n, format="csr")[:, free], links), free, D
+
+
+def _resolve(D: csr_array, E: csr_array, links: list[PlacedLink]) -> csr_array:
+    """``C = E + D E + D^2 E + ...``, finite because links hang on each other without a loop."""
+    C, step = E, E
+    for _ in range(DEPTH):
+        step = D @ step
+        step.eliminate_zeros()
+        if step.nnz == 0:
+            return C.tocsr()
+        C = C + step
+    names = ", ".join(link.name for link in links[:4])
+    raise InputError(f"rigid links drive each other in a loop ({names}...); let one frame be independent")
+
+
+def transferred(D: csr_array, force: np.ndarray) -> np.ndarray:
+    """Forces at every DOF with those of the links that hang on it: ``(1 + D^T + D^T D^T + ...) force``."""
+    total, step = force, force
+    for _ in range(DEPTH):
+        step = D.T @ step
+        if not np.any(step):
+            break
+        total = total + step
+    return total
+
+
+def _independent_columns(G: np.ndarray) -> np.ndarray:
+    """Six columns that determine the others best: QR with pivoting."""
+    from scipy.linalg import qr
+
+    scaled = G / np.linalg.norm(G, axis=1, keepdims=True)
+    return np.sort(qr(scaled, mode="r", pivoting=True)[1][:6])

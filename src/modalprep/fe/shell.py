@@ -1,0 +1,276 @@
+"""Three- and four-node shells: the flat fields of flat.py in space, with eccentricity and warped quads.
+
+Every field is built per nodal DOF in mesh axes. A node at the height h over the mean plane, or a mid-surface at a
+distance from the nodes, hangs on a rigid arm along the normal: without it a warped quad resists rigid rotation.
+The drilling rotation carries no mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.block import MassObjects, MassSamples, add_arms, mass_from_samples, node_transformation
+from modalprep.fe.flat import (
+    DRILLING,
+    TX,
+    TY,
+    FlatCells,
+    bending,
+    edge_rotation,
+    incompatible_membrane,
+    membrane,
+    optimal_membrane,
+    shear,
+    side_rotation,
+)
+from modalprep.fe.kernels import in_threads, quadratic
+from modalprep.fe.laminate import ShellSection, shell_section, strain_rotation, turned_shear
+from modalprep.fe.properties import Shell
+
+STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}
+MASS_DEGREE = 4
+OPT_BETA = 0.01  # lower bound of the OPT triangle's beta_0, which vanishes at nu = 1/2
+
+
+@dataclass(frozen=True, eq=False)
+class ShellBlock:
+    """Shells of one kind and property.
+
+    Attributes
+    ----------
+    kind : {"triangle", "quad"}
+    nodes : (ne, n) int
+    frame : (ne, 3, 3)
+        Rows e1, e2, e3 (normal).
+    centre : (ne, 3)
+        Mean of the nodes in the model's frame, m.
+    xy : (ne, n, 2)
+        Nodes in the mean plane, m.
+    arm : (ne, n, 3)
+        From the nodes to the mid-surface, mesh axes, m.
+    angle : (ne,)
+        From e1 to axis 1 of the material, rad.
+    """
+
+    components = 6
+    kind: str
+    section: Shell
+    nodes: np.ndarray
+    frame: np.ndarray
+    centre: np.ndarray
+    xy: np.ndarray
+    arm: np.ndarray
+    offset: np.ndarray
+    angle: np.ndarray
+
+    @classmethod
+    def build(cls, kind, points, nodes, section, data, origin) -> ShellBlock:
+        """Take the elements ``nodes (ne, n)`` at ``points (k, 3)`` (mesh axes); `origin` is the model's origin.
+
+        `data` may override ``axis (ne, 3)``, ``angle (ne,)`` and ``offset (ne,)``.
+
+        Raises
+        ------
+        InputError
+            When an element has no area, is crossed, or its material axis is normal to it.
+        """
+        corners = points[nodes]
+        centre = corners.mean(axis=1)
+        frame = _frames(corners)
+        local = np.einsum("eka,eia->eik", frame, corners - centre[:, None])
+        _refuse_bad_shape(local[..., :2], centre)
+        offset = _given(data, "offset", section.offset, len(nodes))
+        arm = (offset[:, None] - local[..., 2])[..., None] * frame[:, None, 2]
+        angle = _material_angle(corners, frame, section, data)
+        return cls(kind, section, nodes, frame, centre - origin, local[..., :2], arm, offset, angle)
+
+    @cached_property
+    def _section(self) -> ShellSection:
+        return shell_section(self.section)
+
+    @cached_property
+    def _to_local(self) -> np.ndarray:
+        return node_transformation(self.frame, self.arm)
+
+    @cached_property
+    def moduli(self) -> tuple[np.ndarray, np.ndarray]:
+        """``[[A, B], [B, D]] (ne or 1, 6, 6)`` and ``S (ne or 1, 2, 2)`` in the element's axes."""
+        s, angle = self._section, self.angle
+        if np.ptp(angle) == 0 or _isotropic(s):
+            angle = angle[:1]
+        T = np.zeros((len(angle), 6, 6))
+        T[:, :3, :3] = T[:, 3:, 3:] = strain_rotation(angle)
+        C = T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T
+        return C, turned_shear(s.S, angle)
+
+    @cached_property
+    def strain(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Strain rows ``B (ne, nq, ns, 6n)`` per nodal DOF in mesh axes, moduli ``(ne or 1, ns, ns)`` and ``dx``.
+
+        Rows: membrane 3, curvature 3, shear 2, then drilling (1) or the OPT triangle's higher-order strains (3).
+        """
+        cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
+        C, S = self.moduli
+        size, side = edge_rotation(cells, C[:, 3:, 3:], S)
+        dx = cells.mapped[1]
+        first, last, extra = self._membrane(cells, C)
+        B = np.concatenate([first, bending(cells, size), shear(cells, side), last], axis=2)
+        moduli = np.zeros((len(C), B.shape[2], B.shape[2]))
+        moduli[:, :6, :6], moduli[:, 6:8, 6:8], moduli[:, 8:, 8:] = C, S, extra
+        if self.kind == "quad":
+            B[:, :, :3] += incompatible_membrane(cells) @ _condensed(cells, B, moduli, dx)[:, None]
+        ne, nq, ns, nl = B.shape
+        return (B.reshape(ne, nq * ns, nl) @ self._to_local).reshape(B.shape), moduli, dx
+
+    def _membrane(self, cells: FlatCells, C: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Membrane strains, the rows that stabilise drilling, and the moduli of these."""
+        if self.kind == "triangle" and self.section.membrane == "opt":
+            basic, higher = optimal_membrane(cells)
+            nu2 = C[:, 0, 1] ** 2 / (C[:, 0, 0] * C[:, 1, 1])
+            beta = np.maximum((1 - 4 * nu2) / 2, OPT_BETA)
+            return np.repeat(basic[:, None], len(cells.N), axis=1), higher, 9 / 4 * beta[:, None, None] * C[:, :3, :3]
+        B = membrane(cells)
+        return B[:, :, :3], B[:, :, 3:], DRILLING[self.kind] * C[:, 2:3, 2:3]
+
+    def stiffness(self) -> np.ndarray:
+        """Elastic stiffness ``(ne, 6n, 6n)``."""
+        B, C, dx = self.strain
+        K = np.zeros((len(dx), B.shape[3], B.shape[3]))
+        in_threads(quadratic, len(dx), B, C, dx, K)
+        return K
+
+    def forces(self, d: np.ndarray) -> np.ndarray:
+        """Membrane forces and moments ``(ne, nq, 6)``: N/m and N, element axes, for displacements ``d (ne, 6n)``."""
+        B, C, _ = self.strain
+        return np.einsum("eab,eqbj,ej->eqa", np.broadcast_to(C, (len(d), *C.shape[1:]))[:, :6, :6], B[:, :, :6], d, optimize=True)  # fmt: skip
+
+    def mass(self) -> MassObjects:
+        """Every mass object of FORMULATION section 1: a sample at the mid-surface, one for the thickness."""
+        s, cells = self._section, FlatCells(self.kind, self.xy, MASS_DEGREE)
+        dx, N = cells.mapped[1], cells.N
+        ne, nq = dx.shape
+        u, beta = self._translation(cells), self._rotation(cells)
+        rotate = np.swapaxes(self.frame, 1, 2)[:, None]
+        z = s.first / s.mass
+        at = np.einsum("qi,eik,eka->eqa", N, self.xy, self.frame[:, :2], optimize=True) + self.centre[:, None]
+        at += ((self.offset + z)[:, None] * self.frame[:, 2])[:, None]
+        shape = rotate @ np.concatenate([u + z * beta, beta], axis=1)
+        shape = (shape.reshape(ne, -1, shape.shape[3]) @ self._to_local).reshape(shape.shape)
+        normal = np.repeat(self.frame[:, None, 2], nq, axis=1)
+        weight = np.concatenate([s.mass * dx, (s.second - s.mass * z**2) * dx], axis=1)
+        samples = MassSamples(weight, np.repeat([1.0, 0.0], nq), np.concatenate([at, normal], axis=1), shape)
+        return mass_from_samples(samples)
+
+    def _translation(self, cells: FlatCells) -> np.ndarray:
+        """Mid-surface displacement ``(ne, nq, 3, 6n)``; w is linked to the rotations by its edge functions."""
+        n, (ne, nq) = self.xy.shape[1], cells.mapped[1].shape
+        u = np.zeros((ne, nq, 3, n, 6))
+        for a in range(3):
+            u[:, :, a, :, a] = cells.N
+        u = u.reshape(ne, nq, 3, 6 * n)
+        u[:, :, 2] += cells.bubbles()[0] @ _linked(cells)
+        return u
+
+    def _rotation(self, cells: FlatCells) -> np.ndarray:
+        """Displacement ``(ty, -tx, 0)`` per unit distance from the mid-surface ``(ne, nq, 3, 6n)``."""
+        n, (ne, nq) = self.xy.shape[1], cells.mapped[1].shape
+        b = np.zeros((ne, nq, 3, n, 6))
+        b[:, :, 0, :, TY], b[:, :, 1, :, TX] = cells.N, -cells.N
+        return b.reshape(ne, nq, 3, 6 * n)
+
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """``int N_ab (u_i,a u_i,b)`` over the three displacements; N from the displacements ``d (ne, 6n)``."""
+        cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
+        forces = self.forces(d)
+        N = forces[..., [0, 2, 2, 1]].reshape(*forces.shape[:2], 2, 2)
+        Z = self._slopes(cells)
+        weighted = np.einsum("eqab,eqbcj->eqacj", N * cells.mapped[1][..., None, None], Z, optimize=True)
+        ne, nl = len(d), Z.shape[-1]
+        Kg = Z.reshape(ne, -1, nl).transpose(0, 2, 1) @ weighted.reshape(ne, -1, nl)
+        Kg = (Kg + Kg.transpose(0, 2, 1)) / 2
+        if np.any(self.arm):
+            force = (self.stiffness() @ d[:, :, None]).reshape(ne, -1, 6)[:, :, :3]
+            add_arms(Kg, force, self.arm)
+        return Kg
+
+    def _slopes(self, cells: FlatCells) -> np.ndarray:
+        """``u_i,a (ne, nq, 2, 3, 6n)`` per nodal DOF in mesh axes."""
+        grad, dx, _ = cells.mapped
+        n = self.xy.shape[1]
+        Z = np.zeros((*dx.shape, 2, 3, n, 6))
+        for i in range(3):
+            Z[:, :, :, i, :, i] = np.swapaxes(grad, 2, 3)
+        Z = Z.reshape(*dx.shape, 2, 3, 6 * n)
+        Z[:, :, :, 2] += np.swapaxes(cells.bubbles()[1], 2, 3) @ _linked(cells)[:, None]
+        return (Z.reshape(len(dx), -1, 6 * n) @ self._to_local).reshape(Z.shape)
+
+
+def _linked(cells: FlatCells) -> np.ndarray:
+    """Rows ``(ne, n, 6n)``: height of the deflection's edge functions, ``(L/8)(bs_j - bs_i)``."""
+    ends = side_rotation(cells)
+    return cells.sides[0][..., None] / 8 * (ends[:, :, 1] - ends[:, :, 0])
+
+
+def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray, dx: np.ndarray) -> np.ndarray:
+    """Internal displacements of QM6 per local DOF ``(ne, 4, 24)``."""
+    inner = incompatible_membrane(cells)
+    weighted = np.swapaxes(inner, 2, 3) @ (C[:, None, :3] * dx[..., None, None])  # (ne, nq, 4, ns)
+    ne, nq, m, ns = weighted.shape
+    K_bb = (weighted[..., :3] @ inner).sum(axis=1)
+    K_ba = weighted.transpose(0, 2, 1, 3).reshape(ne, m, nq * ns) @ B.reshape(ne, nq * ns, -1)
+    return -np.linalg.solve(K_bb, K_ba)
+
+
+def _frames(corners: np.ndarray) -> np.ndarray:
+    if corners.shape[1] == 3:
+        along = corners[:, 1] - corners[:, 0]
+        normal = np.cross(along, corners[:, 2] - corners[:, 0])
+    else:
+        diagonals = [_unit(corners[:, 2] - corners[:, 0]), _unit(corners[:, 3] - corners[:, 1])]
+        along, normal = diagonals[0] - diagonals[1], np.cross(*diagonals)
+    e1, e3 = _unit(along), _unit(normal)
+    return np.stack([e1, np.cross(e3, e1), e3], axis=1)
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), np.finfo(float).tiny)
+
+
+def _refuse_bad_shape(xy: np.ndarray, centre: np.ndarray) -> None:
+    after, before = np.roll(xy, -1, axis=1) - xy, np.roll(xy, 1, axis=1) - xy
+    area = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
+    bad = np.any(area <= 1e-9 * np.ptp(xy, axis=1).max(axis=1, keepdims=True) ** 2, axis=1)
+    if np.any(bad):
+        at = ", ".join(f"{v:.4g}" for v in centre[np.argmax(bad)])
+        raise InputError(
+            f"{bad.sum()} of {len(bad)} shell elements have no area or a corner of 180 degrees or more (crossed), "
+            f"the first near ({at}) m; repair the mesh"
+        )
+
+
+def _material_angle(corners: np.ndarray, frame: np.ndarray, section: Shell, data: dict) -> np.ndarray:
+    """Angle from e1 to axis 1: of the projected `axis`, else of the first side, plus `angle`."""
+    axis = np.full((len(corners), 3), np.nan) if section.axis is None else np.tile(section.axis, (len(corners), 1))
+    axis = np.where(np.isfinite(data.get("axis", np.nan)), data.get("axis", np.nan), axis)
+    axis = np.where(np.isfinite(axis), axis, corners[:, 1] - corners[:, 0])
+    x, y, _ = np.einsum("eka,ea->ke", frame, axis)
+    normal = np.hypot(x, y) <= 1e-6 * np.linalg.norm(axis, axis=1)
+    if np.any(normal):
+        raise InputError(f"material axis {axis[np.argmax(normal)].tolist()} is normal to {normal.sum()} shell elements")
+    return np.arctan2(y, x) + _given(data, "angle", section.angle, len(corners))
+
+
+def _given(data: dict, name: str, default: float, n: int) -> np.ndarray:
+    value = data.get(name, np.full(n, np.nan))
+    return np.where(np.isfinite(value), value, default)
+
+
+def _isotropic(s: ShellSection) -> bool:
+    """Whether the section looks the same in axes turned by any angle."""
+    T = strain_rotation(0.5)
+    turned = [np.abs(T.T @ Q @ T - Q).max() <= 1e-12 * np.abs(Q).max() for Q in (s.A, s.B, s.D)]
+    return all(turned) and bool(np.abs(s.S - s.S[0, 0] * np.eye(2)).max() <= 1e-12 * s.S[0, 0])

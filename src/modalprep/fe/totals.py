@@ -1,0 +1,119 @@
+"""Sums over the elements: K, M, the twelve linear vectors, the mass tensor and the rigid inertia."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from modalprep.fe.block import PAIRS, Block, MassObjects, RigidInertia
+from modalprep.fe.pattern import Pattern
+
+
+class MassTensor:
+    """``M_ab = int rho N_a^T N_b`` of FORMULATION section 1.
+
+    Solids have the same shapes for every component, so that one matrix over nodes serves all nine; beams and
+    shells add six matrices over DOFs.
+
+    Parameters
+    ----------
+    dof : (n_nodes, 6) int
+    scalar : (n_nodes, n_nodes) csr or None
+    pairs : {(a, b): (n_dof, n_dof) csr}, a <= b
+    n : int
+        Number of DOFs.
+    """
+
+    def __init__(self, dof: np.ndarray, scalar: csr_array | None, pairs: dict, n: int) -> None:
+        self._dof, self._scalar, self._pairs, self._n = dof, scalar, pairs, n
+
+    def __getitem__(self, pair: tuple[int, int]) -> csr_array:
+        """Return ``M_ab (n_dof, n_dof)``, kg and its rotational kin."""
+        a, b = pair
+        if a > b:
+            return self[b, a].T.tocsr()
+        total = self._pairs.get(pair, csr_array((self._n, self._n)))
+        if self._scalar is None:
+            return total
+        pick = [self._translation(c) for c in pair]
+        return (total + pick[0].T @ self._scalar @ pick[1]).tocsr()
+
+    def project(self, Phi: np.ndarray) -> np.ndarray:
+        """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``, for ``Phi (n_dof, n)``."""
+        P = np.zeros((3, 3, Phi.shape[1], Phi.shape[1]))
+        for (a, b), matrix in self._pairs.items():
+            P[a, b] = Phi.T @ (matrix @ Phi)
+        if self._scalar is not None:
+            u = [self._translation(c) @ Phi for c in range(3)]
+            moved = [self._scalar @ x for x in u]
+            for a, b in PAIRS:
+                P[a, b] += u[a].T @ moved[b]
+        for a, b in PAIRS:
+            P[b, a] = P[a, b].T
+        return P
+
+    def _translation(self, component: int) -> csr_array:
+        """Matrix (n_nodes, n_dof) that picks one displacement component of every node."""
+        nodes = np.flatnonzero(self._dof[:, component] >= 0)
+        place = (nodes, self._dof[nodes, component])
+        return csr_array((np.ones(len(nodes)), place), shape=(len(self._dof), self._n))
+
+
+class Totals:
+    """Accumulates blocks.
+
+    Parameters
+    ----------
+    pattern : Pattern
+        Of every element.
+    thin : Pattern or None
+        Of the elements whose mass needs six matrices; None where the model has none.
+    dof : (n_nodes, 6) int
+    """
+
+    def __init__(self, pattern: Pattern, thin: Pattern | None, dof: np.ndarray) -> None:
+        self.pattern, self.thin, self.dof = pattern, thin, dof
+        self.n = len(pattern.indptr) - 1
+        self.K, self.M = pattern.zeros(), pattern.zeros()
+        self.linear = np.zeros((12, self.n))
+        self.rigid = RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
+        self.scalar: np.ndarray | None = None
+        self.pairs = {ab: thin.zeros() for ab in PAIRS} if thin else {}
+
+    def add(self, block: Block) -> None:
+        """Add one block."""
+        stiffness, mass = block.stiffness(), block.mass()
+        if stiffness is not None:
+            self.pattern.add(self.K, block.nodes, stiffness)
+        if mass is None:
+            return
+        self.rigid += mass.rigid
+        self._add_linear(block, mass)
+        if mass.scalar is not None:
+            self.scalar = np.zeros(self.pattern.graph.nnz) if self.scalar is None else self.scalar
+            self.pattern.add_scalar(self.scalar, block.nodes, mass.scalar)
+            return
+        self.pattern.add(self.M, block.nodes, mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2])
+        for ab, values in mass.pairs.items():
+            self.thin.add(self.pairs[ab], block.nodes, values)
+
+    def _add_linear(self, block: Block, mass: MassObjects) -> None:
+        dofs = self.dof[block.nodes, : block.components].ravel()
+        columns = np.concatenate([mass.g.reshape(len(dofs), 3), mass.h.reshape(len(dofs), 9)], axis=1)
+        for k in np.flatnonzero(np.any(columns, axis=0)):
+            self.linear[k] += np.bincount(dofs, weights=columns[:, k], minlength=self.n)
+
+    def mass(self) -> csr_array:
+        """Return M, with the solids' matrix on each displacement component."""
+        if self.scalar is not None:
+            self.pattern.spread(self.M, self.scalar)
+        return self.pattern.csr(self.M)
+
+    def tensor(self) -> MassTensor:
+        """Return the mass tensor."""
+        scalar = None
+        if self.scalar is not None:
+            graph = self.pattern.graph
+            scalar = csr_array((self.scalar, graph.indices, graph.indptr), shape=graph.shape)
+        pairs = {ab: self.thin.csr(data) for ab, data in self.pairs.items()}
+        return MassTensor(self.dof, scalar, pairs, self.n)
