@@ -11,8 +11,11 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "read_mesh": "fe.mesh", "Mesh": "fe.mesh",
-    "Material": "fe.properties", "Beam": "fe.properties", "Solid": "fe.properties",
+    "read_mesh": "fe.read", "Mesh": "fe.mesh",
+    "Material": "fe.properties", "Orthotropic": "fe.properties", "Beam": "fe.properties", "Truss": "fe.properties",
+    "Ply": "fe.properties", "Shell": "fe.properties", "Solid": "fe.properties", "PointMass": "fe.properties",
+    "Spring": "fe.properties", "beam_section": "fe.sections", "check_mesh": "fe.quality", "make_mesh": "fe.generate",
+    "Connection": "fe.interface", "buckling": "reduction.prestress", "prestressed_modes": "reduction.prestress",
     "Interface": "fe.interface", "FEModel": "fe.model", "assemble": "fe.assembly",
     "factorize": "linalg.factor", "lowest_modes": "linalg.modes",
     "craig_bampton": "reduction.craig_bampton", "guyan": "reduction.craig_bampton",

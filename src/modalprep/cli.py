@@ -163,11 +163,107 @@ def check(file: ModalFile, as_json: Json = False) -> None:
 
 
 @app.command()
+def mesh(
+    name: Annotated[str | None, typer.Argument(help="Shape, such as plate; --list shows all.")] = None,
+    param: Annotated[
+        list[str] | None, typer.Option("--param", "-p", help="NAME=VALUE in SI units; repeat for more.")
+    ] = None,
+    target: Annotated[Path | None, typer.Option("-o", help="Mesh file (.msh); default NAME.msh.")] = None,
+    shapes: Annotated[bool, typer.Option("--list", help="Print the shapes, their parameters and groups.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Mesh of a parametric shape, with named groups."""
+    from modalprep.errors import InputError
+    from modalprep.fe.generate import make_mesh
+    from modalprep.pipeline.console import Reporter
+
+    reporter = Reporter(quiet=as_json)
+    if shapes:
+        _print_shapes(reporter.console, as_json)
+        return
+    if name is None:
+        raise InputError("no shape given; write modalprep mesh NAME, with a name that modalprep mesh --list shows")
+    target = target or Path(f"{name.replace('_', '-')}.msh")
+    made = make_mesh(name, target, **_parameters(param or []))
+    reporter.wrote(target)
+    groups = {group: {kind: len(rows) for kind, rows in kinds.items()} for group, kinds in made.groups.items()}
+    cells = {kind: len(rows) for kind, rows in made.cells.items()}
+    if as_json:
+        _print_json({"file": str(target), "points": len(made.points), "cells": cells, "groups": groups})
+    for label, counts in {f"{len(made.points)} points": cells, **groups}.items():
+        reporter.say(f"  {label}: {', '.join(f'{count} {kind}' for kind, count in counts.items())}")
+
+
+@app.command()
+def quality(
+    file: Annotated[Path, typer.Argument(help="Mesh file, or pipeline file (TOML) that names one.")],
+    picture: Annotated[Path | None, typer.Option("--picture", help="Picture (.png) with the flaws marked.")] = None,
+    length_unit: Annotated[str, typer.Option("--length-unit", help="Of a mesh file: m, mm, cm, in, ft.")] = "m",
+    as_json: Json = False,
+) -> None:
+    """Mesh quality: statistics and flaws; exit code 1 when one is an error."""
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.tables import quality_table
+
+    reporter = Reporter(quiet=as_json)
+    mesh, found = _mesh_quality(file, length_unit)
+    quality_table(found, reporter.console)
+    if picture:
+        from modalprep.report.mesh_picture import render_findings
+
+        reporter.wrote(render_findings(mesh.points, mesh.cells, found.findings, picture, name=mesh.source))
+    if as_json:
+        _print_json(_quality(mesh, found) | {"files": [str(f) for f in reporter.files]})
+    if found.errors:
+        raise typer.Exit(1)
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON schema of pipeline files: every key with its meaning."""
     from modalprep.pipeline.schema import Pipeline
 
     _print_json(Pipeline.model_json_schema())
+
+
+def _parameters(given: Sequence[str]) -> dict[str, str]:
+    """Split the NAME=VALUE of --param."""
+    from modalprep.errors import InputError
+
+    found: dict[str, str] = {}
+    for text in given:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        name = name.replace("-", "_")
+        if not (name and equals and value):
+            raise InputError(f"--param {text!r} is not NAME=VALUE, such as length=2")
+        if name in found:
+            raise InputError(f"--param {name} is given twice, as {found[name]} and {value}; keep one")
+        found[name] = value
+    return found
+
+
+def _print_shapes(console: Any, as_json: bool) -> None:
+    """List the parametric shapes: a table, or with --json an object."""
+    from rich import box
+    from rich.table import Table
+
+    from modalprep.fe.generate import GENERATORS
+
+    if as_json:
+        shapes = {
+            g.name: {"meaning": g.meaning, "groups": g.groups, "parameters": [vars(p) for p in g.parameters.values()]}
+            for g in GENERATORS.values()
+        }
+        _print_json(shapes)
+        return
+    table = Table("shape", "parameter", "default", "meaning", box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for g in GENERATORS.values():
+        table.add_row(f"[bold]{g.name}", "", "", f"[bold]{g.meaning}; groups {', '.join(g.groups)}")
+        for p in g.parameters.values():
+            choices = f" ({', '.join(map(str, p.choices))})" if p.choices else ""
+            table.add_row("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)
+        table.add_section()
+    console.print(table)
 
 
 def _outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
@@ -192,6 +288,31 @@ def _table(table: Any) -> list[dict[str, Any]]:
     frequency = [None if v != v else v for v in table.frequency.tolist()]
     rows = zip(table.kind, frequency, mass, table.kept.tolist(), table.reason, strict=True)
     return [dict(zip(("kind", "frequency", "effective_mass", "kept", "reason"), row, strict=True)) for row in rows]
+
+
+def _mesh_quality(file: Path, length_unit: str) -> tuple[Any, Any]:
+    """Read and check a mesh; a pipeline file also says its units, its structural groups and its interfaces."""
+    if file.suffix == ".toml":
+        from modalprep.pipeline.model import pipeline_quality
+
+        return pipeline_quality(file)
+    from modalprep.fe.quality import check_mesh
+    from modalprep.fe.read import read_mesh
+
+    mesh = read_mesh(file, length_unit, "kg")
+    return mesh, check_mesh(mesh, mesh.properties or None)
+
+
+def _quality(mesh: Any, found: Any) -> dict[str, Any]:
+    return {
+        "mesh": mesh.source,
+        "statistics": {kind: vars(row) for kind, row in found.statistics.items()},
+        "free_edges": found.free_edges,
+        "joints": found.joints,
+        "errors": len(found.errors),
+        "warnings": len(found.warnings),
+        "findings": [finding.summary(mesh.labels) for finding in found.findings],
+    }
 
 
 def _print_json(data: dict[str, Any]) -> None:

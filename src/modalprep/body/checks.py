@@ -12,6 +12,7 @@ from modalprep.vectors import skew
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
+NOISE = 1e-6  # of the largest row: rows that are nothing but round-off, such as a rod's rotation across its axis
 RIGID = 1e-8  # strain force of a rigid motion over that of its absolute terms
 
 
@@ -41,7 +42,8 @@ def check_model(model: FEModel) -> list[Check]:
     """
     R, r = model.rigid_body(), model.rigid
     T = R[:, :3]
-    moved = np.abs(model.K @ R) / np.maximum(abs(model.K) @ np.abs(R), np.finfo(float).tiny)
+    terms = abs(model.K) @ np.abs(R)
+    moved = np.abs(model.K @ R) / np.maximum(terms, max(NOISE * terms.max(), np.finfo(float).tiny))
     mass = _relative(R.T @ model.M @ R, rigid_mass_matrix(r.m, r.s0, r.E0))
     g_T = _relative(model.g.T @ T, r.m * np.eye(3))
     size = float(np.ptp(model.points, axis=0).max())

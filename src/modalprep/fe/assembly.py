@@ -198,9 +198,7 @@ def _refuse_shared(frames: list[InterfaceFrame], links: list[PlacedLink]) -> Non
 def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
     if spec.kind == "node":
         if np.any(frame < 0):
-            raise InputError(
-                f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'"
-            )
+            raise InputError(f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'")
         return
     if not len(tied):
         raise InputError(f"interface {name!r}: no node of {spec} belongs to an element with a property")

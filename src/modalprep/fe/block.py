@@ -94,9 +94,10 @@ def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarra
 
 
 def node_transformation(frame: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return ``(ne, 6 nn, 6 nn)``: motions in the element frame of points at `arm (ne, nn, 3)` (m, mesh axes) from
-    the nodes, per nodal DOF in mesh axes: ``u_loc = R (u + th x arm)``, ``th_loc = R th``, `frame (ne, 3, 3)`.
-    """  # fmt: skip
+    """Return ``(ne, 6 nn, 6 nn)``: motions of eccentric points in the element frame per nodal DOF in mesh axes.
+
+    ``u_loc = R (u + th x arm)``, ``th_loc = R th`` with `frame (ne, 3, 3)` and `arm (ne, nn, 3)`, mesh axes, m.
+    """
     ne, nn = arm.shape[:2]
     T = np.zeros((ne, nn, 6, nn, 6))
     for i in range(nn):

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,7 +25,7 @@ def in_threads(kernel: Callable, n: int, *arrays: object) -> None:
         kernel(0, n, *arrays)
         return
     with ThreadPoolExecutor(len(cuts) - 1) as pool:
-        for job in [pool.submit(kernel, *ends, *arrays) for ends in zip(cuts[:-1], cuts[1:], strict=True)]:
+        for job in [pool.submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
             job.result()
 
 
@@ -151,6 +152,15 @@ def scatter_scalar(lo, hi, values, nodes, indptr, neighbour, data):
             if lo <= node < hi:
                 for j in range(nn):
                     data[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])] += values[e, i, j]
+
+
+@compile_kernel
+def spread_scalar(lo, hi, scalar, indptr, column, row, data):
+    """Add a matrix whose rows are nodes to the three displacement components of a matrix whose rows are DOFs."""
+    for node in range(lo, hi):
+        for k in range(indptr[node], indptr[node + 1]):
+            for c in range(3):
+                data[row[node, c] + column[k] + c] += scalar[k]
 
 
 @compile_kernel

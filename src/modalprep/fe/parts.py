@@ -66,9 +66,7 @@ class Part:
     def _block(self, piece: slice, points: np.ndarray, origin: np.ndarray) -> Block:
         data = {name: values[piece] for name, values in self.data.items()}
         try:
-            return FAMILY[type(self.section)][0].build(
-                self.kind, points, self.nodes[piece], self.section, data, origin
-            )
+            return FAMILY[type(self.section)][0].build(self.kind, points, self.nodes[piece], self.section, data, origin)
         except InputError as error:
             raise InputError(f"group {self.group!r}: {error}") from None
 

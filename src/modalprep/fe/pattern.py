@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.kernels import in_threads, scatter, scatter_scalar
+from modalprep.fe.kernels import in_threads, scatter, scatter_scalar, spread_scalar
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +43,7 @@ class Pattern:
         length = np.add.reduceat(np.append(width, 0), graph.indptr[:-1]) * (np.diff(graph.indptr) > 0)
         column = before - np.repeat(before[np.minimum(graph.indptr[:-1], len(before) - 1)], np.diff(graph.indptr))
         indptr = np.concatenate([[0], np.cumsum(np.repeat(length, count))])
+        indptr = indptr.astype(np.int32 if indptr[-1] < 2**31 else np.int64)
         row = np.where(dof >= 0, indptr[dof], 0)
         indices = _columns(graph, dof, count, length)
         return cls(graph, column, row, indptr, indices)
@@ -65,9 +66,7 @@ class Pattern:
 
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
         """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""
-        node = np.repeat(np.arange(len(self.row)), np.diff(self.graph.indptr))
-        for c in range(3):
-            data[self.row[node, c] + self.column + c] += scalar
+        in_threads(spread_scalar, len(self.row), scalar, self.graph.indptr, self.column, self.row, data)
 
     def csr(self, data: np.ndarray) -> csr_array:
         """Return the matrix; its index arrays are shared."""
@@ -98,9 +97,9 @@ def _columns(graph: csr_array, dof: np.ndarray, count: np.ndarray, length: np.nd
     """Column numbers of every row: the neighbours' DOFs of a node, once for each of its own DOFs."""
     width = count[graph.indices]
     first = np.repeat(dof[graph.indices, 0], width)
-    one_row = first + np.arange(len(first)) - np.repeat(np.cumsum(width) - width, width)
+    one_row = (first + np.arange(len(first)) - np.repeat(np.cumsum(width) - width, width)).astype(np.int32)
     start = np.cumsum(length) - length
     begin = np.repeat(start, count)  # of every row's copy in one_row
     size = np.repeat(length, count)
     offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
-    return one_row[np.repeat(begin, size) + offset].astype(np.int32)
+    return one_row[np.repeat(begin, size) + offset]

@@ -148,5 +148,3 @@ def _spring_frames(at: np.ndarray, nodes: np.ndarray, section: Spring, data: dic
         up = np.broadcast_to(np.asarray(section.up, dtype=float), (int(own.sum()), 3))
         frame[own] = line_frames(at[own], nodes[own], up)[1]
     return np.where(np.isfinite(given), given, frame)
-
-

@@ -308,7 +308,9 @@ class Spring:
     def __post_init__(self) -> None:
         """Refuse springs that do nothing."""
         if len(self.k) != 6 or not all(0 <= k < float("inf") for k in self.k) or not any(self.k):
-            raise InputError(f"spring k = {self.k} needs six stiffnesses (N/m and N m/rad), none negative, one positive")
+            raise InputError(
+                f"spring k = {self.k} needs six stiffnesses (N/m and N m/rad), none negative, one positive"
+            )
 
 
 Property = Beam | Truss | Shell | Solid | PointMass | Spring

@@ -146,7 +146,8 @@ class ShellBlock:
     def forces(self, d: np.ndarray) -> np.ndarray:
         """Membrane forces and moments ``(ne, nq, 6)``: N/m and N, element axes, for displacements ``d (ne, 6n)``."""
         B, C, _ = self.strain
-        return np.einsum("eab,eqbj,ej->eqa", np.broadcast_to(C, (len(d), *C.shape[1:]))[:, :6, :6], B[:, :, :6], d, optimize=True)  # fmt: skip
+        strain = np.einsum("eqbj,ej->eqb", B[:, :, :6], d)
+        return strain @ C[:, :6, :6]
 
     def mass(self) -> MassObjects:
         """Every mass object of FORMULATION section 1: a sample at the mid-surface, one for the thickness."""

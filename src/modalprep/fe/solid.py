@@ -100,7 +100,7 @@ class SolidBlock:
         """Gradients ``(ne, nq, 3, 3)`` of the three internal shapes, mapped by the Jacobian of the centre."""
         X = quadrature("hexahedron", degree)[0]
         centre = shapes_at("hexahedron", np.full((3, 1), 0.5))[1]
-        at_centre, det0 = self._map(centre, np.ones(1))
+        det0 = self._map(centre, np.ones(1))[1]
         inverse = np.linalg.inv(np.einsum("eia,ib->eab", self.x, centre[0]))
         det = self._map(shapes_at("hexahedron", X)[1], np.ones(X.shape[1]))[1]
         slope = np.einsum("kq,eka->eqka", 4 - 8 * X, inverse)  # of 4 xi (1 - xi)
@@ -122,10 +122,11 @@ class SolidBlock:
             g[:, :, a, a] = first
             h[:, :, a, a] = moment
         rigid = rigid_from_samples(rho, np.ones(len(N)), position)
-        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), (scalar + scalar.transpose(0, 2, 1)) / 2, {}, rigid)  # fmt: skip
+        scalar = (scalar + scalar.transpose(0, 2, 1)) / 2
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), scalar, {}, rigid)
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """``int sigma_kl N_I,k N_J,l`` for each displacement component; sigma from the displacements ``d (ne, 3 nn)``."""
+        """``int sigma_kl N_I,k N_J,l`` per displacement component; sigma from the displacements ``d (ne, 3 nn)``."""
         degree = max(self.degree, PRESTRESS.get(self.kind, 0))
         grad, dx = self.gradients(degree)
         weighted = grad @ (self.stress(d, degree) * dx[..., None, None])

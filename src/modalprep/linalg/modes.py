@@ -13,6 +13,7 @@ from modalprep.linalg.factor import Factor, factorize
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
 RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means trouble
 ORTHOGONALITY = 1e-8
+MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
 
 def lowest_modes(
@@ -26,9 +27,9 @@ def lowest_modes(
     Parameters
     ----------
     K, M : csr
-        Symmetric, M positive definite.
+        Symmetric; DOFs of M may be massless.
     n : int
-        Clipped to the size.
+        Clipped to the number of DOFs with mass.
     factor : Factor
         Of ``K - shift M`` when it exists already.
     shift : float
@@ -47,7 +48,7 @@ def lowest_modes(
     array([1.])
     """
     size = K.shape[0]
-    n = min(n, size)
+    n = min(n, int(np.count_nonzero(M.diagonal())))
     if n == 0:
         return np.zeros(0), np.zeros((size, 0))
     if size <= DENSE or n > size // 3:
@@ -74,6 +75,8 @@ def _dense(K: np.ndarray, M: np.ndarray, n: int, shift: float) -> tuple[np.ndarr
     except LinAlgError:
         raise AccuracyError("the stiffness matrix is not positive definite: the structure is not held") from None
     flexibility, phi = flexibility[::-1], phi[:, ::-1]
+    heavy = flexibility > MASSLESS * flexibility[0]
+    flexibility, phi = flexibility[heavy], phi[:, heavy]
     return 1 / flexibility + shift, phi / np.sqrt(flexibility)
 
 

@@ -3,34 +3,62 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, solve_triangular
+from scipy.sparse import csr_array
 
 DEPENDENT = 1e-12  # share of strain energy that a combination of unit vectors must add to count as a direction
+SOFT = 1e-6  # 1/w^2 over that of the softest: what one diagonalisation finds with ten digits
+MASSLESS = 1e-24  # 1/w^2 over that of the softest: a direction without mass, left out
 
 
-def ritz(KK: np.ndarray, MM: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``w^2`` (ascending) and V with ``V^T MM V = 1``, ``V^T KK V = diag(w^2)``.
+def ritz(W: np.ndarray, K: csr_array, M: csr_array) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``w^2 (k,)`` (ascending) and the span X of W with ``X^T M X = 1``, ``X^T K X = diag(w^2)``.
 
     The vectors are scaled to unit strain energy and freed of dependent combinations (`DEPENDENT`), then the
-    flexibility 1/w^2 is diagonalised: round-off is relative to the softest mode, not to the stiffest.
+    flexibility 1/w^2 is diagonalised: round-off is relative to the softest mode, not to the stiffest. Modes far
+    above it (`SOFT`) are found again without it, as often as needed: a body that nearly is a mechanism has
+    frequencies over many decades. Directions without mass are left out.
 
     Parameters
     ----------
-    KK, MM : (k, k)
-        ``X^T K X`` (positive definite) and ``X^T M X`` of the spanning vectors X.
+    W : (n, k)
+        Spanning vectors.
+    K, M : (n, n) csr
+        K positive definite on the span.
 
     Examples
     --------
-    >>> w2, V = ritz(np.diag([4.0, 1.0]), np.eye(2))
+    >>> w2, X = ritz(np.eye(2), csr_array(np.diag([4.0, 1.0])), csr_array(np.eye(2)))
     >>> w2
     array([1., 4.])
     """
-    if len(KK) == 0:
-        return np.zeros(0), np.zeros((0, 0))
+    found, w2, top = np.zeros((len(W), 0)), [], 0.0
+    while W.shape[1]:
+        flexibility, Y = _flexibility(W.T @ (K @ W), W.T @ (M @ W))
+        top = max(top, flexibility[0])
+        if flexibility[0] <= MASSLESS * top:
+            break
+        soft = flexibility > SOFT * flexibility[0]
+        w2.append(1 / flexibility[soft])
+        found = np.hstack([found, W @ (Y[:, soft] / np.sqrt(flexibility[soft]))])
+        W = W @ Y[:, ~soft]
+        for _ in range(2):
+            W = W - found @ (found.T @ (M @ W))
+    return np.concatenate([np.zeros(0), *w2]), _orthonormal(found, M)
+
+
+def _flexibility(KK: np.ndarray, MM: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``1/w^2`` (descending) and vectors of unit strain energy."""
     scale = 1 / np.sqrt(np.diag(KK))
     share, Y = eigh(KK * scale * scale[:, None])
     new = share > DEPENDENT * share[-1]
     Z = scale[:, None] * (Y[:, new] / np.sqrt(share[new]))
     flexibility, Y = eigh(Z.T @ MM @ Z)
-    order = np.argsort(-flexibility)
-    return 1 / flexibility[order], Z @ (Y[:, order] / np.sqrt(flexibility[order]))
+    return flexibility[::-1], Z @ Y[:, ::-1]
+
+
+def _orthonormal(X: np.ndarray, M: csr_array) -> np.ndarray:
+    """Remove the last round-off, from the softest on, so that soft vectors hardly change."""
+    if X.shape[1] == 0:
+        return X
+    return solve_triangular(np.linalg.cholesky(X.T @ (M @ X)), X.T, lower=True).T

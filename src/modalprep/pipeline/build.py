@@ -14,17 +14,14 @@ from modalprep.body.build import flexible_body
 from modalprep.body.checks import Check, check_body, check_model
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import AccuracyError, InputError
-from modalprep.fe.assembly import assemble
-from modalprep.fe.interface import Interface
-from modalprep.fe.mesh import Mesh, read_mesh
 from modalprep.fe.model import FEModel
-from modalprep.fe.properties import Beam, Material, Property, Solid
+from modalprep.fe.read import mesh_digest
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline, naming
+from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.schema import Pipeline
 from modalprep.reduction.craig_bampton import Reduction, craig_bampton, guyan
-from modalprep.suggest import suggestion
 
 
 @dataclass(frozen=True)
@@ -62,9 +59,9 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
     if pipeline.mesh is None:
         raise InputError(f"{path} has no [mesh]: there is no body to build")
     with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
-        mesh = read_mesh(path.parent / pipeline.mesh.file, pipeline.mesh.length_unit)
+        mesh = read_pipeline_mesh(path, pipeline)
         done(1)
-        model = _assemble(pipeline, mesh, path)
+        model = assemble_pipeline(pipeline, mesh)
         done(2)
         reduction = _reduce(pipeline, model)
         done(4)
@@ -84,7 +81,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
             f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
         )
     file = reporter.wrote(write_body(body, folder / f"{path.stem}.h5"))
-    return Built(body, file, checks, (*reduction.notes, *_doubts(body)))
+    return Built(body, file, checks, (*model.notes, *reduction.notes, *_doubts(body)))
 
 
 def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
@@ -101,44 +98,15 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
 
 def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
     """Return what determines the body: hash of the mesh, of the body's options, program version."""
-    parts = ("name", "mesh", "materials", "properties", "interfaces", "reduction")
+    parts = ("name", "mesh", "materials", "properties", "connections", "interfaces", "reduction")
     options = json.dumps(pipeline.model_dump(include=set(parts)), sort_keys=True)
-    mesh = path.parent / pipeline.mesh.file if pipeline.mesh else None
-    digest = hashlib.sha256(mesh.read_bytes()).hexdigest() if mesh and mesh.is_file() else ""
+    digest = mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
     return {
         "pipeline": path.name,
         "mesh_sha256": digest,
         "options_sha256": hashlib.sha256(options.encode()).hexdigest(),
         "program": f"modalprep {__version__}",
     }
-
-
-def _assemble(pipeline: Pipeline, mesh: Mesh, path: Path) -> FEModel:
-    materials = {name: Material(**table.model_dump()) for name, table in pipeline.materials.items()}
-    sections: dict[str, Property] = {}
-    for group, table in pipeline.properties.items():
-        if table.material not in materials:
-            known = suggestion(table.material, materials, "known are")
-            raise InputError(
-                f"{path}: [properties.{group}] names material {table.material!r}, which is not there; {known}"
-            )
-        sections[group] = _section(table, materials[table.material])
-    if not sections:
-        raise InputError(f"{path} has no [properties]: say what each mesh group is made of ({', '.join(mesh.groups)})")
-    interfaces = {name: _interface(table, mesh.scale) for name, table in pipeline.interfaces.items()}
-    return assemble(mesh, sections, interfaces, pipeline.reduction.root)
-
-
-def _section(table, material: Material) -> Property:
-    if table.type == "solid":
-        return Solid(material=material)
-    values = table.model_dump(exclude={"type", "material", "theory", "up"})
-    return Beam(material=material, up=tuple(table.up), shear=table.theory == "timoshenko", **values)
-
-
-def _interface(table, scale: float) -> Interface:
-    position = None if table.position is None else tuple(scale * np.array(table.position))
-    return Interface(group=table.group, kind=table.kind, boundary=table.boundary, position=position)
 
 
 def _reduce(pipeline: Pipeline, model: FEModel) -> Reduction:

@@ -2,93 +2,12 @@
 
 from __future__ import annotations
 
-import math
-import re
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import Field, model_validator
 
-from modalprep.suggest import suggestion
-
-Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-
-
-def _radians(value: Any) -> Any:
-    """Read ``1.5``, ``"1.5 rad"`` or ``"90 deg"``."""
-    if isinstance(value, str):
-        match = re.fullmatch(r"\s*([-+.\deE]+)\s*(deg|rad)\s*", value)
-        if not match:
-            raise ValueError(f"{value!r} is not an angle; write for example '90 deg' or 1.57")
-        return float(match[1]) * (math.pi / 180 if match[2] == "deg" else 1.0)
-    return value
-
-
-Angle = Annotated[float, BeforeValidator(_radians)]
-
-
-class Table(BaseModel):
-    """A TOML table that refuses keys it does not know."""
-
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _known_keys(cls, data: Any) -> Any:
-        for key in data if isinstance(data, dict) else ():
-            if key not in cls.model_fields:
-                raise ValueError(f"unknown key {key!r}; {suggestion(key, cls.model_fields, 'known are')}")
-        return data
-
-
-class MeshTable(Table):
-    """The mesh file."""
-
-    file: str = Field(description="mesh file, relative to this file; .msh 4.1 is best")
-    length_unit: str = Field("m", description="unit of its coordinates: m, mm, cm, in, ft")
-
-
-class MaterialTable(Table):
-    """An isotropic material, SI."""
-
-    E: float = Field(description="Young's modulus, Pa")
-    nu: float = Field(description="Poisson's ratio")
-    rho: float = Field(description="density, kg/m^3")
-
-
-class BeamTable(Table):
-    """Section of a group of line cells, SI."""
-
-    type: Literal["beam"]
-    material: str
-    A: float = Field(description="area, m^2")
-    Iy: float = Field(description="second moment of area about e2 (bending towards 'up'), m^4")
-    Iz: float = Field(description="second moment of area about e3, m^4")
-    J: float = Field(description="torsion constant, m^4")
-    ky: float = Field(5 / 6, description="shear factor along e2")
-    kz: float = Field(5 / 6, description="shear factor along e3")
-    up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
-    theory: Literal["timoshenko", "euler-bernoulli"] = "timoshenko"
-
-
-class SolidTable(Table):
-    """Material of a group of second-order tetrahedra."""
-
-    type: Literal["solid"]
-    material: str
-
-
-Section = Annotated[BeamTable | SolidTable, Field(discriminator="type")]
-
-
-class InterfaceTable(Table):
-    """A 6-DOF frame; the first in the file is the root unless [reduction] says otherwise."""
-
-    group: str = Field(description="mesh group of its nodes")
-    kind: Literal["node", "rbe2"] = Field("rbe2", description="one node, or a frame tied rigidly to all nodes")
-    boundary: Literal["fixed", "free"] = Field(
-        "fixed", description="fixed: constraint modes; free: moves with the modes"
-    )
-    position: Vector | None = Field(None, description="of an rbe2 frame, in mesh coordinates; default the centroid")
+from modalprep.pipeline.fe_schema import AnyMaterial, ConnectionTable, InterfaceTable, MeshTable, Section
+from modalprep.pipeline.tables import Angle, Table, Vector
 
 
 class ReductionTable(Table):
@@ -219,8 +138,11 @@ class Pipeline(Table):
 
     name: str | None = Field(None, description="name of the body; default the file's name")
     mesh: MeshTable | None = None
-    materials: dict[str, MaterialTable] = {}
-    properties: dict[str, Section] = Field({}, description="one table per mesh group")
+    materials: dict[str, AnyMaterial] = {}
+    properties: dict[str, Section] = Field(
+        {}, description="one table per mesh group or connection; a deck's own need no repeating"
+    )
+    connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
     interfaces: dict[str, InterfaceTable] = {}
     reduction: ReductionTable = ReductionTable()
     output: OutputTable = OutputTable()

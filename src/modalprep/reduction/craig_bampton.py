@@ -182,11 +182,11 @@ def _reduction(method, held, w2, Phi, table, w2_t, X, notes) -> Reduction:
     constraint[held.i] = held.Psi[:, 6:]
     constraint[held.b[6:], np.arange(len(held.b) - 6)] = 1.0
     W = np.concatenate([constraint, held.expand(Phi), held.expand(X)], axis=1)
-    w2_body, V = _orthonormal(W, held)
+    w2_body, span = ritz(W, held.K, held.M)
     loads = np.concatenate([model.inertia_loads, _unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
     loads[:, 12:18] = 0.0  # the root is held
     return Reduction(
-        basis=model.C @ (W @ V),
+        basis=model.C @ (span * unique_signs(span)),
         frequency=np.sqrt(w2_body) / (2 * np.pi),
         loads=loads,
         static=held.static(loads),
@@ -194,12 +194,6 @@ def _reduction(method, held, w2, Phi, table, w2_t, X, notes) -> Reduction:
         method=method,
         notes=notes,
     )
-
-
-def _orthonormal(W: np.ndarray, held: Clamped) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``w^2`` and V with ``(W V)^T M (W V) = 1``, ``(W V)^T K (W V) = diag(w^2)``, signs made unique."""
-    w2, V = ritz(W.T @ (held.K @ W), W.T @ (held.M @ W))
-    return w2, V * unique_signs(W @ V)
 
 
 def _with_static_rows(table: ModeTable, held: Clamped, w2_t: np.ndarray, X: np.ndarray) -> ModeTable:

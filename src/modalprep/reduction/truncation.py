@@ -44,5 +44,4 @@ def truncation_vectors(held: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.nda
     X = X - Phi @ (Phi.T @ (held.M_ii @ X))  # once more against round-off
     rest = np.einsum("ij,ij->j", X, held.K_ii @ X)
     X = X[:, rest > ENERGY * max(energy.max(), np.finfo(float).tiny)]
-    w2_t, V = ritz(X.T @ (held.K_ii @ X), X.T @ (held.M_ii @ X))
-    return w2_t, X @ V
+    return ritz(X, held.K_ii, held.M_ii)

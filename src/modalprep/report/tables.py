@@ -162,6 +162,58 @@ def _vector(v: np.ndarray) -> str:
     return "(" + ", ".join(f"{0.0 if abs(x) < 5e-6 * scale else x:.5g}" for x in v) + ")"
 
 
+def quality_table(quality, console: Console) -> None:
+    """Print the statistics of a mesh, a row per type of cell, and what is wrong with it.
+
+    Parameters
+    ----------
+    quality : Quality
+        Of `modalprep.fe.quality.check_mesh`.
+    console : Console
+
+    Examples
+    --------
+    >>> from modalprep.examples import beam_mesh
+    >>> from modalprep.fe.quality import check_mesh
+    >>> quality_table(check_mesh(beam_mesh(4)), Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    Mesh quality...
+    line       4        2.5     2.5      2.5...
+    No errors, no warnings.
+    """
+    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+    rich.add_column("cells", no_wrap=True)
+    for name in ("number", "smallest", "median", "largest", "aspect", "angles", "Jacobian", "warpage"):
+        rich.add_column(name, justify="right", no_wrap=True)
+    for kind, row in quality.statistics.items():
+        rich.add_row(*map(Text, (kind, *_quality_cells(row))))
+    head = ("Mesh quality", "bold"), (": mean edge in m; the worst aspect ratio, angles in degrees, Jacobian", "dim")
+    console.print(Text.assemble(*head), soft_wrap=False)
+    console.print(rich, soft_wrap=False)
+    if quality.free_edges or quality.joints:
+        console.print(Text(f"{quality.free_edges} free shell edges, {quality.joints} where more than two shells meet"))
+    for finding in quality.findings:
+        style = "bold red" if finding.severity == "error" else "bold dark_orange"
+        console.print(Text.assemble((f"{finding.severity:8}", style), finding.sentence), soft_wrap=True)
+    console.print(Text(_counts(quality)))
+
+
+def _quality_cells(row) -> list[str]:
+    angles = "" if row.small is None else f"{row.small:.0f}-{row.large:.0f}"
+    sizes = [_short(value) for value in (row.smallest, row.median, row.largest, row.aspect)]
+    return [str(row.count), *sizes, angles, _short(row.jacobian), _short(row.warpage)]
+
+
+def _short(value: float | None) -> str:
+    return "" if value is None else f"{0.0 if abs(value) < 1e-9 else value:.3g}"
+
+
+def _counts(quality) -> str:
+    parts = []
+    for noun, findings in (("error", quality.errors), ("warning", quality.warnings)):
+        parts.append(f"{len(findings) or 'no'} {noun}{'' if len(findings) == 1 else 's'}")
+    return ", ".join(parts).capitalize() + "."
+
+
 def percent(value: float) -> str:
     """Write a fraction in %; a dot for almost nothing, nothing for NaN.
 

@@ -1,0 +1,235 @@
+"""Nastran bulk data as text: lines to cards.
+
+Small field (ten columns of 8 characters), large field (``NAME*``, columns of 16) and free field (commas) may be mixed
+line by line. A line continues a card when its first field is blank or starts with ``+`` or ``*``; continuation
+markers in field 10 are ignored, so continuations follow their card in the file. Fields are counted from 0
+after the name: ``fields[0]`` is the id.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.errors import InputError
+
+REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[ED]?([+-]\d+)|[ED](\d+))?")
+INTEGER = re.compile(r"[+-]?\d{1,10}")
+BEGIN = re.compile(r"^\s*BEGIN\b(?!\s+SUPER)", re.IGNORECASE)
+INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)$", re.IGNORECASE)
+MAX_DEPTH, MAX_FILES = 10, 1000  # of INCLUDE; Nastran itself stops at ten levels
+
+
+@dataclass(slots=True)
+class Card:
+    """One bulk data entry: upper-case name and fields, file and line.
+
+    Examples
+    --------
+    >>> card = Card("MAT1", ["1", "7.+10", "", ".33"], "a.bdf", 3)
+    >>> card.real(1, "E"), card.real(2, "G", 0.0), card.id
+    (70000000000.0, 0.0, 1)
+    """
+
+    name: str
+    fields: list[str]
+    file: str
+    line: int
+
+    @property
+    def id(self) -> int:
+        """The number in the first field."""
+        return self.integer(0, "its id", lowest=1)
+
+    def text(self, k: int) -> str:
+        """Return field `k`, empty when the card is shorter."""
+        return self.fields[k] if k < len(self.fields) else ""
+
+    def error(self, problem: str) -> InputError:
+        """Return the error that names the card and says `problem`."""
+        number = self.text(0) if INTEGER.fullmatch(self.text(0)) else ""
+        return InputError(f"{self.file} line {self.line}: {f'{self.name} {number}'.strip()}: {problem}")
+
+    def real(self, k: int, what: str, default: float | None = None) -> float:
+        """Return field `k` as a number; `default` when blank, None demands one."""
+        text = self.text(k)
+        if not text and default is not None:
+            return default
+        match = REAL.fullmatch(text)
+        value = float(f"{match[1]}e{match[2] or match[3] or 0}") if match else math.nan
+        if not math.isfinite(value):
+            raise self.error(f"{what} {_came(text)}; give a number such as 1.5-6")
+        return value
+
+    def integer(self, k: int, what: str, default: int | None = None, lowest: int = -1) -> int:
+        """Return field `k` as a whole number; `default` when blank, None demands one."""
+        text = self.text(k)
+        if not text and default is not None:
+            return default
+        if not INTEGER.fullmatch(text) or int(text) < lowest:
+            raise self.error(f"{what} {_came(text)}; give a whole number, {lowest} or more")
+        return int(text)
+
+    def reals(self, first: int, count: int, what: str) -> np.ndarray:
+        """Return `count` numbers from field `first` on, blanks as zero."""
+        return np.array([self.real(first + i, f"{what}{i + 1}", 0.0) for i in range(count)])
+
+    def whole(self, k: int) -> bool:
+        """Whether field `k` is written as an integer, without a decimal point."""
+        return INTEGER.fullmatch(self.text(k)) is not None
+
+    def row(self, number: int) -> list[str]:
+        """Return the eight fields of a row of the card."""
+        fields = self.fields[8 * number : 8 * number + 8]
+        return fields + [""] * (8 - len(fields))
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of eight fields."""
+        return -(-len(self.fields) // 8)
+
+    def numbers(self, first: int, what: str, known: np.ndarray) -> list[int]:
+        """Return the ids from field `first` on; ``a THRU b`` stands for those of the sorted `known` in between."""
+        words = " ".join(self.fields[first:]).replace("THRU", " THRU ").split()
+        found: list[int] = []
+        while words:
+            ends = self._whole(words[:1], what), self._whole(words[2:3], what) if "THRU" in words[1:2] else 0
+            if ends[1]:
+                found += known[np.searchsorted(known, ends[0]) : np.searchsorted(known, ends[1], "right")].tolist()
+            else:
+                found.append(ends[0])
+            words = words[3 if ends[1] else 1 :]
+        return found
+
+    def _whole(self, words: list[str], what: str) -> int:
+        word = words[0] if words else ""
+        if not INTEGER.fullmatch(word) or int(word) < 1:
+            raise self.error(f"{what} {_came(word)}; give ids, or a range as 1 THRU 9")
+        return int(word)
+
+
+def _came(text: str) -> str:
+    return f"is {text!r}, not a number that can be used" if text else "is missing (blank, or the card is cut short)"
+
+
+@dataclass(slots=True)
+class Deck:
+    """The cards of a deck in file order, the hash of all its files, and whether it ends with ENDDATA."""
+
+    cards: list[Card]
+    sha256: str
+    ended: bool
+
+
+def read_cards(path: Path) -> Deck:
+    """Read a deck and the files it includes in its bulk data section.
+
+    Raises
+    ------
+    InputError
+        When a file is missing, includes itself, or ends in the middle of a card.
+
+    Examples
+    --------
+    >>> read_cards(Path("no.bdf"))
+    Traceback (most recent call last):
+    modalprep.errors.InputError: Nastran deck no.bdf cannot be read (No such file or directory); check its path
+    """
+    reader = _Reader(path)
+    reader.read(path, ())
+    for card in reader.cards:
+        while card.fields and not card.fields[-1]:
+            card.fields.pop()
+    return Deck(reader.cards, reader.digest.hexdigest(), reader.ended)
+
+
+class _Reader:
+    def __init__(self, path: Path) -> None:
+        self.folder, self.digest = path.parent, hashlib.sha256()
+        self.cards: list[Card] = []
+        self.files, self.ended, self.open = 0, False, False
+
+    def read(self, path: Path, stack: tuple[Path, ...]) -> None:
+        """Append the cards of a file; `stack` are the files that include it."""
+        self.files += 1
+        if path.resolve() in stack or len(stack) >= MAX_DEPTH or self.files > MAX_FILES:
+            raise InputError(f"{path.name}: INCLUDE goes round in circles or too deep; include every file once")
+        lines = self._lines(path)
+        for number, line in list(enumerate(lines, 1))[0 if stack else _bulk_start(lines, path) :]:
+            if self.ended:
+                return
+            line = line.split("$", 1)[0].rstrip()
+            if match := INCLUDE.match(line):
+                self.read(self._included(match[1], path, number), (*stack, path.resolve()))
+            elif line:
+                self._line(line.upper(), path.name, number)
+        if not stack and not self.ended and self.open:
+            raise self.cards[-1].error("the file ends where a continuation of this card should follow; export it again")
+
+    def _lines(self, path: Path) -> list[str]:
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            reason = error.strerror or type(error).__name__
+            raise InputError(f"Nastran deck {path} cannot be read ({reason}); check its path") from None
+        self.digest.update(content)
+        return re.split(r"\r\n|\r|\n", content.decode("latin-1"))
+
+    def _included(self, name: str, path: Path, number: int) -> Path:
+        name = name.strip().strip("'\"").strip()
+        for folder in (path.parent, self.folder):
+            for spelling in (name, name.replace("\\", "/")):
+                if "\0" not in spelling and (folder / spelling).is_file():
+                    return folder / spelling
+        raise InputError(
+            f"{path.name} line {number}: INCLUDE file {name!r} does not exist beside the deck; put it there"
+        )
+
+    def _line(self, line: str, file: str, number: int) -> None:
+        head, data, marker = _split(line)
+        if data is None:
+            raise InputError(f"{file} line {number}: more than ten fields in one line; continue the card on the next")
+        if not head or head[0] in "+*":
+            if not self.cards:
+                raise InputError(f"{file} line {number}: a continuation without a card before it; start at BEGIN BULK")
+            fields = self.cards[-1].fields
+            if len(data) == 8:
+                fields += [""] * (-len(fields) % 8)
+            fields += data
+        elif head == "ENDDATA":
+            self.ended = True
+        else:
+            self.cards.append(Card(head.rstrip("* "), data, file, number))
+        self.open = bool(marker) or (len(data) == 4 and head[:1] != "*")
+
+
+def _split(line: str) -> tuple[str, list[str] | None, str]:
+    """Return the first field, the eight (small) or four (large) fields after it, and the continuation marker."""
+    if "," in line:
+        head, *data = (field.strip() for field in line.split(","))
+        width = 4 if "*" in (head[:1], head[-1:]) else 8
+        marker = data[width] if len(data) > width else ""
+        if any(data[width + 1 :]):
+            return head, None, ""
+        data = data[:width]
+    else:
+        line = line.expandtabs(8)
+        head = line[:8].strip()
+        width = 4 if "*" in (head[:1], head[-1:]) else 8
+        data = [line[i : i + 64 // width].strip() for i in range(8, min(len(line), 72), 64 // width)]
+        marker = line[72:80].strip()
+    return head.split()[0] if head else "", data + [""] * (width - len(data)), marker
+
+
+def _bulk_start(lines: list[str], path: Path) -> int:
+    for i, line in enumerate(lines):
+        if BEGIN.match(line):
+            return i + 1
+    if any(line.strip().upper() == "CEND" for line in lines):
+        raise InputError(f"{path.name}: the deck has CEND but no BEGIN BULK after it; export it again")
+    return 0

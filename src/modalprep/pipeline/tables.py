@@ -1,0 +1,40 @@
+"""What every TOML table of a pipeline file shares: unknown keys refused, vectors and angles read."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Annotated, Any
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+
+from modalprep.suggest import suggestion
+
+Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
+
+
+def _radians(value: Any) -> Any:
+    """Read ``1.5``, ``"1.5 rad"`` or ``"90 deg"``."""
+    if isinstance(value, str):
+        match = re.fullmatch(r"\s*([-+.\deE]+)\s*(deg|rad)\s*", value)
+        if not match:
+            raise ValueError(f"{value!r} is not an angle; write for example '90 deg' or 1.57")
+        return float(match[1]) * (math.pi / 180 if match[2] == "deg" else 1.0)
+    return value
+
+
+Angle = Annotated[float, BeforeValidator(_radians)]
+
+
+class Table(BaseModel):
+    """A TOML table that refuses keys it does not know."""
+
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _known_keys(cls, data: Any) -> Any:
+        for key in data if isinstance(data, dict) else ():
+            if key not in cls.model_fields:
+                raise ValueError(f"unknown key {key!r}; {suggestion(key, cls.model_fields, 'known are')}")
+        return data

@@ -1,0 +1,168 @@
+"""Static prestress of a full model: linear buckling and modes under load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from modalprep.errors import AccuracyError, InputError
+from modalprep.fe.model import FEModel
+from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
+from modalprep.records import Record
+from modalprep.reduction.clamped import Clamped, clamp
+
+NO_BUCKLING = 1e-12  # of the elastic stiffness: a geometric stiffness below it is round-off
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Modes(Record):
+    """Shapes of a full model with their numbers.
+
+    Attributes
+    ----------
+    value : (n,)
+        Buckling: factors on the load, ascending. Vibration: frequencies, Hz.
+    shape : (n_dof, n)
+    """
+
+    value: np.ndarray
+    shape: np.ndarray
+
+
+def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> np.ndarray:
+    """Return the nodal load ``(n_dof,)`` of a force (N) and a moment (N m), mesh axes, on an interface.
+
+    Raises
+    ------
+    InputError
+        When the model has no such interface.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> interface_load(cantilever_model(), "tip", force=(0, -5.0, 0)).sum()
+    np.float64(-5.0)
+    """
+    frames = {frame.name: frame for frame in model.interfaces}
+    if name not in frames:
+        raise InputError(f"the model has no interface {name!r}; it has {', '.join(frames)}")
+    load = np.zeros(model.n_dof)
+    load[frames[name].dofs] = np.concatenate([force, moment])
+    return load
+
+
+def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
+    """Return the nodal load ``(n_dof,)`` of a body in a field of acceleration (3,), m/s^2, such as gravity.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> model = cantilever_model()
+    >>> bool(np.isclose(acceleration_load(model, (0, 0, -9.81))[2::6].sum(), -9.81 * model.rigid.m))
+    True
+    """
+    return model.g @ np.asarray(acceleration, dtype=float)
+
+
+def buckling(model: FEModel, load: np.ndarray, modes: int = 1) -> Modes:
+    """Return the lowest positive factors at which a load makes the model buckle, its fixed interfaces held.
+
+    Linear: ``(K + factor Kg) x = 0`` with Kg of the static answer to `load`.
+
+    Parameters
+    ----------
+    model : FEModel
+    load : (n_dof,)
+        Nodal load, N and N m.
+    modes : int
+
+    Raises
+    ------
+    InputError
+        When no multiple of the load makes the structure buckle.
+    MechanismError
+        When the held structure can move without strain.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> model = cantilever_model()
+    >>> P = buckling(model, interface_load(model, "tip", force=(-1.0, 0, 0))).value[0]
+    >>> round(float(P / (np.pi**2 * 1.4e4 / 400)), 3)  # Euler: pi^2 EI / (4 L^2)
+    1.0
+    """
+    held, Kg = _prestress(model, load)
+    mu, x = _largest(-Kg, held, modes)
+    positive = mu > NO_BUCKLING
+    if not np.any(positive):
+        raise InputError("no multiple of this load makes the structure buckle: it only stiffens; reverse the load")
+    x = x[:, positive] * unique_signs(x[:, positive])
+    return Modes(value=1 / mu[positive], shape=model.C @ held.expand(x))
+
+
+def prestressed_modes(model: FEModel, load: np.ndarray, modes: int = 10) -> Modes:
+    """Return the lowest frequencies (Hz) and M-orthonormal modes under a static load, fixed interfaces held.
+
+    Parameters
+    ----------
+    model : FEModel
+    load : (n_dof,)
+        Nodal load, N and N m.
+    modes : int
+
+    Raises
+    ------
+    InputError
+        When the load is beyond the buckling load.
+    MechanismError
+        When the held structure can move without strain.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> model = cantilever_model()
+    >>> pulled = prestressed_modes(model, interface_load(model, "tip", force=(5.0, 0, 0)), 1)
+    >>> free = prestressed_modes(model, np.zeros(model.n_dof), 1)
+    >>> bool(pulled.value[0] > free.value[0])
+    True
+    """
+    held, Kg = _prestress(model, load)
+    try:
+        w2, phi = lowest_modes((held.K_ii + Kg).tocsr(), held.M_ii, modes)
+    except AccuracyError:
+        w2 = np.array([-1.0])
+    if np.any(w2 <= 0) or _largest(-Kg, held, 1)[0][0] >= 1:
+        raise InputError("the structure buckles under this load: it has no frequencies; reduce the load")
+    return Modes(value=np.sqrt(w2) / (2 * np.pi), shape=model.C @ held.expand(phi))
+
+
+def _prestress(model: FEModel, load: np.ndarray) -> tuple[Clamped, csr_array]:
+    """Hold every fixed interface and return the geometric stiffness of the interior DOFs."""
+    load = np.asarray(load, dtype=float)
+    if load.shape != (model.n_dof,) or not np.all(np.isfinite(load)):
+        raise InputError(f"a load needs {model.n_dof} finite numbers, one per DOF; this one has shape {load.shape}")
+    held = clamp(model)
+    x = np.zeros(held.K.shape[0])
+    x[held.i] = held.factor.solve((model.C.T @ load)[held.i])
+    Kg = model.C.T @ model.geometric_stiffness(model.C @ x, load) @ model.C
+    return held, Kg.tocsr()[held.i][:, held.i].tocsr()
+
+
+def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Largest eigenvalues of ``A x = mu K x``, descending; zero A gives zeros."""
+    size = A.shape[0]
+    n = min(n, size)
+    if size <= DENSE:
+        mu, x = eigh(A.toarray(), held.K_ii.toarray(), subset_by_index=(size - n, size - 1))
+    elif A.nnz == 0 or not np.any(A.data):
+        return np.zeros(n), np.zeros((size, n))
+    else:
+        inverse = LinearOperator((size, size), matvec=held.factor.solve, matmat=held.factor.solve, dtype=float)
+        start = np.random.default_rng(0).standard_normal(size)
+        mu, x = eigsh(A, n, held.K_ii, Minv=inverse, which="LA", v0=start, ncv=min(size, 2 * n + 20))
+    order = np.argsort(-mu)
+    return mu[order], x[:, order]
