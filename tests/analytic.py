@@ -144,10 +144,11 @@ class PlateRitz:
 PLATE_CLAMPED = (35.985, 73.394, 73.394, 108.22, 131.58, 132.20)
 PLATE_CANTILEVER = (3.4710, 8.5063, 21.284, 27.199, 30.955, 54.184)
 PLATE_FREE = (13.468, 19.596, 24.270, 34.801, 34.801, 61.093)
-# NAFEMS R0015 (1989), tests FV12 and FV16: 10 x 10 x 0.05 m, E = 200 GPa, nu = 0.3, rho = 8000 kg/m^3; targets in Hz
+# NAFEMS R0015, tests FV12 and FV16 (looked up in Altair's verification pages): 10 x 10 x 0.05 m, E = 200 GPa,
+# nu = 0.3, rho = 8000 kg/m^3; targets in Hz
 NAFEMS_FV12 = (1.622, 2.360, 2.922, 4.233, 4.233, 7.416)
 NAFEMS_FV16 = (0.421, 1.029, 2.582, 3.306, 3.753, 6.555)
-# Square plates, k = N a^2/(pi^2 D): Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., art. 9.2, 9.7, 9.10
+# Square plates, k = N a^2/(pi^2 D): Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., chapter 9
 PLATE_BUCKLING = {"uniaxial": 4.0, "biaxial": 2.0, "shear": 9.325, "clamped": 10.07}
 
 
@@ -203,7 +204,7 @@ def navier_plate(ABD, S, inertia, a, b, m, n, *, angle_ply=False, membrane=True)
 
 
 def navier_antisymmetric_cross_ply(ABD, I0, a, b, m, n) -> float:
-    """Frequency (rad/s) of a thin antisymmetric cross-ply laminate on S2 supports (Jones, section 5.5.4, [0/90]).
+    """Frequency (rad/s) of a thin antisymmetric cross-ply laminate on S2 supports (Jones, chapter 5, [0/90]).
 
     ``omega^2 = (T33 + (2 T12 T23 T13 - T22 T13^2 - T11 T23^2) / (T11 T22 - T12^2)) / I0`` with A11 = A22,
     D11 = D22, B11 = -B22.
@@ -220,7 +221,7 @@ def navier_antisymmetric_cross_ply(ABD, I0, a, b, m, n) -> float:
 def lamina(material, angle: float) -> tuple[np.ndarray, np.ndarray]:
     """Plane-stress stiffness (3, 3) of (xx, yy, xy) and shear (2, 2) of (xz, yz) of a lamina turned by `angle` (rad).
 
-    Jones, Mechanics of Composite Materials, 2nd ed., section 2.6: compliance of axes 1, 2 turned as a tensor.
+    Jones, Mechanics of Composite Materials, 2nd ed., chapter 2: compliance of axes 1, 2 turned as a tensor.
     """
     E1, E2, nu12 = material.E1, material.E2, material.nu12
     compliance = np.array([[1 / E1, -nu12 / E1, 0], [-nu12 / E1, 1 / E2, 0], [0, 0, 1 / material.G12]])
@@ -231,7 +232,7 @@ def lamina(material, angle: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def laminate(plies, k=5 / 6) -> tuple[np.ndarray, np.ndarray]:
-    """Stiffness ABD (6, 6), shear (2, 2) of ``[(material, thickness, angle)]``, bottom first (Jones, section 4.2)."""
+    """Stiffness ABD (6, 6), shear (2, 2) of ``[(material, thickness, angle)]``, bottom first (Jones, chapter 4)."""
     z = -sum(t for _, t, _ in plies) / 2
     ABD, S = np.zeros((6, 6)), np.zeros((2, 2))
     for material, t, angle in plies:
@@ -244,7 +245,7 @@ def laminate(plies, k=5 / 6) -> tuple[np.ndarray, np.ndarray]:
 
 
 def off_axis_modulus(material, angle: float) -> float:
-    """Young's modulus along a direction at `angle` (rad) from the fibre (Jones, eq. 2.97)."""
+    """Young's modulus along a direction at `angle` (rad) from the fibre (Jones, chapter 2)."""
     c, s = np.cos(angle), np.sin(angle)
     shear = 1 / material.G12 - 2 * material.nu12 / material.E1
     return 1 / (c**4 / material.E1 + s**4 / material.E2 + shear * (c * s) ** 2)
@@ -271,9 +272,10 @@ def cylinder_buckling(*, E, nu, t, R, L) -> float:
     return min(critical)
 
 
-# Obstacle course of shells. Scordelis and Lo, J. ACI 61 (1964) 539, with the value of MacNeal and Harder, Finite
-# Elements in Analysis and Design 1 (1985) 3 (0.3086 in the original; deep shell theory and fine meshes give 0.3006);
-# theirs also the twisted beam, unit tip load along the width of the tip (z) or across it (y).
+# Obstacle course of shells: the twisted beam looked up (Altair OS-V 0700), the others the textbook numbers of FE.md
+# and CASES.md, which fine meshes confirm. Scordelis and Lo, J. ACI 61 (1964) 539, with the value of MacNeal and
+# Harder, Finite Elements in Analysis and Design 1 (1985) 3 (0.3086 in the original; deep shell theory and fine meshes
+# give 0.3006); theirs also the twisted beam, unit tip load along the width of the tip (z) or across it (y).
 # Pinched cylinder: Belytschko and others, CMAME 51 (1985) 221.
 # Thin twisted beam (t = 0.0032, load 1e-6): Belytschko, Wong, Stolarski, IJNME 28 (1989) 385.
 SCORDELIS_LO, SCORDELIS_LO_DEEP = 0.3024, 0.3006

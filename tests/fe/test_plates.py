@@ -13,6 +13,7 @@ from analytic import (
     thin_plate_simply_supported,
 )
 from structured import (
+    SOLVER,
     free_dofs,
     frequencies,
     local_axes,
@@ -25,6 +26,7 @@ from structured import (
 
 import modalprep as mp
 from modalprep.fe.properties import Shell
+from modalprep.linalg.factor import factorize
 from modalprep.linalg.modes import lowest_modes
 
 STEEL = mp.Material(E=2.0e11, nu=0.3, rho=8000.0)
@@ -64,7 +66,9 @@ def parameters(kind, n, code, count=6, *, t=1e-3, side=1.0):
     if code != "FFFF":
         return frequencies(model, keep, count) / unit
     K, M = (submatrix(A, keep) for A in (model.K, model.M))
-    return np.sqrt(lowest_modes(K, M, 3 + count, shift=-((10 * unit) ** 2))[0][3:]) / unit
+    shift = -((10 * unit) ** 2)
+    factor = factorize((K - shift * M).tocsr(), SOLVER)
+    return np.sqrt(lowest_modes(K, M, 3 + count, factor=factor, shift=shift)[0][3:]) / unit
 
 
 # --- patch tests --------------------------------------------------------------------------------------------------
@@ -217,15 +221,15 @@ FV16_CONVERGED = (0.4179, 1.0243, 2.5629, 3.2749, 3.7272, 6.5245)
 @pytest.mark.parametrize(("kind", "limit"), [("triangle", 1.3e-3), ("quad", 1.3e-3)])
 def test_nafems_fv12_free_plate(kind, limit):
     found = parameters(kind, 16, "FFFF", t=0.05, side=10.0) * unit_frequency(0.05, 10.0) / (2 * np.pi)
-    assert np.all(np.abs(found / FV12_CONVERGED - 1) < 2e-3)
-    assert np.all(np.abs(found / NAFEMS_FV12 - 1) < 1.2e-2)
+    assert np.all(np.abs(found / FV12_CONVERGED - 1) < limit)
+    assert np.all(np.abs(found / NAFEMS_FV12 - 1) < 1.2e-2)  # upper bounds: 1 % above the converged fourth and sixth
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_nafems_fv16_cantilevered_plate(kind):
+@pytest.mark.parametrize(("kind", "limit"), [("triangle", 6e-4), ("quad", 4.6e-3)])
+def test_nafems_fv16_cantilevered_plate(kind, limit):
     found = parameters(kind, 16, "CFFF", t=0.05, side=10.0) * unit_frequency(0.05, 10.0) / (2 * np.pi)
-    assert np.all(np.abs(found / FV16_CONVERGED - 1) < 2e-3)
-    assert np.all(np.abs(found / NAFEMS_FV16 - 1) < 1e-2)
+    assert np.all(np.abs(found / FV16_CONVERGED - 1) < limit)  # FE.md, triangles: 0.4180 .. 6.5239
+    assert np.all(np.abs(found / NAFEMS_FV16 - 1) < 1.1e-2)  # upper bounds: up to 1 % above the converged values
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -5,6 +5,7 @@ import pytest
 from analytic import timoshenko_cantilever
 from scipy.linalg import eigh
 from structured import (
+    SOLVER,
     box,
     buckling_factors,
     free_dofs,
@@ -57,12 +58,27 @@ def test_patch(kind):
     inner = dof[~outside].ravel()
     found = exact.copy()
     found[inner] = 0
-    found[inner] = -factorize(submatrix(model.K, inner)).solve((model.K @ found)[inner])
+    found[inner] = -factorize(submatrix(model.K, inner), SOLVER).solve((model.K @ found)[inner])
     assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()  # FE.md: 3e-16
     strain = (G + G.T) / 2
     lam, mu = E * NU / ((1 + NU) * (1 - 2 * NU)), E / (2 * (1 + NU))
     density = lam / 2 * np.trace(strain) ** 2 + mu * np.sum(strain**2)
     assert found @ (model.K @ found) / 2 == pytest.approx(density * size.prod(), rel=1e-11)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_prestress_turns_with_the_body(kind):
+    """Uniform stress, forces ``f = K d``: ``Kg (theta x x) = theta x f``."""
+    points, cells = box(kind, (2, 2, 2), distort=0.3, seed=7)
+    model = solid_model(points, cells, kind, STEEL)
+    G = 1e-4 * np.random.default_rng(1).standard_normal((3, 3))
+    dof, d = model.dof[: len(points), :3], np.zeros(model.n_dof)
+    d[dof] = points @ (G + G.T)
+    f = model.K @ d
+    Kg, R = model.geometric_stiffness(d, f), model.rigid_body()
+    for a in range(3):
+        exact = np.cross(np.eye(3)[a], f[dof])
+        assert np.abs((Kg @ R[:, 3 + a])[dof] - exact).max() < 1e-11 * np.abs(f).max()
 
 
 # --- bending ------------------------------------------------------------------------------------------------------
@@ -93,7 +109,7 @@ def buckling_error(kind, over_height, along):
     d = np.zeros(model.n_dof)
     d[tip] = -1e-4
     inner = np.setdiff1d(keep, tip)
-    d[inner] = -factorize(submatrix(model.K, inner)).solve((model.K @ d)[inner])
+    d[inner] = -factorize(submatrix(model.K, inner), SOLVER).solve((model.K @ d)[inner])
     reaction = model.K @ d
     load = np.zeros(model.n_dof)
     load[tip] = reaction[tip]

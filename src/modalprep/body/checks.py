@@ -71,7 +71,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
     trace = body.P[0, 0] + body.P[1, 1] + body.P[2, 2]
     modal_mass = float(np.abs(trace - np.eye(body.n)).max(initial=0.0))
     tensor = _relative(body.P, body.P.transpose(1, 0, 3, 2))
-    stiffness = _relative(body.K, (2 * np.pi * body.frequency) ** 2) if np.all(body.K > 0) else float("inf")
+    stiffness = _relative(body.K, (2 * np.pi * body.frequency) ** 2) if np.all(body.K >= 0) else float("inf")
     mass = _relative(np.diag(rigid), body.modes.total)
     return [
         Check("mass and inertia", mass, IDENTITY, "of the modal body = of the mesh"),
@@ -80,7 +80,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
         ),
         Check("modal mass", modal_mass, ORTHOGONAL, "P_11 + P_22 + P_33 = 1"),
         Check("mass tensor", tensor, IDENTITY, "P_ab = P_ba^T"),
-        Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, positive"),
+        Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, not negative"),
         Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric"),
         Check("mass matrix", _indefinite(body, rigid), IDENTITY, "rigid and modal mass matrix is positive definite"),
     ]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import weakref
+from functools import cache
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import csc_array, csr_array, csr_matrix, triu
+from scipy.sparse import csc_array, csr_array, csr_matrix, diags_array, triu
 from scipy.sparse.linalg import splu
 
 from modalprep.errors import AccuracyError
@@ -32,7 +34,9 @@ class PardisoFactor:
     def __init__(self, A: csr_array) -> None:
         from pypardiso import PyPardisoSolver
 
-        upper = csr_matrix(triu(A, format="csr"))  # PARDISO reads the upper triangle, sorted, of a csr matrix
+        self._scale = _equilibrium(A)
+        D = diags_array(self._scale)
+        upper = csr_matrix(triu(D @ A @ D, format="csr"))  # PARDISO reads the upper triangle, sorted, of a csr matrix
         upper.sort_indices()
         self._A = upper
         self._solver = PyPardisoSolver(mtype=-2)
@@ -42,7 +46,14 @@ class PardisoFactor:
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""
-        return self._solver.solve(self._A, np.asfortranarray(B, dtype=float))
+        scale = self._scale if B.ndim == 1 else self._scale[:, None]
+        return scale * self._solver.solve(self._A, np.asfortranarray(scale * B, dtype=float))
+
+
+def _equilibrium(A: csr_array) -> np.ndarray:
+    """Scale to unit diagonal: PARDISO perturbs pivots below 1e-8 of the largest entry, soft parts beside stiff ones."""
+    diagonal = np.abs(A.diagonal())
+    return 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
 
 
 class SuperLUFactor:
@@ -79,6 +90,8 @@ def factorize(A: csr_array, solver: str = "auto") -> Factor:
     >>> factorize(A).solve(np.array([1.0, 1.0]))
     array([1., 1.])
     """
+    if solver == "pardiso" and not _has_pardiso():
+        raise AccuracyError("PARDISO is not installed here; take solver = 'auto' or 'superlu'")
     if solver == "auto":
         solver = "pardiso" if _has_pardiso() else "superlu"
     try:
@@ -87,11 +100,13 @@ def factorize(A: csr_array, solver: str = "auto") -> Factor:
         raise AccuracyError(f"the {A.shape[0]} x {A.shape[0]} matrix is singular: {error}") from error
 
 
+@cache
 def _has_pardiso() -> bool:
+    """Whether oneMKL loads; its place is kept, because each solver would search the whole environment for it."""
     try:
         from pypardiso import PyPardisoSolver
 
-        PyPardisoSolver(mtype=-2)
+        os.environ.setdefault("PYPARDISO_MKL_RT", PyPardisoSolver(mtype=-2).libmkl._name)
     except (ImportError, OSError):
         return False
     return True

@@ -13,6 +13,7 @@ from modalprep.linalg.factor import Factor, factorize
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
 RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means trouble
 ORTHOGONALITY = 1e-8
+SWEEPS = 3
 MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
 
@@ -60,7 +61,9 @@ def lowest_modes(
         w2, phi = eigsh(K, n, M, sigma=shift, OPinv=inverse, v0=M @ start, which="LM", ncv=min(size, 2 * n + 20))
         order = np.argsort(w2)
         w2, phi = w2[order], phi[:, order]
-        if _worst(K, M, w2, phi)[0] > 1:  # rigid motions cost Lanczos digits: one subspace iteration returns them
+        for _ in range(SWEEPS):  # rigid motions and stiff parts cost Lanczos digits: subspace iteration returns them
+            if _worst(K, M, w2, phi)[0] <= 1:
+                break
             w2, phi = _ritz(K, M, factor.solve(M @ phi))
     phi = phi * unique_signs(phi)
     _verify(K, M, w2, phi)

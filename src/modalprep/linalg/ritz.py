@@ -11,7 +11,7 @@ SOFT = 1e-6  # 1/w^2 over that of the softest: what one diagonalisation finds wi
 MASSLESS = 1e-24  # 1/w^2 over that of the softest: a direction without mass, left out
 
 
-def ritz(W: np.ndarray, K: csr_array, M: csr_array) -> tuple[np.ndarray, np.ndarray]:
+def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return ``w^2 (k,)`` (ascending) and the span X of W with ``X^T M X = 1``, ``X^T K X = diag(w^2)``.
 
     The vectors are scaled to unit strain energy and freed of dependent combinations (`DEPENDENT`), then the
@@ -25,6 +25,8 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array) -> tuple[np.ndarray, np.ndar
         Spanning vectors.
     K, M : (n, n) csr
         K positive definite on the span.
+    rigid : (n, r)
+        M-orthonormal vectors of no strain; they come first in X, with ``w^2 = 0``.
 
     Examples
     --------
@@ -32,8 +34,11 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array) -> tuple[np.ndarray, np.ndar
     >>> w2
     array([1., 4.])
     """
-    found, w2, top = np.zeros((len(W), 0)), [], 0.0
+    found, top = np.zeros((len(W), 0)) if rigid is None else rigid, 0.0
+    w2 = [np.zeros(found.shape[1])]
     while W.shape[1]:
+        for _ in range(2):
+            W = W - found @ (found.T @ (M @ W))
         flexibility, Y = _flexibility(W.T @ (K @ W), W.T @ (M @ W))
         top = max(top, flexibility[0])
         if flexibility[0] <= MASSLESS * top:
@@ -42,9 +47,7 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array) -> tuple[np.ndarray, np.ndar
         w2.append(1 / flexibility[soft])
         found = np.hstack([found, W @ (Y[:, soft] / np.sqrt(flexibility[soft]))])
         W = W @ Y[:, ~soft]
-        for _ in range(2):
-            W = W - found @ (found.T @ (M @ W))
-    return np.concatenate([np.zeros(0), *w2]), _orthonormal(found, M)
+    return np.concatenate(w2), _orthonormal(found, M)
 
 
 def _flexibility(KK: np.ndarray, MM: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

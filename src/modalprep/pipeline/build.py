@@ -119,9 +119,10 @@ def _reduce(pipeline: Pipeline, model: FEModel) -> Reduction:
 def _doubts(body: FlexibleBody) -> tuple[str, ...]:
     """Warn of numbers that a wrong unit produces."""
     size = np.ptp(body.points, axis=0).max()
-    if body.n and not 1e-3 < body.frequency[0] * size < 1e5:  # m/s: a wave crosses the body
+    elastic = body.frequency[body.frequency > 0]
+    if len(elastic) and not 1e-3 < elastic[0] * size < 1e5:  # m/s: a wave crosses the body
         return (
-            f"first frequency {body.frequency[0]:.3g} Hz is odd for a body of {size:.3g} m and {body.m:.3g} kg: "
+            f"first frequency {elastic[0]:.3g} Hz is odd for a body of {size:.3g} m and {body.m:.3g} kg: "
             "check length_unit and SI units of the material",
         )
     return ()

@@ -83,7 +83,7 @@ class JointTable(Table):
 class EnvironmentTable(Table):
     """What acts on every body."""
 
-    gravity: Vector = [0.0, 0.0, 0.0]
+    gravity: Vector = Field([0.0, 0.0, 0.0])
 
 
 class SimulationTable(Table):
@@ -119,7 +119,7 @@ class PlotTable(Table):
     y: str | list[str]
     title: str = ""
     ylabel: str = ""
-    reference: list[ReferenceTable] = []
+    reference: list[ReferenceTable] = Field([])
 
     @property
     def channels(self) -> list[str]:
@@ -138,19 +138,19 @@ class Pipeline(Table):
 
     name: str | None = Field(None, description="name of the body; default the file's name")
     mesh: MeshTable | None = None
-    materials: dict[str, AnyMaterial] = {}
+    materials: dict[str, AnyMaterial] = Field({})
     properties: dict[str, Section] = Field(
         {}, description="one table per mesh group or connection; a deck's own need no repeating"
     )
     connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
-    interfaces: dict[str, InterfaceTable] = {}
-    reduction: ReductionTable = ReductionTable()
-    output: OutputTable = OutputTable()
-    bodies: dict[str, BodyTable] = {}
-    joints: dict[str, JointTable] = {}
-    environment: EnvironmentTable = EnvironmentTable()
+    interfaces: dict[str, InterfaceTable] = Field({})
+    reduction: ReductionTable = Field(ReductionTable())
+    output: OutputTable = Field(OutputTable())
+    bodies: dict[str, BodyTable] = Field({})
+    joints: dict[str, JointTable] = Field({})
+    environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
-    plots: list[PlotTable] = []
+    plots: list[PlotTable] = Field([])
 
     @model_validator(mode="after")
     def _has_work(self) -> Pipeline:

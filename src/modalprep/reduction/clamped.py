@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy.linalg import eigh, solve_triangular
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError, MechanismError
 from modalprep.fe.model import FEModel
 from modalprep.linalg.factor import Factor, factorize
 
+FREE = 1e-10  # stiffness of an interface direction over that of its own DOFs: round-off of a mechanism is 1e-12
 MECHANISM = 1e-15  # strain energy over the sum of its absolute terms: round-off of a rigid motion is 1e-17
 
 
@@ -40,17 +43,46 @@ class Clamped:
     factor: Factor
     Psi: np.ndarray
 
-    def static(self, F: np.ndarray) -> np.ndarray:
-        """Return the displacement ``(n_dof, k)`` under nodal loads ``F (n_dof, k)`` with only the root held."""
-        f = self.model.C.T @ F
-        x = np.zeros_like(f)
+    @cached_property
+    def _released(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """With only the root held: displacements ``(n_free, k)`` of unit flexible and of free directions.
+
+        Directions of the other fixed interfaces in which the body moves without strain (`FREE`) are its
+        mechanisms: their shapes come M-orthonormal, the others with their inverse stiffness.
+        """
         others = np.arange(6, len(self.b))  # the root's six DOFs come first
-        if len(others):
-            Psi = self.Psi[:, others]
-            K_ob = self.K[self.b[others]]
-            schur = K_ob[:, self.b[others]].toarray() + K_ob[:, self.i] @ Psi
-            x[self.b[others]] = np.linalg.solve(schur, f[self.b[others]] + Psi.T @ f[self.i])
-            x[self.i] = Psi @ x[self.b[others]]
+        W = np.zeros((self.K.shape[0], len(others)))
+        W[self.b[others], np.arange(len(others))] = 1.0
+        W[self.i] = self.Psi[:, others]
+        schur = W[self.b[others]].T @ (self.K[self.b[others]] @ W)
+        scale = 1 / np.sqrt(np.diag(schur))
+        stiffness, V = eigh((schur + schur.T) / 2 * scale * scale[:, None])
+        free = stiffness < FREE
+        shapes = W @ (scale[:, None] * V)
+        loose = shapes[:, free]
+        if loose.shape[1]:
+            loose = solve_triangular(np.linalg.cholesky(loose.T @ (self.M @ loose)), loose.T, lower=True).T
+        return shapes[:, ~free], 1 / stiffness[~free], loose
+
+    @property
+    def constraint_shapes(self) -> np.ndarray:
+        """Span ``(n_free, k)`` of the constraint modes of the other fixed interfaces, without `mechanisms`."""
+        return self._released[0]
+
+    @property
+    def mechanisms(self) -> np.ndarray:
+        """M-orthonormal motions ``(n_free, k)`` without strain that remain when only the root is held."""
+        return self._released[2]
+
+    def static(self, F: np.ndarray) -> np.ndarray:
+        """Return the displacement ``(n_dof, k)`` under nodal loads ``F (n_dof, k)`` with only the root held.
+
+        Where the root alone does not hold the body, its mechanisms accelerate and their inertia balances the load.
+        """
+        shapes, flexibility, loose = self._released
+        f = self.model.C.T @ F
+        f = f - self.M @ (loose @ (loose.T @ f))
+        x = shapes @ (flexibility[:, None] * (shapes.T @ f))
         x[self.i] += self.factor.solve(f[self.i])
         return self.model.C @ x
 

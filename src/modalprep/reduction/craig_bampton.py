@@ -178,11 +178,8 @@ def _notes(keep: str, table: ModeTable, modes: int) -> tuple[str, ...]:
 def _reduction(method, held, w2, Phi, table, w2_t, X, notes) -> Reduction:
     """Assemble the basis, orthonormalise it and collect the unit loads."""
     model = held.model
-    constraint = np.zeros((held.K.shape[0], len(held.b) - 6))
-    constraint[held.i] = held.Psi[:, 6:]
-    constraint[held.b[6:], np.arange(len(held.b) - 6)] = 1.0
-    W = np.concatenate([constraint, held.expand(Phi), held.expand(X)], axis=1)
-    w2_body, span = ritz(W, held.K, held.M)
+    W = np.concatenate([held.constraint_shapes, held.expand(Phi), held.expand(X)], axis=1)
+    w2_body, span = ritz(W, held.K, held.M, held.mechanisms)
     loads = np.concatenate([model.inertia_loads, _unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
     loads[:, 12:18] = 0.0  # the root is held
     return Reduction(
@@ -192,7 +189,17 @@ def _reduction(method, held, w2, Phi, table, w2_t, X, notes) -> Reduction:
         static=held.static(loads),
         table=_with_static_rows(table, held, w2_t, X),
         method=method,
-        notes=notes,
+        notes=(*notes, *_mechanism_note(held)),
+    )
+
+
+def _mechanism_note(held: Clamped) -> tuple[str, ...]:
+    count, root = held.mechanisms.shape[1], held.model.interfaces[0].name
+    if not count:
+        return ()
+    return (
+        f"with only {root!r} held, the body moves without strain in {count} ways, which are modes of 0 Hz; "
+        "if that is not meant, take a root that holds it",
     )
 
 

@@ -100,7 +100,7 @@ def _sortable(value: float) -> str:
 
 def _cards(body: FlexibleBody, pictures: Mapping[int, Path]) -> list[dict]:
     """One card per mode of the body, with a picture where there is one."""
-    damping = body.D / (2 * np.sqrt(body.K))
+    damping = body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, 1.0)))  # a mode of 0 Hz has none
     return [
         {
             "number": mode,
