@@ -16,6 +16,7 @@ _HOME = {
     "Ply": "fe.properties", "Shell": "fe.properties", "Solid": "fe.properties", "PointMass": "fe.properties",
     "Spring": "fe.properties", "beam_section": "fe.sections", "check_mesh": "fe.quality", "make_mesh": "fe.generate",
     "Connection": "fe.interface", "buckling": "reduction.prestress", "prestressed_modes": "reduction.prestress",
+    "interface_load": "reduction.prestress", "acceleration_load": "reduction.prestress",
     "Interface": "fe.interface", "FEModel": "fe.model", "assemble": "fe.assembly",
     "factorize": "linalg.factor", "lowest_modes": "linalg.modes",
     "craig_bampton": "reduction.craig_bampton", "guyan": "reduction.craig_bampton",

@@ -128,14 +128,13 @@ def constraint_matrix(links: list[PlacedLink], n: int) -> tuple[csr_array, np.nd
 
 
 def _resolve(D: csr_array, E: csr_array, links: list[PlacedLink]) -> csr_array:
-    """``C = E + D E + D^2 E + ...``, finite because links hang on each other without a loop."""
-    C, step = E, E
+    """``C = (1 + D + D^2 + ...) E``, finite because links hang on each other without a loop."""
+    power = total = D
     for _ in range(DEPTH):
-        step = D @ step
-        step.eliminate_zeros()
-        if step.nnz == 0:
-            return C.tocsr()
-        C = C + step
+        if power.nnz == 0:
+            return (E + total @ E).tocsr()
+        power = D @ power
+        total = total + power
     names = ", ".join(link.name for link in links[:4])
     raise InputError(f"rigid links drive each other in a loop ({names}...); let one frame be independent")
 

@@ -59,7 +59,7 @@ def shapes(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     Examples
     --------
     >>> N, dN, weight = shapes("wedge", 2)
-    >>> bool(np.allclose(N.sum(axis=1), 1)), round(weight.sum(), 12)
+    >>> bool(np.allclose(N.sum(axis=1), 1)), round(float(weight.sum()), 12)
     (True, 0.5)
     """
     X, weight = quadrature(kind, degree)
