@@ -163,8 +163,8 @@ def test_springs_in_series(gap):
 def test_long_bushing_turns_without_force(location):
     mesh, R = turned(spring_mesh(0.4), 3)
     up = tuple(R[:, 2])
-    model = mp.assemble(mesh, {"beam": spinup_section(up=up),
-                               "bush": mp.Spring(k=(3e6, 1e5, 2e5, 1e3, 2e3, 3e3), up=up, location=location)}, ROOT)  # fmt: skip
+    bush = mp.Spring(k=(3e6, 1e5, 2e5, 1e3, 2e3, 3e3), up=up, location=location)
+    model = mp.assemble(mesh, {"beam": spinup_section(up=up), "bush": bush}, ROOT)
     assert mp.check_model(model)[0].passed
     assert np.sum(eigh(model.K.toarray(), eigvals_only=True) < 1e-6) == 6
 

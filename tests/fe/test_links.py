@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
+from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
@@ -34,7 +36,7 @@ def rigid(nodes, motion):
 @pytest.mark.parametrize("keeps_frame", [False, True])
 def test_rbe3_follows_a_rigid_motion_of_its_nodes(keeps_frame):
     """Whatever the weights, the mean of a rigid motion is that motion."""
-    nodes = ring() + [0.2, -0.1, 0.0]
+    nodes = ring() + np.array([0.2, -0.1, 0.0])
     weights = np.random.default_rng(0).uniform(0.5, 2.0, len(nodes))
     motion = np.array([1.0, -2.0, 0.5, 0.3, -0.2, 0.7])
     u = np.concatenate([motion, rigid(nodes, motion)])
@@ -49,7 +51,7 @@ def test_rbe3_spreads_a_force_as_nastran_does():
     nodes = ring(height=0.0)
     weights = np.linspace(1.0, 2.0, len(nodes))
     nodes = nodes - weights @ nodes / weights.sum()  # frame at the weighted centroid
-    C, free, _ = constraint_matrix([placed("rbe3", nodes, weights=weights)], 6 + nodes.size)
+    C, _, _ = constraint_matrix([placed("rbe3", nodes, weights=weights)], 6 + nodes.size)
     load = np.zeros(6 + nodes.size)
     load[2] = 1.0
     spread = (C.T @ load).reshape(-1, 3)
@@ -94,15 +96,15 @@ def test_rbe3_on_a_line_cannot_carry_rotation():
 def test_mass_on_an_rbe3_adds_its_inertia():
     """Two cantilevers side by side carry a mass between their tips by an rbe3: rigid mass matrix of the whole."""
     line = beam_mesh(4)
-    points = np.concatenate([line.points, line.points + [0, 1.0, 0], line.points + [0, 0, 1.0]])
+    points = np.concatenate([line.points + np.array(shift) for shift in ((0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))])
     cells = np.concatenate([line.cells["line"] + 5 * k for k in range(3)])
     vertices = np.array([[0], [5], [10], [4], [9], [14]])
     mesh = Mesh(points=points, cells={"line": cells, "vertex": vertices},
                 groups={"beam": {"line": np.arange(12)}, "root": {"vertex": np.arange(3)},
                         "tips": {"vertex": np.arange(3, 6)}})  # fmt: skip
     tank = mp.PointMass(mass=7.0, inertia=(1.0, 2.0, 2.5, 0.1, 0.0, -0.2), offset=(0.1, 0.0, 0.2))
-    model = mp.assemble(mesh, {"beam": spinup_section(up=(0.0, 0.0, 1.0)), "tank": tank},
-                        {"root": mp.Interface(group="root")}, connections={"tank": mp.Connection(group="tips")})  # fmt: skip
+    held, sections = {"root": mp.Interface(group="root")}, {"beam": spinup_section(), "tank": tank}
+    model = mp.assemble(mesh, sections, held, connections={"tank": mp.Connection(group="tips")})
     assert all(check.passed for check in mp.check_model(model))
     assert model.rigid.m == pytest.approx(3 * 12.0 + 7.0)
     at = points[vertices[3:, 0]].mean(axis=0) + tank.offset - model.origin
@@ -117,13 +119,10 @@ def test_mass_on_an_rbe3_adds_its_inertia():
 
 @pytest.mark.parametrize("kind", ["rbe2", "rbe3"])
 def test_buckling_load_beyond_a_rigid_arm(kind):
-    """Column of length L, load at the end of a rigid arm of length a on top: ``tan(kL) tan... = 1/(k a)``.
+    """Clamped column of length L, load at the end of a rigid extension a: ``k a tan(k L) = 1``, ``P = EI k^2``.
 
-    Clamped column, rigid extension a: characteristic equation ``k a tan(k L) = 1`` (Timoshenko, Theory of elastic
-    stability, 2.? with the load following the axis point); checked by its own limit a = 0: k L = pi/2.
+    With ``w'' + k^2 w = k^2 (w(L) + a w'(L))``; the limit a = 0 is Euler's ``k L = pi / 2``.
     """
-    from scipy.optimize import brentq
-
     L, a = 10.0, 3.0
     k = brentq(lambda k: k * a * np.tan(k * L) - 1, 1e-6, np.pi / (2 * L) - 1e-9)
     mesh = beam_mesh(16, L)
@@ -152,18 +151,16 @@ def test_buckling_load_beyond_a_rigid_arm(kind):
 def test_interface_rbe3_leaves_its_nodes_soft():
     """A frame over the tips of three bars of different stiffness: statics of springs in parallel under weights."""
     line = beam_mesh(1, 2.0)
-    points = np.concatenate([line.points + [0, y, z] for y, z in ((0, 0), (1, 0), (0, 1))])
+    points = np.concatenate([line.points + np.array([0, y, z]) for y, z in ((0, 0), (1, 0), (0, 1))])
     mesh = Mesh(points=points, cells={"line": np.array([[0, 1], [2, 3], [4, 5]]), "vertex": np.arange(6)[:, None]},
                 groups={"a": {"line": np.array([0])}, "b": {"line": np.array([1, 2])},
                         "root": {"vertex": np.array([0, 2, 4])}, "tips": {"vertex": np.array([1, 3, 5])}})  # fmt: skip
     stiff, soft = spinup_section(A=4e-4), spinup_section(A=1e-4)
-    model = mp.assemble(mesh, {"a": stiff, "b": soft}, {
-        "root": mp.Interface(group="root"), "tips": mp.Interface(group="tips", kind="rbe3", boundary="free")})  # fmt: skip
+    tips = mp.Interface(group="tips", kind="rbe3", boundary="free")
+    model = mp.assemble(mesh, {"a": stiff, "b": soft}, {"root": mp.Interface(group="root"), "tips": tips})
     load = mp.interface_load(model, "tips", force=(3.0, 0, 0))
     held = model.C.T @ model.K @ model.C
     free = np.setdiff1d(np.arange(held.shape[0]), np.searchsorted(model.free, model.interfaces[0].dofs))
-    from scipy.sparse.linalg import spsolve
-
     x = np.zeros(held.shape[0])
     x[free] = spsolve(held[free][:, free].tocsc(), (model.C.T @ load)[free])
     u = (model.C @ x)[model.dof[[1, 3, 5], 0]]

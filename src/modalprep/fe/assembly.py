@@ -56,6 +56,8 @@ def assemble(
     True
     """
     order, connections = _root_first(interfaces, root), dict(connections or {})
+    for name in set(connections) & set(mesh.groups):
+        raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
     sections = {**mesh.properties, **properties}
     boundary = {spec.group for spec in (*interfaces.values(), *connections.values()) if spec.group}
     known = {name: section for name, section in sections.items() if name not in connections}

@@ -120,13 +120,11 @@ def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) ->
     Raises
     ------
     InputError
-        When a name is a group of the mesh already, or a node set is empty.
+        When a node set is empty.
     """
     points, links, groups = [mesh.points], list(mesh.links), dict(mesh.groups)
     vertices = mesh.cells.get("vertex", np.zeros((0, 1), dtype=int))
     for k, (name, spec) in enumerate(connections.items()):
-        if name in groups:
-            raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
         nodes = spec.nodes(mesh, used)
         node = len(mesh.points) + k
         points.append(interface_position(mesh, name, spec, nodes)[None])
