@@ -69,7 +69,7 @@ def tet_mesh(bricks: tuple[int, int, int]) -> mp.Mesh:
             corner[1:3] = corner[2:0:-1]
         at = first + np.concatenate([corner, [(corner[i] + corner[j]) // 2 for i, j in EDGES]])
         cells.append(number[tuple(np.moveaxis(at, -1, 0))])
-    return _mesh(points, "tetra10", np.concatenate(cells), number[0].ravel())
+    return _mesh(points, "tetra10", np.stack(cells, axis=1).reshape(-1, 10), number[0].ravel())
 
 
 def quad_mesh(n: int) -> mp.Mesh:

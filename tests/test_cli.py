@@ -58,7 +58,7 @@ def test_version(capsys):
     assert capsys.readouterr().out.strip() == f"modalprep {mp.__version__}"
 
 
-@pytest.mark.parametrize("command", ["run", "modes", "render", "simulate", "check", "schema"])
+@pytest.mark.parametrize("command", ["run", "modes", "render", "simulate", "check", "mesh", "quality", "schema"])
 def test_every_command_explains_itself(command, capsys):
     assert main([command, "--help"]) == 0
     assert "Usage" in capsys.readouterr().out

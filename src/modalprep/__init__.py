@@ -12,7 +12,7 @@ __version__ = "0.1.0"
 
 _HOME = {
     "read_mesh": "fe.read", "Mesh": "fe.mesh",
-    "Material": "fe.properties", "Orthotropic": "fe.properties", "Beam": "fe.properties", "Truss": "fe.properties",
+    "Material": "fe.materials", "Orthotropic": "fe.materials", "Beam": "fe.properties", "Truss": "fe.properties",
     "Ply": "fe.properties", "Shell": "fe.properties", "Solid": "fe.properties", "PointMass": "fe.properties",
     "Spring": "fe.properties", "beam_section": "fe.sections", "check_mesh": "fe.quality", "make_mesh": "fe.generate",
     "Connection": "fe.interface", "buckling": "reduction.prestress", "prestressed_modes": "reduction.prestress",

@@ -10,6 +10,8 @@ from typing import Annotated, Any
 
 import typer
 
+from modalprep.report import summary
+
 INTERRUPTED = 130  # exit code of a program ended by SIGINT
 
 app = typer.Typer(
@@ -49,7 +51,7 @@ def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> Non
     reporter = Reporter(quiet=as_json)
     outcome = run_pipeline(file, output, reporter)
     if as_json:
-        _print_json(_outcome(outcome, reporter))
+        _print_json(summary.outcome(outcome, reporter))
     else:
         reporter.say(f"outputs are in {outcome.folder}")
 
@@ -88,7 +90,7 @@ def modes(
     write_page(body, page, checks=checks, notes=notes)
     reporter.wrote(page)
     if as_json:
-        _print_json({"modes": _table(body.modes), "frequency": body.frequency.tolist(), "page": str(page)})
+        _print_json({"modes": summary.mode_rows(body.modes), "frequency": body.frequency.tolist(), "page": str(page)})
 
 
 @app.command()
@@ -137,7 +139,7 @@ def simulate(
     folder = target.parent if target else output_folder(file, output)
     plot_runs(file, load_pipeline(file), done, folder, reporter)
     if as_json:
-        _print_json({"runs": _runs(done), "files": [str(f) for f in reporter.files]})
+        _print_json({"runs": summary.runs(done), "files": [str(f) for f in reporter.files]})
     else:
         reporter.say(f"outputs are in {folder}")
 
@@ -179,7 +181,12 @@ def mesh(
 
     reporter = Reporter(quiet=as_json)
     if shapes:
-        _print_shapes(reporter.console, as_json)
+        from modalprep.fe.generate import GENERATORS
+        from modalprep.report.tables import shapes_table
+
+        shapes_table(GENERATORS.values(), reporter.console)
+        if as_json:
+            _print_json(summary.shapes(GENERATORS.values()))
         return
     if name is None:
         raise InputError("no shape given; write modalprep mesh NAME, with a name that modalprep mesh --list shows")
@@ -213,7 +220,7 @@ def quality(
 
         reporter.wrote(render_findings(mesh.points, mesh.cells, found.findings, picture, name=mesh.source))
     if as_json:
-        _print_json(_quality(mesh, found) | {"files": [str(f) for f in reporter.files]})
+        _print_json(summary.quality(mesh, found) | {"files": [str(f) for f in reporter.files]})
     if found.errors:
         raise typer.Exit(1)
 
@@ -242,54 +249,6 @@ def _parameters(given: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def _print_shapes(console: Any, as_json: bool) -> None:
-    """List the parametric shapes: a table, or with --json an object."""
-    from rich import box
-    from rich.table import Table
-
-    from modalprep.fe.generate import GENERATORS
-
-    if as_json:
-        shapes = {
-            g.name: {"meaning": g.meaning, "groups": g.groups, "parameters": [vars(p) for p in g.parameters.values()]}
-            for g in GENERATORS.values()
-        }
-        _print_json(shapes)
-        return
-    table = Table("shape", "parameter", "default", "meaning", box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for g in GENERATORS.values():
-        table.add_row(f"[bold]{g.name}", "", "", f"[bold]{g.meaning}; groups {', '.join(g.groups)}")
-        for p in g.parameters.values():
-            choices = f" ({', '.join(map(str, p.choices))})" if p.choices else ""
-            table.add_row("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)
-        table.add_section()
-    console.print(table)
-
-
-def _outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
-    built, simulated = outcome.built, outcome.simulated
-    return {
-        "folder": str(outcome.folder),
-        "files": [str(f) for f in reporter.files],
-        "frequency": built.body.frequency.tolist() if built else [],
-        "mass": built.body.m if built else None,
-        "checks": [vars(c) | {"passed": c.passed} for c in built.checks] if built else [],
-        "runs": _runs(simulated) if simulated else {},
-        "notes": outcome.notes,
-    }
-
-
-def _runs(simulated: Any) -> dict[str, Any]:
-    return {label: {"status": r.status, "message": r.message, **r.stats} for label, r in simulated.runs.items()}
-
-
-def _table(table: Any) -> list[dict[str, Any]]:
-    mass = [[None if v != v else v for v in row] for row in table.effective_mass.tolist()]  # NaN is not JSON
-    frequency = [None if v != v else v for v in table.frequency.tolist()]
-    rows = zip(table.kind, frequency, mass, table.kept.tolist(), table.reason, strict=True)
-    return [dict(zip(("kind", "frequency", "effective_mass", "kept", "reason"), row, strict=True)) for row in rows]
-
-
 def _mesh_quality(file: Path, length_unit: str) -> tuple[Any, Any]:
     """Read and check a mesh; a pipeline file also says its units, its structural groups and its interfaces."""
     if file.suffix == ".toml":
@@ -301,18 +260,6 @@ def _mesh_quality(file: Path, length_unit: str) -> tuple[Any, Any]:
 
     mesh = read_mesh(file, length_unit, "kg")
     return mesh, check_mesh(mesh, mesh.properties or None)
-
-
-def _quality(mesh: Any, found: Any) -> dict[str, Any]:
-    return {
-        "mesh": mesh.source,
-        "statistics": {kind: vars(row) for kind, row in found.statistics.items()},
-        "free_edges": found.free_edges,
-        "joints": found.joints,
-        "errors": len(found.errors),
-        "warnings": len(found.warnings),
-        "findings": [finding.summary(mesh.labels) for finding in found.findings],
-    }
 
 
 def _print_json(data: dict[str, Any]) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from modalprep.fe.materials import Material
 from modalprep.fe.mesh import Mesh
-from modalprep.fe.properties import Beam, Material
+from modalprep.fe.properties import Beam
 
 
 def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:

@@ -59,7 +59,7 @@ def not_a_number(points, quads, lines):
 
 
 def torn(points, quads, lines):
-    points = np.concatenate([points, points + [5.0, 0, 0]])
+    points = np.concatenate([points, points + np.array([5.0, 0, 0])])
     return points, np.concatenate([quads, quads + 15]), None, TOML, ["2 disconnected parts", "merge coincident nodes"]
 
 
@@ -133,8 +133,9 @@ def taken_name(points, quads, lines):
     return points, quads, None, text, ["connection 'plate'", "name of a mesh group", "choose another"]
 
 
-KINDS = [crossed, collapsed, not_a_number, torn, unknown_group, no_length, upright, wrong_family, zero_density, zero_thickness,
-         normal_axis, elsewhere, orthotropic_beam, two_sheets, two_ways, odd_section, loose_mass, taken_name]  # fmt: skip
+KINDS = [crossed, collapsed, not_a_number, torn, unknown_group, no_length, upright, wrong_family, zero_density,
+         zero_thickness, normal_axis, elsewhere, orthotropic_beam, two_sheets, two_ways, odd_section, loose_mass,
+         taken_name]  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)

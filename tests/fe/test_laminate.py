@@ -6,7 +6,8 @@ from analytic import laminate, navier_antisymmetric_cross_ply, navier_plate, off
 from structured import free_dofs, frequencies, shell_model, surface
 
 import modalprep as mp
-from modalprep.fe.properties import Orthotropic, Ply, Shell
+from modalprep.fe.materials import Orthotropic
+from modalprep.fe.properties import Ply, Shell
 
 KINDS = ("triangle", "quad")
 CARBON = Orthotropic(E1=140e9, E2=10e9, nu12=0.3, G12=5e9, G13=5e9, G23=3.3e9, rho=1600.0)

@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 from modalprep.errors import InputError
+from modalprep.fe.materials import Material, Orthotropic
 from modalprep.fe.nastran import read_nastran
 from modalprep.fe.nastran_cards import Card
 from modalprep.fe.nastran_sections import SHAPES, Section
-from modalprep.fe.properties import Beam, Material, Orthotropic, Truss
+from modalprep.fe.properties import Beam, Truss
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[2].parent / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "isat").is_dir(), reason="the folder of foreign decks is not there")

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modalprep.fe.properties import Material, Orthotropic, Ply, Shell
+from modalprep.fe.materials import Material, Orthotropic
+from modalprep.fe.properties import Ply, Shell
 
 SHEAR = 5 / 6
 

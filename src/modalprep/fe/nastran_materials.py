@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from modalprep.errors import InputError
+from modalprep.fe.materials import Material, Orthotropic
 from modalprep.fe.nastran_cards import Card
-from modalprep.fe.properties import Material, Orthotropic
 
 RHO_MIN = 1e-6  # kg/m^3: stands for the zero density that Nastran allows and Material does not
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from modalprep.fe.materials import Material
 from modalprep.fe.nastran_cards import Card
 from modalprep.fe.nastran_materials import Shop, bar_material, density, elastic, made, sheet_material
 from modalprep.fe.nastran_sections import Section
-from modalprep.fe.properties import Beam, Material, Ply, Property, Shell, Solid, Spring, Truss
+from modalprep.fe.properties import Beam, Ply, Property, Shell, Solid, Spring, Truss
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
 RIGID = 1e6  # shear factor of a plane without shear flexibility

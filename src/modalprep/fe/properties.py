@@ -6,87 +6,10 @@ from dataclasses import dataclass
 from typing import Literal
 
 from modalprep.errors import InputError
+from modalprep.fe.materials import Material, Orthotropic, refuse_not_positive
 
 Vector = tuple[float, float, float]
 Vector6 = tuple[float, float, float, float, float, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Material:
-    """Isotropic linear elastic material.
-
-    Attributes
-    ----------
-    E : float
-        Young's modulus, Pa.
-    nu : float
-        Poisson's ratio, in (-1, 0.5).
-    rho : float
-        Density, kg/m^3.
-
-    Raises
-    ------
-    InputError
-        When a value is not physical.
-
-    Examples
-    --------
-    >>> round(Material(E=70e9, nu=0.33, rho=2700.0).G / 1e9, 2)
-    26.32
-    """
-
-    E: float
-    nu: float
-    rho: float
-
-    def __post_init__(self) -> None:
-        """Refuse values no material has."""
-        _refuse_not_positive("material", E=self.E, rho=self.rho)
-        if not -1 < self.nu < 0.5:
-            raise InputError(f"material nu = {self.nu:g} must lie between -1 and 0.5")
-
-    @property
-    def G(self) -> float:
-        """Shear modulus, Pa."""
-        return self.E / (2 * (1 + self.nu))
-
-
-@dataclass(frozen=True, kw_only=True)
-class Orthotropic:
-    """Orthotropic lamina in plane stress: axis 1 along the fibre, 2 across it, 3 normal to the shell.
-
-    Attributes
-    ----------
-    E1, E2 : float
-        Young's moduli, Pa.
-    nu12 : float
-        Contraction along 2 under tension along 1.
-    G12, G13, G23 : float
-        Shear moduli, Pa.
-    rho : float
-        kg/m^3.
-
-    Raises
-    ------
-    InputError
-        When a modulus is not positive or nu12^2 reaches E1/E2.
-    """
-
-    E1: float
-    E2: float
-    nu12: float
-    G12: float
-    G13: float
-    G23: float
-    rho: float
-
-    def __post_init__(self) -> None:
-        """Refuse values no material has."""
-        _refuse_not_positive(
-            "material", **{name: getattr(self, name) for name in ("E1", "E2", "G12", "G13", "G23", "rho")}
-        )
-        if not self.nu12**2 < self.E1 / self.E2:
-            raise InputError(f"material nu12 = {self.nu12:g} must stay below the root of E1/E2 = {self.E1 / self.E2:g}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +60,7 @@ class Beam:
     def __post_init__(self) -> None:
         """Refuse sections without area or stiffness."""
         values = {name: getattr(self, name) for name in ("A", "Iy", "Iz", "J", "ky", "kz")}
-        _refuse_not_positive("beam section", **values)
+        refuse_not_positive("beam section", **values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -162,7 +85,7 @@ class Truss:
 
     def __post_init__(self) -> None:
         """Refuse bars without area."""
-        _refuse_not_positive("truss section", A=self.A)
+        refuse_not_positive("truss section", A=self.A)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,7 +98,7 @@ class Ply:
 
     def __post_init__(self) -> None:
         """Refuse plies without thickness."""
-        _refuse_not_positive("ply", thickness=self.thickness)
+        refuse_not_positive("ply", thickness=self.thickness)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -233,8 +156,8 @@ class Shell:
         if (self.material is None) == (not self.plies):
             raise InputError("a shell needs either a material with a thickness or a list of plies")
         if not self.plies:
-            _refuse_not_positive("shell", thickness=self.thickness)
-        _refuse_not_positive("shell", bending_ratio=self.bending_ratio, shear_ratio=self.shear_ratio)
+            refuse_not_positive("shell", thickness=self.thickness)
+        refuse_not_positive("shell", bending_ratio=self.bending_ratio, shear_ratio=self.shear_ratio)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -314,9 +237,3 @@ class Spring:
 
 
 Property = Beam | Truss | Shell | Solid | PointMass | Spring
-
-
-def _refuse_not_positive(what: str, **values: float) -> None:
-    for name, value in values.items():
-        if not 0 < value < float("inf"):
-            raise InputError(f"{what} {name} = {value:g} must be positive; give SI units (Pa, kg/m^3, m, m^2, m^4)")

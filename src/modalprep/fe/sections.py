@@ -8,7 +8,8 @@ from collections.abc import Callable
 from typing import Any
 
 from modalprep.errors import InputError
-from modalprep.fe.properties import Beam, Material
+from modalprep.fe.materials import Material
+from modalprep.fe.properties import Beam
 from modalprep.suggest import suggestion
 
 

@@ -11,20 +11,10 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.assembly import assemble
 from modalprep.fe.interface import Connection, Interface
+from modalprep.fe.materials import Material, Orthotropic
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel
-from modalprep.fe.properties import (
-    Beam,
-    Material,
-    Orthotropic,
-    Ply,
-    PointMass,
-    Property,
-    Shell,
-    Solid,
-    Spring,
-    Truss,
-)
+from modalprep.fe.properties import Beam, Ply, PointMass, Property, Shell, Solid, Spring, Truss
 from modalprep.fe.quality import Quality, check_mesh
 from modalprep.fe.read import read_mesh
 from modalprep.fe.sections import beam_section

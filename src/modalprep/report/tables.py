@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Any
+
 import numpy as np
 from rich import box
 from rich.console import Console
@@ -234,3 +237,15 @@ def hertz(value: float) -> str:
     ('0.6044', '231403')
     """
     return "" if np.isnan(value) else f"{value:.0f}" if 1e4 <= value < 1e7 else f"{value:.5g}"
+
+
+def shapes_table(generators: Iterable[Any], console: Console) -> None:
+    """Print the parametric shapes of `modalprep mesh`: parameters with units and defaults, and the groups they make."""
+    table = Table("shape", "parameter", "default", "meaning", box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for g in generators:
+        table.add_row(f"[bold]{g.name}", "", "", f"[bold]{g.meaning}; groups {', '.join(g.groups)}")
+        for p in g.parameters.values():
+            choices = f" ({', '.join(map(str, p.choices))})" if p.choices else ""
+            table.add_row("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)
+        table.add_section()
+    console.print(table)

@@ -1,0 +1,54 @@
+"""What the commands print with --json: plain dictionaries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+
+def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
+    """Return what a run made: files, frequencies, checks, simulations, notes."""
+    built, simulated = outcome.built, outcome.simulated
+    return {
+        "folder": str(outcome.folder),
+        "files": [str(f) for f in reporter.files],
+        "frequency": built.body.frequency.tolist() if built else [],
+        "mass": built.body.m if built else None,
+        "checks": [vars(c) | {"passed": c.passed} for c in built.checks] if built else [],
+        "runs": runs(simulated) if simulated else {},
+        "notes": outcome.notes,
+    }
+
+
+def runs(simulated: Any) -> dict[str, Any]:
+    """Return status and statistics of each simulation."""
+    return {label: {"status": r.status, "message": r.message, **r.stats} for label, r in simulated.runs.items()}
+
+
+def mode_rows(table: Any) -> list[dict[str, Any]]:
+    """Return the rows of the mode-selection table."""
+    mass = [[None if v != v else v for v in row] for row in table.effective_mass.tolist()]  # NaN is not JSON
+    frequency = [None if v != v else v for v in table.frequency.tolist()]
+    rows = zip(table.kind, frequency, mass, table.kept.tolist(), table.reason, strict=True)
+    return [dict(zip(("kind", "frequency", "effective_mass", "kept", "reason"), row, strict=True)) for row in rows]
+
+
+def quality(mesh: Any, found: Any) -> dict[str, Any]:
+    """Return statistics and findings of a mesh."""
+    return {
+        "mesh": mesh.source,
+        "statistics": {kind: vars(row) for kind, row in found.statistics.items()},
+        "free_edges": found.free_edges,
+        "joints": found.joints,
+        "errors": len(found.errors),
+        "warnings": len(found.warnings),
+        "findings": [finding.summary(mesh.labels) for finding in found.findings],
+    }
+
+
+def shapes(generators: Iterable[Any]) -> dict[str, Any]:
+    """Return the parametric shapes with their parameters and groups."""
+    return {
+        g.name: {"meaning": g.meaning, "groups": g.groups, "parameters": [vars(p) for p in g.parameters.values()]}
+        for g in generators
+    }
