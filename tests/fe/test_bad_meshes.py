@@ -169,3 +169,22 @@ def test_left_out_lines_are_noted(tmp_path, capsys):
     (tmp_path / "job.toml").write_text(TOML + "[reduction]\nmodes = 2\n[output]\npictures = 0\n")
     assert main(["run", str(tmp_path / "job.toml")]) == 0
     assert "4 of 4 line cells have no property (group 'stringer') and are left out" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('file = "plate.msh"', 'file = "plate.msh"\nlength_unit = "km"', "its mass is odd for a body of 2e+03 m"),
+        ("rho = 7800.0", "rho = 7.8e-6", "its mass is odd"),  # kg/mm^3
+        ("E = 2.1e11", "E = 2.1e-1", "first frequency"),
+    ],
+)
+def test_wrong_units_are_noticed(old, new, words, tmp_path, capsys):
+    points, quads, _ = plate()
+    write(tmp_path, points, quads)
+    text = TOML.replace(old, new) + "[reduction]\nmodes = 2\ntruncation_vectors = []\n[output]\npictures = 0\n"
+    (tmp_path / "job.toml").write_text(text)
+    assert main(["run", str(tmp_path / "job.toml")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert words in out
+    assert "check length_unit" in out

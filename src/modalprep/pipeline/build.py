@@ -23,6 +23,9 @@ from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.schema import Pipeline
 from modalprep.reduction.craig_bampton import Reduction, craig_bampton, guyan
 
+LIGHT, HEAVY = 1e-6, 2.3e4  # kg over the cube of the size, kg/m^3: a thread, and more than a cube of osmium
+GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m weighs 1e9 times as much
+
 
 @dataclass(frozen=True)
 class Built:
@@ -119,10 +122,11 @@ def _reduce(pipeline: Pipeline, model: FEModel) -> Reduction:
 def _doubts(body: FlexibleBody) -> tuple[str, ...]:
     """Warn of numbers that a wrong unit produces."""
     size = np.ptp(body.points, axis=0).max()
+    what = f"for a body of {size:.3g} m and {body.m:.3g} kg: check length_unit, mass_unit and the SI units of [materials]"
+    doubts = []
+    if not (LIGHT < body.m / size**3 < HEAVY and 1 / GIANT < body.m < GIANT):
+        doubts.append(f"its mass is odd {what}")
     elastic = body.frequency[body.frequency > 0]
     if len(elastic) and not 1e-3 < elastic[0] * size < 1e5:  # m/s: a wave crosses the body
-        return (
-            f"first frequency {elastic[0]:.3g} Hz is odd for a body of {size:.3g} m and {body.m:.3g} kg: "
-            "check length_unit and SI units of the material",
-        )
-    return ()
+        doubts.append(f"first frequency {elastic[0]:.3g} Hz is odd {what}")
+    return tuple(doubts)
