@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 from modalprep.errors import InputError
 from modalprep.fe.interface import Connection, Interface, InterfaceFrame, connect, interface_position
 from modalprep.fe.joints import hidden_hinges
+from modalprep.fe.kernels import ahead
 from modalprep.fe.links import PlacedLink, constraint_matrix
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel, GeometricStiffness
@@ -91,8 +92,8 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
     total = Totals(pattern, Pattern.build(thin, dof) if thin else None, dof)
     blocks = [block for part in parts for block in part.blocks(mesh.points, origin)]
-    for block in blocks:
-        total.add(block)
+    for block, found in zip(blocks, ahead(lambda block: (block.stiffness(), block.mass()), blocks), strict=True):
+        total.add(block, *found)
     K, M = pattern.csr(total.K), total.mass()
     C, free, step = constraint_matrix(links, total.n)
     C, free = _without_loose(C, free, K, M, frames)
@@ -102,8 +103,8 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         dof=dof,
         K=K,
         M=M,
-        g=total.linear[:3].T,
-        h=total.linear[3:].T.reshape(-1, 3, 3),
+        g=total.g,
+        h=total.h.reshape(-1, 3, 3),
         M_ab=total.tensor(),
         rigid=total.rigid,
         C=C,

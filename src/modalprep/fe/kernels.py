@@ -7,8 +7,9 @@ and every sum is taken in the order of the elements: the result does not depend 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
 from itertools import pairwise
 
 import numpy as np
@@ -27,6 +28,18 @@ def in_threads(kernel: Callable, n: int, *arrays: object) -> None:
     with ThreadPoolExecutor(len(cuts) - 1) as pool:
         for job in [pool.submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
             job.result()
+
+
+def ahead(function: Callable, items: Iterable) -> Iterator:
+    """Yield ``function(item)`` in the order of `items`; threads evaluate the next few meanwhile."""
+    waiting: deque[Future] = deque()
+    with ThreadPoolExecutor(THREADS) as pool:
+        for item in items:
+            waiting.append(pool.submit(function, item))
+            if len(waiting) > THREADS:
+                yield waiting.popleft().result()
+        while waiting:
+            yield waiting.popleft().result()
 
 
 @compile_kernel
@@ -52,6 +65,21 @@ def gradients(lo, hi, x, dN, weight, grad, dx):
                     grad[e, q, i, a] = (
                         dN[q, i, 0] * inverse[0, a] + dN[q, i, 1] * inverse[1, a] + dN[q, i, 2] * inverse[2, a]
                     )
+
+
+@compile_kernel
+def measures(lo, hi, x, dN, weight, dx):
+    """Measure ``dx (ne, nq)`` of isoparametric shapes, as `gradients` gives it."""
+    J = np.empty((3, 3))
+    inverse = np.empty((3, 3))
+    for e in range(lo, hi):
+        for q in range(dN.shape[0]):
+            J[:] = 0.0
+            for i in range(x.shape[1]):
+                for a in range(3):
+                    for b in range(3):
+                        J[a, b] += x[e, i, a] * dN[q, i, b]
+            dx[e, q] = weight[q] * _invert(J, inverse)
 
 
 @compile_kernel
@@ -122,6 +150,17 @@ def quadratic(lo, hi, B, C, dx, K):
 
 
 @compile_kernel
+def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
+    """Column numbers of the rows of nodes ``lo <= node < hi``: the DOFs of each neighbour; arrays as in `scatter`."""
+    for node in range(lo, hi):
+        for c in range(count[node]):
+            for k in range(indptr[node], indptr[node + 1]):
+                at, first = row[node, c] + column[k], dof[neighbour[k], 0]
+                for d in range(count[neighbour[k]]):
+                    indices[at + d] = first + d
+
+
+@compile_kernel
 def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
     """Add element matrices ``values (ne, nn * width, nn * width)`` to the rows of the nodes ``lo <= node < hi``.
 
@@ -140,6 +179,14 @@ def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
                     at = row[node, a] + place
                     for b in range(width):
                         data[at + b] += values[e, i * width + a, j * width + b]
+
+
+@compile_kernel
+def scatter_rows(rows, values, data):
+    """Add ``values (k, m)`` to the `rows (k,)` of ``data (n, m)``, one after the other."""
+    for k in range(len(rows)):
+        for m in range(values.shape[1]):
+            data[rows[k], m] += values[k, m]
 
 
 @compile_kernel

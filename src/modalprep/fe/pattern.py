@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.kernels import in_threads, scatter, scatter_scalar, spread_scalar
+from modalprep.fe.kernels import column_numbers, in_threads, scatter, scatter_scalar, spread_scalar
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,8 @@ class Pattern:
         indptr = np.concatenate([[0], np.cumsum(np.repeat(length, count))])
         indptr = indptr.astype(np.int32 if indptr[-1] < 2**31 else np.int64)
         row = np.where(dof >= 0, indptr[dof], 0)
-        indices = _columns(graph, dof, count, length)
+        indices = np.empty(indptr[-1], dtype=np.int32)
+        in_threads(column_numbers, len(dof), dof, count, graph.indptr, graph.indices, column, row, indices)
         return cls(graph, column, row, indptr, indices)
 
     def zeros(self) -> np.ndarray:
@@ -91,15 +92,3 @@ def node_graph(connectivity: Iterable[np.ndarray], n_nodes: int) -> csr_array:
     total = total.tocsr()
     total.sort_indices()
     return total
-
-
-def _columns(graph: csr_array, dof: np.ndarray, count: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """Column numbers of every row: the neighbours' DOFs of a node, once for each of its own DOFs."""
-    width = count[graph.indices]
-    first = np.repeat(dof[graph.indices, 0], width)
-    one_row = (first + np.arange(len(first)) - np.repeat(np.cumsum(width) - width, width)).astype(np.int32)
-    start = np.cumsum(length) - length
-    begin = np.repeat(start, count)  # of every row's copy in one_row
-    size = np.repeat(length, count)
-    offset = np.arange(size.sum()) - np.repeat(np.cumsum(size) - size, size)
-    return one_row[np.repeat(begin, size) + offset]

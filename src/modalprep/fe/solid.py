@@ -14,7 +14,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.block import MassObjects, rigid_from_samples
-from modalprep.fe.kernels import elastic, gradients, in_threads
+from modalprep.fe.kernels import elastic, gradients, in_threads, measures
 from modalprep.fe.properties import Solid
 from modalprep.fe.reference import node_coordinates, quadrature, shapes, shapes_at
 
@@ -79,6 +79,11 @@ class SolidBlock:
         in_threads(gradients, len(self.x), self.x, dN, weight, grad, dx)
         return grad, dx
 
+    def _measure(self, dN: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        dx = np.empty((len(self.x), len(dN)))
+        in_threads(measures, len(self.x), self.x, dN, weight, dx)
+        return dx
+
     def stiffness(self) -> np.ndarray:
         """Elastic stiffness ``(ne, 3 nn, 3 nn)``, internal DOFs condensed."""
         grad, dx = self.gradients(self.degree)
@@ -109,7 +114,7 @@ class SolidBlock:
     def mass(self) -> MassObjects:
         """Every mass object of FORMULATION section 1; one scalar matrix serves all components."""
         N, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
-        _, dx = self._map(dN, weight)
+        dx = self._measure(dN, weight)
         rho = self.section.material.rho * dx
         ne, nn = self.nodes.shape
         products = np.einsum("qi,qj->qij", N, N).reshape(len(N), -1)
@@ -164,7 +169,7 @@ class SolidBlock:
 
     def _refuse_bad_shape(self, origin: np.ndarray) -> None:
         _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
-        _, dx = self._map(dN, weight)
+        dx = self._measure(dN, weight)
         size = np.ptp(self.x, axis=1).max(axis=1) ** 3
         flat = np.abs(dx).sum(axis=1) <= 1e-11 * size
         for bad, what in ((flat, "flat"), (np.any(dx <= 0, axis=1), "inverted")):

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.fe.block import PAIRS, Block, MassObjects, RigidInertia
+from modalprep.fe.kernels import scatter_rows
 from modalprep.fe.pattern import Pattern
 
 
@@ -75,14 +76,13 @@ class Totals:
         self.pattern, self.thin, self.dof = pattern, thin, dof
         self.n = len(pattern.indptr) - 1
         self.K, self.M = pattern.zeros(), pattern.zeros()
-        self.linear = np.zeros((12, self.n))
+        self.g, self.h = np.zeros((self.n, 3)), np.zeros((self.n, 9))
         self.rigid = RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
         self.scalar: np.ndarray | None = None
         self.pairs = {ab: thin.zeros() for ab in PAIRS} if thin else {}
 
-    def add(self, block: Block) -> None:
-        """Add one block."""
-        stiffness, mass = block.stiffness(), block.mass()
+    def add(self, block: Block, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
+        """Add one block's stiffness and mass."""
         if stiffness is not None:
             self.pattern.add(self.K, block.nodes, stiffness)
         if mass is None:
@@ -99,9 +99,8 @@ class Totals:
 
     def _add_linear(self, block: Block, mass: MassObjects) -> None:
         dofs = self.dof[block.nodes, : block.components].ravel()
-        columns = np.concatenate([mass.g.reshape(len(dofs), 3), mass.h.reshape(len(dofs), 9)], axis=1)
-        for k in np.flatnonzero(np.any(columns, axis=0)):
-            self.linear[k] += np.bincount(dofs, weights=columns[:, k], minlength=self.n)
+        scatter_rows(dofs, mass.g.reshape(len(dofs), 3), self.g)
+        scatter_rows(dofs, mass.h.reshape(len(dofs), 9), self.h)
 
     def mass(self) -> csr_array:
         """Return M, with the solids' matrix on each displacement component."""

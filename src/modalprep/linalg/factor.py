@@ -15,7 +15,15 @@ from modalprep.errors import AccuracyError
 
 
 class Factor(Protocol):
-    """A factorized symmetric matrix."""
+    """A factorized symmetric matrix.
+
+    Attributes
+    ----------
+    negative : int or None
+        Number of eigenvalues below zero (Sylvester's inertia); None where the factorization does not tell.
+    """
+
+    negative: int | None
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B`` for ``B (n,)`` or ``(n, k)``."""
@@ -63,6 +71,8 @@ class SuperLUFactor:
         self._lu = splu(
             csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
         )
+        symmetric = np.array_equal(self._lu.perm_r, self._lu.perm_c)  # then U is D L^T
+        self.negative = int(np.sum(self._lu.U.diagonal() < 0)) if symmetric else None
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""

@@ -5,25 +5,26 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import csr_array
-from scipy.sparse.linalg import LinearOperator, eigsh
 
 from modalprep.errors import AccuracyError
 from modalprep.linalg.factor import Factor, factorize
+from modalprep.linalg.lanczos import block_lanczos
 
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
 RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means trouble
 ORTHOGONALITY = 1e-8
 SWEEPS = 3
+NEAR = 1e-6  # of w^2: closer modes count as repeated
 MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
 
 def lowest_modes(
-    K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0
+    K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the n lowest eigenvalues ``w^2 (n,)`` and M-orthonormal modes ``(n_dof, n)``.
 
-    Shift-invert Lanczos on the factor of ``K - shift M``, from a fixed start vector; dense for small models.
-    Residual, orthonormality and order are checked.
+    Block Lanczos on the factor of ``K - shift M``; dense for small models. Residual and orthonormality of every mode
+    are checked, and the inertia of ``K - w^2 M`` just below the highest mode counts that none was missed.
 
     Parameters
     ----------
@@ -35,11 +36,12 @@ def lowest_modes(
         Of ``K - shift M`` when it exists already.
     shift : float
         (rad/s)^2; negative for a body with rigid motions, whose K is singular.
+    solver : {"auto", "pardiso", "superlu"}
 
     Raises
     ------
     AccuracyError
-        When a mode does not satisfy the equation.
+        When a mode does not satisfy the equation, or one is missing.
 
     Examples
     --------
@@ -55,19 +57,41 @@ def lowest_modes(
     if size <= DENSE or n > size // 3:
         w2, phi = _dense(K.toarray(), M.toarray(), n, shift)
     else:
-        factor = factor or factorize((K - shift * M).tocsr())
-        inverse = LinearOperator((size, size), matvec=factor.solve, matmat=factor.solve, dtype=float)
-        start = np.random.default_rng(0).standard_normal(size)
-        w2, phi = eigsh(K, n, M, sigma=shift, OPinv=inverse, v0=M @ start, which="LM", ncv=min(size, 2 * n + 20))
-        order = np.argsort(w2)
-        w2, phi = w2[order], phi[:, order]
+        factor = factor or factorize((K - shift * M).tocsr(), solver)
+        w2, phi = block_lanczos(factor, M, n, shift=shift)
         for _ in range(SWEEPS):  # rigid motions and stiff parts cost Lanczos digits: subspace iteration returns them
             if _worst(K, M, w2, phi)[0] <= 1:
                 break
             w2, phi = _ritz(K, M, factor.solve(M @ phi))
+        _refuse_missed(K, M, w2, solver)
     phi = phi * unique_signs(phi)
     _verify(K, M, w2, phi)
     return w2, phi
+
+
+def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> int | None:
+    """Return how many eigenvalues of ``K phi = w^2 M phi`` lie below `w2`, by Sylvester's law of inertia.
+
+    None where the factorization does not tell (SuperLU, when it had to exchange rows).
+
+    Examples
+    --------
+    >>> K = csr_array(np.diag([1.0, 4.0, 9.0]))
+    >>> count_below(K, csr_array(np.eye(3)), 5.0)
+    2
+    """
+    return factorize((K - w2 * M).tocsr(), solver).negative
+
+
+def _refuse_missed(K: csr_array, M: csr_array, w2: np.ndarray, solver: str) -> None:
+    """Compare with the count just below the highest mode, whose own repetitions may be cut off."""
+    cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
+    found, exist = int(np.sum(w2 < cut)), count_below(K, M, cut, solver)
+    if exist is not None and exist != found:
+        raise AccuracyError(
+            f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
+            "the structure has parts that hardly have mass or stiffness: check materials and connections"
+        )
 
 
 def _dense(K: np.ndarray, M: np.ndarray, n: int, shift: float) -> tuple[np.ndarray, np.ndarray]:

@@ -104,7 +104,7 @@ def craig_bampton(
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver)
-    w2, Phi = lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor)
+    w2, Phi = lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor, solver=solver)
     table = _candidates(held, w2, Phi, keep)
     kept = table.kept
     F = _truncated_loads(held, truncation)
