@@ -116,14 +116,15 @@ def wing(n, side):
     half, level, w = BUS / 2, BUS / 2, WING_WIDTH / 2
     root, tip = side * WING_ROOT, side * (WING_ROOT + WING_LENGTH)
     foot, near = np.array([0, side * half, level]), np.array([0, side * (half + DRIVE), level])
-    far = near + [0, side * HINGE, 0]
+    far = near + np.array([0, side * HINGE, 0])
     ends = [np.array([x, root, level]) for x in (-YOKE, YOKE)]
     first = min(root, tip)
-    corners = [(-w, root, level), (w, root, level), (w, tip, level), (-w, tip, level), (-w, root, level)]
+    corners = [(-w, root, level), (w, root, level), (w, tip, level), (-w, tip, level)]
+    rim = zip(corners, corners[1:] + corners[:1], (n, 2 * n, n, 2 * n), strict=True)
     arms = [(BUS / 8, 0, 0), (0, 0, BUS / 8)]
     return {
         "wings": panel((-w, first, level), (WING_WIDTH, 0, 0), (0, WING_LENGTH, 0), n, 2 * n),
-        "wing_frame": np.concatenate([line(a, b, k) for a, b, k in zip(corners, corners[1:], (n, 2 * n) * 2)]),
+        "wing_frame": np.concatenate([line(a, b, k) for a, b, k in rim]),
         "yoke": np.concatenate([line(far, end, n // 4) for end in ends]),
         "struts": lines([(far + end) / 2 for end in ends]),
         "drive": line(foot, near, 2),
@@ -143,7 +144,7 @@ def antenna(n):
 
 
 def adapter(n):
-    """Cylinder below the bus, beams along its rims, and beams across the deck through the eight nodes that join the two."""
+    """Cylinder below the bus, beams along its rims, and beams across the deck through the nodes that join the two."""
     circle, steps = adapter_circle(3 * n // 8), np.linspace(-ADAPTER, 0, n // 4 + 1)
     points = np.concatenate([np.broadcast_to(circle[:, None], (len(circle), len(steps), 2)),
                              np.broadcast_to(steps[None, :, None], (len(circle), len(steps), 1))], axis=2)  # fmt: skip
