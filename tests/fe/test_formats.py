@@ -249,11 +249,6 @@ def shared_elset(parts: Parts, bare: tuple[str, ...]) -> str:
     return "\n".join([*lines, *after, *abaqus_node_sets(parts), ""])
 
 
-@pytest.mark.xfail(
-    strict=True,
-    raises=(IndexError, mp.InputError),
-    reason="meshio mixes up the rows of an ELSET on several *ELEMENT blocks, and blocks with and without ELSET",
-)
 @pytest.mark.parametrize("bare", [(), ("block",)], ids=["all named", "one by *ELSET"])
 def test_inp_with_one_set_of_two_element_types(parts, expected, tmp_path, bare):
     file = tmp_path / "mixed.inp"

@@ -96,7 +96,8 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         total.add(block, *found)
     K, M = pattern.csr(total.K), total.mass()
     C, free, step = constraint_matrix(links, total.n)
-    C, free = _without_loose(C, free, K, M, frames)
+    diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
+    C, free = _without_loose(C, free, diagonal, frames)
     return FEModel(
         points=mesh.points - origin,
         cells=_cells(parts),
@@ -214,10 +215,9 @@ def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
         )
 
 
-def _without_loose(C, free, K, M, frames) -> tuple[csr_array, np.ndarray]:
+def _without_loose(C, free, diagonal, frames) -> tuple[csr_array, np.ndarray]:
     """Leave out independent DOFs that have neither stiffness nor mass, such as rotations that nothing uses."""
-    square = C.multiply(C).T
-    idle = (square @ abs(K.diagonal()) == 0) & (square @ abs(M.diagonal()) == 0)
+    idle = C.multiply(C).T @ diagonal == 0
     idle[np.searchsorted(free, np.concatenate([frame.dofs for frame in frames]))] = False
     return C[:, np.flatnonzero(~idle)].tocsr(), free[~idle]
 

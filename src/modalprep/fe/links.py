@@ -83,7 +83,7 @@ class PlacedLink:
         if np.linalg.eigvalsh(normal)[0] < 1e-10 and np.any(wanted[3:]):
             raise InputError(
                 f"{self.name}: its {len(self.arm)} nodes lie on one line and cannot carry a rotation; "
-                "add nodes off that line"
+                "add nodes off that line, or use an rbe2 where the nodes have rotations"
             )
         return scale[:, None] * (np.linalg.pinv(normal) @ weighted.T), self.dofs[:, :3].ravel()
 

@@ -132,7 +132,10 @@ def _left_out(mesh: Mesh, covered: dict[str, np.ndarray], boundary: set[str]) ->
 
 def used_nodes(parts: list[Part]) -> np.ndarray:
     """Return the sorted nodes (k,) that elements use."""
-    return np.unique(np.concatenate([part.nodes.ravel() for part in parts]))
+    used = np.zeros(1 + max(int(part.nodes.max(initial=-1)) for part in parts), dtype=bool)
+    for part in parts:
+        used[part.nodes] = True
+    return np.flatnonzero(used)
 
 
 def refuse_disconnected(points: np.ndarray, parts: list[Part], tied: list[np.ndarray]) -> None:

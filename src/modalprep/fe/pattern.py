@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.kernels import column_numbers, in_threads, scatter, scatter_scalar, spread_scalar
+from modalprep.fe.kernels import column_numbers, diagonal, in_threads, scatter, scatter_scalar, spread_scalar
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +68,13 @@ class Pattern:
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
         """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""
         in_threads(spread_scalar, len(self.row), scalar, self.graph.indptr, self.column, self.row, data)
+
+    def diagonal(self, data: np.ndarray, dof: np.ndarray) -> np.ndarray:
+        """Return the diagonal (n_dof,) of the matrix of `data`; ``dof (n_nodes, 6)``."""
+        out, width, graph = np.zeros(dof.shape), np.sum(dof >= 0, axis=1), self.graph
+        place = (graph.indptr, graph.indices, self.column, self.row)
+        in_threads(diagonal, len(self.row), *place, width, data, out)
+        return out[dof >= 0]
 
     def csr(self, data: np.ndarray) -> csr_array:
         """Return the matrix; its index arrays are shared."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.abaqus import read_abaqus
 from modalprep.fe.mesh import Mesh, cell_dimension
 from modalprep.fe.nastran import read_nastran
 from modalprep.fe.nastran_cards import read_cards
@@ -34,10 +35,11 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     """Read a mesh file and convert it to SI units.
 
     Nastran decks (.bdf, .dat, .nas) bring their sections, materials, rigid elements and masses: `length_unit` and
-    `mass_unit` are those of a consistent system with seconds (mm and t, in and slinch, m and kg). Of the formats
-    that meshio reads (.msh 4.1 is best, .inp, .vtu, ...) come points, cells and groups: the file's cell sets and
-    node sets, its ``gmsh:physical`` numbers with their names, or integer cell arrays of a .vtu file
-    (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups, is kept once in
+    `mass_unit` are those of a consistent system with seconds (mm and t, in and slinch, m and kg). Of Abaqus files
+    (.inp) come nodes, elements and sets. Of the formats that meshio reads (.msh 4.1 is best, .vtu, ...) come points,
+    cells and groups: the file's cell sets and node sets, its ``gmsh:physical`` numbers with their names, or integer
+    cell arrays of a .vtu file (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two
+    groups, is kept once in
     both groups.
 
     Raises
@@ -59,6 +61,8 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
         raise InputError(f"mesh file {path} does not exist; give a path relative to the pipeline file")
     if path.suffix.lower() in NASTRAN:
         return _read_deck(path, length_unit, mass_unit)
+    if path.suffix.lower() == ".inp":
+        return _checked(read_abaqus(path, LENGTH_UNITS[length_unit]), path)
     content = path.read_bytes()
     raw = _read_with_meshio(path, content)
     cells, groups = _merge(raw)
@@ -94,6 +98,16 @@ def _read_deck(path: Path, length_unit: str, mass_unit: str | None) -> Mesh:
         raise InputError(
             f"mesh file {path} brings its own materials: say in which mass_unit they are "
             f"({', '.join(MASS_UNITS)}; commonly 't' with mm, 'slinch' with in)"
+        )
+    return mesh
+
+
+def _checked(mesh: Mesh, path: Path) -> Mesh:
+    bad = np.flatnonzero(~np.isfinite(mesh.points).all(axis=1))
+    if len(bad):
+        raise InputError(
+            f"mesh file {path}: {len(bad)} of {len(mesh.points)} nodes have coordinates that are not numbers, "
+            f"the first is node {mesh.labels[bad[0]]}; repair the mesh"
         )
     return mesh
 
@@ -174,7 +188,7 @@ def _refuse_missing_nodes(cells: dict[str, np.ndarray], n_points: int, path: Pat
 
 
 def _add_node_sets(raw: Any, cells: dict[str, np.ndarray], groups: dict[str, dict[str, np.ndarray]]) -> None:
-    """Give every node set of the file (Abaqus NSET) vertex cells, in the group of its name if that has none."""
+    """Give every node set of the file vertex cells, in the group of its name if that has none."""
     for name, nodes in raw.point_sets.items():
         rows = cells.get("vertex", np.zeros((0, 1), dtype=int))
         if len(nodes) and "vertex" not in groups.get(name, {}):

@@ -1,4 +1,7 @@
-"""Block shift-invert Lanczos with full reorthogonalisation and thick restart (Grimes, Lewis, Simon 1994; Wu, Simon 2000)."""
+"""Block shift-invert Lanczos with full reorthogonalisation and thick restart.
+
+Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228; Wu, Simon, ibid. 22 (2000) 602.
+"""
 
 from __future__ import annotations
 
