@@ -122,7 +122,9 @@ def _reduce(pipeline: Pipeline, model: FEModel) -> Reduction:
 def _doubts(body: FlexibleBody) -> tuple[str, ...]:
     """Warn of numbers that a wrong unit produces."""
     size = np.ptp(body.points, axis=0).max()
-    what = f"for a body of {size:.3g} m and {body.m:.3g} kg: check length_unit, mass_unit and the SI units of [materials]"
+    what = (
+        f"for a body of {size:.3g} m and {body.m:.3g} kg: check length_unit, mass_unit and the SI units of [materials]"
+    )
     doubts = []
     if not (LIGHT < body.m / size**3 < HEAVY and 1 / GIANT < body.m < GIANT):
         doubts.append(f"its mass is odd {what}")
