@@ -7,7 +7,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.fe.model import FEModel
-from modalprep.reduction.craig_bampton import Reduction
+from modalprep.reduction.basis import Reduction
 
 
 def flexible_body(

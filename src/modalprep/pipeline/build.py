@@ -21,7 +21,10 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.schema import Pipeline
-from modalprep.reduction.craig_bampton import Reduction, craig_bampton, guyan
+from modalprep.reduction.basis import Reduction
+from modalprep.reduction.craig_bampton import craig_bampton, guyan
+from modalprep.reduction.error import ReductionError, reduction_error, to_target
+from modalprep.reduction.free_interface import free_interface, improved_guyan
 
 LIGHT, HEAVY = 1e-6, 2.3e4  # kg over the cube of the size, kg/m^3: a thread, and more than a cube of osmium
 GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m weighs 1e9 times as much
@@ -66,7 +69,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
         done(1)
         model = assemble_pipeline(pipeline, mesh)
         done(2)
-        reduction = _reduce(pipeline, model)
+        reduction, said = _reduce(pipeline, model)
         done(4)
         body = flexible_body(
             model,
@@ -84,7 +87,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
             f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
         )
     file = reporter.wrote(write_body(body, folder / f"{path.stem}.h5"))
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *_doubts(body)))
+    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_doubts(body)))
 
 
 def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
@@ -112,11 +115,36 @@ def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
     }
 
 
-def _reduce(pipeline: Pipeline, model: FEModel) -> Reduction:
+def _reduce(pipeline: Pipeline, model: FEModel) -> tuple[Reduction, tuple[str, ...]]:
+    """Reduce as the file says; with `up_to` also measure the error, and say it."""
     table = pipeline.reduction
-    if table.method == "guyan":
-        return guyan(model)
-    return craig_bampton(model, modes=table.modes, keep=table.keep, truncation=table.truncation_vectors)
+    if table.target_error is not None:
+        reduction, error = to_target(model, lambda n: _basis(table, model, n), table.target_error, table.up_to)
+        return reduction, (_statement(error),)
+    reduction = _basis(table, model, table.modes)
+    if table.up_to is None:
+        return reduction, ()
+    return reduction, (_statement(reduction_error(model, reduction, table.up_to)),)
+
+
+def _basis(table, model: FEModel, modes: int) -> Reduction:
+    match table.method:
+        case "guyan":
+            return guyan(model)
+        case "irs":
+            return improved_guyan(model)
+        case "free_interface":
+            return free_interface(model, modes=modes, keep=table.keep)
+    return craig_bampton(model, modes=modes, keep=table.keep, truncation=table.truncation_vectors)
+
+
+def _statement(error: ReductionError) -> str:
+    parts = {"frequencies": error.frequency, "static answers": error.static, "dynamic compliance": error.dynamic}
+    worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
+    return (
+        f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "
+        f"inertia of K - w^2 M): {worst}"
+    )
 
 
 def _doubts(body: FlexibleBody) -> tuple[str, ...]:

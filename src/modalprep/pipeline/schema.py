@@ -13,14 +13,32 @@ from modalprep.pipeline.tables import Angle, Table, Vector
 class ReductionTable(Table):
     """How the body is reduced."""
 
-    method: Literal["craig_bampton", "guyan"] = "craig_bampton"
-    modes: int = Field(20, ge=0, description="fixed-interface modes to compute as candidates")
-    keep: str = Field("all", description="which to keep, e.g. 'effective_mass > 0.1% or frequency < 500 Hz'")
+    method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
+        "craig_bampton",
+        description="irs: Guyan with the interior's inertia; free_interface: modes of the floating body and residual "
+        "attachment modes",
+    )
+    modes: int = Field(20, ge=0, description="modes to compute as candidates; with target_error to start with")
+    keep: str | list[int] = Field(
+        "all",
+        description="which to keep, e.g. 'effective_mass > 0.1% or frequency < 500 Hz', or a list of mode numbers; "
+        "values are frequency, effective_mass, cumulative, static, mode",
+    )
+    up_to: float | None = Field(None, gt=0, description="Hz; the error against the full model is measured below it")
+    target_error: float | None = Field(
+        None, gt=0, description="take as many modes as this relative error needs, below up_to"
+    )
     truncation_vectors: list[Literal["interfaces", "inertia"]] = Field(
         ["interfaces", "inertia"], description="loads whose static answer is kept exact"
     )
     damping: float = Field(0.0, ge=0, description="modal damping, fraction of critical")
     root: str | None = Field(None, description="the interface that carries the body frame")
+
+    @model_validator(mode="after")
+    def _target_has_a_band(self) -> ReductionTable:
+        if self.target_error is not None and self.up_to is None:
+            raise ValueError("target_error needs up_to, the frequency in Hz below which it holds")
+        return self
 
 
 class OutputTable(Table):

@@ -13,7 +13,7 @@ from modalprep.errors import AccuracyError, InputError, MechanismError
 from modalprep.fe.model import FEModel
 from modalprep.linalg.factor import Factor, factorize
 
-FREE = 1e-10  # stiffness of an interface direction over that of its own DOFs: round-off of a mechanism is 1e-12
+FREE = 1e-11  # stiffness of an interface direction over that of its DOFs alone: mechanisms have 1e-16 to 2e-12
 MECHANISM = 1e-15  # strain energy over the sum of its absolute terms: round-off of a rigid motion is 1e-17
 
 
@@ -55,7 +55,7 @@ class Clamped:
         W[self.b[others], np.arange(len(others))] = 1.0
         W[self.i] = self.Psi[:, others]
         schur = W[self.b[others]].T @ (self.K[self.b[others]] @ W)
-        scale = 1 / np.sqrt(np.diag(schur))
+        scale = 1 / np.sqrt(self.K.diagonal()[self.b[others]])
         stiffness, V = eigh((schur + schur.T) / 2 * scale * scale[:, None])
         free = stiffness < FREE
         shapes = W @ (scale[:, None] * V)
@@ -79,12 +79,15 @@ class Clamped:
 
         Where the root alone does not hold the body, its mechanisms accelerate and their inertia balances the load.
         """
+        return self.model.C @ self.static_free(self.model.C.T @ F)
+
+    def static_free(self, f: np.ndarray) -> np.ndarray:
+        """Return `static` among the independent DOFs: displacements ``(n_free, k)`` under ``f (n_free, k)``."""
         shapes, flexibility, loose = self._released
-        f = self.model.C.T @ F
         f = f - self.M @ (loose @ (loose.T @ f))
         x = shapes @ (flexibility[:, None] * (shapes.T @ f))
         x[self.i] += self.factor.solve(f[self.i])
-        return self.model.C @ x
+        return x
 
     def expand(self, x_i: np.ndarray) -> np.ndarray:
         """Put vectors of interior DOFs ``(n_i, k)`` among the independent ones ``(n_free, k)``."""

@@ -10,6 +10,7 @@ from modalprep.records import Record
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FIXED, CONSTRAINT, TRUNCATION = "fixed-interface", "constraint", "truncation"
+FREE, ATTACHMENT = "free-interface", "attachment"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -19,7 +20,8 @@ class ModeTable(Record):
     Attributes
     ----------
     kind : tuple of str, length n
-        ``fixed-interface`` mode, ``constraint`` mode of an interface DOF, or modal ``truncation`` vector.
+        ``fixed-interface`` or ``free-interface`` mode, ``constraint`` or residual ``attachment`` mode of an interface
+        DOF, or modal ``truncation`` vector.
     frequency : (n,) float
         Hz; NaN for constraint modes, which have none.
     effective_mass : (n, 6) float

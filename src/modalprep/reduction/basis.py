@@ -1,0 +1,98 @@
+"""A reduced basis in the coordinates of its body: root locked, M-orthonormal, with the unit loads of its prestress."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.fe.model import FEModel
+from modalprep.linalg.modes import unique_signs
+from modalprep.linalg.ritz import ritz
+from modalprep.records import Record
+from modalprep.reduction.clamped import Clamped
+from modalprep.reduction.table import ModeTable
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Reduction(Record):
+    """A reduced basis of a model, with the root interface clamped.
+
+    Attributes
+    ----------
+    basis : (n_dof, n)
+        M-orthonormal, ``basis^T K basis = diag((2 pi frequency)^2)``.
+    frequency : (n,)
+        Hz.
+    loads, static : (n_dof, 12 + 6 n_if)
+        Unit loads (twelve inertia loads, then force and moment on each interface) and the model's full static
+        answers with the root clamped; the root's own columns are zero.
+    table : ModeTable
+    method : str
+    notes : tuple of str
+        What the user should know about the choice of modes.
+    """
+
+    basis: np.ndarray
+    frequency: np.ndarray
+    loads: np.ndarray
+    static: np.ndarray
+    table: ModeTable
+    method: str
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Method, size and frequency range."""
+        band = f", {self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz" if len(self.frequency) else ""
+        return f"Reduction({self.method}, {len(self.frequency)} coordinates{band})"
+
+
+def reduced(
+    method: str, held: Clamped, W: np.ndarray, table: ModeTable, notes: tuple[str, ...], rigid: np.ndarray | None = None
+) -> Reduction:
+    """Orthonormalise the span ``W (n_free, k)``, whose root does not move, and collect the unit loads of the body.
+
+    `rigid` (n_free, r) are M-orthonormal motions without strain; the default are the mechanisms of `held`.
+    """
+    model = held.model
+    w2, span = ritz(W, held.K, held.M, held.mechanisms if rigid is None else rigid)
+    loads = np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
+    loads[:, 12:18] = 0.0  # the root is held
+    return Reduction(
+        basis=model.C @ (span * unique_signs(span)),
+        frequency=np.sqrt(w2) / (2 * np.pi),
+        loads=loads,
+        static=held.static(loads),
+        table=table,
+        method=method,
+        notes=(*notes, *_mechanism_note(held)),
+    )
+
+
+def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:
+    """Return unit nodal loads ``(n_dof, k)`` on each of the DOFs."""
+    columns = np.concatenate([np.zeros(0, dtype=int), *dofs])
+    unit = np.zeros((model.n_dof, len(columns)))
+    unit[columns, np.arange(len(columns))] = 1.0
+    return unit
+
+
+def effective_mass(held: Clamped, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the effective masses ``(n, 6)`` of interior vectors ``Phi (n_i, n)`` and the body's totals ``(6,)``.
+
+    ``L = Phi^T (M_ii Psi + M_ib) R_b``, ``m_eff = L o L``; directions x, y, z in kg and rotations about the root
+    interface in kg m^2. FORMULATION section 3.
+    """
+    R = held.model.rigid_body()[held.model.free]
+    MR = held.M @ R
+    return (Phi.T @ MR[held.i]) ** 2, np.einsum("ij,ij->j", R, MR)
+
+
+def _mechanism_note(held: Clamped) -> tuple[str, ...]:
+    count, root = held.mechanisms.shape[1], held.model.interfaces[0].name
+    if not count:
+        return ()
+    return (
+        f"with only {root!r} held, the body moves without strain in {count} ways, which are modes of 0 Hz; "
+        "if that is not meant, take a root that holds it",
+    )

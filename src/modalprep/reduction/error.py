@@ -1,0 +1,205 @@
+"""How wrong a reduced body is: measured against the full model, with its root held."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from modalprep.errors import AccuracyError, InputError
+from modalprep.fe.model import FEModel
+from modalprep.linalg.factor import factorize
+from modalprep.linalg.modes import count_below, lowest_modes
+from modalprep.records import Record
+from modalprep.reduction.basis import Reduction, unit_loads
+
+MOST = 300  # modes compared, at most
+GROWTH = 1.5
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ReductionError(Record):
+    """Errors of a reduction up to a frequency; relative numbers.
+
+    Attributes
+    ----------
+    up_to : float
+        Hz.
+    full, reduced : (n,)
+        Frequencies of the full and of the reduced model below `up_to`, Hz, root held.
+    static : (k,)
+        Per unit force and moment on each interface but the root (on a body with one interface: per inertia load):
+        strain energy that the reduced answer misses, over that of the full one.
+    sweep : (m,)
+        Hz, between the resonances.
+    dynamic : (m,)
+        Difference of the compliance at these interfaces (or under these loads) over its size, at each frequency.
+    """
+
+    up_to: float
+    full: np.ndarray
+    reduced: np.ndarray
+    static: np.ndarray
+    sweep: np.ndarray
+    dynamic: np.ndarray
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """(n,) relative errors of the frequencies."""
+        return np.abs(self.reduced / self.full - 1)
+
+    @property
+    def worst(self) -> float:
+        """The largest of all errors."""
+        return max(float(np.max(e, initial=0.0)) for e in (self.frequency, self.static, self.dynamic))
+
+
+def reduction_error(model: FEModel, reduction: Reduction, up_to: float, points: int = 6) -> ReductionError:
+    """Measure a reduction: frequencies, static answers and dynamic compliance up to `up_to` (Hz).
+
+    Parameters
+    ----------
+    model, reduction
+        The reduction must be of this model.
+    up_to : float
+        Hz.
+    points : int
+        Frequencies of the sweep: halfway between neighbouring resonances of the full model, spread over the band.
+
+    Raises
+    ------
+    InputError
+        When `up_to` is not positive.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.reduction.craig_bampton import craig_bampton
+    >>> model = cantilever_model()
+    >>> found = reduction_error(model, craig_bampton(model, modes=12), up_to=5.0)
+    >>> len(found.full), bool(found.worst < 1e-3)
+    (3, True)
+    """
+    return _Reference.of(model, up_to, points).compare(reduction)
+
+
+@dataclass(frozen=True, eq=False)
+class _Reference:
+    """The full model with its root held: what every candidate is compared with."""
+
+    up_to: float
+    rows: np.ndarray  # independent DOFs, the root's left out
+    C: csr_array
+    F: np.ndarray
+    frequency: np.ndarray
+    static: np.ndarray  # compliance (k, k)
+    sweep: np.ndarray
+    dynamic: np.ndarray  # (m, k, k)
+
+    @classmethod
+    def of(cls, model: FEModel, up_to: float, points: int) -> _Reference:
+        if not up_to > 0:
+            raise InputError(f"up_to = {up_to:g} Hz must be positive")
+        rows = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
+        C = model.C[:, rows].tocsr()
+        K, M = ((C.T @ A @ C).tocsr() for A in (model.K, model.M))
+        cut = (2 * np.pi * up_to) ** 2
+        n = count_below(K, M, cut)
+        w2, _ = lowest_modes(K, M, min((n if n is not None else 50) + 1, MOST))
+        full = np.sqrt(np.maximum(w2, 0)) / (2 * np.pi)
+        F = _loads(model)
+        f, inside = C.T @ F, full[full < up_to]
+        sweep = _between(full[: len(inside) + 1], points)
+        answers = [f.T @ factorize((K - (2 * np.pi * s) ** 2 * M).tocsr()).solve(f) for s in (0.0, *sweep)]
+        dynamic = np.array(answers[1:]).reshape(len(sweep), *answers[0].shape)
+        return cls(up_to, rows, C, F, inside, answers[0], sweep, dynamic)
+
+    def compare(self, reduction: Reduction) -> ReductionError:
+        """Measure one reduction."""
+        f, w2 = reduction.basis.T @ self.F, (2 * np.pi * reduction.frequency) ** 2
+        compliance = [f.T @ (f / (w2 - (2 * np.pi * s) ** 2)[:, None]) for s in (0.0, *self.sweep)]
+        scale = 1 / np.sqrt(np.diag(self.static))
+        loose = [_norm(a - b, scale) / _norm(b, scale) for a, b in zip(compliance[1:], self.dynamic, strict=True)]
+        found = np.sort(reduction.frequency)[: len(self.frequency)]
+        padded = np.concatenate([found, np.full(len(self.frequency) - len(found), np.inf)])
+        missing = 1 - np.diag(compliance[0]) / np.diag(self.static)
+        return ReductionError(
+            up_to=self.up_to,
+            full=self.frequency,
+            reduced=padded,
+            static=np.abs(missing),
+            sweep=self.sweep,
+            dynamic=np.array(loose),
+        )
+
+
+def _loads(model: FEModel) -> np.ndarray:
+    """Unit forces and moments on the interfaces but the root; on a body with one interface its inertia loads."""
+    others = [frame.dofs for frame in model.interfaces[1:]]
+    if others:
+        return unit_loads(model, others)
+    loads = model.inertia_loads
+    size = np.sqrt(np.einsum("ij,ij->j", loads, loads))
+    return loads[:, size > 1e-9 * size.max()]
+
+
+def _between(frequency: np.ndarray, points: int) -> np.ndarray:
+    """Return frequencies halfway between neighbouring resonances, at most `points`, evenly chosen."""
+    gaps = np.flatnonzero(np.diff(frequency) > 1e-2 * frequency[1:]) if len(frequency) > 1 else np.zeros(0, dtype=int)
+    chosen = gaps[np.unique(np.linspace(0, len(gaps) - 1, min(points, len(gaps))).astype(int))] if len(gaps) else gaps
+    return (frequency[chosen] + frequency[chosen + 1]) / 2
+
+
+def _norm(A: np.ndarray, scale: np.ndarray) -> float:
+    return float(np.linalg.norm(A * scale * scale[:, None]))
+
+
+def to_target(
+    model: FEModel, reduce: Callable[[int], Reduction], target: float, up_to: float, modes: int = 5
+) -> tuple[Reduction, ReductionError]:
+    """Return the reduction with the fewest modes, among growing numbers, whose worst error is below `target`.
+
+    Parameters
+    ----------
+    model : FEModel
+    reduce : callable
+        ``reduce(modes) -> Reduction``.
+    target : float
+        Relative.
+    up_to : float
+        Hz.
+    modes : int
+        To start with.
+
+    Raises
+    ------
+    InputError
+        When the target or `up_to` is not positive.
+    AccuracyError
+        When more modes do not help.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.reduction.craig_bampton import craig_bampton
+    >>> model = cantilever_model()
+    >>> red, error = to_target(model, lambda n: craig_bampton(model, modes=n), 1e-3, up_to=2.0)
+    >>> bool(error.worst < 1e-3)
+    True
+    """
+    if not target > 0:
+        raise InputError(f"target_error = {target:g} must be positive")
+    reference = _Reference.of(model, up_to, 6)
+    while True:
+        reduction = reduce(modes)
+        error = reference.compare(reduction)
+        if error.worst < target:
+            return reduction, error
+        if modes >= min(MOST * GROWTH, len(reference.rows)):
+            raise AccuracyError(
+                f"with {modes} modes the error up to {up_to:g} Hz is still {error.worst:.1e}, above the target "
+                f"{target:g}; keep truncation vectors, or lower up_to"
+            )
+        modes = int(np.ceil(GROWTH * modes))

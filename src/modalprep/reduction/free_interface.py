@@ -1,0 +1,130 @@
+"""Free-interface reduction with residual attachment modes, and Guyan's reduction improved by inertia (IRS)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.errors import InputError, MechanismError
+from modalprep.fe.model import FEModel
+from modalprep.linalg.modes import lowest_modes
+from modalprep.reduction.basis import Reduction, reduced, unit_loads
+from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.reduction.selection import select
+from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FREE, ModeTable
+
+RIGID = 1e-6  # w^2 of a rigid motion over that of the body held at its root
+
+
+def free_interface(model: FEModel, *, modes: int, keep: str | list[int] = "all", solver: str = "auto") -> Reduction:
+    """Reduce to free-free modes and the residual attachment modes of every interface (MacNeal, Rubin, Craig-Chang).
+
+    The static answer to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
+    those of the floating body, as a ground test measures them. The basis is then moved to the frame of the root.
+    Craig and Kurdila, Fundamentals of Structural Dynamics (2006), section 17.4.
+
+    Parameters
+    ----------
+    model : FEModel
+    modes : int
+        Elastic free-free modes to compute as candidates.
+    keep : str or list of int
+        Which of them to keep (`selection.select`); they carry no effective mass of the whole body.
+    solver : {"auto", "pardiso", "superlu"}
+
+    Raises
+    ------
+    InputError
+        When the mode count is negative or the selection cannot be read.
+    MechanismError
+        When the floating body has more than six motions without strain.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> free_interface(cantilever_model(), modes=4).table.kind[:5]
+    ('free-interface', 'free-interface', 'free-interface', 'free-interface', 'attachment')
+    """
+    if modes < 0:
+        raise InputError(f"modes = {modes} must not be negative")
+    held = clamp(model, solver)
+    R = model.rigid_body()[model.free]
+    w2, Phi = _elastic_modes(held, R, modes, solver)
+    table = _table(model, w2, Phi, keep)
+    w2, Phi = w2[table.kept[: len(w2)]], Phi[:, table.kept[: len(w2)]]
+    W = np.hstack([Phi, _attachment(held, R, w2, Phi)])
+    W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid motion
+    return reduced("free_interface", held, W, table, ())
+
+
+def _elastic_modes(held: Clamped, R: np.ndarray, modes: int, solver: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lowest modes of the floating body without its six rigid motions."""
+    x = held.static_free(held.M @ R)
+    softest = np.min(np.einsum("ij,ij->j", x, held.K @ x) / np.einsum("ij,ij->j", x, held.M @ x))
+    w2, Phi = lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
+    elastic = np.abs(w2) > RIGID * softest
+    if np.sum(~elastic) != 6:
+        raise MechanismError(
+            f"the floating body has {np.sum(~elastic)} motions without strain, not six; connect its loose parts"
+        )
+    return w2[elastic], Phi[:, elastic]
+
+
+def _attachment(held: Clamped, R: np.ndarray, w2: np.ndarray, Phi: np.ndarray) -> np.ndarray:
+    """Static answers to unit loads on every interface with inertia relief, without what the kept modes give."""
+    model = held.model
+    F = model.C.T @ unit_loads(model, [frame.dofs for frame in model.interfaces])
+    MR = held.M @ R
+    to_rigid = np.linalg.solve(R.T @ MR, R.T)
+    x = held.static_free(F - MR @ (to_rigid @ F))
+    x = x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)
+    return x - Phi @ ((Phi.T @ F) / w2[:, None])
+
+
+def _table(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int]) -> ModeTable:
+    frequency, n = np.sqrt(w2) / (2 * np.pi), len(w2)
+    kept, reason = select(keep, frequency, np.zeros((n, 6)))
+    attached = [f"unit load {d} on interface {f.name}" for f in model.interfaces for d in DIRECTIONS]
+    R = model.rigid_body()
+    return ModeTable(
+        kind=(FREE,) * n + (ATTACHMENT,) * len(attached),
+        frequency=np.concatenate([frequency, np.full(len(attached), np.nan)]),
+        effective_mass=np.concatenate([np.zeros((n, 6)), np.full((len(attached), 6), np.nan)]),
+        total=np.einsum("ij,ij->j", R, model.M @ R),
+        kept=np.concatenate([kept, np.ones(len(attached), dtype=bool)]),
+        reason=(*reason, *attached),
+    )
+
+
+def improved_guyan(model: FEModel, *, solver: str = "auto") -> Reduction:
+    """Guyan's reduction with the interior's inertia to first order (IRS, O'Callahan, IMAC 1989): same size, better.
+
+    In the body's frame: the root is locked, the other fixed interfaces are the coordinates.
+
+    ``T = [1; Psi + K_ii^-1 (M_ib + M_ii Psi) M_R^-1 K_R]`` with Guyan's ``K_R``, ``M_R``; exact in statics still.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.reduction.craig_bampton import guyan
+    >>> model = cantilever_model(tip="fixed")
+    >>> guyan(model).frequency[0] > improved_guyan(model).frequency[0]
+    np.True_
+    """
+    held = clamp(model, solver)
+    T = np.zeros((held.K.shape[0], len(held.b)))
+    T[held.b, np.arange(len(held.b))], T[held.i] = 1.0, held.Psi
+    T = T[:, 6:]  # the root is locked
+    reduced_K, reduced_M = T.T @ (held.K @ T), T.T @ (held.M @ T)
+    T[held.i] += held.factor.solve((held.M @ T)[held.i] @ np.linalg.solve(reduced_M, reduced_K))
+    others = [f.name for f in model.interfaces if f.boundary == "fixed"][1:]
+    rows = [f"unit displacement {d} of interface {name}" for name in others for d in DIRECTIONS]
+    R = model.rigid_body()
+    table = ModeTable(
+        kind=(CONSTRAINT,) * len(rows),
+        frequency=np.full(len(rows), np.nan),
+        effective_mass=np.full((len(rows), 6), np.nan),
+        total=np.einsum("ij,ij->j", R, model.M @ R),
+        kept=np.ones(len(rows), dtype=bool),
+        reason=tuple(rows),
+    )
+    return reduced("irs", held, T, table, ())
