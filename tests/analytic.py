@@ -285,3 +285,28 @@ THIN_TWISTED_BEAM = {"z": 5.256e-3, "y": 1.294e-3}
 # Hemisphere with a hole of 18 degrees: printed are 0.0940 (MacNeal and Harder), 0.0930 (Simo, Fox, Rifai, CMAME 73
 # (1989) 53) and 0.0924 (Morley and Morris 1978, no hole); FE.md divides by the last
 HEMISPHERE, HEMISPHERE_PRINTED = 0.0924, (0.0924, 0.0940)
+
+
+# --- beams on several supports ------------------------------------------------------------------------------------
+
+
+def clamped_pinned_roots(n: int) -> np.ndarray:
+    """First n roots beta L of ``tan = tanh``: clamped-pinned and, above its rigid motion, pinned-free (Blevins)."""
+    edges = np.pi * (np.arange(n + 1) + 0.25)
+    f = lambda b: np.sin(b) - np.cos(b) * np.tanh(b)  # noqa: E731
+    return np.array([brentq(f, a + 1e-9, b + 1e-9) for a, b in pairwise(edges)])
+
+
+def free_free_roots(n: int) -> np.ndarray:
+    """First n roots beta L of ``cos cosh = 1``: free-free above its rigid motions, and clamped-clamped."""
+    edges = np.pi * np.arange(1, n + 2)
+    return np.array([brentq(lambda b: np.cos(b) - 1 / np.cosh(b), a, b) for a, b in pairwise(edges)])
+
+
+# Cantilever of two equal halves with k Craig-Bampton bending modes each: error (%) of the first frequencies against
+# the finite elements of the whole, 20 in each half (CASES 7.3, computed independently)
+HALVES_ERROR = {
+    0: (2.60665, 34.22),
+    1: (0.006757, 0.636277, 10.8955, 51.88),
+    2: (0.000280, 0.033787, 0.056611, 1.418921),
+}

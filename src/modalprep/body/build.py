@@ -48,7 +48,7 @@ def flexible_body(
     if Phi.shape[0] != model.n_dof:
         raise InputError(f"the reduction has {Phi.shape[0]} DOFs but the model {model.n_dof}; reduce this model")
     w = 2 * np.pi * reduction.frequency
-    Kg = projected_geometric_stiffness(model, reduction)
+    Kg = model.geometric_stiffness.project(reduction.static, reduction.loads, Phi)
     n, interfaces = Phi.shape[1], len(model.interfaces)
     Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, n, n), Kg[12:].reshape(interfaces, 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
@@ -78,16 +78,6 @@ def flexible_body(
         modes=reduction.table,
         provenance={**model.source, **(provenance or {})},
     )
-
-
-def projected_geometric_stiffness(model: FEModel, reduction: Reduction) -> np.ndarray:
-    """Return ``(12 + 6 n_if, n, n)``: ``Phi^T Kg Phi`` for each unit load of the reduction, symmetric."""
-    Phi, n = reduction.basis, reduction.basis.shape[1]
-    out = np.zeros((reduction.loads.shape[1], n, n))
-    for k in np.flatnonzero(np.any(reduction.loads, axis=0)):
-        Kg = Phi.T @ (model.geometric_stiffness(reduction.static[:, k], reduction.loads[:, k]) @ Phi)
-        out[k] = (Kg + Kg.T) / 2
-    return out
 
 
 def nodal_shape(model: FEModel, Phi: np.ndarray) -> np.ndarray:

@@ -125,6 +125,45 @@ def elastic(lo, hi, grad, dx, lam, mu, K):
 
 
 @compile_kernel
+def isotropic_stress(lo, hi, grad, u, lam, mu, sigma):
+    """Cauchy stress ``sigma (ne, nq, 3, 3)`` of the displacements ``u (ne, nf, 3)`` of shapes with these gradients."""
+    H = np.empty((3, 3))
+    for e in range(lo, hi):
+        for q in range(grad.shape[1]):
+            H[:] = 0.0
+            for i in range(grad.shape[2]):
+                for a in range(3):
+                    for b in range(3):
+                        H[a, b] += u[e, i, a] * grad[e, q, i, b]
+            trace = lam * (H[0, 0] + H[1, 1] + H[2, 2])
+            for a in range(3):
+                for b in range(3):
+                    sigma[e, q, a, b] = mu * (H[a, b] + H[b, a])
+                sigma[e, q, a, a] += trace
+
+
+@compile_kernel
+def stress_stiffness(lo, hi, grad, sigma, dx, S):
+    """``S (ne, nn, nn) = sum_q dx sigma_kl N_I,k N_J,l``, exactly symmetric."""
+    flux = np.empty(3)
+    for e in range(lo, hi):
+        S[e] = 0.0
+        for q in range(grad.shape[1]):
+            for i in range(grad.shape[2]):
+                for b in range(3):
+                    flux[b] = dx[e, q] * (
+                        grad[e, q, i, 0] * sigma[e, q, 0, b]
+                        + grad[e, q, i, 1] * sigma[e, q, 1, b]
+                        + grad[e, q, i, 2] * sigma[e, q, 2, b]
+                    )
+                for j in range(i + 1):
+                    S[e, i, j] += flux[0] * grad[e, q, j, 0] + flux[1] * grad[e, q, j, 1] + flux[2] * grad[e, q, j, 2]
+        for i in range(grad.shape[2]):
+            for j in range(i):
+                S[e, j, i] = S[e, i, j]
+
+
+@compile_kernel
 def quadratic(lo, hi, B, C, dx, K):
     """``K = sum_q dx B^T C B`` for strain rows ``B (ne, nq, ns, nl)``, moduli ``C (ne or 1, ns, ns)``; symmetric."""
     nq, ns, nl = B.shape[1], B.shape[2], B.shape[3]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,7 +46,7 @@ class FEModel(Record):
         The independent DOFs.
     interfaces : tuple of InterfaceFrame
         The root first.
-    geometric_stiffness : callable
+    geometric_stiffness : GeometricStiffness
         ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress that displacement ``d (n_dof,)`` means,
         with ``load (n_dof,)`` the nodal load that holds it.
     origin : (3,)
@@ -70,7 +69,7 @@ class FEModel(Record):
     C: csr_array
     free: np.ndarray
     interfaces: tuple[InterfaceFrame, ...]
-    geometric_stiffness: Callable[[np.ndarray, np.ndarray], csr_array]
+    geometric_stiffness: GeometricStiffness
     origin: np.ndarray
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
@@ -123,6 +122,38 @@ class GeometricStiffness:
             if values is not None:
                 self.pattern.add(data, block.nodes, values)
         return (self.pattern.csr(data) + self._links(self.K @ d - load)).tocsr()
+
+    def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
+        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load.
+
+        Solids have one matrix over nodes for all three displacement components: a ninth of the full one.
+        """
+        u = [np.where(self.dof[:, c : c + 1] >= 0, Phi[self.dof[:, c]], 0.0) for c in range(3)]
+        out = np.zeros((loads.shape[1], Phi.shape[1], Phi.shape[1]))
+        for k in np.flatnonzero(np.any(loads, axis=0)):
+            scalar, rest = self._sum(static[:, k])
+            Kg = sum(x.T @ (scalar @ x) for x in u) if scalar is not None else 0.0
+            other = self._links(self.K @ static[:, k] - loads[:, k])
+            other = other if rest is None else other + self.pattern.csr(rest)
+            Kg = Kg + Phi.T @ (other @ Phi)
+            out[k] = (Kg + Kg.T) / 2
+        return out
+
+    def _sum(self, d: np.ndarray) -> tuple[csr_array | None, np.ndarray | None]:
+        """Matrix over nodes of the solids, and data over DOFs of every other element."""
+        scalar = rest = None
+        for block in self.blocks:
+            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1)
+            if hasattr(block, "geometric_scalar"):
+                scalar = np.zeros(self.pattern.graph.nnz) if scalar is None else scalar
+                self.pattern.add_scalar(scalar, block.nodes, block.geometric_scalar(own))
+                continue
+            values = block.geometric_stiffness(own)
+            if values is not None:
+                rest = self.pattern.zeros() if rest is None else rest
+                self.pattern.add(rest, block.nodes, values)
+        graph = self.pattern.graph
+        return None if scalar is None else csr_array((scalar, graph.indices, graph.indptr), shape=graph.shape), rest
 
     def _links(self, held: np.ndarray) -> csr_array:
         """`held (n_dof,)`: the force that links exert on each DOF."""

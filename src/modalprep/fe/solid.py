@@ -14,7 +14,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.block import MassObjects, rigid_from_samples
-from modalprep.fe.kernels import elastic, gradients, in_threads, measures
+from modalprep.fe.kernels import elastic, gradients, in_threads, isotropic_stress, measures, stress_stiffness
 from modalprep.fe.properties import Solid
 from modalprep.fe.reference import node_coordinates, quadrature, shapes, shapes_at
 
@@ -28,7 +28,7 @@ DEGREE = {
     "hexahedron27": (5, 5, 7),
 }
 STRAIGHT = 1e-9  # mid nodes off the middle of their edges, over the size of the element
-PRESTRESS = {"tetra10": 5}  # degree for Kg of straight elements: linear stress times linear gradients squared
+PRESTRESS = {"tetra10": 3}  # degree for Kg of straight elements: linear stress times linear gradients squared
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,32 +131,35 @@ class SolidBlock:
         return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), scalar, {}, rigid)
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """``int sigma_kl N_I,k N_J,l`` per displacement component; sigma from the displacements ``d (ne, 3 nn)``."""
-        degree = max(self.degree, PRESTRESS.get(self.kind, 0))
-        grad, dx = self.gradients(degree)
-        weighted = grad @ (self.stress(d, degree) * dx[..., None, None])
+        """`geometric_scalar` on each displacement component, ``(ne, 3 nn, 3 nn)``."""
+        scalar = self.geometric_scalar(d)
         ne, nn = self.nodes.shape
-        left, right = (np.swapaxes(x, 2, 3).reshape(ne, -1, nn) for x in (grad, weighted))
-        scalar = left.transpose(0, 2, 1) @ right
         K = np.zeros((ne, nn, 3, nn, 3))
         for a in range(3):
-            K[:, :, a, :, a] = (scalar + scalar.transpose(0, 2, 1)) / 2
+            K[:, :, a, :, a] = scalar
         return K.reshape(ne, 3 * nn, 3 * nn)
+
+    def geometric_scalar(self, d: np.ndarray) -> np.ndarray:
+        """``int sigma_kl N_I,k N_J,l (ne, nn, nn)``; sigma from the displacements ``d (ne, 3 nn)``."""
+        degree = max(self.degree, PRESTRESS.get(self.kind, 0))
+        grad, dx = self.gradients(degree)
+        S = np.empty((*self.nodes.shape, self.nodes.shape[1]))
+        in_threads(stress_stiffness, len(d), grad, self.stress(d, degree), dx, S)
+        return S
 
     def stress(self, d: np.ndarray, degree: int | None = None) -> np.ndarray:
         """Cauchy stress ``(ne, nq, 3, 3)`` in Pa at the quadrature points for nodal displacements ``d (ne, 3 nn)``."""
         degree = self.degree if degree is None else degree
         grad, dx = self.gradients(degree)
-        nodal = d.reshape(len(d), -1, 3)
+        nodal = np.ascontiguousarray(d).reshape(len(d), -1, 3)
         if self.kind == "hexahedron":
             grad = np.concatenate([grad, self._incompatible(degree)], axis=2)
             internal = _internal(self._elastic(grad, dx), 24) @ d[:, :, None]
             nodal = np.concatenate([nodal, internal.reshape(len(d), 3, 3)], axis=1)
-        mat = self.section.material
-        strain = np.einsum("eqik,eij->eqjk", grad, nodal, optimize=True)
-        strain = (strain + np.swapaxes(strain, 2, 3)) / 2
+        mat, sigma = self.section.material, np.empty((*dx.shape, 3, 3))
         lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
-        return 2 * mat.G * strain + lam * np.trace(strain, axis1=2, axis2=3)[..., None, None] * np.eye(3)
+        in_threads(isotropic_stress, len(d), grad, nodal, lam, mat.G, sigma)
+        return sigma
 
     def _straight(self) -> bool:
         at = node_coordinates(self.kind)

@@ -10,7 +10,7 @@ from modalprep.records import Record
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FIXED, CONSTRAINT, TRUNCATION = "fixed-interface", "constraint", "truncation"
-FREE, ATTACHMENT = "free-interface", "attachment"
+FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -13,13 +13,29 @@ from rich.table import Table
 from rich.text import Text
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
+from modalprep.reduction.table import (
+    ATTACHMENT,
+    CONSTRAINT,
+    DIRECTIONS,
+    FIXED,
+    FREE,
+    PROJECTED,
+    TRUNCATION,
+    ModeTable,
+)
 
 WIDE = 105  # columns; below, each row names its largest directions only
 LISTED = 40  # frequencies written out, at most
 LEGEND = ": effective mass in % of the body"
 SUM = "; sum: of the kept rows so far, in the row's largest direction"
-NOUNS = {FIXED: "modes with fixed interfaces", CONSTRAINT: "constraint modes", TRUNCATION: "truncation vectors"}
+NOUNS = {
+    FIXED: "modes with fixed interfaces",
+    FREE: "modes of the floating body",
+    CONSTRAINT: "constraint modes",
+    ATTACHMENT: "attachment modes",
+    TRUNCATION: "truncation vectors",
+    PROJECTED: "projected directions",
+}
 
 
 def mode_table(table: ModeTable, console: Console) -> None:

@@ -1,0 +1,90 @@
+"""Where does the time of the road from a mesh to a modal file go?
+
+    python benchmarks/craig_bampton.py [--quick]
+
+A box of quadratic tetrahedra with five rigid interfaces on its faces, 100 modes, truncation vectors, all geometric
+stiffness matrices, HDF5 file: seconds by stage are shares of the whole. `--quick`: 20 000 DOFs and 40 modes; else
+100 000 and 100. The last line is JSON: `share_outside_factor_and_eigen`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from assembly import STEEL, tet_mesh
+
+import modalprep as mp
+from modalprep.reduction import clamped, craig_bampton
+
+
+def interfaces() -> dict[str, mp.Interface]:
+    """Five patches: the root face x = 0 and a corner patch on four other faces."""
+    patches = {"root": ((0, 0, 0), (0, 1, 1))}
+    patches["tip"] = ((1, 0, 0), (1, 0.3, 0.3))
+    patches["left"] = ((0.4, 0, 0.4), (0.8, 0, 0.8))
+    patches["right"] = ((0.4, 1, 0.4), (0.8, 1, 0.8))
+    patches["top"] = ((0.4, 0.4, 1), (0.8, 0.8, 1))
+    return {name: mp.Interface(box=corners) for name, corners in patches.items()}
+
+
+@contextmanager
+def clocked(spent: dict[str, float], home, name: str, stage: str) -> Iterator[None]:
+    """Add the time inside ``home.name`` to a stage."""
+    original = getattr(home, name)
+
+    def call(*arguments, **options):
+        start = time.perf_counter()
+        try:
+            return original(*arguments, **options)
+        finally:
+            spent[stage] = spent.get(stage, 0.0) + time.perf_counter() - start
+
+    setattr(home, name, call)
+    try:
+        yield
+    finally:
+        setattr(home, name, original)
+
+
+def road(mesh: mp.Mesh, count: int, folder: Path) -> dict[str, float]:
+    """Seconds of each stage."""
+    spent: dict[str, float] = {}
+    marks = [time.perf_counter()]
+    with clocked(spent, clamped, "factorize", "factor"), clocked(spent, craig_bampton, "lowest_modes", "eigen"):
+        model = mp.assemble(mesh, {"body": mp.Solid(material=STEEL)}, interfaces())
+        marks.append(time.perf_counter())
+        reduction = mp.craig_bampton(model, modes=count)
+        marks.append(time.perf_counter())
+        body = mp.flexible_body(model, reduction, name="box")
+        marks.append(time.perf_counter())
+        mp.write_body(body, folder / "box.h5")
+        marks.append(time.perf_counter())
+    assembly, reduce, integrals, file = np.diff(marks)
+    rest = reduce - spent["factor"] - spent["eigen"]
+    return {"assembly": assembly, **spent, "rest of the reduction": rest, "integrals and Kg": integrals, "file": file}
+
+
+def main() -> None:
+    """Run once to compile, then measure."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="20 000 DOFs and 40 modes")
+    quick = parser.parse_args().quick
+    with tempfile.TemporaryDirectory() as folder:
+        road(tet_mesh((2, 2, 2)), 2, Path(folder))
+        spent = road(tet_mesh((9, 8, 8) if quick else (16, 16, 16)), 40 if quick else 100, Path(folder))
+    total = sum(spent.values())
+    for stage, seconds in spent.items():
+        print(f"{stage:24} {100 * seconds / total:5.1f} %")
+    outside = 1 - (spent["factor"] + spent["eigen"]) / total
+    print(json.dumps({"share_outside_factor_and_eigen": round(outside, 3)}))
+
+
+if __name__ == "__main__":
+    main()
