@@ -97,20 +97,29 @@ def modes(
 def render(
     file: ModalFile,
     mode: Annotated[int, typer.Option("--mode", help="Mode, counted from 1; 0 draws the mesh.")] = 1,
-    target: Annotated[Path | None, typer.Option("-o", help="Picture (.png), or .gif with --animate.")] = None,
-    animate: Annotated[bool, typer.Option("--animate", help="Draw an animation (.gif).")] = False,
+    target: Annotated[Path | None, typer.Option("-o", help="Picture (.png), or .gif, .mp4 with --animate.")] = None,
+    animate: Annotated[bool, typer.Option("--animate", help="Draw an animation (.gif, .mp4).")] = False,
+    sheet: Annotated[bool, typer.Option("--sheet", help="Draw all modes in one picture.")] = False,
 ) -> None:
-    """Off-screen picture or animation of a mode shape."""
+    """Off-screen picture or animation of a mode shape, coloured by displacement."""
+    from modalprep.errors import InputError
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.render import animate_mode, render_mesh, render_mode
+    from modalprep.report.animation import animate_mode
+    from modalprep.report.render import render_mesh, render_mode
+    from modalprep.report.sheet import contact_sheet
 
+    if sheet and animate:
+        raise InputError("--sheet and --animate ask for two files; give one of them")
     body = read_body(file)
-    target = target or Path(f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}")
-    if mode == 0:
-        render_mesh(body, target)
+    default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
+    target = target or Path(default)
+    if sheet:
+        contact_sheet(body, target)
     elif animate:
         animate_mode(body, mode, target)
+    elif mode == 0:
+        render_mesh(body, target)
     else:
         render_mode(body, mode, target)
     Reporter().wrote(target)

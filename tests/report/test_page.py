@@ -98,3 +98,48 @@ def test_rigid_body_has_a_page(cantilever, tmp_path):
     none = np.zeros(0)
     rigid = cantilever.with_(K=none, D=none, frequency=none, shape=np.zeros((21, 3, 0)), modes=table)
     assert "Modal body with 0 modes" in outline(write_page(rigid, tmp_path / "p.html")).text
+
+
+def test_errors_have_a_section_only_where_there_are_any(cantilever, tmp_path):
+    assert "Errors" not in outline(write_page(cantilever, tmp_path / "p.html")).text
+    curves = {"reduced": ([1, 10, 100], [1e-6, 1e-4, 0.1])}
+    page = outline(write_page(cantilever, tmp_path / "p.html", errors=curves, error_axes=("Hz", "error")))
+    assert "Errors" in page.text
+    assert ("img", "error curves") in [(tag, attrs.get("alt")) for tag, attrs in page.tags]
+
+
+def test_wrong_errors_and_masses_leave_nothing(cantilever, tmp_path):
+    with pytest.raises(mp.InputError, match="error curve 'a' needs as many x as y"):
+        write_page(cantilever, tmp_path / "p.html", errors={"a": ([1, 2], [1])})
+    with pytest.raises(mp.InputError, match="one mass >= 0 for each of the 21 nodes"):
+        write_page(cantilever, tmp_path / "p.html", nodal_mass=np.ones(3))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_masses_change_the_likeness_and_its_words(block, tmp_path):
+    plain = write_page(block, tmp_path / "p.html").read_text(encoding="utf-8")
+    mass = np.linspace(1, 9, len(block.points))
+    weighted = write_page(block, tmp_path / "q.html", nodal_mass=mass).read_text(encoding="utf-8")
+    assert "each node with the same weight" in plain
+    assert "weighted by nodal mass" in weighted
+
+
+def test_modes_that_only_turn_are_named(cantilever, tmp_path):
+    shape = cantilever.shape.copy()
+    shape[:, :, 2] *= 1e-12
+    text = outline(write_page(cantilever.with_(shape=shape), tmp_path / "p.html")).text
+    assert "Mode 3 turns the nodes without moving them" in text
+    assert "without moving" not in outline(write_page(cantilever, tmp_path / "q.html")).text
+
+
+def test_cells_the_viewer_does_not_know_leave_the_rest(cantilever, tmp_path):
+    body = cantilever.with_(cells={"polygon": np.array([[0, 1, 2]])})
+    page = outline(write_page(body, tmp_path / "p.html"))
+    assert "No moving view: cells of type polygon cannot be drawn" in page.text
+    assert "viewer" not in [attrs.get("id") for _, attrs in page.tags]
+    assert "mode 5 10 Hz" in page.text
+
+
+def test_page_of_a_solid_stays_small(bracket_body, tmp_path):
+    """Style, scripts, chart, surface of 5592 triangles and 20 or so modes."""
+    assert write_page(bracket_body, tmp_path / "p.html").stat().st_size < 1_200_000

@@ -118,3 +118,23 @@ def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
     with pytest.raises(mp.InputError, match="No space left"):
         plots.effective_mass_plot(cantilever.modes, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_error_plot_takes_the_axes_its_curves_need(tmp_path, monkeypatch):
+    scales = []
+    monkeypatch.setattr(plots, "_save", lambda figure, path: scales.extend([figure.axes[0].get_xscale(),
+                                                                           figure.axes[0].get_yscale()]))  # fmt: skip
+    plots.error_plot({"a": ([1, 2, 3], [1e-8, 1e-3, np.nan]), "b": ([1, 3], [1e-5, 1e-2])}, tmp_path / "e.png")
+    plots.error_plot({"a": ([1, 1000], [-1, 1])}, tmp_path / "e.png")
+    assert scales == ["linear", "log", "log", "linear"]
+
+
+@pytest.mark.parametrize(("curves", "words"), [
+    ({}, "there is no error curve"),
+    ({"a": ([], [])}, "'a' needs as many x as y"),
+    ({"a": ([1], [1]), "b": ([1, 2], [1])}, "'b' needs as many x as y"),
+])  # fmt: skip
+def test_error_curves_that_are_none_are_refused(curves, words, tmp_path):
+    with pytest.raises(mp.InputError, match=words):
+        plots.error_plot(curves, tmp_path / "e.png")
+    assert list(tmp_path.iterdir()) == []

@@ -10,6 +10,7 @@ from PIL import Image
 import modalprep as mp
 from modalprep.errors import RenderError
 from modalprep.report import render
+from modalprep.report.animation import animate_mode
 from modalprep.report.camera import view
 
 REASON = render.drawing_problem()
@@ -88,7 +89,7 @@ def test_modes_that_do_not_move_are_drawn(cantilever, tmp_path):
 
 @needs_drawing
 def test_animation_returns_to_its_start(cantilever, tmp_path):
-    with Image.open(render.animate_mode(cantilever, 1, tmp_path / "a.gif", frames=8)) as image:
+    with Image.open(animate_mode(cantilever, 1, tmp_path / "a.gif", frames=8)) as image:
         assert image.n_frames == 8
         frames = []
         for k in range(8):
@@ -110,8 +111,8 @@ def test_wrong_requests_leave_nothing(cantilever, tmp_path):
     for mode in (0, 6):
         with pytest.raises(mp.InputError, match=f"no mode {mode}; its modes are 1 to 5"):
             render.render_mode(cantilever, mode, tmp_path / "m.png")
-    with pytest.raises(mp.InputError, match=r"animation is a \.gif"):
-        render.animate_mode(cantilever, 1, tmp_path / "m.png")
+    with pytest.raises(mp.InputError, match=r"animation is a \.gif or an \.mp4"):
+        animate_mode(cantilever, 1, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []
 
 

@@ -51,18 +51,14 @@ class Krylov:
         m = self.size
         old, M_old = self.V[:, :m], self.MV[:, :m]
         before = np.einsum("ij,ij->j", W, self.M @ W)
-        total = np.zeros((m, W.shape[1]))
-        for _ in range(2):
-            part = M_old.T @ W
-            W = W - old @ part
-            total += part
-        W, _ = _orthonormal(W, self.M, before)
-        W = W - old @ (M_old.T @ W)  # what the scaling of small remainders brought back
+        coefficient = M_old.T @ W
+        W, _ = _orthonormal(W - old @ coefficient, self.M, before)
+        W = W - old @ (M_old.T @ W)  # what cancellation left of the old directions
         W, MW = _orthonormal(W, self.M, np.ones(W.shape[1]))
         new = W.shape[1]
         self.V[:, m : m + new], self.MV[:, m : m + new] = W, MW
         self.size += new
-        return total, new
+        return coefficient, new
 
     def compress(self, S: np.ndarray, theta: np.ndarray, tail: int) -> None:
         """Keep the combinations ``V S`` with their Ritz values and the last `tail` vectors."""
@@ -155,7 +151,7 @@ def _expand(space: Krylov, factor: Factor, n: int, tail: int, capacity: int) -> 
         space.H[m : m + new, m - tail : m] = beta
         space.H[m - tail : m, m : m + new] = beta.T
         full = new == 0 or space.size >= capacity
-        if full or (m >= 1.3 * n and m - checked >= max(n // 6, 2 * tail)):
+        if full or (m >= 1.5 * n and m - checked >= max(n // 4, 2 * tail)):
             checked = m
             theta, S = eigh((space.H[:m, :m] + space.H[:m, :m].T) / 2)
             order = np.argsort(-theta)

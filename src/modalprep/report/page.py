@@ -5,19 +5,23 @@ from __future__ import annotations
 import base64
 import mimetypes
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, StrictUndefined, Template
+from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.reduction.table import DIRECTIONS, ModeTable
-from modalprep.report.plots import effective_mass_plot
+from modalprep.report.mac import mac_chart
+from modalprep.report.motion import unseen_modes
+from modalprep.report.plots import effective_mass_plot, error_plot
+from modalprep.report.scene import drawable
 from modalprep.report.tables import carried, hertz, percent, summary_rows
 
 if TYPE_CHECKING:
@@ -33,8 +37,11 @@ def write_page(
     plots: Sequence[tuple[str, Path]] = (),
     checks: Sequence[Check] = (),
     notes: Sequence[str] = (),
+    errors: Mapping[str, tuple[Any, Any]] | None = None,
+    error_axes: tuple[str, str] = ("frequency (Hz)", "relative error"),
+    nodal_mass: np.ndarray | None = None,
 ) -> Path:
-    """Write the page: summary, mode selection, mode shapes, checks, simulation plots, provenance.
+    """Write the page: summary, selection, moving mode shapes, their likeness, checks, plots, provenance.
 
     Everything is in the one file: no script, style or picture is loaded from elsewhere.
 
@@ -45,6 +52,12 @@ def write_page(
     plots : sequence of (title, picture file)
     notes : sequence of str
         Sentences to show on top.
+    errors : {label: (x, y)}, optional
+        Curves of a section on errors; without, there is no such section.
+    error_axes : (str, str)
+        Words along its axes.
+    nodal_mass : (n_points,), optional
+        Weights of the nodes where modes are compared; without, each counts the same.
 
     Raises
     ------
@@ -58,19 +71,15 @@ def write_page(
     >>> "Mode selection" in page.read_text(encoding="utf-8")
     True
     """
-    template = files("modalprep.report").joinpath("page.html").read_text(encoding="utf-8")
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    text = environment.from_string(template).render(
+    text = _template().render(
+        **_static(),
+        **_selection(body.modes),
+        **_shapes(body, pictures or {}, nodal_mass),
         body=body,
-        table=body.modes,
         summary=summary_rows(body),
-        directions=DIRECTIONS,
-        rows=_rows(body.modes),
-        sums=[percent(value) for value in carried(body.modes)],
-        mass_plot=_mass_plot(body.modes),
         mesh_picture=_embedded(mesh_picture) if mesh_picture else None,
         plots=[(title, _embedded(file)) for title, file in plots],
-        cards=_cards(body, pictures or {}),
+        errors_plot=_drawn(error_plot, errors, xlabel=error_axes[0], ylabel=error_axes[1]) if errors else None,
         checks=checks,
         failed=sum(not check.passed for check in checks),
         notes=notes,
@@ -78,6 +87,44 @@ def write_page(
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
+
+
+def _template() -> Template:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(_part("page.html"))
+
+
+def _part(name: str) -> str:
+    return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")
+
+
+def _static() -> dict[str, Any]:
+    """Return style and scripts, which are the same in every page."""
+    return {"style": Markup(_part("page.css")), "script": Markup(_part("page.js") + _part("viewer.js"))}
+
+
+def _selection(table: ModeTable) -> dict[str, Any]:
+    return {
+        "table": table,
+        "directions": DIRECTIONS,
+        "rows": _rows(table),
+        "kinds": list(dict.fromkeys(table.kind)),
+        "sums": [percent(value) for value in carried(table)],
+        "mass_plot": _drawn(effective_mass_plot, table),
+    }
+
+
+def _shapes(body: FlexibleBody, pictures: Mapping[int, Path], nodal_mass: np.ndarray | None) -> dict[str, Any]:
+    """Return the moving view, the cards and the likeness of the modes."""
+    scene, problem = drawable(body)
+    return {
+        "scene": scene,
+        "scene_problem": problem,
+        "pictured": bool(pictures),
+        "cards": _cards(body, pictures, len(scene["modes"]) if scene else 0),
+        "unseen": unseen_modes(body.shape),
+        "mac": mac_chart(body, nodal_mass),
+    }
 
 
 def _rows(table: ModeTable) -> list[dict]:
@@ -98,23 +145,25 @@ def _sortable(value: float) -> str:
     return "-1" if np.isnan(value) else f"{value:.9g}"
 
 
-def _cards(body: FlexibleBody, pictures: Mapping[int, Path]) -> list[dict]:
-    """One card per mode of the body, with a picture where there is one."""
+def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> list[dict]:
+    """One card per mode of the body, with a picture where there is one; the first `moving` are in the viewer."""
     damping = body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, 1.0)))  # a mode of 0 Hz has none
     return [
         {
             "number": mode,
             "frequency": hertz(body.frequency[mode - 1]),
             "damping": f"{100 * damping[mode - 1]:.3g}",
+            "moving": mode <= moving,
             "image": _embedded(pictures[mode]) if mode in pictures else None,
         }
         for mode in range(1, body.n + 1)
     ]
 
 
-def _mass_plot(table: ModeTable) -> str:
+def _drawn(draw: Callable[..., Path], what: Any, **options: Any) -> str:
+    """Return a chart as a data address."""
     with tempfile.TemporaryDirectory() as folder:
-        return _embedded(effective_mass_plot(table, Path(folder) / "mass.png"))
+        return _embedded(draw(what, Path(folder) / "chart.png", **options))
 
 
 def _embedded(file: Path) -> str:

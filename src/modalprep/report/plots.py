@@ -1,4 +1,4 @@
-"""Charts by matplotlib: effective masses and time histories."""
+"""Charts by matplotlib: effective masses, time histories and error curves."""
 
 from __future__ import annotations
 
@@ -218,6 +218,56 @@ def _head(axes: Axes, title: str) -> None:
     if rows:
         axes.legend(loc="lower left", bbox_to_anchor=(-0.008, 1.0), ncols=columns, frameon=False, fontsize=9.5,
                     borderaxespad=0.3, columnspacing=1.6, handlelength=2.0, handletextpad=0.6)  # fmt: skip
+
+
+def error_plot(
+    curves: Mapping[str, tuple[Any, Any]],
+    path: str | Path,
+    *,
+    xlabel: str = "frequency (Hz)",
+    ylabel: str = "relative error",
+) -> Path:
+    """Draw error curves; on logarithmic axes where the values are positive and span two decades.
+
+    Parameters
+    ----------
+    curves : {label: (x, y)}
+
+    Raises
+    ------
+    InputError
+        When there is no curve, or x and y of one differ in length.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> error_plot({"reduced": ([1, 10, 100], [1e-6, 1e-4, 0.1])}, Path(tempfile.mkdtemp()) / "e.png").name
+    'e.png'
+    """
+    pairs = {label: (np.asarray(x, dtype=float), np.asarray(y, dtype=float)) for label, (x, y) in curves.items()}
+    wrong = [label for label, (x, y) in pairs.items() if x.ndim != 1 or x.shape != y.shape or not len(x)]
+    if wrong or not pairs:
+        raise InputError(
+            f"error curve {wrong[0]!r} needs as many x as y" if wrong else "there is no error curve to draw"
+        )
+    figure = Figure(figsize=(9.0, 4.6), layout="constrained")
+    axes = figure.add_subplot()
+    for number, (label, (x, y)) in enumerate(pairs.items()):
+        line = LINES[number // len(CURVES) % len(LINES)]
+        mark = "o" if len(x) <= 60 else ""
+        axes.plot(x, y, marker=mark, markersize=4, label=label, linewidth=2.0, color=CURVES[number % 6], linestyle=line)
+    axes.set_xscale(_axis_scale([x for x, _ in pairs.values()]))
+    axes.set_yscale(_axis_scale([y for _, y in pairs.values()]))
+    axes.set_xlabel(xlabel)
+    axes.set_ylabel(ylabel)
+    _head(axes, "")
+    _plain(axes, grid="both")
+    return _save(figure, path)
+
+
+def _axis_scale(values: Sequence[np.ndarray]) -> str:
+    known = _finite(values)
+    return "log" if known.size and known.min() > 0 and known.max() >= 100 * known.min() else "linear"
 
 
 def _plain(axes: Axes, grid: str) -> None:

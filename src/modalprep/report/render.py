@@ -13,6 +13,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
+from modalprep.report.motion import largest_displacement
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 PROBE = """
@@ -116,38 +117,12 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
     return _save(plotter, path)
 
 
-def animate_mode(body: FlexibleBody, mode: int, path: str | Path, *, frames: int = 24) -> Path:
-    """Write one period of a mode as a GIF.
-
-    Raises
-    ------
-    InputError, RenderError
-        As `render_mode`; the file is a .gif.
-    """
-    from PIL import Image
-
-    if Path(path).suffix.lower() != ".gif":
-        raise InputError(f"cannot write {path}: an animation is a .gif file")
-    scale = _scale(body, mode)
-    swing = scale * body.shape[:, :, mode - 1]
-    plotter = _plotter(body, (700, 525), np.concatenate([body.points + swing, body.points - swing]), mode)
-    _add_ghost(plotter, body)
-    images = []
-    for phase in np.linspace(0, 2 * np.pi, frames, endpoint=False):
-        _add_deformed(plotter, body, mode, scale, np.sin(phase))
-        images.append(Image.fromarray(plotter.screenshot(return_img=True)))
-    plotter.close()
-    with atomic_path(path) as temporary:
-        images[0].save(temporary, save_all=True, append_images=images[1:], duration=60, loop=0, format="GIF")
-    return Path(path)
-
-
 def _scale(body: FlexibleBody, mode: int) -> float:
     """Return the modal coordinate at which the largest displacement is `SHARE` of the body's size."""
     if not 1 <= mode <= body.n:
         modes = f"its modes are 1 to {body.n}" if body.n else "it is rigid"
         raise InputError(f"body {body.name!r} has no mode {mode}; {modes}")
-    largest = np.linalg.norm(body.shape[:, :, mode - 1], axis=1).max()
+    largest = largest_displacement(body.shape)[mode - 1]
     return float(SHARE * _size(body) / largest) if largest > 0 else 0.0
 
 
@@ -161,8 +136,8 @@ def _title(body: FlexibleBody, mode: int | None) -> str:
     return f"{body.name}   mode {mode}   {body.frequency[mode - 1]:.4g} Hz"
 
 
-def _plotter(body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None):
-    """Return an empty picture whose camera holds the body and the (deformed) points."""
+def _plotter(body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None, *, text: bool = True):
+    """Return an empty picture, its camera on the body and the (deformed) points; `text` adds title and axes."""
     problem = drawing_problem()
     if problem:
         raise RenderError(problem)
@@ -175,8 +150,10 @@ def _plotter(body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode
     plotter.enable_anti_aliasing("ssaa")
     shape = None if mode is None else body.shape[:, :, mode - 1]
     aim(plotter, np.concatenate([body.points, body.interface_position, points]), body.points, shape)
+    if not text:
+        return plotter
     plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
-    plotter.add_text(_title(body, mode), position=(0.025, 0.935), viewport=True, font_size=size[1] // 55, color="black")
+    plotter.add_text(_title(body, mode), position=(0.025, 0.935), viewport=True, font_size=size[1] // 46, color="black")
     return plotter
 
 
@@ -197,7 +174,7 @@ def _add_ghost(plotter, body: FlexibleBody) -> None:
         plotter.add_mesh(beams, color=GHOST, line_width=2)
 
 
-def _add_deformed(plotter, body: FlexibleBody, mode: int, scale: float, phase: float = 1.0) -> None:
+def _add_deformed(plotter, body: FlexibleBody, mode: int, scale: float, phase: float = 1.0, *, names=True) -> None:
     """Add the body at its modal coordinate `scale * phase`, in place of what was there before."""
     from modalprep.report.surface import surface, tubes
 
@@ -206,32 +183,36 @@ def _add_deformed(plotter, body: FlexibleBody, mode: int, scale: float, phase: f
     moved = body.points + displacement
     style = {"scalars": "displacement", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False}
     style |= {"smooth_shading": True, "ambient": 0.25}
-    skin, beams = surface(body, moved, amount), tubes(body, moved, TUBE * _size(body), amount)
+    skin = surface(body, moved, amount)
+    radius = (TUBE if skin is None else 0.4 * TUBE) * _size(body)
+    beams = tubes(body, moved, radius, amount)
     if skin is not None:
         plotter.add_mesh(skin, name="skin", split_sharp_edges=True, reset_camera=False, **style)
     if beams is not None:
         plotter.add_mesh(beams, name="beams", reset_camera=False, **style)
-    _add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1])
+    _add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)
 
 
 def _add_bar(plotter) -> None:
     plotter.add_scalar_bar(
-        "displacement / largest", color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=16,
-        label_font_size=16, position_x=0.66, position_y=0.03, width=0.3, height=0.07,
+        "displacement / largest", color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=24,
+        label_font_size=24, position_x=0.58, position_y=0.025, width=0.39, height=0.085,
     )  # fmt: skip
 
 
-def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray) -> None:
+def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: bool = True) -> None:
     """Mark the interfaces by balls over the body (a bolt's centre lies inside its hole) and by their names."""
     places, camera = np.array(places, dtype=float), plotter.camera
     radius = BALL * camera.parallel_scale
     actor = plotter.add_mesh(_balls(places, radius), name="balls", color=MARK, ambient=0.4, reset_camera=False)
     actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
     actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, -66000)
+    if not names:
+        return
     beside = np.cross(camera.up, np.array(camera.position) - camera.focal_point)
     beside = np.array(camera.up) + beside / np.linalg.norm(beside)
     plotter.add_point_labels(
-        places + radius * beside, list(body.interface_name), name="names", font_size=20, text_color="black",
+        places + radius * beside, list(body.interface_name), name="names", font_size=26, text_color="black",
         shape_color="white", shape_opacity=0.75, show_points=False, always_visible=True, margin=4, reset_camera=False,
     )  # fmt: skip
 

@@ -1,0 +1,91 @@
+"""Which mode shapes look alike: the modal assurance criterion of a body's own modes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.report.motion import largest_displacement
+from modalprep.report.tables import hertz
+
+SHOWN = 60  # modes in the picture, at most
+WRITTEN = 16  # modes up to which each value is written in its square
+LOW, HIGH = np.array([255, 255, 255]), np.array([0, 72, 128])  # colours of 0 and 1
+
+
+def auto_mac(shape: np.ndarray, nodal_mass: np.ndarray | None = None) -> np.ndarray:
+    """Return ``MAC_ij = (phi_i . phi_j)^2 / ((phi_i . phi_i) (phi_j . phi_j))`` of nodal shapes.
+
+    Parameters
+    ----------
+    shape : (n_points, 3, n)
+    nodal_mass : (n_points,), optional
+        Weights of the nodes; without, each counts the same.
+
+    Returns
+    -------
+    (n, n), a mode that moves no node has zeros.
+
+    Examples
+    --------
+    >>> shape = np.zeros((2, 3, 2))
+    >>> shape[:, 0] = [[1, 1], [1, 0]]
+    >>> auto_mac(shape).round(2)
+    array([[1. , 0.5],
+           [0.5, 1. ]])
+    """
+    rows = shape.reshape(-1, shape.shape[2])
+    product = rows.T @ (rows if nodal_mass is None else np.repeat(_checked(nodal_mass, shape), 3)[:, None] * rows)
+    size = np.where(largest_displacement(shape) > 0, np.diag(product), 0.0)
+    whole = np.outer(size, size)
+    return np.where(whole > 0, product**2, 0.0) / np.where(whole > 0, whole, 1.0)
+
+
+def _checked(nodal_mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    weight = np.asarray(nodal_mass, dtype=float)
+    if weight.shape != (len(shape),) or not (weight >= 0).all():
+        raise InputError(f"nodal_mass must hold one mass >= 0 for each of the {len(shape)} nodes of the mesh")
+    return weight
+
+
+def mac_chart(body: FlexibleBody, nodal_mass: np.ndarray | None = None) -> dict[str, Any] | None:
+    """Return what the page needs to draw the matrix; None without two modes to compare.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> chart = mac_chart(uniform_beam(modes=2))
+    >>> chart["count"], len(chart["squares"]), chart["alike"]  # bending in y and in z
+    (2, 2, [])
+    """
+    count = min(body.n, SHOWN)
+    if count < 2:
+        return None
+    mac = auto_mac(body.shape[:, :, :count], nodal_mass)
+    rows, columns = np.nonzero(mac >= 0.005)
+    return {
+        "count": count,
+        "of": body.n,
+        "weighted": nodal_mass is not None,
+        "squares": [_square(i, j, mac[i, j], count) for i, j in zip(rows.tolist(), columns.tolist(), strict=True)],
+        "values": [[round(float(value), 3) for value in row] for row in mac],
+        "frequencies": [hertz(f) for f in body.frequency[:count]],
+        "alike": _alike(mac),
+    }
+
+
+def _square(i: int, j: int, value: float, count: int) -> dict[str, Any]:
+    red, green, blue = np.rint(LOW + value * (HIGH - LOW)).astype(int)
+    text = f"{value:.2f}" if count <= WRITTEN else ""
+    ink = "white" if value > 0.5 else "#1d2733"
+    return {"x": j, "y": i, "fill": f"#{red:02x}{green:02x}{blue:02x}", "text": text, "ink": ink}
+
+
+def _alike(mac: np.ndarray) -> list[tuple[int, int, str]]:
+    """Return the three pairs of different modes most alike, as (mode, mode, value), if any is above a tenth."""
+    i, j = np.tril_indices(len(mac), -1)
+    best = np.argsort(-mac[i, j], kind="stable")[:3]
+    return [(int(j[k]) + 1, int(i[k]) + 1, f"{mac[i[k], j[k]]:.2f}") for k in best if mac[i[k], j[k]] >= 0.1]

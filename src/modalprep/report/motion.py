@@ -1,0 +1,43 @@
+"""How far a mode moves the nodes of the mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+
+NOISE = 1e-6  # of the largest displacement of any mode: below, nodes turn without moving
+
+
+def largest_displacement(shape: np.ndarray) -> np.ndarray:
+    """Return the largest displacement of each mode, 0 where it is rounding only.
+
+    A straight beam in torsion turns its nodes and moves none; what its shape then holds is noise,
+    which no picture must enlarge.
+
+    Parameters
+    ----------
+    shape : (n_points, 3, n)
+
+    Returns
+    -------
+    (n,)
+
+    Examples
+    --------
+    >>> shape = np.zeros((4, 3, 2))
+    >>> shape[3, 1] = [0.5, 1e-13]
+    >>> largest_displacement(shape)
+    array([0.5, 0. ])
+    """
+    largest = np.linalg.norm(shape, axis=1).max(axis=0, initial=0.0)
+    return np.where(largest > NOISE * largest.max(initial=0.0), largest, 0.0)
+
+
+def unseen_modes(shape: np.ndarray) -> list[int]:
+    """Return the modes, counted from 1, that move no node.
+
+    Examples
+    --------
+    >>> unseen_modes(np.zeros((2, 3, 1)))
+    [1]
+    """
+    return [int(k) + 1 for k in np.flatnonzero(largest_displacement(shape) == 0)]

@@ -1,0 +1,127 @@
+"""A body as data for the viewer in the page: outer surface, beams, interfaces and mode shapes, as base64."""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import RenderError
+from modalprep.report.camera import view
+from modalprep.report.motion import largest_displacement
+from modalprep.report.render import SHARE
+from modalprep.report.skin import Skin, outer_skin, simplified
+from modalprep.report.tables import hertz
+
+TRIANGLES = 60_000  # of the surface in the page, at most
+BYTES = 8_000_000  # of all mode shapes in the page, at most
+EDGED = 20_000  # triangles up to which element edges are drawn from the start: beyond, they hide the colours
+ENOUGH = 5000  # nodes to choose a view by
+FULL = 32767  # the largest displacement of a mode, as a 16-bit number
+
+
+def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = BYTES) -> dict[str, Any]:
+    """Return what the viewer draws, ready for JSON.
+
+    Points are 32-bit floats about the body's middle, in units of its size; mode shapes are 16-bit integers.
+    A surface of more triangles is drawn by its corner nodes, then on a coarser grid; what was left out is said.
+
+    Parameters
+    ----------
+    triangles : int
+        Most triangles of the surface.
+    shape_bytes : int
+        Most bytes of all mode shapes; modes beyond are left out.
+
+    Raises
+    ------
+    RenderError
+        When a cell type cannot be drawn.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> drawn = scene(uniform_beam(modes=2))
+    >>> drawn["counts"], drawn["modes"][1]["number"], drawn["notes"]
+    ([0, 40], 2, [])
+    """
+    skin, notes = _limited(body, triangles)
+    used = np.unique(np.concatenate([part.ravel() for part in vars(skin).values()]))
+    renumber = np.zeros(len(body.points), dtype=int)
+    renumber[used] = np.arange(len(used))
+    points, shape = _with_interfaces(body, used)
+    largest = largest_displacement(body.shape)
+    count = max(1, min(body.n, shape_bytes // (6 * len(points))))
+    if count < body.n:
+        notes.append(f"The viewer holds modes 1 to {count} of {body.n}, to keep the page small.")
+    parts = {name: _encoded(renumber[part], "<u4") for name, part in vars(skin).items()}
+    return parts | {
+        "points": _encoded(_centred(body, points), "<f4"),
+        "modes": [_mode(body, k, shape[:, :, k], float(largest[k])) for k in range(min(count, body.n))],
+        "interfaces": list(body.interface_name),
+        "counts": [len(skin.triangles), len(skin.lines)],
+        "edged": len(skin.triangles) <= EDGED,
+        "share": SHARE,
+        "notes": notes,
+    }
+
+
+def _limited(body: FlexibleBody, limit: int) -> tuple[Skin, list[str]]:
+    """Return a skin of at most `limit` triangles, and a sentence when something was left out for that."""
+    skin = outer_skin(body.points, body.cells)
+    whole = len(skin.triangles)
+    if whole <= limit:
+        return skin, []
+    skin = outer_skin(body.points, body.cells, curved=False)
+    if len(skin.triangles) > limit:
+        skin = simplified(body.points, skin, limit)
+    kept = len(skin.triangles)
+    return skin, [f"The surface is drawn with {kept} of its {whole} triangles, to keep the page small."]
+
+
+def _with_interfaces(body: FlexibleBody, used: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points and shapes of these nodes and, behind them, of the interfaces."""
+    points = np.concatenate([body.points[used], body.interface_position.reshape(-1, 3)])
+    return points, np.concatenate([body.shape[used], body.phi])
+
+
+def _centred(body: FlexibleBody, points: np.ndarray) -> np.ndarray:
+    low, high = body.points.min(axis=0), body.points.max(axis=0)
+    return (points - (low + high) / 2) / (np.linalg.norm(high - low) or 1.0)
+
+
+def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float) -> dict[str, Any]:
+    """Return one mode with its shape, largest displacement one, and the directions of a good view."""
+    unit = shape / largest if largest else np.zeros_like(shape)
+    some = slice(None, None, len(body.points) // ENOUGH + 1)
+    towards, up = view(body.points[some], body.shape[some, :, k] if largest else None)
+    return {
+        "number": k + 1,
+        "frequency": hertz(body.frequency[k]),
+        "shape": _encoded(np.rint(FULL * np.clip(unit, -1, 1)), "<i2"),
+        "view": [np.cross(up, towards).tolist(), up.tolist(), towards.tolist()],
+    }
+
+
+def _encoded(array: np.ndarray, kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(array, dtype=kind).tobytes()).decode()
+
+
+def drawable(body: FlexibleBody) -> tuple[dict[str, Any] | None, str]:
+    """Return the scene, or None and the sentence why there is none.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=1)
+    >>> drawable(body.with_(cells={"polygon": np.array([[0, 1, 2]])}))[1].split(";")[0]
+    'cells of type polygon cannot be drawn'
+    """
+    if not body.n:
+        return None, ""
+    try:
+        return scene(body), ""
+    except RenderError as error:
+        return None, str(error)

@@ -1,0 +1,46 @@
+"""A page in Debian's chromium: inject a probe, read back what it found."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+import shutil
+import subprocess
+
+import pytest
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+CHROMIUM = next((found for found in map(shutil.which, NAMES) if found), None)
+needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: apt-get install chromium")
+FLAGS = ("--headless", "--no-sandbox", "--disable-gpu-sandbox", "--enable-unsafe-swiftshader", "--window-size=1200,900")
+FIRST = "<head><script>const faults = []; addEventListener('error', e => faults.push(e.message));%s</script>"
+LAST = """<script>
+const wait = ms => new Promise(done => setTimeout(done, ms));
+(async () => {
+  const out = {};
+  try { await (async () => { %s })(); } catch (fault) { faults.push(String(fault)); }
+  const place = document.createElement("pre");
+  place.id = "probe"; place.textContent = JSON.stringify({ ...out, faults });
+  document.body.append(place);
+})();
+</script></body>"""
+
+
+def run_page(page, folder, probe: str, *, before: str = "") -> dict:
+    """Load a page, run JavaScript that fills `out` behind its own scripts, and return `out` with the `faults`.
+
+    Parameters
+    ----------
+    before : str
+        JavaScript to run before the page's own.
+    """
+    text = page.read_text(encoding="utf-8")
+    text = text.replace("<head>", FIRST % before, 1).replace("</body>", LAST % probe, 1)
+    copy = folder / "probed.html"
+    copy.write_text(text, encoding="utf-8")
+    command = [CHROMIUM, *FLAGS, f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=8000", "--dump-dom"]
+    done = subprocess.run([*command, copy.as_uri()], capture_output=True, text=True, timeout=120)
+    found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
+    assert found, f"the page's scripts did not end: {done.stderr[-500:]}"
+    return json.loads(html.unescape(found[1]))
