@@ -214,10 +214,14 @@ def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
                 continue
             for j in range(nn):
                 place = column[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
-                for a in range(width):
-                    at = row[node, a] + place
-                    for b in range(width):
-                        data[at + b] += values[e, i * width + a, j * width + b]
+                if width == 3:  # known lengths unroll
+                    for a in range(3):
+                        for b in range(3):
+                            data[row[node, a] + place + b] += values[e, 3 * i + a, 3 * j + b]
+                else:
+                    for a in range(6):
+                        for b in range(6):
+                            data[row[node, a] + place + b] += values[e, 6 * i + a, 6 * j + b]
 
 
 @compile_kernel

@@ -32,7 +32,7 @@ from modalprep.fe.laminate import ShellSection, shell_section, strain_rotation, 
 from modalprep.fe.properties import Shell
 
 STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}
-MASS_DEGREE = 4
+MASS_DEGREE = {"triangle": (4, 2), "quad": (4, 3)}  # of the displacement, quadratic across, and of the rotation
 OPT_BETA = 0.01  # lower bound of the OPT triangle's beta_0, which vanishes at nu = 1/2
 
 
@@ -150,21 +150,22 @@ class ShellBlock:
         return strain @ C[:, :6, :6]
 
     def mass(self) -> MassObjects:
-        """Every mass object of FORMULATION section 1: a sample at the mid-surface, one for the thickness."""
-        s, cells = self._section, FlatCells(self.kind, self.xy, MASS_DEGREE)
-        dx, N = cells.mapped[1], cells.N
-        ne, nq = dx.shape
-        u, beta = self._translation(cells), self._rotation(cells)
-        rotate = np.swapaxes(self.frame, 1, 2)[:, None]
+        """Every mass object of FORMULATION section 1: samples of the mid-surface, and of the thickness."""
+        s = self._section
+        surface, sheet = (FlatCells(self.kind, self.xy, degree) for degree in MASS_DEGREE[self.kind])
         z = s.first / s.mass
-        at = np.einsum("qi,eik,eka->eqa", N, self.xy, self.frame[:, :2], optimize=True) + self.centre[:, None]
+        middle, thick = self._translation(surface), self._rotation(sheet)
+        if z:
+            middle += z * self._rotation(surface)
+        at = np.einsum("qi,eik,eka->eqa", surface.N, self.xy, self.frame[:, :2], optimize=True) + self.centre[:, None]
         at += ((self.offset + z)[:, None] * self.frame[:, 2])[:, None]
-        shape = rotate @ np.concatenate([u + z * beta, beta], axis=1)
-        shape = (shape.reshape(ne, -1, shape.shape[3]) @ self._to_local).reshape(shape.shape)
-        normal = np.repeat(self.frame[:, None, 2], nq, axis=1)
-        weight = np.concatenate([s.mass * dx, (s.second - s.mass * z**2) * dx], axis=1)
-        samples = MassSamples(weight, np.repeat([1.0, 0.0], nq), np.concatenate([at, normal], axis=1), shape)
-        return mass_from_samples(samples)
+        shape = np.swapaxes(self.frame, 1, 2)[:, None] @ np.concatenate([middle, thick], axis=1)
+        shape = (shape.reshape(len(at), -1, shape.shape[3]) @ self._to_local).reshape(shape.shape)
+        normal = np.repeat(self.frame[:, None, 2], len(sheet.N), axis=1)
+        dx = surface.mapped[1], sheet.mapped[1]
+        weight = np.concatenate([s.mass * dx[0], (s.second - s.mass * z**2) * dx[1]], axis=1)
+        unit = np.repeat([1.0, 0.0], [len(surface.N), len(sheet.N)])
+        return mass_from_samples(MassSamples(weight, unit, np.concatenate([at, normal], axis=1), shape))
 
     def _translation(self, cells: FlatCells) -> np.ndarray:
         """Mid-surface displacement ``(ne, nq, 3, 6n)``; w is linked to the rotations by its edge functions."""
