@@ -75,16 +75,16 @@ class MassSamples(NamedTuple):
 
 def mass_from_samples(s: MassSamples) -> MassObjects:
     """Sum g, h, M_ab and the rigid inertia of FORMULATION section 1 over mass samples."""
-    weighted = s.weight[:, :, None, None] * s.shape
-    ne, ns, _, nl = s.shape.shape
-    g = np.matmul(s.unit[None, None], weighted.reshape(ne, ns, 3 * nl)).reshape(ne, 3, nl).transpose(0, 2, 1)
-    h = (s.position.transpose(0, 2, 1) @ weighted.reshape(ne, ns, 3 * nl)).reshape(ne, 3, 3, nl)  # b, a
+    shape = np.ascontiguousarray(np.moveaxis(s.shape, 2, 0))  # component first: (3, ne, ns, nl)
+    weighted = s.weight[..., None] * shape
+    g = (s.unit @ weighted).transpose(1, 2, 0)
+    h = np.swapaxes(s.position, 1, 2) @ weighted  # (3 of a, ne, 3 of b, nl)
     pairs = {}
     for a, b in PAIRS:
-        values = s.shape[:, :, a].transpose(0, 2, 1) @ weighted[:, :, b]
+        values = np.swapaxes(shape[a], 1, 2) @ weighted[b]
         pairs[a, b] = (values + values.transpose(0, 2, 1)) / 2 if a == b else values  # symmetric to the last bit
     rigid = rigid_from_samples(s.weight, s.unit, s.position)
-    return MassObjects(g, h.transpose(0, 3, 2, 1), None, pairs, rigid)
+    return MassObjects(g, h.transpose(1, 3, 0, 2), None, pairs, rigid)
 
 
 def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarray) -> RigidInertia:

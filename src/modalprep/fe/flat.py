@@ -32,13 +32,15 @@ class FlatCells:
     def mapped(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """``grad (ne, nq, n, 2)``, ``dx (ne, nq)`` and the inverse Jacobian ``(ne, nq, 2, 2)``, ``dX/dx``."""
         _, dN, weight = shapes(self.kind, self.degree)
-        J = np.einsum("eia,qib->eqab", self.xy, dN)
+        nq, n, _ = dN.shape
+        J = np.swapaxes(self.xy, 1, 2) @ dN.transpose(1, 0, 2).reshape(n, 2 * nq)
+        J = J.reshape(-1, 2, nq, 2).transpose(0, 2, 1, 3)
         det = J[..., 0, 0] * J[..., 1, 1] - J[..., 0, 1] * J[..., 1, 0]
         inverse = np.empty_like(J)
         inverse[..., 0, 0], inverse[..., 1, 1] = J[..., 1, 1], J[..., 0, 0]
         inverse[..., 0, 1], inverse[..., 1, 0] = -J[..., 0, 1], -J[..., 1, 0]
         inverse /= det[..., None, None]
-        return np.einsum("qib,eqba->eqia", dN, inverse), weight * det, inverse
+        return _pull_back(dN, inverse), weight * det, inverse
 
     @property
     def N(self) -> np.ndarray:
@@ -67,7 +69,13 @@ class FlatCells:
             for k in range(4):
                 dP[:, k, k % 2] = 4 * (1 - 2 * along[k]) * across[k]
                 dP[:, k, 1 - k % 2] = 4 * along[k] * (1 - along[k]) * slope[k]
-        return P, np.einsum("qkb,eqba->eqka", dP, self.mapped[2])
+        return P, _pull_back(dP, self.mapped[2])
+
+
+def _pull_back(slope: np.ndarray, inverse: np.ndarray) -> np.ndarray:
+    """Gradients ``(ne, nq, k, 2)`` in x, y of functions with reference gradients ``(nq, k, 2)``."""
+    along, across = (slope[None, :, :, b, None] * inverse[:, :, None, b] for b in range(2))
+    return along + across
 
 
 def side_rotation(cells: FlatCells) -> np.ndarray:

@@ -157,7 +157,7 @@ class ShellBlock:
         middle, thick = self._translation(surface), self._rotation(sheet)
         if z:
             middle += z * self._rotation(surface)
-        at = np.einsum("qi,eik,eka->eqa", surface.N, self.xy, self.frame[:, :2], optimize=True) + self.centre[:, None]
+        at = (surface.N @ self.xy) @ self.frame[:, :2] + self.centre[:, None]
         at += ((self.offset + z)[:, None] * self.frame[:, 2])[:, None]
         shape = np.swapaxes(self.frame, 1, 2)[:, None] @ np.concatenate([middle, thick], axis=1)
         shape = (shape.reshape(len(at), -1, shape.shape[3]) @ self._to_local).reshape(shape.shape)
