@@ -1,6 +1,7 @@
 """What [reduction] can say, through the command line."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -60,6 +61,13 @@ def test_every_method_gives_the_first_bending_mode(run, method):
 def test_error_is_stated(run):
     _, found = run("modes = 8\nup_to = 5.0")
     assert any("error against the full model below 5 Hz, where it has 3 modes" in note for note in found["notes"])
+
+
+def test_error_is_drawn_in_the_report(run, tmp_path):
+    for reduction, shown in (("modes = 8", False), ("modes = 8\nup_to = 5.0", True)):
+        _, found = run(reduction)
+        page = next(file for file in found["files"] if file.endswith(".html"))
+        assert ("<h2>Errors" in Path(page).read_text()) is shown
 
 
 def test_target_error_picks_the_modes(run):

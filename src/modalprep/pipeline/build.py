@@ -32,12 +32,23 @@ GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m weighs 1e9 times as much
 
 @dataclass(frozen=True)
 class Built:
-    """A modal body, where it was written, its checks and notes for the user."""
+    """A modal body, where it was written, its checks, notes for the user, and its error where it was measured."""
 
     body: FlexibleBody
     file: Path
     checks: list[Check]
     notes: tuple[str, ...]
+    error: ReductionError | None = None
+
+    @property
+    def error_curves(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Curves of the relative errors over frequency (Hz) for the report; empty when none were measured."""
+        if self.error is None:
+            return {}
+        found = {"frequencies": (self.error.full, self.error.frequency)}
+        if len(self.error.sweep):
+            found["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
+        return found
 
 
 def output_folder(path: Path, output: Path | None) -> Path:
@@ -69,7 +80,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
         done(1)
         model = assemble_pipeline(pipeline, mesh)
         done(2)
-        reduction, said = _reduce(pipeline, model)
+        reduction, error = _reduce(pipeline, model)
         done(4)
         body = flexible_body(
             model,
@@ -87,7 +98,8 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
             f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
         )
     file = reporter.wrote(write_body(body, folder / f"{path.stem}.h5"))
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_doubts(body)))
+    said = () if error is None else (_statement(error),)
+    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_doubts(body)), error)
 
 
 def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
@@ -115,16 +127,15 @@ def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
     }
 
 
-def _reduce(pipeline: Pipeline, model: FEModel) -> tuple[Reduction, tuple[str, ...]]:
-    """Reduce as the file says; with `up_to` also measure the error, and say it."""
+def _reduce(pipeline: Pipeline, model: FEModel) -> tuple[Reduction, ReductionError | None]:
+    """Reduce as the file says; with `up_to` also measure the error."""
     table = pipeline.reduction
     if table.target_error is not None:
-        reduction, error = to_target(model, lambda n: _basis(table, model, n), table.target_error, table.up_to)
-        return reduction, (_statement(error),)
+        return to_target(model, lambda n: _basis(table, model, n), table.target_error, table.up_to)
     reduction = _basis(table, model, table.modes)
     if table.up_to is None:
-        return reduction, ()
-    return reduction, (_statement(reduction_error(model, reduction, table.up_to)),)
+        return reduction, None
+    return reduction, reduction_error(model, reduction, table.up_to)
 
 
 def _basis(table, model: FEModel, modes: int) -> Reduction:

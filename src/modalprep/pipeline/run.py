@@ -111,6 +111,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         plots=outcome.plots,
         checks=built.checks,
         notes=outcome.notes,
+        errors=built.error_curves or None,
     )
     reporter.wrote(page)
 
