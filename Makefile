@@ -9,6 +9,7 @@ PIP := $(VENV)/bin/python -m pip --quiet --disable-pip-version-check
 demo: $(VENV)/.installed
 	$(VENV)/bin/modalprep run pipelines/spinup-beam.toml
 	$(VENV)/bin/modalprep run pipelines/bracket.toml
+	$(VENV)/bin/modalprep run pipelines/satellite.toml
 	$(VENV)/bin/modalprep simulate pipelines/bracket-pendulum.toml
 	@echo "Modal files, reports and pictures are in pipelines/output/."
 
