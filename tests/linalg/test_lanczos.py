@@ -85,10 +85,24 @@ def test_count_below_is_that_of_the_closed_form():
 
 def test_a_missed_mode_is_noticed(monkeypatch):
     K, M, _ = membrane()
-    skip = lambda f, M, n, shift: tuple(a[..., 1:] for a in block_lanczos(f, M, n + 1, shift=shift))  # noqa: E731
+    skip = lambda f, M, n, shift, known: tuple(a[..., 1:] for a in block_lanczos(f, M, n + 1, shift=shift))  # noqa: E731
     monkeypatch.setattr(modes, "block_lanczos", skip)
     with pytest.raises(AccuracyError, match=r"modes were found below .* Hz, where there are"):
         lowest_modes(K, M, 10)
+
+
+def test_a_missed_mode_is_fetched(monkeypatch):
+    """The second run starts orthogonal to the modes of the first and brings what the count says is missing."""
+    K, M, exact = membrane()
+    whole = block_lanczos(factorize(K), M, 11, shift=0.0)
+    first = [tuple(np.delete(a, 4, axis=-1) for a in whole)]
+    real = lambda f, M, n, shift, known: (  # noqa: E731
+        first.pop() if known is None else block_lanczos(f, M, n, shift=shift, known=known)
+    )
+    monkeypatch.setattr(modes, "block_lanczos", real)
+    w2, phi = lowest_modes(K, M, 10)
+    np.testing.assert_allclose(w2, exact[:10], rtol=1e-10)
+    np.testing.assert_allclose(phi.T @ phi, np.eye(10), atol=1e-10)
 
 
 def test_fewer_modes_than_asked():

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, diags_array
 
-from modalprep.errors import AccuracyError
+from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg import modes
 from modalprep.linalg.factor import factorize
-from modalprep.linalg.modes import lowest_modes
+from modalprep.linalg.memory import available_memory
+from modalprep.linalg.mixed import MixedFactor
+from modalprep.linalg.modes import count_below, lowest_modes
+from modalprep.linalg.pardiso import PardisoFactor
+from modalprep.reduction.clamped import clamp
 
 pytest.importorskip("pypardiso", reason="PARDISO has no wheel here")
 
@@ -51,8 +55,61 @@ def test_singular_matrix_is_named():
 
 
 def test_a_wrong_mode_does_not_pass(monkeypatch):
-    monkeypatch.setattr(modes, "block_lanczos", lambda f, M, n, shift: (np.ones(n), np.eye(M.shape[0], n)))
+    monkeypatch.setattr(modes, "block_lanczos", lambda f, M, n, shift, known: (np.ones(n), np.eye(M.shape[0], n)))
     monkeypatch.setattr(modes, "_ritz", lambda K, M, X: (np.ones(X.shape[1]), np.eye(*X.shape)))
-    monkeypatch.setattr(modes, "_refuse_missed", lambda *args: None)
+    monkeypatch.setattr(modes, "count_below", lambda *args: None)
     with pytest.raises(AccuracyError, match="is not accurate"):
         lowest_modes(*chain(1500), 3)
+
+
+@pytest.fixture
+def small_memory(monkeypatch):
+    """Memory for a factor in single precision, not for one in double."""
+
+    def set_to(gigabytes: float) -> None:
+        monkeypatch.setenv("MODALPREP_MEMORY", str(gigabytes))
+
+    return set_to
+
+
+def test_single_precision_where_double_does_not_fit(bracket_model, small_memory):
+    """The memory that double precision needs is known before it is taken; the answers keep their digits."""
+    C = bracket_model.C
+    A = (C.T @ (bracket_model.K + 1e9 * bracket_model.M) @ C).tocsr()
+    b = np.random.default_rng(0).standard_normal((A.shape[0], 3))
+    exact = factorize(A).solve(b)
+    small_memory(_needed(A) * 0.9)
+    mixed = factorize(A)
+    assert isinstance(mixed, MixedFactor)
+    np.testing.assert_allclose(mixed.solve(b), exact, atol=1e-8 * np.abs(exact).max())  # as between two factors
+    np.testing.assert_allclose(mixed.solve(b[:, 0]), exact[:, 0], atol=1e-8 * np.abs(exact).max())
+
+
+def test_modes_in_single_precision(bracket_model, small_memory):
+    held = clamp(bracket_model)
+    exact, _ = lowest_modes(held.K_ii, held.M_ii, 12)
+    small_memory(_needed(held.K_ii) * 0.9)
+    w2, _ = lowest_modes(held.K_ii, held.M_ii, 12)  # verified, but not counted
+    np.testing.assert_allclose(w2, exact, rtol=1e-9)  # both verified to residuals of 1e-7, squared in w2
+    assert count_below(held.K_ii, held.M_ii, 2 * w2[-1]) is None
+
+
+def test_a_factor_beyond_all_memory_is_refused_before_it_starts(small_memory):
+    small_memory(1e-5)
+    with pytest.raises(InputError, match=r"needs .* GiB of memory and 1e-05 GiB may be used: take a coarser mesh"):
+        factorize(chain(2000)[0])
+
+
+def test_a_memory_that_is_no_number(monkeypatch):
+    monkeypatch.setenv("MODALPREP_MEMORY", "lots")
+    with pytest.raises(InputError, match="MODALPREP_MEMORY = 'lots' must be a positive number"):
+        available_memory()
+
+
+def _needed(A) -> float:
+    """GiB of the factor in double precision."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MODALPREP_MEMORY", "1e-9")
+        with pytest.raises(MemoryError) as caught:
+            PardisoFactor(A)
+    return caught.value.args[0] / 2**30

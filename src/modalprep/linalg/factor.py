@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import os
-import weakref
-from functools import cache
 from typing import Protocol
 
 import numpy as np
-from scipy.sparse import csc_array, csr_array, csr_matrix, diags_array, triu
+from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import splu
 
-from modalprep.errors import AccuracyError
+from modalprep.errors import AccuracyError, InputError
+from modalprep.linalg.memory import BUDGET, available_memory
+from modalprep.linalg.mixed import MixedFactor
+from modalprep.linalg.pardiso import PardisoFactor, library
 
 
 class Factor(Protocol):
@@ -30,40 +30,6 @@ class Factor(Protocol):
         ...
 
 
-class PardisoFactor:
-    """``A = L D L^T`` by oneMKL PARDISO (symmetric indefinite).
-
-    Attributes
-    ----------
-    negative : int
-        Number of negative pivots: the eigenvalues of A below zero (Sylvester's inertia).
-    """
-
-    def __init__(self, A: csr_array) -> None:
-        from pypardiso import PyPardisoSolver
-
-        self._scale = _equilibrium(A)
-        D = diags_array(self._scale)
-        upper = csr_matrix(triu(D @ A @ D, format="csr"))  # PARDISO reads the upper triangle, sorted, of a csr matrix
-        upper.sort_indices()
-        self._A = upper
-        self._solver = PyPardisoSolver(mtype=-2)
-        self._solver.factorize(upper)
-        self.negative = int(self._solver.get_iparm(23))
-        weakref.finalize(self, self._solver.free_memory, everything=True)
-
-    def solve(self, B: np.ndarray) -> np.ndarray:
-        """Return ``A^-1 B``."""
-        scale = self._scale if B.ndim == 1 else self._scale[:, None]
-        return scale * self._solver.solve(self._A, np.asfortranarray(scale * B, dtype=float))
-
-
-def _equilibrium(A: csr_array) -> np.ndarray:
-    """Scale to unit diagonal: PARDISO perturbs pivots below 1e-8 of the largest entry, soft parts beside stiff ones."""
-    diagonal = np.abs(A.diagonal())
-    return 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
-
-
 class SuperLUFactor:
     """``A = L U`` by SciPy's SuperLU with its options for symmetric matrices."""
 
@@ -79,7 +45,7 @@ class SuperLUFactor:
         return self._lu.solve(np.asfortranarray(B, dtype=float))
 
 
-def factorize(A: csr_array, solver: str = "auto") -> Factor:
+def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
     """Factorize a sparse symmetric matrix ``A (n, n)``.
 
     Parameters
@@ -88,11 +54,16 @@ def factorize(A: csr_array, solver: str = "auto") -> Factor:
         Both triangles stored.
     solver : {"auto", "pardiso", "superlu"}
         ``auto`` takes PARDISO where it is installed.
+    definite : bool
+        Whether A is positive definite: then a factor in single precision serves where one in double precision does
+        not fit into the memory (`MixedFactor`).
 
     Raises
     ------
     AccuracyError
         When the matrix is singular to the last digit.
+    InputError
+        When the factor does not fit into the memory.
 
     Examples
     --------
@@ -100,23 +71,21 @@ def factorize(A: csr_array, solver: str = "auto") -> Factor:
     >>> factorize(A).solve(np.array([1.0, 1.0]))
     array([1., 1.])
     """
-    if solver == "pardiso" and not _has_pardiso():
+    if solver == "pardiso" and library() is None:
         raise AccuracyError("PARDISO is not installed here; take solver = 'auto' or 'superlu'")
-    if solver == "auto":
-        solver = "pardiso" if _has_pardiso() else "superlu"
-    try:
-        return PardisoFactor(A) if solver == "pardiso" else SuperLUFactor(A)
-    except (RuntimeError, ValueError) as error:
-        raise AccuracyError(f"the {A.shape[0]} x {A.shape[0]} matrix is singular: {error}") from error
-
-
-@cache
-def _has_pardiso() -> bool:
-    """Whether oneMKL loads; its place is kept, because each solver would search the whole environment for it."""
-    try:
-        from pypardiso import PyPardisoSolver
-
-        os.environ.setdefault("PYPARDISO_MKL_RT", PyPardisoSolver(mtype=-2).libmkl._name)
-    except (ImportError, OSError):
-        return False
-    return True
+    kinds = [PardisoFactor, MixedFactor] if definite else [PardisoFactor]
+    if solver == "superlu" or library() is None:
+        kinds = [SuperLUFactor]
+    needed = 0.0
+    for kind in kinds:
+        try:
+            return kind(A)
+        except MemoryError as error:
+            needed = error.args[0] if error.args else 0.0
+        except (RuntimeError, ValueError) as error:
+            raise AccuracyError(f"the {A.shape[0]} x {A.shape[0]} matrix is singular: {error}") from error
+    raise InputError(
+        f"the factor of the {A.shape[0]} x {A.shape[0]} matrix needs {needed / 2**30:.2g} GiB of memory and "
+        f"{available_memory() / 2**30:.2g} GiB may be used: take a coarser mesh, split the model into components, "
+        f"or raise {BUDGET}"
+    )

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import csr_array
 
-from modalprep.errors import AccuracyError
+from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.factor import Factor, factorize
 from modalprep.linalg.lanczos import block_lanczos
 
@@ -58,12 +58,7 @@ def lowest_modes(
         w2, phi = _dense(K.toarray(), M.toarray(), n, shift)
     else:
         factor = factor or factorize((K - shift * M).tocsr(), solver)
-        w2, phi = block_lanczos(factor, M, n, shift=shift)
-        for _ in range(SWEEPS):  # rigid motions and stiff parts cost Lanczos digits: subspace iteration returns them
-            if _worst(K, M, w2, phi)[0] <= 1:
-                break
-            w2, phi = _ritz(K, M, factor.solve(M @ phi))
-        _refuse_missed(K, M, w2, solver)
+        w2, phi = _counted(K, M, n, factor, shift, solver)
     phi = phi * unique_signs(phi)
     _verify(K, M, w2, phi)
     return w2, phi
@@ -72,7 +67,7 @@ def lowest_modes(
 def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> int | None:
     """Return how many eigenvalues of ``K phi = w^2 M phi`` lie below `w2`, by Sylvester's law of inertia.
 
-    None where the factorization does not tell (SuperLU, when it had to exchange rows).
+    None where the factorization does not tell (SuperLU, when it had to exchange rows) or does not fit into the memory.
 
     Examples
     --------
@@ -80,18 +75,37 @@ def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> 
     >>> count_below(K, csr_array(np.eye(3)), 5.0)
     2
     """
-    return factorize((K - w2 * M).tocsr(), solver).negative
+    try:
+        return factorize((K - w2 * M).tocsr(), solver, definite=False).negative
+    except InputError:
+        return None
 
 
-def _refuse_missed(K: csr_array, M: csr_array, w2: np.ndarray, solver: str) -> None:
-    """Compare with the count just below the highest mode, whose own repetitions may be cut off."""
-    cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
-    found, exist = int(np.sum(w2 < cut)), count_below(K, M, cut, solver)
-    if exist is not None and exist != found:
-        raise AccuracyError(
-            f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
-            "the structure has parts that hardly have mass or stiffness: check materials and connections"
-        )
+def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, solver: str) -> tuple:
+    """Lanczos, and once more from another start when modes are missing.
+
+    The count is just below the highest mode, whose own repetitions may be cut off.
+    """
+    known = None
+    for _ in range(2):
+        known = w2, phi = _accurate(K, M, factor, *block_lanczos(factor, M, n, shift=shift, known=known))
+        cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
+        found, exist = int(np.sum(w2 < cut)), count_below(K, M, cut, solver)
+        if exist is None or exist == found:
+            return w2, phi
+    raise AccuracyError(
+        f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
+        "the structure has parts that hardly have mass or stiffness: check materials and connections"
+    )
+
+
+def _accurate(K: csr_array, M: csr_array, factor: Factor, w2: np.ndarray, phi: np.ndarray) -> tuple:
+    """Rigid motions and stiff parts cost Lanczos digits: subspace iteration returns them."""
+    for _ in range(SWEEPS):
+        if _worst(K, M, w2, phi)[0] <= 1:
+            break
+        w2, phi = _ritz(K, M, factor.solve(M @ phi))
+    return w2, phi
 
 
 def _dense(K: np.ndarray, M: np.ndarray, n: int, shift: float) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,127 @@
+"""oneMKL PARDISO: symmetric indefinite factorization, in memory or on disk.
+
+Schenk, Gärtner, Future Generation Computer Systems 20 (2004) 475. Called straight in the library that pypardiso
+finds: its own `solve` compares and copies the matrix each time, which for a few right-hand sides costs more than
+solving.
+"""
+
+from __future__ import annotations
+
+import os
+import weakref
+from ctypes import CDLL, byref, c_int32, c_void_p
+from functools import cache
+
+import numpy as np
+from scipy.sparse import csr_array, diags_array, triu
+
+from modalprep.linalg.memory import available_memory
+
+SYMMETRIC_INDEFINITE = -2
+ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
+ERRORS = {-2: "not enough memory", -4: "zero pivot", -8: "too many nonzeros for 32-bit integers"}
+REFINEMENT, SINGLE, ZERO_BASED = 7, 27, 34  # places in the array of options, counted from 0
+PEAK, PERMANENT, FACTOR, NEGATIVE = 14, 15, 16, 22  # what it reports: kB, kB, kB, pivots
+
+
+class PardisoFactor:
+    """``A = L D L^T`` by oneMKL PARDISO.
+
+    Attributes
+    ----------
+    negative : int
+        Number of negative pivots: the eigenvalues of A below zero (Sylvester's inertia).
+
+    Parameters
+    ----------
+    A : (n, n) csr
+    dtype : float64 or float32
+        float32 needs half the memory and gives some six digits.
+
+    Raises
+    ------
+    MemoryError
+        When the factor does not fit into the memory; its first argument is the number of bytes it needs.
+    RuntimeError, ValueError
+        When the matrix is singular.
+    """
+
+    def __init__(self, A: csr_array, dtype: type = np.float64) -> None:
+        self._scale, self._dtype = equilibrium(A), dtype
+        D = diags_array(self._scale)
+        upper = csr_array(triu(D @ A @ D, format="csr"), dtype=dtype)
+        upper.sort_indices()
+        if not np.all(np.diff(upper.indptr)):
+            raise ValueError("it has an empty row")  # which the library does not survive
+        self._n, self._entries = A.shape[0], upper.data
+        self._rows, self._columns = upper.indptr.astype(np.int32), upper.indices.astype(np.int32)
+        self._handle, self._options = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
+        library().pardisoinit(_at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), _at(self._options))
+        self._options[REFINEMENT] = 0  # only where pivots had to be perturbed
+        self._options[ZERO_BASED], self._options[SINGLE] = 1, dtype is np.float32
+        weakref.finalize(self, _release, self._handle, self._options)
+        self._call(ANALYSE)
+        needed = 1024.0 * max(self._options[PEAK], self._options[PERMANENT] + self._options[FACTOR])
+        if needed > available_memory():
+            raise MemoryError(needed)
+        self._call(FACTORIZE)
+        self.negative = int(self._options[NEGATIVE])
+
+    def solve(self, B: np.ndarray) -> np.ndarray:
+        """Return ``A^-1 B``."""
+        scale = self._scale if B.ndim == 1 else self._scale[:, None]
+        right = np.asfortranarray(scale * B, dtype=self._dtype)
+        X = np.empty_like(right)
+        self._call(SOLVE, right, X)
+        return scale * X
+
+    def _call(self, phase: int, B: np.ndarray | None = None, X: np.ndarray | None = None) -> None:
+        columns = B.shape[1] if B is not None and B.ndim == 2 else 1
+        matrix = (self._entries, self._rows, self._columns)
+        _pardiso(self._handle, self._options, phase, self._n, matrix, columns, B, X)
+
+
+def _pardiso(handle, options, phase: int, n: int, matrix=(None, None, None), columns: int = 1, B=None, X=None) -> None:
+    """Call the library; raise RuntimeError with its reason when it fails."""
+    one, error = byref(c_int32(1)), c_int32(0)
+    sizes = [byref(c_int32(v)) for v in (SYMMETRIC_INDEFINITE, phase, n)]
+    a, ia, ja = (_at(part) for part in matrix)
+    tail = (None, byref(c_int32(columns)), _at(options), byref(c_int32(0)), _at(B), _at(X), byref(error))
+    library().pardiso(_at(handle), one, one, *sizes, a, ia, ja, *tail)
+    if error.value:
+        raise RuntimeError(ERRORS.get(error.value, f"PARDISO error {error.value}"))
+
+
+def _release(handle: np.ndarray, options: np.ndarray) -> None:
+    _pardiso(handle, options, RELEASE, 0)
+
+
+def _at(array: np.ndarray | None) -> c_void_p | None:
+    return None if array is None else array.ctypes.data_as(c_void_p)
+
+
+def equilibrium(A: csr_array) -> np.ndarray:
+    """Return the scales (n,) that make the diagonal 1.
+
+    PARDISO perturbs pivots below 1e-8 of the largest entry, which soft parts beside stiff ones have.
+
+    Examples
+    --------
+    >>> equilibrium(csr_array(np.diag([4.0, 100.0])))
+    array([0.5, 0.1])
+    """
+    diagonal = np.abs(A.diagonal())
+    return 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+
+
+@cache
+def library() -> CDLL | None:
+    """Return oneMKL's library where pypardiso and its wheel are installed, else None."""
+    try:
+        from pypardiso import PyPardisoSolver
+
+        path = PyPardisoSolver(mtype=SYMMETRIC_INDEFINITE).libmkl._name
+    except (ImportError, OSError):
+        return None
+    os.environ.setdefault("PYPARDISO_MKL_RT", path)
+    return CDLL(path)
