@@ -45,15 +45,17 @@ class MixedFactor:
         X, R, P, rz = np.zeros_like(B), B.copy(), np.zeros_like(B), np.ones(B.shape[1])
         left = np.linalg.norm(R, axis=0) / size
         for _ in range(STEPS):
-            if np.all(left <= RESIDUAL):
+            k = np.flatnonzero(~(left <= RESIDUAL))
+            if not len(k):
                 return X
-            Z = self._single.solve(R)
-            rz, before = np.einsum("ij,ij->j", R, Z), rz
-            P = Z + P * (rz / before)
-            AP = self._A @ P
-            step = rz / np.maximum(np.einsum("ij,ij->j", P, AP), np.finfo(float).tiny)
-            X, R = X + P * step, R - AP * step
-            left = np.linalg.norm(R, axis=0) / size
+            Z = self._single.solve(R[:, k])
+            rz[k], before = np.einsum("ij,ij->j", R[:, k], Z), rz[k]
+            P[:, k] = Z + P[:, k] * (rz[k] / before)
+            AP = self._A @ P[:, k]
+            step = rz[k] / np.einsum("ij,ij->j", P[:, k], AP)
+            X[:, k] += P[:, k] * step
+            R[:, k] -= AP * step
+            left[k] = np.linalg.norm(R[:, k], axis=0) / size[k]
         if not np.all(left <= STAGNANT):
             raise AccuracyError(
                 f"the model is too large for the memory in double precision, and too ill-conditioned for single "
