@@ -38,7 +38,7 @@ def test_inertia_counts_negative_eigenvalues():
 
 @pytest.mark.parametrize("n", [100, 2000])  # dense and Lanczos
 def test_modes_of_a_chain(n):
-    w2, phi = lowest_modes(*chain(n), 5)
+    w2, phi, _ = lowest_modes(*chain(n), 5)
     exact = 4 * np.sin(np.arange(1, 6) * np.pi / (2 * (n + 1))) ** 2
     np.testing.assert_allclose(w2, exact, rtol=1e-9)  # round-off 1e-16 of the largest, 4: 1e-10 of the smallest
     np.testing.assert_allclose(phi.T @ phi, np.eye(5), atol=1e-10)
@@ -88,9 +88,9 @@ def test_single_precision_where_double_does_not_fit(bracket_model, small_memory)
 
 def test_modes_in_single_precision(bracket_model, small_memory):
     held = clamp(bracket_model)
-    exact, _ = lowest_modes(held.K_ii, held.M_ii, 12)
+    exact, _, _ = lowest_modes(held.K_ii, held.M_ii, 12)
     small_memory(_needed(held.K_ii) * 0.9)
-    w2, _ = lowest_modes(held.K_ii, held.M_ii, 12)  # verified, but not counted
+    w2, _, _ = lowest_modes(held.K_ii, held.M_ii, 12)  # verified, but not counted
     np.testing.assert_allclose(w2, exact, rtol=1e-9)  # both verified to residuals of 1e-7, squared in w2
     assert count_below(held.K_ii, held.M_ii, 2 * w2[-1]) is None
 

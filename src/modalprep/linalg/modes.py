@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse import csr_array
@@ -9,6 +11,7 @@ from scipy.sparse import csr_array
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.factor import Factor, factorize
 from modalprep.linalg.lanczos import block_lanczos
+from modalprep.linalg.pardiso import equilibrium
 
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
 RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means trouble
@@ -18,10 +21,28 @@ NEAR = 1e-6  # of w^2: closer modes count as repeated
 MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
 
+class Modes(NamedTuple):
+    """Lowest modes.
+
+    Attributes
+    ----------
+    w2 : (n,)
+        (rad/s)^2, ascending.
+    phi : (n_dof, n)
+        M-orthonormal.
+    counted : str
+        How it is known that none is missing; empty where the factorization did not tell.
+    """
+
+    w2: np.ndarray
+    phi: np.ndarray
+    counted: str
+
+
 def lowest_modes(
     K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the n lowest eigenvalues ``w^2 (n,)`` and M-orthonormal modes ``(n_dof, n)``.
+) -> Modes:
+    """Return the n lowest modes.
 
     Block Lanczos on the factor of ``K - shift M``; dense for small models. Residual and orthonormality of every mode
     are checked, and the inertia of ``K - w^2 M`` just below the highest mode counts that none was missed.
@@ -46,22 +67,23 @@ def lowest_modes(
     Examples
     --------
     >>> K = csr_array(np.array([[2.0, -1.0], [-1.0, 2.0]]))
-    >>> w2, phi = lowest_modes(K, csr_array(np.eye(2)), 1)
+    >>> w2, phi, _ = lowest_modes(K, csr_array(np.eye(2)), 1)
     >>> w2
     array([1.])
     """
     size = K.shape[0]
     n = min(n, int(np.count_nonzero(M.diagonal())))
     if n == 0:
-        return np.zeros(0), np.zeros((size, 0))
+        return Modes(np.zeros(0), np.zeros((size, 0)), "")
     if size <= DENSE or n > size // 3:
         w2, phi = _dense(K.toarray(), M.toarray(), n, shift)
+        counted = "a dense solver leaves none out"
     else:
         factor = factor or factorize((K - shift * M).tocsr(), solver)
-        w2, phi = _counted(K, M, n, factor, shift, solver)
+        w2, phi, counted = _counted(K, M, n, factor, shift, solver)
     phi = phi * unique_signs(phi)
     _verify(K, M, w2, phi)
-    return w2, phi
+    return Modes(w2, phi, counted)
 
 
 def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> int | None:
@@ -92,7 +114,7 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
         found, exist = int(np.sum(w2 < cut)), count_below(K, M, cut, solver)
         if exist is None or exist == found:
-            return w2, phi
+            return w2, phi, "" if exist is None else "counted by the inertia of K - w^2 M"
     raise AccuracyError(
         f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
         "the structure has parts that hardly have mass or stiffness: check materials and connections"
@@ -144,9 +166,10 @@ def unique_signs(phi: np.ndarray) -> np.ndarray:
 
 
 def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple[float, int]:
-    """Return the largest residual over what is allowed, and its mode."""
-    elastic, inertial = K @ phi, (M @ phi) * w2
-    round_off = 1e3 * np.finfo(float).eps * np.linalg.norm(abs(K) @ np.abs(phi), axis=0)
+    """Return the largest residual over what is allowed, and its mode; forces and moments by their own stiffness."""
+    scale = equilibrium(K)[:, None]
+    elastic, inertial = scale * (K @ phi), scale * (M @ phi) * w2
+    round_off = 1e3 * np.finfo(float).eps * np.linalg.norm(scale * (abs(K) @ np.abs(phi)), axis=0)
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0) + round_off
     ratio = np.linalg.norm(elastic - inertial, axis=0) / allowed
     return float(ratio.max()), int(np.argmax(ratio))
