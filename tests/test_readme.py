@@ -4,9 +4,12 @@ import re
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.io import mmwrite
 
-from modalprep.cli import app
+import modalprep as mp
+from modalprep.cli import app, main
 from modalprep.pipeline.schema import Pipeline
 
 
@@ -34,10 +37,27 @@ def test_pipeline_block_is_valid_and_true(text, project):
     assert block == {key: shipped[key] for key in block}
 
 
+def test_matrices_block_runs(text, project, tmp_path, bracket_model):
+    """The second block, with the matrices of the bracket in t, mm, s, gives the body of the bracket's mesh."""
+    block = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[1]
+    n = 3 * len(bracket_model.points)
+    for name in ("K", "M"):
+        mmwrite(tmp_path / f"{name.lower()}.mtx", 1e-3 * getattr(bracket_model, name)[:n, :n], symmetry="symmetric")
+    points = 1e3 * (bracket_model.points + bracket_model.origin)
+    np.savetxt(tmp_path / "nodes.csv", np.column_stack([np.arange(1, len(points) + 1), points]), delimiter=",")
+    (tmp_path / "job.toml").write_text(block + '[output]\npictures = "none"\n')
+    assert main(["modes", str(tmp_path / "job.toml")]) == 0
+    made = mp.read_body(tmp_path / "output/job/job.h5")
+    assert not made.has_geometric_stiffness
+    assert np.allclose(
+        made.modes.frequency[:20], mp.craig_bampton(bracket_model, modes=20).table.frequency[:20], rtol=1e-9
+    )
+
+
 def test_every_command_exists(text):
     shown = set(re.findall(r"bin/modalprep (\w+)", text))
     assert shown <= {command.name or command.callback.__name__ for command in app.registered_commands}
-    assert shown == {"run", "modes", "check", "render", "simulate", "mesh", "quality", "schema"}
+    assert shown == {"run", "modes", "check", "render", "simulate", "mesh", "quality", "schema", "export"}
 
 
 def test_every_file_named_exists(text, project):

@@ -3,8 +3,10 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import modalprep as mp
 from modalprep.cli import main
 
 TOML = """
@@ -50,6 +52,10 @@ def run(project, tmp_path, capsys):
     return runner
 
 
+def modal_file(found):
+    return mp.read_body(next(file for file in found["files"] if file.endswith(".h5")))
+
+
 @pytest.mark.parametrize("method", ["craig_bampton", "guyan", "irs", "free_interface"])
 def test_every_method_gives_the_first_bending_mode(run, method):
     """Clamped root, 1.8751^2 sqrt(EI / rho A) / (2 pi L^2) = 0.6044 Hz; Guyan is 0.5 % high."""
@@ -84,3 +90,98 @@ def test_target_without_a_band(run):
     code, error = run("target_error = 1e-3")
     assert code == 2
     assert "target_error needs up_to" in error
+
+
+def test_every_run_says_that_no_mode_is_missing(run):
+    for method, kind in (("craig_bampton", "fixed-interface"), ("free_interface", "elastic free-interface")):
+        _, found = run(f'method = "{method}"\nmodes = 4')
+        assert any(note.startswith(f"all 3 {kind} modes below") for note in found["notes"])
+    _, found = run('method = "guyan"')
+    assert not any("were found" in note for note in found["notes"])
+
+
+def test_modes_dropped_below_up_to_are_said(run):
+    _, found = run('modes = 8\nkeep = "effective_mass > 15%"\nup_to = 20.0')
+    assert any("modes below up_to = 20 Hz" in note for note in found["notes"])
+    _, found = run('modes = 8\nkeep = "effective_mass > 15% or frequency < 20"\nup_to = 20.0')
+    assert not any("modes below up_to" in note for note in found["notes"])
+
+
+@pytest.mark.parametrize(
+    ("damping", "ratio"),
+    [
+        ("0.01", lambda f: 0.01 + 0 * f),
+        ("[[1.0, 0.02], [11.0, 0.01]]", lambda f: np.clip(0.02 - 0.001 * (f - 1), 0.01, 0.02)),
+        ("{ alpha = 0.2, beta = 1e-3 }", lambda f: 0.2 / (4 * np.pi * f) + 1e-3 * np.pi * f),
+        ("[0.03, 0.02, 0.01, 0.0, 0.0, 0.0, 0.0, 0.04]", lambda f: np.array([3, 2, 1, 0, 0, 0, 0, 4]) / 100),
+    ],
+)
+def test_damping(run, damping, ratio):
+    """``D = 2 zeta w`` with zeta by hand; six constraint modes and two others."""
+    _, found = run(f"modes = 2\ntruncation_vectors = []\ndamping = {damping}")
+    body = modal_file(found)
+    assert body.n == 8
+    np.testing.assert_allclose(body.D, 4 * np.pi * body.frequency * ratio(body.frequency), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("damping", "words"),
+    [
+        ("[0.01]", "1 damping ratios for 8 modes"),
+        ("[]", "0 damping ratios for 8 modes"),
+        ("[[1, 0.01, 3]]", "[reduction.damping"),
+        ("[[1, -0.01]]", "[reduction.damping"),
+        ("[[1, 0.01], [1, 0.02]]", "two ratios at one frequency"),
+        ("{ alpha = -1 }", "[reduction.damping.alpha]"),
+        ("{ gamma = 1 }", "unknown key 'gamma'"),
+        ('"much"', "[reduction.damping]"),
+    ],
+)
+def test_bad_damping_is_refused(run, damping, words):
+    code, error = run(f"modes = 2\ntruncation_vectors = []\ndamping = {damping}")
+    assert code == 2
+    assert words in error
+
+
+THRUST = """
+[loads.thrust]
+near = [5, 0, 0]
+force = [0, 100, 20]
+moment = [0, 0, 30]
+"""
+
+
+def test_a_load_of_the_file_is_answered_exactly(run):
+    """Deflection under a force in the middle of a cantilever, ``P a^3 / 3 EI + P a / kGA``, by truncation vectors."""
+    load = THRUST.replace("moment = [0, 0, 30]", "").replace("20]", "0]")
+    exact = 100 * 5**3 / (3 * 1.4e4) + 100 * 5 / (5 / 6 * 2.5e10 * 4e-4)
+    for names, right in (('["thrust"]', True), ("[]", False)):
+        body = modal_file(run(f"modes = 1\ntruncation_vectors = {names}\n{load}")[1])
+        (y,) = body.shape[np.isclose(body.points[:, 0], 5.0), 1]
+        assert bool(100 * y @ (y / body.K) == pytest.approx(exact, rel=1e-9)) is right
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (("force = [0, 100, 20]\nmoment = [0, 0, 30]", ""), ["[loads.thrust]", "zero"]),
+        (("near = [5, 0, 0]", ""), ["[loads.thrust]", "exactly one of"]),
+        (("near = [5, 0, 0]", 'group = "wing"'), ["[loads.thrust]", "no group 'wing'"]),
+        (("near = [5, 0, 0]", 'group = "root"'), ["'thrust'", "fixed interfaces only"]),
+        (("force = [0, 100, 20]", "pressure = 3"), ["[loads.thrust]", "pressure"]),
+        (("thrust", "inertia"), ["[loads]", "'inertia'", "built-in"]),
+        (("[loads.thrust]", "[loads.jet]"), ["[reduction]", "'thrust'", "known are interfaces, inertia, jet"]),
+    ],
+)
+def test_bad_loads_are_refused(run, change, words):
+    assert change[0] in THRUST
+    code, error = run('truncation_vectors = ["thrust"]\n' + THRUST.replace(*change))
+    assert code == 2
+    for word in words:
+        assert word in error
+
+
+def test_loads_need_truncation_vectors(run):
+    code, error = run('method = "guyan"\n' + THRUST)
+    assert code == 2
+    assert "[loads] are for method = 'craig_bampton'" in error

@@ -11,7 +11,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _HOME = {
-    "read_mesh": "fe.read", "Mesh": "fe.mesh",
+    "read_mesh": "fe.read", "Mesh": "fe.mesh", "read_matrices": "fe.matrix_files",
     "Material": "fe.materials", "Orthotropic": "fe.materials", "Beam": "fe.properties", "Truss": "fe.properties",
     "Ply": "fe.properties", "Shell": "fe.properties", "Solid": "fe.properties", "PointMass": "fe.properties",
     "Spring": "fe.properties", "beam_section": "fe.sections", "check_mesh": "fe.quality", "make_mesh": "fe.generate",
@@ -22,11 +22,15 @@ _HOME = {
     "craig_bampton": "reduction.craig_bampton", "guyan": "reduction.craig_bampton",
     "Reduction": "reduction.basis", "ModeTable": "reduction.table", "free_interface": "reduction.free_interface",
     "improved_guyan": "reduction.free_interface", "reduction_error": "reduction.error",
+    "Load": "reduction.loads", "nodal_load": "reduction.loads",
     "synthesize": "reduction.synthesis", "projected_basis": "reduction.projected",
     "reduced_body": "reduction.projected", "component_damping": "reduction.damping",
     "modal_damping": "reduction.damping", "rayleigh": "reduction.damping",
     "flexible_body": "body.build", "FlexibleBody": "body.flexible_body", "rigid_body": "body.rigid",
-    "check_body": "body.checks", "check_model": "body.checks",
+    "check_body": "body.checks", "check_model": "body.checks", "CheckReport": "body.checks",
+    "check_projection": "body.verify", "check_buckling": "body.verify", "mass_matrix": "body.mass",
+    "reroot": "body.frames", "in_frame": "body.frames", "in_mean_axes": "body.frames",
+    "in_principal_axes": "body.frames", "at_centre_of_mass": "body.frames",
     "write_body": "formats.modalfile", "read_body": "formats.modalfile",
     "write_result": "formats.resultfile", "read_result": "formats.resultfile", "write_csv": "formats.resultfile",
     "Joint": "multibody.system", "System": "multibody.system", "Motion": "multibody.motion",

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from modalprep.formats.export import EXPORTS
 from modalprep.report import summary
 
 INTERRUPTED = 130  # exit code of a program ended by SIGINT
@@ -100,8 +101,11 @@ def render(
     target: Annotated[Path | None, typer.Option("-o", help="Picture (.png), or .gif, .mp4 with --animate.")] = None,
     animate: Annotated[bool, typer.Option("--animate", help="Draw an animation (.gif, .mp4).")] = False,
     sheet: Annotated[bool, typer.Option("--sheet", help="Draw all modes in one picture.")] = False,
+    colour: Annotated[
+        str, typer.Option("--colour", help="By displacement, or by strain energy: energy.")
+    ] = "displacement",
 ) -> None:
-    """Off-screen picture or animation of a mode shape, coloured by displacement."""
+    """Off-screen picture or animation of a mode shape, coloured by displacement or strain energy."""
     from modalprep.errors import InputError
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
@@ -115,13 +119,13 @@ def render(
     default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
     target = target or Path(default)
     if sheet:
-        contact_sheet(body, target)
+        contact_sheet(body, target, colour=colour)
     elif animate:
-        animate_mode(body, mode, target)
+        animate_mode(body, mode, target, colour=colour)
     elif mode == 0:
         render_mesh(body, target)
     else:
-        render_mode(body, mode, target)
+        render_mode(body, mode, target, colour=colour)
     Reporter().wrote(target)
 
 
@@ -154,23 +158,43 @@ def simulate(
 
 
 @app.command()
-def check(file: ModalFile, as_json: Json = False) -> None:
-    """Physics checks of a modal file; exit code 1 when one fails."""
-    from modalprep.body.checks import check_body
+def check(
+    file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or pipeline file (TOML): against its mesh as well.")],
+    as_json: Json = False,
+) -> None:
+    """Physics checks of a modal file or of a pipeline's body; exit code 1 when one fails."""
+    from modalprep.pipeline.check import check_file
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.tables import check_table
+
+    reporter = Reporter(quiet=as_json)
+    report = check_file(file, reporter)
+    check_table(report, reporter.console)
+    if as_json:
+        _print_json(report.summary())
+    if not report.passed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    file: ModalFile,
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}.")],
+    target: Annotated[Path | None, typer.Option("-o", help="File to write; default beside the modal file.")] = None,
+    dialect: Annotated[str | None, typer.Option("--dialect", help="Of sid: fembs (default), pysid, fembeam.")] = None,
+    version: Annotated[str | None, typer.Option("--version", help="Of mbdyn: full (default), classic.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Modal file to a format of another program."""
+    from modalprep.formats.export import export_body, known_export
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
 
-    checks = check_body(read_body(file))
+    reporter = Reporter(quiet=as_json)
+    target = target or file.with_suffix(known_export(to).suffix)
+    reporter.wrote(export_body(read_body(file), to, target, dialect=dialect, version=version))
     if as_json:
-        _print_json({"checks": [vars(c) | {"passed": c.passed} for c in checks]})
-    else:
-        reporter = Reporter()
-        for c in checks:
-            reporter.say(
-                f"{'ok    ' if c.passed else 'FAILED'} {c.name:22} {c.value:8.1e} (limit {c.limit:.0e})  {c.meaning}"
-            )
-    if not all(c.passed for c in checks):
-        raise typer.Exit(1)
+        _print_json({"files": [str(f) for f in reporter.files]})
 
 
 @app.command()

@@ -10,7 +10,7 @@ from modalprep.multibody.spin import spin_modes
 
 STEEL, THICK = mp.Material(E=200e9, nu=0.3, rho=8000.0), 1e-3
 UNIT = np.sqrt(STEEL.E * THICK**2 / (12 * (1 - STEEL.nu**2) * STEEL.rho))  # rad/s: sqrt(D / rho h) / a^2 of a = 1 m
-# square, edge x = 0 clamped; Ritz with true membrane prestress, axis normal to the plate through the root, modes 1-4
+# square, edge x = 0 clamped, membrane prestress of the centrifugal field along x: Ritz, modes 1-4
 ROTATING = {1: (3.6394, 8.5697, 21.4250, 27.2281), 2: (4.1011, 8.7537, 21.8331, 27.3172),
             5: (6.4305, 9.9432, 24.3428, 28.0686)}  # fmt: skip
 RELATIVE = (

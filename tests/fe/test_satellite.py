@@ -63,7 +63,7 @@ def fine_reduction(fine) -> mp.Reduction:
 def free_frequencies(model: mp.FEModel, n: int) -> np.ndarray:
     """Lowest n frequencies (Hz) of the free body, round-off of either sign included."""
     K, M = ((model.C.T @ A @ model.C).tocsr() for A in (model.K, model.M))
-    w2, _ = mp.lowest_modes(K, M, n, shift=-((2 * np.pi) ** 2))
+    w2, _, _ = mp.lowest_modes(K, M, n, shift=-((2 * np.pi) ** 2))
     return np.sqrt(np.abs(w2)) / (2 * np.pi)
 
 

@@ -68,3 +68,44 @@ def test_result_files(tmp_path):
     lines = mp.write_csv(run, tmp_path / "r.csv").read_text().splitlines()
     assert lines[0] == "time,a.angle,b.tip.position.x,b.tip.position.y,b.tip.position.z"
     assert lines[3] == "2,2,1,1,1"
+
+
+def test_strain_energy_of_the_cells_is_kept(file, bracket_body):
+    back = mp.read_body(file)
+    assert np.array_equal(back.energy["tetra10"], bracket_body.energy["tetra10"])
+    assert back.energy["tetra10"].dtype == np.float32
+    assert np.array_equal(back.volume["tetra10"], bracket_body.volume["tetra10"])
+
+
+def test_file_without_strain_energy_is_read(file, bracket_body):
+    with h5py.File(file, "a") as h5:
+        del h5["energy"], h5["volume"]
+    back = mp.read_body(file)
+    assert (back.energy, back.volume) == ({}, {})
+    assert np.array_equal(back.shape, bracket_body.shape)
+    assert mp.read_body(mp.write_body(back, file)).energy == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("energy", lambda x: x[:, 1:], "energy/tetra10 has shape"),
+        ("energy", lambda x: -x, "energy/tetra10 has negative values"),
+        ("energy", lambda x: np.full_like(x, np.nan), "energy/tetra10 holds values that are not numbers"),
+        ("volume", lambda x: x[1:], "volume/tetra10 has shape"),
+    ],
+)
+def test_damaged_strain_energy_is_refused(file, name, change, words):
+    with h5py.File(file, "a") as h5:
+        values = change(h5[f"{name}/tetra10"][()])
+        del h5[f"{name}/tetra10"]
+        h5[f"{name}/tetra10"] = values
+    with pytest.raises(mp.InputError, match=words):
+        mp.read_body(file)
+
+
+def test_energy_of_some_cells_only_is_refused(file):
+    with h5py.File(file, "a") as h5:
+        h5.move("energy/tetra10", "energy/other")
+    with pytest.raises(mp.InputError, match=r"damaged.*write it again"):
+        mp.read_body(file)

@@ -22,6 +22,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
         a = rng.standard_normal((*axes, n, n))
         return 0.15 * geometric * (a + np.swapaxes(a, -1, -2))
 
+    carried = np.array([0.0, 0.3, 0.3])[:, None, None]  # the root is at rest in the body's frame
     frame = {"root": np.zeros(3), "a": rng.standard_normal(3), "b": rng.standard_normal(3)}
     rigid = rigid_body("random", mass=mass.sum(), centre=np.zeros(3), inertia=np.eye(3), interfaces=frame)
     return rigid.with_(
@@ -31,7 +32,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
         H=np.einsum("p,pb,pai->abi", mass, x, shape),
         P=np.einsum("p,pai,pbj->abij", mass, shape, shape),
         Kg_A=symmetric(3), Kg_W=symmetric(3, 3), Kg_F=symmetric(3, 3), Kg_T=symmetric(3, 3),
-        phi=0.3 * rng.standard_normal((3, 3, n)), psi=0.3 * rng.standard_normal((3, 3, n)),
+        phi=carried * rng.standard_normal((3, 3, n)), psi=carried * rng.standard_normal((3, 3, n)),
         K=rng.uniform(1.0, 3.0, n), D=damping * rng.uniform(0.0, 0.3, n), frequency=np.sqrt(rng.uniform(1.0, 3.0, n)),
         shape=0.1 * np.ones((3, 3, n)),
     )  # fmt: skip

@@ -122,7 +122,7 @@ def test_selection_reasons():
 
 
 @pytest.mark.parametrize(
-    "keep", ["frequency <", "mass > 1", "__import__('os')", "frequency < mode", "1 < frequency", ""]
+    "keep", ["frequency <", "mass > 1", "__import__('os')", "frequency < mode", "1 < 2", "1 < frequency < mode", ""]
 )
 def test_bad_selection_is_refused(keep):
     with pytest.raises(InputError, match="keep"):

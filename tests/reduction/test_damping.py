@@ -217,3 +217,15 @@ def test_unknown_method_and_rigid_systems_are_refused(system):
         component_damping(system, 0.01, "least_square")
     with pytest.raises(InputError, match="no elastic mode"):
         component_damping(halves(modes=6, ground=()), 0.01)
+
+
+def test_rayleigh_damping_of_a_body_is_alpha_plus_beta_k():
+    """Also of one that moves without strain, whose ratio would be infinite."""
+    arm = body(6)
+    loose = arm.with_(K=np.concatenate([[0.0], arm.K[1:]]))
+    np.testing.assert_allclose(modal_damping(loose, Rayleigh(alpha=0.3, beta=2e-4)), 0.3 + 2e-4 * loose.K, rtol=1e-14)
+
+
+def test_one_ratio_in_a_list_is_for_one_mode():
+    with pytest.raises(InputError, match="1 damping ratios for 3 modes"):
+        damping_ratio(np.array([0.01]), np.ones(3))

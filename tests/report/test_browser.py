@@ -9,6 +9,8 @@ from PIL import Image
 from report.browser import CHROMIUM, FLAGS, needs_browser, run_page
 from report.conftest import make_table
 
+from modalprep.examples import uniform_beam
+from modalprep.report.colour import WORDS
 from modalprep.report.mac import auto_mac
 from modalprep.report.page import write_page
 
@@ -153,6 +155,51 @@ def test_body_moves_turns_and_zooms(viewed):
 def test_element_edges_can_be_taken_away(viewed):
     body, out = viewed
     assert (out["edges"]["sum"] != out["first"]["sum"]) == (set(body.cells) != {"line"})
+
+
+def strained(body):
+    """The same body, with more strain energy the closer a cell is to its clamp; its second mode all in one cell."""
+    nodes = body.cells["tetra10"]
+    energy = np.zeros((len(nodes), 2))
+    energy[:, 0], energy[0, 1] = (2 - body.points[nodes, 0].mean(axis=1)) ** 8, 1.0
+    return body.with_(name="strained", energy={"tetra10": energy}, volume={"tetra10": np.ones(len(nodes))})
+
+
+@pytest.mark.parametrize("name", ["beam", "block"])
+def test_colour_can_be_the_strain(name, block, pages):
+    """A clamped body in bending: yellow moves from its tip to its clamp, and back; another mode keeps the choice."""
+    body = uniform_beam(modes=2) if name == "beam" else strained(block)
+    probe = (
+        VIEW.split("if (out.state")[0]
+        + """
+    const side = () => {
+      const flat = document.createElement("canvas"); flat.width = canvas.width; flat.height = canvas.height;
+      const pen = flat.getContext("2d"); pen.drawImage(canvas, 0, 0);
+      const data = pen.getImageData(0, 0, flat.width, flat.height).data; let sum = 0, count = 0;
+      for (let k = 0; k < data.length; k += 4) if (data[k + 1] > data[k + 2] + 80 && data[k] > data[k + 2] + 60
+        && data[k + 1] > 0.7 * data[k]) { sum += (k / 4) % flat.width; count++; }
+      return sum / count / flat.width; };
+    const words = () => box.querySelector(".bar em").textContent;
+    if (out.state === "drawn") { await wait(100); out.moved = [side(), words()];
+      set("colour", "energy", "change"); out.strained = [side(), words()]; const first = look().sum;
+      set("mode", 1, "change"); out.kept = part("colour").value; out.other = look().sum !== first;
+      set("mode", 0, "change"); out.same = look().sum === first;
+      set("colour", "displacement", "change"); out.back = [side(), words()]; }"""
+    )
+    out = run_page(*pages(body), probe)
+    if out["state"] == "no-webgl":
+        pytest.skip("this chromium has no WebGL 2")
+    assert out["faults"] == []
+    assert out["moved"] == out["back"]
+    assert out["moved"][0] > 0.6
+    assert out["strained"][0] < 0.4
+    assert (out["moved"][1], out["strained"][1]) == (WORDS["displacement"], WORDS["energy"])
+    assert (out["kept"], out["other"], out["same"]) == ("energy", True, True)
+
+
+def test_body_without_energy_offers_no_colour(cantilever, pages):
+    out = run_page(*pages(cantilever), 'out.none = document.querySelector("[name=colour]") === null;')
+    assert out == {"none": True, "faults": []}
 
 
 def test_browser_without_webgl_says_so_and_keeps_the_rest(cantilever, pages):

@@ -59,7 +59,7 @@ def flexible_body(
         s0=model.rigid.s0,
         E0=model.rigid.E0,
         S=model.g.T @ Phi,
-        H=np.einsum("dab,dn->abn", model.h, Phi, optimize=True),
+        H=(model.h.reshape(-1, 9).T @ Phi).reshape(3, 3, n),
         P=model.M_ab.project(Phi),
         Kg_A=Kg_A,
         Kg_W=Kg_W,
@@ -76,13 +76,26 @@ def flexible_body(
         cells=model.cells,
         shape=nodal_shape(model, Phi),
         modes=reduction.table,
+        energy=_strain_energy(model, Phi, reduction.frequency > 0),
+        volume=model.strain_energy.volume() if model.strain_energy else {},
         provenance={**model.source, **(provenance or {})},
     )
 
 
+def _strain_energy(model: FEModel, Phi: np.ndarray, strained: np.ndarray) -> dict[str, np.ndarray]:
+    """Strain energy of the cells, without the round-off of modes that do not strain."""
+    found = model.strain_energy(Phi) if model.strain_energy else {}
+    return {kind: np.where(strained, energy, 0) for kind, energy in found.items()}
+
+
 def nodal_shape(model: FEModel, Phi: np.ndarray) -> np.ndarray:
-    """Return the translations ``(n_points, 3, n)`` of the mesh nodes per modal coordinate; 0 at unused nodes."""
-    dof = model.dof[: len(model.points), :3]
-    shape = Phi[dof]
-    shape[dof < 0] = 0.0
+    """Return the translations ``(n_points, 3, n)`` of the mesh nodes per modal coordinate; 0 at unused nodes.
+
+    A view of ``Phi (n_dof, n)`` where every node has its three translations and no rotation, as in solids.
+    """
+    dof = model.dof[: len(model.points)]
+    if np.array_equal(dof[:, :3], np.arange(3 * len(dof)).reshape(-1, 3)):
+        return Phi[: 3 * len(dof)].reshape(len(dof), 3, Phi.shape[1])
+    shape = Phi[dof[:, :3]]
+    shape[dof[:, :3] < 0] = 0.0
     return shape

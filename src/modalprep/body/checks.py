@@ -1,34 +1,83 @@
-"""Physics checks of a model and its modal body: identities that a wrong sign or unit cannot satisfy."""
+"""Physics checks of a model and of its modal body, each by itself: identities that a wrong sign or unit breaks."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import mass_matrix, rigid_mass_matrix
 from modalprep.fe.model import FEModel
-from modalprep.vectors import skew
+from modalprep.records import Record
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
 NOISE = 1e-6  # of the largest row: rows that are nothing but round-off, such as a rod's rotation across its axis
 RIGID = 1e-8  # strain force of a rigid motion over that of its absolute terms
+BENT = 0.02  # of the body's size: the deflection up to which the linear theory is expected to serve
+LADDER = (0.1, 0.05, BENT, 0.01, 0.005, 0.002, 0.001)  # of the body's size
+TRIALS = 16  # random deflections, beside the answer to each load
+DEFINITE = 1e-6  # a line that may turn for free bends into a mass matrix that is singular to second order
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check: a relative error `value` that must stay below `limit`."""
+    """One check: a relative error `value` that must stay below `limit`, unless it only informs (`required`)."""
 
     name: str
     value: float
     limit: float
     meaning: str
+    required: bool = True
 
     @property
     def passed(self) -> bool:
+        """Whether the value is a number within the limit, or only informs."""
+        return self.within or not self.required
+
+    @property
+    def within(self) -> bool:
         """Whether the value is a number within the limit."""
         return bool(self.value <= self.limit)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class CheckReport(Record):
+    """Checks of one subject.
+
+    Attributes
+    ----------
+    subject : str
+        What was checked: a file.
+    checks : tuple of Check
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> report = CheckReport(subject="beam", checks=tuple(check_body(uniform_beam(modes=2))))
+    >>> report.passed, report.failed
+    (True, ())
+    """
+
+    subject: str
+    checks: tuple[Check, ...]
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The required checks that did not pass."""
+        return tuple(check for check in self.checks if not check.passed)
+
+    @property
+    def passed(self) -> bool:
+        """Whether every required check passed."""
+        return not self.failed
+
+    def summary(self) -> dict[str, Any]:
+        """Return the report as plain JSON; a value that is not finite becomes null."""
+        rows = [vars(c) | {"passed": c.passed, "value": c.value if np.isfinite(c.value) else None} for c in self.checks]
+        return {"subject": self.subject, "passed": self.passed, "checks": rows}
 
 
 def check_model(model: FEModel) -> list[Check]:
@@ -44,10 +93,10 @@ def check_model(model: FEModel) -> list[Check]:
     T = R[:, :3]
     terms = abs(model.K) @ np.abs(R)
     moved = np.abs(model.K @ R) / np.maximum(terms, max(NOISE * terms.max(), np.finfo(float).tiny))
-    mass = _relative(R.T @ model.M @ R, rigid_mass_matrix(r.m, r.s0, r.E0))
-    g_T = _relative(model.g.T @ T, r.m * np.eye(3))
+    mass = relative(R.T @ model.M @ R, rigid_mass_matrix(r.m, r.s0, r.E0))
+    g_T = relative(model.g.T @ T, r.m * np.eye(3))
     size = float(np.ptp(model.points, axis=0).max())
-    h_T = _relative(np.einsum("dab,dc->abc", model.h, T), np.einsum("ac,b->abc", np.eye(3), r.s0), floor=r.m * size)
+    h_T = relative(np.einsum("dab,dc->abc", model.h, T), np.einsum("ac,b->abc", np.eye(3), r.s0), floor=r.m * size)
     return [
         Check("rigid motions are free of strain", float(moved.max()), RIGID, "K times a rigid motion is zero"),
         Check("mass of the mesh", mass, IDENTITY, "rigid mass matrix from M = from m, s0, E0"),
@@ -67,12 +116,14 @@ def check_body(body: FlexibleBody) -> list[Check]:
     """
     rigid = rigid_mass_matrix(body.m, body.s0, body.E0)
     Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T]
-    asymmetry = max((_relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)
+    asymmetry = max((relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)
     trace = body.P[0, 0] + body.P[1, 1] + body.P[2, 2]
     modal_mass = float(np.abs(trace - np.eye(body.n)).max(initial=0.0))
-    tensor = _relative(body.P, body.P.transpose(1, 0, 3, 2))
-    stiffness = _relative(body.K, (2 * np.pi * body.frequency) ** 2) if np.all(body.K >= 0) else float("inf")
-    mass = _relative(np.diag(rigid), body.modes.total)
+    tensor = relative(body.P, body.P.transpose(1, 0, 3, 2))
+    stiffness = relative(body.K, (2 * np.pi * body.frequency) ** 2) if np.all(body.K >= 0) else float("inf")
+    mass = relative(np.diag(rigid), body.modes.total)
+    linear = body.conventional()
+    bent = max((indefinite(linear, BENT * q) for q in deflections(body)), default=0.0)
     return [
         Check("mass and inertia", mass, IDENTITY, "of the modal body = of the mesh"),
         Check(
@@ -82,23 +133,20 @@ def check_body(body: FlexibleBody) -> list[Check]:
         Check("mass tensor", tensor, IDENTITY, "P_ab = P_ba^T"),
         Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, not negative"),
         Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric"),
-        Check("mass matrix", _indefinite(body, rigid), IDENTITY, "rigid and modal mass matrix is positive definite"),
+        Check("mass matrix", indefinite(body, np.zeros(body.n)), IDENTITY, "positive definite without deflection"),
+        Check("mass matrix, bent", bent, IDENTITY, f"and with linear deflections of {BENT:.0%} of the body's size"),
+        *_second_order(body),
     ]
 
 
-def rigid_mass_matrix(m: float, s0: np.ndarray, E0: np.ndarray) -> np.ndarray:
-    """Return ``[[m, -s0~], [s0~, J]]``, ``J = tr(E0) - E0`` (6, 6).
+def relative(a: np.ndarray, b: np.ndarray, floor: float = 0.0) -> float:
+    """Return the largest difference of two arrays over the largest entry of the second, or over `floor`.
 
     Examples
     --------
-    >>> rigid_mass_matrix(2.0, np.zeros(3), np.diag([1.0, 2, 3])).diagonal()
-    array([2., 2., 2., 5., 4., 3.])
+    >>> relative(np.array([1.0, 2.0]), np.array([1.0, 4.0]))
+    0.5
     """
-    s = skew(s0)
-    return np.block([[m * np.eye(3), -s], [s, np.trace(E0) * np.eye(3) - E0]])
-
-
-def _relative(a: np.ndarray, b: np.ndarray, floor: float = 0.0) -> float:
     scale = max(np.abs(b).max(initial=0.0), floor, np.finfo(float).tiny)
     return float(np.abs(a - b).max(initial=0.0) / scale)
 
@@ -108,11 +156,49 @@ def _inertia_defect(J: np.ndarray) -> float:
     return float(max(0.0, moments[2] - moments[0] - moments[1]) / max(moments[2], np.finfo(float).tiny))
 
 
-def _indefinite(body: FlexibleBody, mass: np.ndarray) -> float:
-    """How far the smallest eigenvalue of the scaled (6 + n) mass matrix lies below zero; a line may turn for free."""
-    C = np.array([body.H[2, 1] - body.H[1, 2], body.H[0, 2] - body.H[2, 0], body.H[1, 0] - body.H[0, 1]])
-    cross = np.vstack([body.S, C])
-    full = np.block([[mass, cross], [cross.T, np.eye(body.n)]])
+def deflections(body: FlexibleBody) -> np.ndarray:
+    """Return static answers (k, n) to accelerations, spins and interface loads, both ways, and to mixtures of them.
+
+    One level of load for all: an acceleration a, ``a / size`` of spin, forces of ``m a`` and moments of
+    ``m a size``, such that the largest displacement is the body's size.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=2)
+    >>> float(np.linalg.norm(body.shape @ deflections(body).T, axis=1).max().round(3))
+    10.0
+    """
+    size, elastic = np.ptp(body.points, axis=0).max(), body.K > 0
+    loads = [body.S, body.H / size, body.phi * body.m, body.psi * body.m * size]
+    loads = np.concatenate([x.reshape(x.size // max(body.n, 1), body.n) for x in loads])
+    answers = loads[:, elastic] / body.K[elastic] @ np.eye(body.n)[elastic]
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], (TRIALS, len(answers)))
+    answers = np.concatenate([answers, -answers, signs @ answers / len(answers)])
+    reach = np.linalg.norm(body.shape @ answers.T, axis=1).max(initial=0.0)
+    return answers * size / reach if reach > 0 else answers[:0]
+
+
+def _second_order(body: FlexibleBody) -> list[Check]:
+    """Find the deflection from which the geometric stiffness, whose M(q) lacks terms, makes M(q) indefinite."""
+    if not body.has_geometric_stiffness:
+        return []
+    bent = deflections(body)
+    reach = next((b for b in LADDER if all(indefinite(body, b * q) < DEFINITE for q in bent)), 0.0)
+    upto = f"up to {reach:.1%} of the body's size" if reach else f"not even to {LADDER[-1]:.1%} of the body's size"
+    value = BENT / (reach or LADDER[-1] / 2)
+    return [Check("range of geometric stiffness", value, 1.0, f"M(q) stays positive definite {upto}", required=False)]
+
+
+def indefinite(body: FlexibleBody, q: np.ndarray) -> float:
+    """Return how far the smallest eigenvalue of the scaled ``M(q) (6 + n, 6 + n)`` lies below zero.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> indefinite(uniform_beam(modes=2), np.zeros(2))
+    0.0
+    """
+    full = mass_matrix(body, q)
     scale = 1 / np.sqrt(np.maximum(np.diag(full), 1e-12 * np.abs(full).max()))
-    lowest = np.linalg.eigvalsh(full * scale * scale[:, None])[0]
-    return float(max(0.0, -lowest))
+    return float(max(0.0, -np.linalg.eigvalsh(full * scale * scale[:, None])[0]))

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any, Self
 
 import numpy as np
 
 from modalprep.records import Record
 from modalprep.reduction.table import ModeTable
 
+ORIGIN, AXES = "origin at the root interface", "axes of the mesh"
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FlexibleBody(Record):
     """A flexible body in modal coordinates (FORMULATION section 4).
 
-    Frame B has its origin at the root interface and the axes of the mesh; every vector is resolved
-    in B. SI units. With ``u_a(x) = phi_a(x) q`` the modal displacement and ``rho dV`` the mass:
+    Frame B has its origin at the root interface and the axes of the mesh, unless `frame` says otherwise
+    (frames.py); every vector is resolved in B. SI units. With ``u_a(x) = phi_a(x) q`` the modal displacement and
+    ``rho dV`` the mass:
 
     Attributes
     ----------
@@ -32,19 +36,24 @@ class FlexibleBody(Record):
         Geometric stiffness for the inertia loads of unit specific acceleration ``A_a = 1`` and of
         ``W_ab = 1`` (``W = alpha~ + w~ w~``); zero in a body without geometric stiffness.
     Kg_F, Kg_T : (n_if, 3, n, n)
-        The same for a unit force / moment on each interface; zero for the root.
+        The same for a unit force / moment on each interface; zero for the root, except in mean axes.
     phi, psi : (n_if, 3, n)
-        Translation / rotation of each interface per modal coordinate; zero for the root.
+        Translation / rotation of each interface per modal coordinate; zero for the root, except in mean axes.
     K, D : (n,)
         Modal stiffness ``(2 pi frequency)^2`` and modal damping ``2 zeta omega``.
     frequency : (n,)
-        Hz, with the root interface clamped.
+        Hz, with the root interface clamped; in mean axes with nothing held.
     interface_name : tuple of str
         The root is the first.
     interface_position : (n_if, 3)
         m, in B.
     points, cells, shape : (n_points, 3), {type: (n_cells, nodes)}, (n_points, 3, n)
         The mesh in B and its nodal displacement per modal coordinate, for pictures.
+    energy : {type: (n_cells, n)}
+        Strain energy (J) of each cell at unit modal coordinate; its sum over all cells is ``K / 2``. Empty where it
+        is not known: a body from bare matrices, or in other modes than those of its reduction.
+    volume : {type: (n_cells,)}
+        m^3 of each cell, 0 for springs and masses; with `energy`, to draw its density.
     modes : ModeTable
         The candidates of the reduction and the reason each was kept or dropped.
     provenance : dict of str
@@ -83,6 +92,8 @@ class FlexibleBody(Record):
     shape: np.ndarray
     modes: ModeTable
     provenance: dict[str, str] = field(default_factory=dict)
+    energy: dict[str, np.ndarray] = field(default_factory=dict)
+    volume: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -90,9 +101,23 @@ class FlexibleBody(Record):
         return len(self.K)
 
     @property
+    def frame(self) -> str:
+        """What B is: its origin and its axes."""
+        return f"{self.provenance.get('origin', ORIGIN)}, {self.provenance.get('axes', AXES)}"
+
+    @property
+    def at_root(self) -> bool:
+        """Whether B sits on the root interface and moves with it, as every joint but a free one needs."""
+        return not any(np.any(x[0]) for x in (self.interface_position, self.phi, self.psi))
+
+    @property
     def has_geometric_stiffness(self) -> bool:
         """Whether any geometric stiffness is stored."""
         return any(np.any(k) for k in (self.Kg_A, self.Kg_W, self.Kg_F, self.Kg_T))
+
+    def with_(self, **changes: Any) -> Self:
+        """Return a copy with the named fields changed; new modes (`K`) have no `energy` unless it is given."""
+        return super().with_(**({"energy": {}} | changes if "K" in changes else changes))
 
     def conventional(self) -> FlexibleBody:
         """Return the body without geometric stiffness: the prematurely linearised theory."""

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
+from modalprep.fe.energy import StrainEnergy
 from modalprep.fe.interface import Connection, Interface, InterfaceFrame, connect, interface_position
 from modalprep.fe.joints import hidden_hinges
 from modalprep.fe.kernels import ahead
@@ -56,7 +57,7 @@ def assemble(
     >>> bool(abs(model.K @ model.rigid_body()).max() < 1e-6 * abs(model.K).max())
     True
     """
-    order, connections = _root_first(interfaces, root), dict(connections or {})
+    order, connections = root_first(interfaces, root), dict(connections or {})
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
     sections = {**mesh.properties, **properties}
@@ -71,12 +72,13 @@ def assemble(
     refuse_disconnected(mesh.points, parts, tied)
     parts, more = _without_idle_rotation(mesh, parts)
     dof = _number(mesh, parts, len(framed))
-    placed = _place(mesh, interfaces, nodes, place, dof)
+    placed = place_frames(mesh, interfaces, nodes, place, dof)
     hinges = hidden_hinges(mesh, parts)
     return _sum(mesh, parts, dof, place[order[0]], *placed, (*mesh.notes, *notes, *more, *hinges))
 
 
-def _root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[str]:
+def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[str]:
+    """Return the names of the interfaces, the root (default the first) before the others."""
     names = list(interfaces)
     if not names:
         raise InputError("the model has no interface; name at least one under [interfaces] to carry the body frame")
@@ -91,13 +93,14 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     pattern = Pattern.build([part.nodes for part in parts], dof)
     thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
     total = Totals(pattern, Pattern.build(thin, dof) if thin else None, dof)
-    blocks = [block for part in parts for block in part.blocks(mesh.points, origin)]
+    built = [(part.kind, block) for part in parts for block in part.blocks(mesh.points, origin)]
+    blocks = [block for _, block in built]
     for block, found in zip(blocks, ahead(lambda block: (block.stiffness(), block.mass()), blocks), strict=True):
         total.add(block, *found)
     K, M = pattern.csr(total.K), total.mass()
     C, free, step = constraint_matrix(links, total.n)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
-    C, free = _without_loose(C, free, diagonal, frames)
+    C, free = without_loose(C, free, diagonal, frames)
     return FEModel(
         points=mesh.points - origin,
         cells=_cells(parts),
@@ -112,6 +115,7 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         free=free,
         interfaces=frames,
         geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, links, step),
+        strain_energy=StrainEnergy([kind for kind, _ in built], blocks, dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=notes,
@@ -148,7 +152,7 @@ def _number(mesh: Mesh, parts: list[Part], frames: int) -> np.ndarray:
     return np.where(active, np.cumsum(active).reshape(active.shape) - 1, -1)
 
 
-def _place(mesh, interfaces, nodes, place, dof) -> tuple[tuple[InterfaceFrame, ...], list[PlacedLink]]:
+def place_frames(mesh, interfaces, nodes, place, dof) -> tuple[tuple[InterfaceFrame, ...], list[PlacedLink]]:
     """Place the interface frames in the order of `place`, the root first, and every link."""
     frames, links, extra = [], [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))], len(mesh.points)
     root = next(iter(place))
@@ -215,8 +219,11 @@ def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
         )
 
 
-def _without_loose(C, free, diagonal, frames) -> tuple[csr_array, np.ndarray]:
-    """Leave out independent DOFs that have neither stiffness nor mass, such as rotations that nothing uses."""
+def without_loose(C, free, diagonal, frames) -> tuple[csr_array, np.ndarray]:
+    """Leave out independent DOFs that have neither stiffness nor mass, such as rotations that nothing uses.
+
+    `diagonal (n_dof,)` is the sum of the absolute diagonals of K and M.
+    """
     idle = C.multiply(C).T @ diagonal == 0
     idle[np.searchsorted(free, np.concatenate([frame.dofs for frame in frames]))] = False
     return C[:, np.flatnonzero(~idle)].tocsr(), free[~idle]

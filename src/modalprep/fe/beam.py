@@ -167,6 +167,10 @@ class BeamBlock:
         )
         return mass_from_samples(samples)
 
+    def volume(self) -> np.ndarray:
+        """Area times length ``(ne,)``, m^3."""
+        return self.section.A * self.dx.sum(axis=1)
+
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """Stiffness of the prestress that the displacements ``d (ne, 12)`` cause: N, My, Mz and shears.
 

@@ -58,6 +58,9 @@ class Block(Protocol):
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
         """Stiffness of the prestress of the nodal displacements ``d (ne, nl)``."""
 
+    def volume(self) -> np.ndarray:
+        """Volume of material ``(ne,)``, m^3; zero where the family has none."""
+
 
 class MassSamples(NamedTuple):
     """Quadrature of the mass: ``sum_s weight f(s)`` replaces ``int rho f dV``.

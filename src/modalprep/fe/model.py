@@ -8,10 +8,11 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.fe.block import Block, RigidInertia
+from modalprep.fe.energy import StrainEnergy
 from modalprep.fe.interface import InterfaceFrame
 from modalprep.fe.links import PlacedLink, transferred
 from modalprep.fe.pattern import Pattern
-from modalprep.fe.totals import MassTensor
+from modalprep.fe.totals import MassTensor, column_blocks
 from modalprep.records import Record
 from modalprep.vectors import skew
 
@@ -51,6 +52,8 @@ class FEModel(Record):
         with ``load (n_dof,)`` the nodal load that holds it.
     origin : (3,)
         The root interface in mesh coordinates, m.
+    strain_energy : StrainEnergy or None
+        ``Phi (n_dof, n) -> {type: (n_cells, n)}``; None where the elements are not known.
     source : dict of str
         Name and hash of the mesh.
     notes : tuple of str
@@ -71,6 +74,7 @@ class FEModel(Record):
     interfaces: tuple[InterfaceFrame, ...]
     geometric_stiffness: GeometricStiffness
     origin: np.ndarray
+    strain_energy: StrainEnergy | None = None
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
@@ -86,15 +90,64 @@ class FEModel(Record):
 
     def rigid_body(self) -> np.ndarray:
         """(n_dof, 6) displacements of unit translations and unit rotations about the origin."""
-        nodes = np.concatenate([self.points, [f.position for f in self.interfaces if len(f.nodes)]]) \
-            if any(len(f.nodes) for f in self.interfaces) else self.points  # fmt: skip
-        full = np.zeros((len(nodes), 6, 6))
-        full[:, :, :] = np.eye(6)
-        full[:, :3, 3:] = -skew(nodes)
-        R = np.zeros((self.n_dof, 6))
-        present = self.dof >= 0
-        R[self.dof[present]] = full[present]
-        return R
+        frames = [frame.position for frame in self.interfaces if len(frame.nodes)]
+        return rigid_motions(np.concatenate([self.points, np.reshape(frames, (-1, 3))]), self.dof, self.n_dof)
+
+    @classmethod
+    def from_matrices(
+        cls,
+        K,
+        M,
+        nodes,
+        dof=None,
+        *,
+        interfaces,
+        root: str | None = None,
+        length_unit: str = "m",
+        mass_unit: str | None = None,
+        geometric_stiffness=None,
+    ) -> FEModel:
+        """Return the model of matrices that another program assembled, for the free (unsupported) structure.
+
+        Rows belong to displacements and rotations along global axes. Of the mass integrals m, s0, E0, g, the
+        antisymmetric part of h and the sum of the mass tensor are exact; all are where nodes have no rotations
+        (solids). The rest is approximate (matrix_mass.py).
+
+        Parameters
+        ----------
+        K, M : (n, n) sparse or dense
+            Symmetric.
+        nodes : (n_nodes, 3) or Mesh
+            Coordinates in `length_unit`; a mesh (in m) also brings groups, node numbers and cells to draw.
+        dof : (n_nodes, 6) int, or (n, 2) int
+            Row of each node's ux, uy, uz, rx, ry, rz, -1 where it has none; or (row of the node in `nodes`, component
+            0..5) per row of the matrices. Default three or six rows per node, in the order of the nodes.
+        interfaces : {name: Interface}
+            At least one, positions in m.
+        root : str
+            The interface at which the body frame sits; default the first.
+        length_unit, mass_unit : str
+            Units of the matrices, with seconds; ``mass_unit`` may be left out with metres (kg).
+        geometric_stiffness : callable
+            ``d (n,) -> (n, n)``, SI: the geometric stiffness of the prestress that displacement d means; default
+            none, and a note says so.
+
+        Raises
+        ------
+        InputError
+            When the matrices are not those of a free elastic structure with these nodes.
+
+        Examples
+        --------
+        >>> from modalprep.examples import cantilever_model
+        >>> from modalprep.fe.interface import Interface
+        >>> beam = cantilever_model(4)
+        >>> FEModel.from_matrices(beam.K, beam.M, beam.points, interfaces={"root": Interface(node=1, kind="node")})
+        FEModel(5 nodes, 30 DOFs, m=12 kg; interfaces root)
+        """
+        from modalprep.fe.matrices import matrices_model
+
+        return matrices_model(K, M, nodes, dof, interfaces, root, (length_unit, mass_unit), geometric_stiffness)
 
     def __repr__(self) -> str:
         """Size, mass and interfaces."""
@@ -102,12 +155,30 @@ class FEModel(Record):
         return f"FEModel({len(self.points)} nodes, {self.n_dof} DOFs, m={self.rigid.m:.6g} kg; interfaces {names})"
 
 
+def rigid_motions(nodes: np.ndarray, dof: np.ndarray, n: int) -> np.ndarray:
+    """Return the displacements ``(n, 6)`` of unit translations and unit rotations about the origin.
+
+    `nodes (n_nodes, 3)` in m, ``dof (n_nodes, 6)`` with -1 where a node has none.
+
+    Examples
+    --------
+    >>> rigid_motions(np.array([[2.0, 0, 0]]), np.array([[0, 1, 2, -1, -1, -1]]), 3)[:, 5]
+    array([0., 2., 0.])
+    """
+    full = np.zeros((len(nodes), 6, 6))
+    full[:] = np.eye(6)
+    full[:, :3, 3:] = -skew(nodes)
+    R = np.zeros((n, 6))
+    R[dof[dof >= 0]] = full[dof >= 0]
+    return R
+
+
 @dataclass(frozen=True, eq=False)
 class GeometricStiffness:
     """``Kg(sigma)`` of every element, and of the rigid links that carry force (links.py)."""
 
     blocks: list[Block]
-    pattern: Pattern
+    pattern: Pattern | None  # None without blocks
     K: csr_array
     dof: np.ndarray
     links: list[PlacedLink]
@@ -121,23 +192,35 @@ class GeometricStiffness:
             values = block.geometric_stiffness(own)
             if values is not None:
                 self.pattern.add(data, block.nodes, values)
-        return (self.pattern.csr(data) + self._links(self.K @ d - load)).tocsr()
+        return (self.pattern.csr(data) + self.of_links(self.K @ d - load)).tocsr()
 
     def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
         """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load.
 
-        Solids have one matrix over nodes for all three displacement components: a ninth of the full one.
+        In blocks of columns, so that nothing of the size of ``Phi (n_dof, n)`` is needed beside it. Solids have one
+        matrix over nodes for all three displacement components: a ninth of the full one.
         """
-        u = [np.where(self.dof[:, c : c + 1] >= 0, Phi[self.dof[:, c]], 0.0) for c in range(3)]
-        out = np.zeros((loads.shape[1], Phi.shape[1], Phi.shape[1]))
+        n = Phi.shape[1]
+        out = np.zeros((loads.shape[1], n, n))
         for k in np.flatnonzero(np.any(loads, axis=0)):
             scalar, rest = self._sum(static[:, k])
-            Kg = sum(x.T @ (scalar @ x) for x in u) if scalar is not None else 0.0
-            other = self._links(self.K @ static[:, k] - loads[:, k])
-            other = other if rest is None else other + self.pattern.csr(rest)
-            Kg = Kg + Phi.T @ (other @ Phi)
-            out[k] = (Kg + Kg.T) / 2
+            links = self.of_links(self.K @ static[:, k] - loads[:, k])
+            for J in column_blocks(n):
+                X = np.ascontiguousarray(Phi[:, J])
+                force = links @ X
+                if rest is not None:
+                    force += self.pattern.csr(rest) @ X
+                if scalar is not None:
+                    self._add_nodal(scalar, X, force)
+                out[k, J.start :, J] = Phi[:, J.start :].T @ force
+            out[k] = np.tril(out[k]) + np.tril(out[k], -1).T
         return out
+
+    def _add_nodal(self, scalar: csr_array, X: np.ndarray, force: np.ndarray) -> None:
+        """Add to `force (n_dof, k)` the matrix over nodes times each displacement component of ``X (n_dof, k)``."""
+        nodes = np.flatnonzero(self.dof[:, 0] >= 0)
+        for c in range(3):
+            force[self.dof[nodes, c]] += (scalar @ X[self.dof[:, c]])[nodes]  # a node without DOFs has no entries
 
     def _sum(self, d: np.ndarray) -> tuple[csr_array | None, np.ndarray | None]:
         """Matrix over nodes of the solids, and data over DOFs of every other element."""
@@ -155,8 +238,8 @@ class GeometricStiffness:
         graph = self.pattern.graph
         return None if scalar is None else csr_array((scalar, graph.indices, graph.indptr), shape=graph.shape), rest
 
-    def _links(self, held: np.ndarray) -> csr_array:
-        """`held (n_dof,)`: the force that links exert on each DOF."""
+    def of_links(self, held: np.ndarray) -> csr_array:
+        """Return that of the links alone, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
         n = self.K.shape[0]
         total = transferred(self.step, held)
         rows, cols, values = [], [], []

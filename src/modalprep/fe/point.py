@@ -45,6 +45,10 @@ class MassBlock:
     def geometric_stiffness(self, d: np.ndarray) -> None:
         """None: a mass has no stress."""
 
+    def volume(self) -> np.ndarray:
+        """Zero ``(ne,)``: a point has no volume."""
+        return np.zeros(len(self.nodes))
+
     def mass(self) -> MassObjects:
         """Every mass object of FORMULATION section 1.
 
@@ -126,6 +130,10 @@ class SpringBlock:
 
     def mass(self) -> None:
         """None: a spring has no mass."""
+
+    def volume(self) -> np.ndarray:
+        """Zero ``(ne,)``: a spring has no volume."""
+        return np.zeros(len(self.nodes))
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
         """Work of the spring's force on the second-order motion of its rigid arms."""

@@ -184,6 +184,11 @@ class ShellBlock:
         b[:, :, 0, :, TY], b[:, :, 1, :, TX] = cells.N, -cells.N
         return b.reshape(ne, nq, 3, 6 * n)
 
+    def volume(self) -> np.ndarray:
+        """Area times thickness ``(ne,)``, m^3."""
+        thickness = self.section.thickness or sum(ply.thickness for ply in self.section.plies)
+        return thickness * FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
+
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """``int N_ab (u_i,a u_i,b)`` over the three displacements; N from the displacements ``d (ne, 6n)``."""
         cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])

@@ -130,6 +130,11 @@ class SolidBlock:
         scalar = (scalar + scalar.transpose(0, 2, 1)) / 2
         return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), scalar, {}, rigid)
 
+    def volume(self) -> np.ndarray:
+        """Volume ``(ne,)``, m^3."""
+        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        return self._measure(dN, weight).sum(axis=1)
+
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """`geometric_scalar` on each displacement component, ``(ne, 3 nn, 3 nn)``."""
         scalar = self.geometric_scalar(d)

@@ -9,6 +9,19 @@ from modalprep.fe.block import PAIRS, Block, MassObjects, RigidInertia
 from modalprep.fe.kernels import scatter_rows
 from modalprep.fe.pattern import Pattern
 
+BLOCK = 16  # columns of a basis at a time: products with a sparse matrix are as quick as with all
+
+
+def column_blocks(n: int) -> list[slice]:
+    """Return slices of `BLOCK` columns that cover n.
+
+    Examples
+    --------
+    >>> column_blocks(20)
+    [slice(0, 16, None), slice(16, 32, None)]
+    """
+    return [slice(j, j + BLOCK) for j in range(0, n, BLOCK)]
+
 
 class MassTensor:
     """``M_ab = int rho N_a^T N_b`` of FORMULATION section 1.
@@ -23,10 +36,12 @@ class MassTensor:
     pairs : {(a, b): (n_dof, n_dof) csr}, a <= b
     n : int
         Number of DOFs.
+    exact : bool
+        False where the displacement field was not known (matrix_mass.py).
     """
 
-    def __init__(self, dof: np.ndarray, scalar: csr_array | None, pairs: dict, n: int) -> None:
-        self._dof, self._scalar, self._pairs, self._n = dof, scalar, pairs, n
+    def __init__(self, dof: np.ndarray, scalar: csr_array | None, pairs: dict, n: int, exact: bool = True) -> None:
+        self._dof, self._scalar, self._pairs, self._n, self.exact = dof, scalar, pairs, n, exact
 
     def __getitem__(self, pair: tuple[int, int]) -> csr_array:
         """Return ``M_ab (n_dof, n_dof)``, kg and its rotational kin."""
@@ -40,15 +55,18 @@ class MassTensor:
         return (total + pick[0].T @ self._scalar @ pick[1]).tocsr()
 
     def project(self, Phi: np.ndarray) -> np.ndarray:
-        """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``, for ``Phi (n_dof, n)``."""
-        P = np.zeros((3, 3, Phi.shape[1], Phi.shape[1]))
+        """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``; needs a third of ``Phi (n_dof, n)`` beside it."""
+        n = Phi.shape[1]
+        P = np.zeros((3, 3, n, n))
         for (a, b), matrix in self._pairs.items():
-            P[a, b] = Phi.T @ (matrix @ Phi)
+            for J in column_blocks(n):
+                P[a, b][:, J] = Phi.T @ (matrix @ np.ascontiguousarray(Phi[:, J]))
         if self._scalar is not None:
-            u = [self._translation(c) @ Phi for c in range(3)]
-            moved = [self._scalar @ x for x in u]
-            for a, b in PAIRS:
-                P[a, b] += u[a].T @ moved[b]
+            for a in range(3):
+                u = Phi[self._dof[:, a]]  # a node without DOFs (-1) has no entries in the matrix
+                for b in range(a, 3):
+                    for J in column_blocks(n):
+                        P[a, b][:, J] += u.T @ (self._scalar @ Phi[self._dof[:, b], J])
         for a, b in PAIRS:
             P[b, a] = P[a, b].T
         return P

@@ -67,6 +67,10 @@ class TrussBlock:
         across = np.eye(3) - np.einsum("ea,eb->eab", self.axis, self.axis)
         return self._between_nodes((tension / self.length)[:, None, None] * across, np.zeros_like(across))
 
+    def volume(self) -> np.ndarray:
+        """Area times length ``(ne,)``, m^3."""
+        return self.section.A * self.length
+
     def mass(self) -> MassObjects:
         """Consistent mass of a line without thickness."""
         rho = (self.section.material.rho * self.section.A + self.section.nsm) * self.length

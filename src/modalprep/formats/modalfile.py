@@ -35,6 +35,10 @@ SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from
     "frequency": lambda n, k: (n,),
     "interface_position": lambda n, k: (k, 3),
 }
+PER_CELL: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # optional: shape from cells c and modes n
+    "energy": lambda c, n: (c, n),
+    "volume": lambda c, n: (c,),
+}
 NODES = {"vertex": 1, "line": 2, "line3": 3, "triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9} | {
     "tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27, "wedge": 6, "wedge15": 15,
     "pyramid": 5,
@@ -71,7 +75,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
         from modalprep import __version__
 
         file.attrs.update(format=FORMAT, format_version=VERSION, units="SI", name=body.name)
-        file.attrs.update(frame="origin at the root interface, axes of the mesh", program=f"modalprep {__version__}")
+        file.attrs.update(frame=body.frame, program=f"modalprep {__version__}")
         file.attrs["created"] = datetime.now(UTC).isoformat(timespec="seconds")
         file.attrs["inputs"] = json.dumps(body.provenance)
         for name in SHAPES:
@@ -81,6 +85,9 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
         _store(file, "shape", body.shape)
         for kind, cells in body.cells.items():
             _store(file, f"cells/{kind}", cells)
+        for name in PER_CELL:
+            for kind, values in getattr(body, name).items():
+                _store(file, f"{name}/{kind}", values)
         _store_table(file, body.modes)
     return path
 
@@ -148,13 +155,15 @@ def _read(file: h5py.File, path: Path) -> FlexibleBody:
     rows, total = file["modes"][()], np.asarray(file["modes"].attrs["total"], dtype=float)
     if total.shape != (6,) or not np.all(np.isfinite(total)):
         raise InputError(f"modal file {path}: the total of the modes table is not six numbers; write it again")
+    cells = {kind: _cells(file, kind, len(points), path) for kind in file["cells"]}
     return FlexibleBody(
         **(arrays | {"m": float(arrays["m"])}),
         name=str(file.attrs["name"]),
         interface_name=names,
         points=points,
         shape=_array(file, "shape", (len(points), 3, n), path),
-        cells={kind: _cells(file, kind, len(points), path) for kind in file["cells"]},
+        cells=cells,
+        **{name: _per_cell(file, name, cells, n, path) for name in PER_CELL},
         modes=ModeTable(
             kind=tuple(x.decode() for x in rows["kind"]),
             frequency=rows["frequency"],
@@ -174,6 +183,19 @@ def _cells(file: h5py.File, kind: str, n_points: int, path: Path) -> np.ndarray:
     if not good:
         raise InputError(f"modal file {path}: cells/{kind} does not connect its points; write it again")
     return conn
+
+
+def _per_cell(file: h5py.File, name: str, cells: dict, n: int, path: Path) -> dict[str, np.ndarray]:
+    """Read what the file may hold of each cell, in its precision; every type of cell has it, or none."""
+    if name not in file:
+        return {}
+    found = {}
+    for kind, nodes in cells.items():
+        values = _array(file, f"{name}/{kind}", PER_CELL[name](len(nodes), n), path)
+        if values.min(initial=0.0) < 0:
+            raise InputError(f"modal file {path}: {name}/{kind} has negative values; write it again")
+        found[kind] = values.astype(file[f"{name}/{kind}"].dtype)
+    return found
 
 
 def _array(file: h5py.File, name: str, shape: tuple[int, ...], path: Path) -> np.ndarray:

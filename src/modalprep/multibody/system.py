@@ -107,7 +107,16 @@ class System(Record):
                 raise InputError(f"body {name!r} is the child of {carried.count(name)} joints; it needs exactly one")
         for joint in self.joints:
             self.parent(joint)
+            self._refuse_other_frame(joint)
         _ = self.order
+
+    def _refuse_other_frame(self, joint: Joint) -> None:
+        body = self.bodies[self.child(joint)]
+        if joint.type != "free" and not body.at_root:
+            raise InputError(
+                f"joint {joint.name!r} must hold body {body.name!r} at its root, but the body's frame has its "
+                f"{body.frame}; bring it there with reroot(body, interface), or carry it by a free joint"
+            )
 
     def child(self, joint: Joint) -> str:
         """Return the name of the joint's child body."""

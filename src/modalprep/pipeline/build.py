@@ -8,23 +8,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from modalprep import __version__
 from modalprep.body.build import flexible_body
 from modalprep.body.checks import Check, check_body, check_model
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError, InputError
-from modalprep.fe.model import FEModel
-from modalprep.fe.read import mesh_digest
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline, naming
-from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh
-from modalprep.pipeline.schema import Pipeline
-from modalprep.reduction.basis import Reduction
-from modalprep.reduction.craig_bampton import craig_bampton, guyan
-from modalprep.reduction.error import ReductionError, reduction_error, to_target
-from modalprep.reduction.free_interface import free_interface, improved_guyan
+from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh, source_digest
+from modalprep.pipeline.reduce import reduce_model, wanted_damping
+from modalprep.pipeline.reduction_schema import RotationTable
+from modalprep.pipeline.schema import BodyTable, Pipeline
+from modalprep.reduction.damping import modal_damping
+from modalprep.reduction.error import ReductionError
 
 LIGHT, HEAVY = 1e-6, 2.3e4  # kg over the cube of the size, kg/m^3: a thread, and more than a cube of osmium
 GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m weighs 1e9 times as much
@@ -73,24 +73,20 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
         When a physics check fails; nothing is written then.
     """
     pipeline = load_pipeline(path)
-    if pipeline.mesh is None:
-        raise InputError(f"{path} has no [mesh]: there is no body to build")
+    if not pipeline.has_body:
+        raise InputError(f"{path} has no [mesh] or [matrices]: there is no body to build")
     with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
         mesh = read_pipeline_mesh(path, pipeline)
         done(1)
         model = assemble_pipeline(pipeline, mesh)
         done(2)
-        reduction, error = _reduce(pipeline, model)
+        reduction, error = reduce_model(pipeline, mesh, model)
         done(4)
-        body = flexible_body(
-            model,
-            reduction,
-            name=pipeline.name or path.stem,
-            damping=pipeline.reduction.damping,
-            provenance=inputs(path, pipeline),
-        )
+        name = pipeline.name or path.stem
+        body = flexible_body(model, reduction, name=name, provenance=inputs(path, pipeline))
+        body = body.with_(D=modal_damping(body, wanted_damping(pipeline.reduction.damping)))
         done(5)
-    checks = check_model(model) + check_body(body)
+    checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     failed = [check for check in checks if not check.passed]
     if failed:
         first = failed[0]
@@ -98,8 +94,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
             f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
         )
     file = reporter.wrote(write_body(body, folder / f"{path.stem}.h5"))
-    said = () if error is None else (_statement(error),)
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_doubts(body)), error)
+    return Built(body, file, checks, (*model.notes, *reduction.notes, *_doubts(body)), error)
 
 
 def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
@@ -114,48 +109,44 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
     return build_body(path, folder, reporter).body
 
 
+def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> dict[str, FlexibleBody]:
+    """Return the bodies of a pipeline file, read or built: those under [bodies], and the one of its own [mesh]."""
+    bodies = {name: _body(table, path, output, reporter) for name, table in pipeline.bodies.items()}
+    if pipeline.has_body:
+        name = pipeline.name or path.stem
+        if name in bodies:
+            raise InputError(f"{path}: body {name!r} is made by [mesh] and named again under [bodies]; rename one")
+        bodies[name] = current_body(path, output_folder(path, output), reporter)
+    return bodies
+
+
+def _body(table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
+    if table.file is not None:
+        return read_body(path.parent / table.file)
+    source = path.parent / str(table.pipeline)
+    return current_body(source, output_folder(source, output), reporter)
+
+
+def rotation_matrix(table: RotationTable | None) -> np.ndarray:
+    """Return the rotation (3, 3) that a table says, the unit matrix without one."""
+    if table is None:
+        return np.eye(3)
+    axis = np.array(table.axis)
+    if not np.any(axis):
+        raise InputError(f"rotation axis {axis.tolist()} has no direction")
+    return Rotation.from_rotvec(table.angle * axis / np.linalg.norm(axis)).as_matrix()
+
+
 def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
     """Return what determines the body: hash of the mesh, of the body's options, program version."""
-    parts = ("name", "mesh", "materials", "properties", "connections", "interfaces", "reduction")
+    parts = ("name", "mesh", "matrices", "materials", "properties", "connections", "interfaces", "loads", "reduction")
     options = json.dumps(pipeline.model_dump(include=set(parts)), sort_keys=True)
-    digest = mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
     return {
         "pipeline": path.name,
-        "mesh_sha256": digest,
+        "mesh_sha256": source_digest(path, pipeline),
         "options_sha256": hashlib.sha256(options.encode()).hexdigest(),
         "program": f"modalprep {__version__}",
     }
-
-
-def _reduce(pipeline: Pipeline, model: FEModel) -> tuple[Reduction, ReductionError | None]:
-    """Reduce as the file says; with `up_to` also measure the error."""
-    table = pipeline.reduction
-    if table.target_error is not None:
-        return to_target(model, lambda n: _basis(table, model, n), table.target_error, table.up_to)
-    reduction = _basis(table, model, table.modes)
-    if table.up_to is None:
-        return reduction, None
-    return reduction, reduction_error(model, reduction, table.up_to)
-
-
-def _basis(table, model: FEModel, modes: int) -> Reduction:
-    match table.method:
-        case "guyan":
-            return guyan(model)
-        case "irs":
-            return improved_guyan(model)
-        case "free_interface":
-            return free_interface(model, modes=modes, keep=table.keep)
-    return craig_bampton(model, modes=modes, keep=table.keep, truncation=table.truncation_vectors)
-
-
-def _statement(error: ReductionError) -> str:
-    parts = {"frequencies": error.frequency, "static answers": error.static, "dynamic compliance": error.dynamic}
-    worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
-    return (
-        f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "
-        f"inertia of K - w^2 M): {worst}"
-    )
 
 
 def _doubts(body: FlexibleBody) -> tuple[str, ...]:

@@ -19,6 +19,35 @@ class MeshTable(Table):
     )
 
 
+class MatricesTable(Table):
+    """Stiffness and mass that another program assembled, instead of [mesh]: of the unsupported structure."""
+
+    file: str | None = Field(
+        None,
+        description="both matrices in one: .npz (K, M, nodes; FEM file of Exudyn), .op4, DMIG deck, .mtx substructure",
+    )
+    stiffness: str | None = Field(
+        None, description="matrix file: .mtx (MatrixMarket, Abaqus), .npz, .op4, .sti, .bdf/.dat/.pch with DMIG"
+    )
+    mass: str | None = Field(None, description="matrix file like that of the stiffness")
+    nodes: str | None = Field(
+        None, description="coordinates: .csv ([number,] x, y, z), .npy, a Nastran deck, or any mesh file"
+    )
+    dof: str | None = Field(
+        None, description="file with node number and component (1 to 6) of each row, where it is not that of the nodes"
+    )
+    dofs_per_node: Literal[3, 6] | None = Field(None, description="to check the matrices against the nodes")
+    length_unit: str = Field("m", description="of matrices and nodes: m, mm, cm, in, ft")
+    mass_unit: str | None = Field(None, description="of the matrices, with seconds: kg, g, t, lbm, slug, slinch")
+
+    @model_validator(mode="after")
+    def _one_way(self) -> MatricesTable:
+        both = self.stiffness is not None and self.mass is not None
+        if both == (self.file is not None) or (self.file and (self.stiffness or self.mass)):
+            raise ValueError("needs either 'file' with both matrices, or 'stiffness' and 'mass'")
+        return self
+
+
 class MaterialTable(Table):
     """An isotropic material, SI."""
 

@@ -12,11 +12,12 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly import assemble
 from modalprep.fe.interface import Connection, Interface
 from modalprep.fe.materials import Material, Orthotropic
+from modalprep.fe.matrix_files import Matrices, matrices_digest, read_matrices
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel
 from modalprep.fe.properties import Beam, Ply, PointMass, Property, Shell, Solid, Spring, Truss
 from modalprep.fe.quality import Quality, check_mesh
-from modalprep.fe.read import read_mesh
+from modalprep.fe.read import mesh_digest, read_mesh
 from modalprep.fe.sections import beam_section
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
@@ -26,15 +27,29 @@ Materials = Mapping[str, Material | Orthotropic]
 
 
 def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
-    """Read the mesh that the pipeline file at `path` names."""
+    """Read the mesh, or the nodes with their matrices, that the pipeline file at `path` names."""
     table = pipeline.mesh
+    if pipeline.matrices is not None:
+        return read_matrices(**pipeline.matrices.model_dump() | _matrix_files(path, pipeline))
     if table is None:
         raise InputError(f"{path} has no [mesh]: there is no body to build")
     return read_mesh(path.parent / table.file, table.length_unit, table.mass_unit)
 
 
+def source_digest(path: Path, pipeline: Pipeline) -> str:
+    """Return the hash of the files that the body is made of; empty without a body."""
+    if pipeline.matrices is not None:
+        return matrices_digest(_matrix_files(path, pipeline).values())
+    return mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
+
+
+def _matrix_files(path: Path, pipeline: Pipeline) -> dict[str, Path]:
+    given = pipeline.matrices.model_dump(include={"file", "stiffness", "mass", "nodes", "dof"}, exclude_none=True)
+    return {key: path.parent / name for key, name in given.items()}
+
+
 def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
-    """Check the mesh and assemble it with the file's properties, connections and interfaces.
+    """Check the mesh and assemble it with the file's properties, connections and interfaces; or take its matrices.
 
     Raises
     ------
@@ -42,6 +57,8 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
         When a table names what is not there, or the mesh has errors.
     """
     sections, interfaces, connections = pipeline_sections(pipeline), *pipeline_node_sets(pipeline, mesh)
+    if isinstance(mesh, Matrices):
+        return mesh.model(interfaces, pipeline.reduction.root)
     if not {**mesh.properties, **sections}:
         raise InputError(f"there are no [properties]: say what each mesh group is made of ({', '.join(mesh.groups)})")
     model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections)
@@ -66,14 +83,16 @@ def _flaws(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Inte
 
 def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interface], dict[str, Connection]]:
     """Return the interfaces and connections of the file, in m."""
-    interfaces = {name: Interface(**_nodes(table, mesh.scale)) for name, table in pipeline.interfaces.items()}
-    connections = {name: Connection(**_nodes(table, mesh.scale)) for name, table in pipeline.connections.items()}
+    interfaces = {name: _interface(table, mesh.scale) for name, table in pipeline.interfaces.items()}
+    connections = {name: Connection(**node_set(table, mesh.scale)) for name, table in pipeline.connections.items()}
     return interfaces, connections
 
 
 def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
     """Read and check the mesh of the pipeline file at `path`."""
     pipeline = load_pipeline(path)
+    if pipeline.matrices is not None:
+        raise InputError(f"{path}: [matrices] have no elements whose quality could be checked; use [mesh]")
     with naming(path):
         mesh = read_pipeline_mesh(path, pipeline)
         interfaces, connections = pipeline_node_sets(pipeline, mesh)
@@ -147,11 +166,14 @@ def _spring(table: Any, materials: Materials) -> Spring:
 SECTIONS = {"beam": _beam, "truss": _truss, "shell": _shell, "solid": _solid, "mass": _mass, "spring": _spring}
 
 
-def _nodes(table: Any, scale: float) -> dict[str, Any]:
-    """Arguments of an interface or a connection, lengths in m."""
+def _interface(table: Any, scale: float) -> Interface:
+    given = node_set(table, scale)
+    return Interface(**{"kind": "node" if {"node", "near"} & set(given) else "rbe2"} | given)
+
+
+def node_set(table: Any, scale: float) -> dict[str, Any]:
+    """Return what a table says that names nodes, lengths in m."""
     given = {key: value for key, value in table.model_dump().items() if value is not None}
-    if "kind" not in given:
-        given["kind"] = "node" if "node" in given or "near" in given else "rbe2"
     for key in ("near", "position"):
         if key in given:
             given[key] = tuple(scale * np.array(given[key]))

@@ -13,6 +13,7 @@ from modalprep.pipeline.schema import Pipeline
 
 if TYPE_CHECKING:
     from modalprep.pipeline.build import Built
+    from modalprep.pipeline.synthesis import Synthesized
     from modalprep.pipeline.systems import Simulated
 
 
@@ -22,6 +23,7 @@ class Outcome:
 
     folder: Path
     built: Built | None = None
+    synthesized: Synthesized | None = None
     simulated: Simulated | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -46,8 +48,10 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Outcome
 
     pipeline = load_pipeline(path)
     outcome = Outcome(folder=output_folder(path, output))
-    if pipeline.mesh is not None:
+    if pipeline.has_body:
         _body(path, pipeline, outcome, reporter)
+    if pipeline.synthesis is not None:
+        _synthesis(path, pipeline, output, outcome, reporter)
     if pipeline.simulation is not None:
         _simulation(path, pipeline, output, outcome, reporter)
     if outcome.built is not None:
@@ -56,6 +60,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Outcome
 
 
 def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.formats.export import export_body, known_export
     from modalprep.pipeline.build import build_body
     from modalprep.report.plots import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
@@ -67,9 +72,35 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) 
     for note in outcome.built.notes:
         outcome.notes.append(note)
         reporter.say(f"  note: {note}")
+    for name in pipeline.output.export:
+        target = outcome.built.file.with_suffix(known_export(name).suffix)
+        reporter.wrote(export_body(body, name, target))
     chart = outcome.folder / f"{path.stem}-effective-mass.png"
     effective_mass_plot(body.modes, chart)
     reporter.wrote(chart)
+
+
+def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.synthesis import strain_shares, synthesize_pipeline
+    from modalprep.report.synthesis import draw_modes, strain_plot, synthesis_table
+
+    found = outcome.synthesized = synthesize_pipeline(path, output, reporter)
+    shares = strain_shares(found.modes)
+    synthesis_table(found.modes, shares, reporter.console, None if found.damping is None else found.damping.achieved)
+    for note in found.notes:
+        outcome.notes.append(note)
+        reporter.say(f"  note: {note}")
+    reporter.wrote(strain_plot(found.modes, shares, outcome.folder / f"{path.stem}-strain-energy.png"))
+    wanted = pipeline.output.pictures
+    count = {"none": 0, "kept": len(found.modes.frequency)}.get(wanted, wanted)
+    try:
+        pictures = draw_modes(found.modes, path.stem, outcome.folder, count)
+    except RenderError as error:
+        outcome.notes.append(f"pictures not drawn: {error}")
+        reporter.say(f"  {outcome.notes[-1]}")
+    else:
+        reporter.files += pictures
+        reporter.say(f"  wrote {len(pictures)} mode pictures {path.stem}-system-mode-*.png")
 
 
 def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:

@@ -4,41 +4,28 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from modalprep.pipeline.fe_schema import AnyMaterial, ConnectionTable, InterfaceTable, MeshTable, Section
+from modalprep.formats.export import EXPORTS
+from modalprep.pipeline.fe_schema import (
+    AnyMaterial,
+    ConnectionTable,
+    InterfaceTable,
+    MatricesTable,
+    MeshTable,
+    Section,
+)
+from modalprep.pipeline.reduction_schema import (
+    LoadTable,
+    ReductionTable,
+    RotationTable,
+    SynthesisTable,
+    WeldTable,
+)
 from modalprep.pipeline.tables import Angle, Table, Vector
+from modalprep.suggest import suggestion
 
-
-class ReductionTable(Table):
-    """How the body is reduced."""
-
-    method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
-        "craig_bampton",
-        description="irs: Guyan with the interior's inertia; free_interface: modes of the floating body and residual "
-        "attachment modes",
-    )
-    modes: int = Field(20, ge=0, description="modes to compute as candidates; with target_error to start with")
-    keep: str | list[int] = Field(
-        "all",
-        description="which to keep, e.g. 'effective_mass > 0.1% or frequency < 500 Hz', or a list of mode numbers; "
-        "values are frequency, effective_mass, cumulative, static, mode",
-    )
-    up_to: float | None = Field(None, gt=0, description="Hz; the error against the full model is measured below it")
-    target_error: float | None = Field(
-        None, gt=0, description="take as many modes as this relative error needs, below up_to"
-    )
-    truncation_vectors: list[Literal["interfaces", "inertia"]] = Field(
-        ["interfaces", "inertia"], description="loads whose static answer is kept exact"
-    )
-    damping: float = Field(0.0, ge=0, description="modal damping, fraction of critical")
-    root: str | None = Field(None, description="the interface that carries the body frame")
-
-    @model_validator(mode="after")
-    def _target_has_a_band(self) -> ReductionTable:
-        if self.target_error is not None and self.up_to is None:
-            raise ValueError("target_error needs up_to, the frequency in Hz below which it holds")
-        return self
+BUILT_IN = ("interfaces", "inertia")  # loads that every model has
 
 
 class OutputTable(Table):
@@ -47,6 +34,7 @@ class OutputTable(Table):
     pictures: Literal["kept", "none"] | Annotated[int, Field(ge=0)] = Field(
         "kept", description="mode pictures: kept, none, or how many"
     )
+    export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
 
 
 class BodyTable(Table):
@@ -60,13 +48,6 @@ class BodyTable(Table):
         if (self.file is None) == (self.pipeline is None):
             raise ValueError("a body needs either 'file' or 'pipeline'")
         return self
-
-
-class RotationTable(Table):
-    """A fixed rotation from the child's to the parent's frame."""
-
-    axis: Vector
-    angle: Angle
 
 
 class StartTable(Table):
@@ -156,22 +137,63 @@ class Pipeline(Table):
 
     name: str | None = Field(None, description="name of the body; default the file's name")
     mesh: MeshTable | None = None
+    matrices: MatricesTable | None = Field(None, description="instead of [mesh] and what it is made of")
     materials: dict[str, AnyMaterial] = Field({})
     properties: dict[str, Section] = Field(
         {}, description="one table per mesh group or connection; a deck's own need no repeating"
     )
     connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
     interfaces: dict[str, InterfaceTable] = Field({})
+    loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
     output: OutputTable = Field(OutputTable())
-    bodies: dict[str, BodyTable] = Field({})
+    bodies: dict[str, BodyTable] = Field({}, description="of the system that is simulated or synthesised")
+    welds: dict[str, WeldTable] = Field({}, description="how [synthesis] joins the bodies")
+    synthesis: SynthesisTable | None = None
     joints: dict[str, JointTable] = Field({})
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
     plots: list[PlotTable] = Field([])
 
+    @property
+    def has_body(self) -> bool:
+        """Whether the file makes a modal body."""
+        return self.mesh is not None or self.matrices is not None
+
+    @model_validator(mode="after")
+    def _matrices_stand_alone(self) -> Pipeline:
+        for name in ("mesh", "materials", "properties", "connections"):
+            if self.matrices is not None and getattr(self, name):
+                raise ValueError(f"[{name}] does not go with [matrices], which hold the whole structure; leave one out")
+        return self
+
     @model_validator(mode="after")
     def _has_work(self) -> Pipeline:
-        if self.mesh is None and self.simulation is None:
-            raise ValueError("nothing to do: the file needs [mesh], [simulation] or both")
+        if not self.has_body and self.simulation is None and self.synthesis is None:
+            raise ValueError("nothing to do: the file needs [mesh], [simulation] or [synthesis]")
         return self
+
+    @model_validator(mode="after")
+    def _welds_are_used(self) -> Pipeline:
+        if self.welds and self.synthesis is None:
+            raise ValueError("[welds] join the bodies of [synthesis], which is missing; add it, or use [joints]")
+        return self
+
+    @field_validator("loads")
+    @classmethod
+    def _own_names(cls, loads: dict[str, LoadTable]) -> dict[str, LoadTable]:
+        for name in set(BUILT_IN) & set(loads):
+            raise ValueError(f"load {name!r} has the name of built-in loads; choose another")
+        return loads
+
+    @field_validator("reduction")
+    @classmethod
+    def _known_loads(cls, table: ReductionTable, info: ValidationInfo) -> ReductionTable:
+        loads = info.data.get("loads", {})
+        known = (*BUILT_IN, *loads)
+        for name in table.truncation_vectors:
+            if name not in known:
+                raise ValueError(f"truncation_vectors names load {name!r}; {suggestion(name, known, 'known are')}")
+        if loads and table.method != "craig_bampton":
+            raise ValueError(f"[loads] are for method = 'craig_bampton'; {table.method!r} has no use for them")
+        return table

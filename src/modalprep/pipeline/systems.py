@@ -6,20 +6,18 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.formats.modalfile import read_body
 from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.multibody.motion import Motion
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
-from modalprep.pipeline.build import current_body, output_folder
+from modalprep.pipeline.build import output_folder, read_bodies, rotation_matrix
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline, naming
-from modalprep.pipeline.schema import BodyTable, JointTable, Pipeline
+from modalprep.pipeline.schema import JointTable, Pipeline
 
 WITH, WITHOUT = "with geometric stiffness", "conventional theory (without)"
 
@@ -104,22 +102,10 @@ def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> 
 
 def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System:
     """Return the system a pipeline file describes, its bodies read or built."""
-    bodies = {name: _body(table, path, output, reporter) for name, table in pipeline.bodies.items()}
-    if pipeline.mesh is not None:
-        name = pipeline.name or path.stem
-        if name in bodies:
-            raise InputError(f"{path}: body {name!r} is made by [mesh] and named again under [bodies]; rename one")
-        bodies[name] = current_body(path, output_folder(path, output), reporter)
+    bodies = read_bodies(pipeline, path, output, reporter)
     with naming(path):
         joints = tuple(_joint(name, table) for name, table in pipeline.joints.items())
         return System(bodies=_shared(bodies), joints=joints, gravity=np.array(pipeline.environment.gravity))
-
-
-def _body(table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
-    if table.file is not None:
-        return read_body(path.parent / table.file)
-    source = path.parent / str(table.pipeline)
-    return current_body(source, output_folder(source, output), reporter)
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
@@ -140,22 +126,13 @@ def _joint(name: str, table: JointTable) -> Joint:
             child=table.child,
             axis=np.array(table.axis),
             position=np.array(table.position),
-            rotation=_rotation(table),
+            rotation=rotation_matrix(table.rotation),
             angle=table.start.angle,
             rate=table.start.rate,
             velocity=np.array(table.start.velocity),
             spin=np.array(table.start.spin),
             motion=_motion(table),
         )
-
-
-def _rotation(table: JointTable) -> np.ndarray:
-    if table.rotation is None:
-        return np.eye(3)
-    axis = np.array(table.rotation.axis)
-    if not np.any(axis):
-        raise InputError(f"rotation axis {axis.tolist()} has no direction")
-    return Rotation.from_rotvec(table.rotation.angle * axis / np.linalg.norm(axis)).as_matrix()
 
 
 def _motion(table: JointTable) -> Motion | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,9 +11,12 @@ from modalprep.fe.model import FEModel
 from modalprep.linalg.modes import lowest_modes
 from modalprep.reduction.basis import Reduction, effective_mass, reduced, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.reduction.notes import completeness, interface_boundaries, more_modes, pseudo_resonances
+from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
-from modalprep.reduction.truncation import ENERGY, truncation_vectors
+from modalprep.reduction.truncation import truncation_vectors
+from modalprep.suggest import suggestion
 
 
 def guyan(model: FEModel, *, solver: str = "auto") -> Reduction:
@@ -37,9 +40,12 @@ def craig_bampton(
     modes: int,
     keep: str | list[int] = "all",
     truncation: Sequence[str] = ("interfaces", "inertia"),
+    loads: Mapping[str, np.ndarray] | None = None,
     solver: str = "auto",
 ) -> Reduction:
     """Reduce to constraint modes, selected fixed-interface modes and modal truncation vectors.
+
+    Interfaces may be mixed: the fixed ones get constraint modes, the free ones move with the modes.
 
     Parameters
     ----------
@@ -48,15 +54,17 @@ def craig_bampton(
         Fixed-interface modes to compute as candidates.
     keep : str or list of int
         Which of them to keep (`selection.select`).
-    truncation : of {"interfaces", "inertia"}
+    truncation : of {"interfaces", "inertia"} and the names of `loads`
         Loads whose static answer the basis must hold: forces and moments on the free interfaces, the twelve
-        inertia loads.
+        inertia loads, loads of the user.
+    loads : {name: (n_dof,) or (n_dof, k)}
+        Nodal loads (`nodal_load`, `interface_load`); their size does not matter.
     solver : {"auto", "pardiso", "superlu"}
 
     Raises
     ------
     InputError
-        When the mode count is negative, or a load or selection is unknown.
+        When the mode count is negative, a load or selection is unknown, or a load does nothing.
     MechanismError
         When the structure can move without strain.
 
@@ -70,25 +78,24 @@ def craig_bampton(
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver)
-    w2, Phi = lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor, solver=solver)
-    F = _truncated_loads(held, truncation)
-    table = _candidates(held, w2, Phi, keep, _static_share(held, w2, Phi))
+    F = _interior_loads(held, loads or {})
+    wanted = _named(F, truncation)
+    w2, Phi, counted = lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor, solver=solver)
+    table = _candidates(held, w2, Phi, keep, np.hstack(list(F.values())))
     kept = table.kept
-    w2_t, X = truncation_vectors(held, F, w2[kept], Phi[:, kept])
-    notes = _notes(keep, table, modes)
+    w2_t, X = truncation_vectors(held, wanted, w2[kept], Phi[:, kept])
+    notes = (
+        *completeness(w2, counted, FIXED),
+        *more_modes(keep, table, modes),
+        *pseudo_resonances(table, w2_t),
+        *interface_boundaries(model, truncation),
+    )
     W = np.concatenate([held.constraint_shapes, held.expand(Phi[:, kept]), held.expand(X)], axis=1)
     return reduced("craig_bampton", held, W, _with_static_rows(table, held, w2_t, X), notes)
 
 
-def _static_share(held: Clamped, w2: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-    """Largest share (n,) of each mode in the strain energy of the interface and inertia loads."""
-    F = _truncated_loads(held, ("interfaces", "inertia"))
-    energy = np.einsum("ij,ij->j", F, held.factor.solve(F))
-    real = energy > ENERGY * energy.max(initial=0.0)
-    return np.max((Phi.T @ F[:, real]) ** 2 / w2[:, None] / energy[real], axis=1, initial=0.0)
-
-
-def _candidates(held: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static=None) -> ModeTable:
+def _candidates(held: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray) -> ModeTable:
+    """Judge the modes; the shares that need a solution are found when `keep` asks for them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
     mass, total = effective_mass(held, Phi)
     table = ModeTable(
@@ -99,43 +106,51 @@ def _candidates(held: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list
         kept=np.ones(len(w2), dtype=bool),
         reason=("",) * len(w2),
     )
-    kept, reason = select(keep, frequency, table.fraction, static)
+    static = static_share(F, held.factor.solve(F), w2, Phi) if "static" in str(keep) else None
+    kept, reason = select(keep, frequency, table.fraction, static, *interface_shares(fixed_coupling(held, Phi), w2))
     return table.with_(kept=kept, reason=reason)
 
 
 def _no_candidates(held: Clamped) -> ModeTable:
-    return _candidates(held, np.zeros(0), np.zeros((len(held.i), 0)), "all")
+    none = np.zeros((len(held.i), 0))
+    return _candidates(held, np.zeros(0), none, "all", none)
 
 
-def _truncated_loads(held: Clamped, truncation: Sequence[str]) -> np.ndarray:
-    """Loads on the interior DOFs, moments and position-proportional loads divided by the body's size."""
-    model = held.model
-    size = np.ptp(model.points, axis=0).max()
-    loads = {"inertia": model.inertia_loads / np.repeat([1.0, size], [3, 9])}
-    loads["inertia"] = loads["inertia"] / model.rigid.m
+def _interior_loads(held: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Loads ``{name: (n_i, k)}`` on the interior DOFs, all of comparable size: about 1 N in all."""
+    model, size = held.model, model_size(held.model)
     free = [frame.dofs for frame in model.interfaces if frame.boundary == "free"]
-    unit = unit_loads(model, free) / np.tile(np.repeat([1.0, size], 3), len(free))
-    loads["interfaces"] = unit
-    for name in truncation:
-        if name not in loads:
-            raise InputError(f"truncation_vectors: {name!r} is not one of interfaces, inertia")
-    chosen = [loads[name] for name in dict.fromkeys(truncation)]
-    return (model.C.T @ np.concatenate([np.zeros((model.n_dof, 0)), *chosen], axis=1))[held.i]
+    F = {
+        "interfaces": unit_loads(model, free) * np.tile(np.repeat([1.0, size], 3), len(free)),
+        "inertia": model.inertia_loads / (model.rigid.m * np.repeat([1.0, size], [3, 9])),
+    }
+    for name, load in loads.items():
+        if name in F:
+            raise InputError(f"load {name!r} has the name of built-in loads; choose another")
+        F[name] = _user_load(model, name, load)
+    inside = {name: (model.C.T @ f)[held.i] for name, f in F.items()}
+    idle = [name for name in loads if not np.any(inside[name])]
+    if idle:
+        raise InputError(f"load {idle[0]!r} acts on fixed interfaces only and moves nothing; load other nodes")
+    return inside
 
 
-def _notes(keep: str, table: ModeTable, modes: int) -> tuple[str, ...]:
-    if (
-        isinstance(keep, str)
-        and "frequency" in keep
-        and len(table.kept)
-        and table.kept[-1]
-        and "frequency" in table.reason[-1]
-    ):
-        return (
-            f"the highest of the {modes} candidates, {table.frequency[-1]:.4g} Hz, still satisfies {keep!r}: "
-            "there may be more modes, raise 'modes'",
-        )
-    return ()
+def _user_load(model: FEModel, name: str, load: np.ndarray) -> np.ndarray:
+    """Return a load ``(n_dof, k)`` over its size: the sum of its forces, and of its moments over the body's size."""
+    load = np.asarray(load, dtype=float).reshape(len(load), -1)
+    if len(load) != model.n_dof or not np.all(np.isfinite(load)):
+        raise InputError(f"load {name!r} needs {model.n_dof} finite numbers, one per DOF; it has {len(load)} rows")
+    arm = np.ones(model.n_dof)
+    arm[model.dof[:, 3:][model.dof[:, 3:] >= 0]] = model_size(model)
+    total = np.sum(np.abs(load) / arm[:, None], axis=0)
+    return load / np.where(total > 0, total, 1.0)
+
+
+def _named(F: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
+    for name in names:
+        if name not in F:
+            raise InputError(f"truncation_vectors: there is no load {name!r}; {suggestion(name, F, 'known are')}")
+    return np.hstack([F["inertia"][:, :0], *(F[name] for name in dict.fromkeys(names))])
 
 
 def _with_static_rows(table: ModeTable, held: Clamped, w2_t: np.ndarray, X: np.ndarray) -> ModeTable:

@@ -15,7 +15,7 @@ from modalprep.reduction.projected import ModalBody
 from modalprep.reduction.synthesis import SystemModes
 from modalprep.suggest import suggestion
 
-Ratio = float | Mapping[float, float] | np.ndarray
+Ratio = float | Mapping[float, float] | np.ndarray  # or Rayleigh, below
 METHODS = ("least_squares", "back_projection")
 ROUND_OFF = 1e-12  # of the terms of a Rayleigh constant
 OWN = 1e-9  # rad/s; below it a component coordinate has no frequency, and no damping
@@ -122,7 +122,7 @@ def damping_ratio(wanted: Ratio, frequency: np.ndarray) -> np.ndarray:
         at = sorted(wanted)
         wanted = np.interp(frequency, at, [_checked(wanted[f]) for f in at])
     ratio = _checked(wanted)
-    if ratio.ndim > 1 or ratio.size not in (1, len(frequency)):
+    if ratio.ndim > 1 or (ratio.ndim == 1 and ratio.size != len(frequency)):
         raise InputError(f"{ratio.size} damping ratios for {len(frequency)} modes; give one, or one per mode")
     return np.broadcast_to(ratio, len(frequency)).copy()
 
@@ -135,7 +135,7 @@ def _checked(ratio: float | np.ndarray) -> np.ndarray:
 
 
 def modal_damping(body: ModalBody, wanted: Ratio) -> np.ndarray:
-    """Return ``D = 2 zeta w`` (n,) of a body: ``body.with_(D=modal_damping(body, 0.01))``.
+    """Return ``D = 2 zeta w`` (n,) of a body: ``body.with_(D=modal_damping(body, 0.01))``; Rayleigh's is `damping`.
 
     Examples
     --------
@@ -144,6 +144,8 @@ def modal_damping(body: ModalBody, wanted: Ratio) -> np.ndarray:
     >>> bool(np.allclose(modal_damping(body, 0.01), 0.02 * np.sqrt(body.K)))
     True
     """
+    if isinstance(wanted, Rayleigh):
+        return wanted.damping(body)
     w = np.sqrt(body.K)
     return 2 * damping_ratio(wanted, w / (2 * np.pi)) * w
 

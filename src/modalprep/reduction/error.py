@@ -107,12 +107,14 @@ class _Reference:
         K, M = ((C.T @ A @ C).tocsr() for A in (model.K, model.M))
         cut = (2 * np.pi * up_to) ** 2
         n = count_below(K, M, cut)
-        w2, _ = lowest_modes(K, M, min((n if n is not None else 50) + 1, MOST))
+        w2, _, _ = lowest_modes(K, M, min((n if n is not None else 50) + 1, MOST))
         full = np.sqrt(np.maximum(w2, 0)) / (2 * np.pi)
         F = _loads(model)
         f, inside = C.T @ F, full[full < up_to]
         sweep = _between(full[: len(inside) + 1], points)
-        answers = [f.T @ factorize((K - (2 * np.pi * s) ** 2 * M).tocsr()).solve(f) for s in (0.0, *sweep)]
+        answers = [
+            f.T @ factorize((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f) for s in (0.0, *sweep)
+        ]
         dynamic = np.array(answers[1:]).reshape(len(sweep), *answers[0].shape)
         return cls(up_to, rows, C, F, inside, answers[0], sweep, dynamic)
 

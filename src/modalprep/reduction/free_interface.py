@@ -9,6 +9,8 @@ from modalprep.fe.model import FEModel
 from modalprep.linalg.modes import lowest_modes
 from modalprep.reduction.basis import Reduction, reduced, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.reduction.notes import completeness, more_modes
+from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FREE, ModeTable
 
@@ -28,7 +30,7 @@ def free_interface(model: FEModel, *, modes: int, keep: str | list[int] = "all",
     modes : int
         Elastic free-free modes to compute as candidates.
     keep : str or list of int
-        Which of them to keep (`selection.select`); they carry no effective mass of the whole body.
+        Which of them to keep (`selection.select`); they have no effective mass.
     solver : {"auto", "pardiso", "superlu"}
 
     Raises
@@ -48,50 +50,65 @@ def free_interface(model: FEModel, *, modes: int, keep: str | list[int] = "all",
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver)
     R = model.rigid_body()[model.free]
-    w2, Phi = _elastic_modes(held, R, modes, solver)
-    table = _table(model, w2, Phi, keep)
-    w2, Phi = w2[table.kept[: len(w2)]], Phi[:, table.kept[: len(w2)]]
-    W = np.hstack([Phi, _attachment(held, R, w2, Phi)])
+    w2, Phi, counted = _elastic_modes(held, R, modes, solver)
+    F, x = _relieved(held, R)
+    candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi))
+    notes = (*completeness(w2, counted, f"elastic {FREE}"), *more_modes(keep, candidates, modes))
+    w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
+    W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
     W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid motion
-    return reduced("free_interface", held, W, table, ())
+    return reduced("free_interface", held, W, _with_attachment(candidates, model), notes)
 
 
-def _elastic_modes(held: Clamped, R: np.ndarray, modes: int, solver: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest modes of the floating body without its six rigid motions."""
+def _elastic_modes(held: Clamped, R: np.ndarray, modes: int, solver: str) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return the lowest modes of the floating body without its six rigid motions, and how they were counted."""
     x = held.static_free(held.M @ R)
     softest = np.min(np.einsum("ij,ij->j", x, held.K @ x) / np.einsum("ij,ij->j", x, held.M @ x))
-    w2, Phi = lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
+    w2, Phi, counted = lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
     elastic = np.abs(w2) > RIGID * softest
     if np.sum(~elastic) != 6:
         raise MechanismError(
             f"the floating body has {np.sum(~elastic)} motions without strain, not six; connect its loose parts"
         )
-    return w2[elastic], Phi[:, elastic]
+    return w2[elastic], Phi[:, elastic], counted
 
 
-def _attachment(held: Clamped, R: np.ndarray, w2: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-    """Static answers to unit loads on every interface with inertia relief, without what the kept modes give."""
+def _relieved(held: Clamped, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit loads on every interface, moments times the body's size, with inertia relief, and the answers to them.
+
+    Both ``(n_free, 6 n_if)``; the answers do no work on the rigid motions' inertia.
+    """
     model = held.model
     F = model.C.T @ unit_loads(model, [frame.dofs for frame in model.interfaces])
+    F = F * np.tile(np.repeat([1.0, model_size(model)], 3), len(model.interfaces))
     MR = held.M @ R
-    to_rigid = np.linalg.solve(R.T @ MR, R.T)
-    x = held.static_free(F - MR @ (to_rigid @ F))
-    x = x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)
-    return x - Phi @ ((Phi.T @ F) / w2[:, None])
+    F = F - MR @ np.linalg.solve(R.T @ MR, R.T @ F)
+    x = held.static_free(F)
+    return F, x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)
 
 
-def _table(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int]) -> ModeTable:
-    frequency, n = np.sqrt(w2) / (2 * np.pi), len(w2)
-    kept, reason = select(keep, frequency, np.zeros((n, 6)))
-    attached = [f"unit load {d} on interface {f.name}" for f in model.interfaces for d in DIRECTIONS]
-    R = model.rigid_body()
+def _candidates(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static) -> ModeTable:
+    frequency, n, R = np.sqrt(w2) / (2 * np.pi), len(w2), model.rigid_body()
+    kept, reason = select(keep, frequency, None, static, *interface_shares(free_coupling(model, Phi), w2))
     return ModeTable(
-        kind=(FREE,) * n + (ATTACHMENT,) * len(attached),
-        frequency=np.concatenate([frequency, np.full(len(attached), np.nan)]),
-        effective_mass=np.concatenate([np.zeros((n, 6)), np.full((len(attached), 6), np.nan)]),
+        kind=(FREE,) * n,
+        frequency=frequency,
+        effective_mass=np.zeros((n, 6)),
         total=np.einsum("ij,ij->j", R, model.M @ R),
-        kept=np.concatenate([kept, np.ones(len(attached), dtype=bool)]),
-        reason=(*reason, *attached),
+        kept=kept,
+        reason=reason,
+    )
+
+
+def _with_attachment(table: ModeTable, model: FEModel) -> ModeTable:
+    attached = [f"unit load {d} on interface {f.name}" for f in model.interfaces for d in DIRECTIONS]
+    n = len(attached)
+    return table.with_(
+        kind=table.kind + (ATTACHMENT,) * n,
+        frequency=np.concatenate([table.frequency, np.full(n, np.nan)]),
+        effective_mass=np.concatenate([table.effective_mass, np.full((n, 6), np.nan)]),
+        kept=np.concatenate([table.kept, np.ones(n, dtype=bool)]),
+        reason=(*table.reason, *attached),
     )
 
 

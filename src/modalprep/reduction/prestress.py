@@ -132,7 +132,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray, modes: int = 10) -> Mode
     """
     held, Kg = _prestress(model, load)
     try:
-        w2, phi = lowest_modes((held.K_ii + Kg).tocsr(), held.M_ii, modes)
+        w2, phi, _ = lowest_modes((held.K_ii + Kg).tocsr(), held.M_ii, modes)
     except AccuracyError:
         w2 = np.array([-1.0])
     if np.any(w2 <= 0) or _largest(-Kg, held, 1)[0][0] >= 1:

@@ -18,44 +18,57 @@ OPERATORS: dict[type, tuple[Callable, str]] = {
     ast.Gt: (operator.gt, ">"),
     ast.GtE: (operator.ge, ">="),
 }
+MIRRORED = {ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt, ast.GtE: ast.LtE}
 LARGEST = 1e300
 NOTHING = 1e-6  # fraction of the body's mass
-SHARES = {"effective_mass", "cumulative", "static"}
-HELP = "write for example 'effective_mass > 0.1% or frequency < 500 Hz'"
+SHARES = ("effective_mass", "cumulative", "static", "controllability", "observability")
+VALUES = ("frequency", *SHARES, "mode")
+HELP = "write for example 'static > 1% or frequency < 500 Hz'"
+Values = dict[str, tuple[float, str]]
 
 
 def select(
-    keep: str | Sequence[int], frequency: np.ndarray, fraction: np.ndarray, static: np.ndarray | None = None
+    keep: str | Sequence[int],
+    frequency: np.ndarray,
+    fraction: np.ndarray | None = None,
+    static: np.ndarray | None = None,
+    controllability: np.ndarray | None = None,
+    observability: np.ndarray | None = None,
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return which modes satisfy the expression `keep`, and the reason for each.
 
     Parameters
     ----------
     keep : str or list of int
-        Comparisons of values with numbers, joined by ``and``, ``or``, ``not`` and parentheses; ``all`` keeps all; a
-        list of mode numbers (1, 2, ...) keeps these. The values of a mode:
+        Comparisons of values with numbers, such as ``frequency < 500 Hz`` or ``20 < frequency < 500``, joined by
+        ``and``, ``or``, ``not`` and parentheses; ``all`` keeps all; a list of mode numbers (1, 2, ...) keeps these.
+        The values of a mode:
 
         - ``frequency``, Hz;
         - ``effective_mass``, the largest of its six fractions of the body's mass;
         - ``cumulative``, the fraction that heavier modes have already, in the direction where that is least:
           ``cumulative < 90%`` keeps the fewest modes that reach 90 % in every direction that can;
-        - ``static``, its largest share of the strain energy of the unit loads (interfaces and inertia);
+        - ``static``, its largest share of the strain energy of the loads (interfaces, inertia, the user's);
+        - ``controllability``, ``observability``: how strongly it answers to its interfaces and is seen there, over the
+          strongest candidate (`participation.interface_shares`);
         - ``mode``, its number.
     frequency : (n,) Hz
     fraction : (n, 6)
         Effective mass over the body's total.
-    static : (n,)
-        Default 0.
+    static, controllability, observability : (n,)
+        A value that is not given (None) cannot be compared.
 
     Raises
     ------
     InputError
-        When the expression cannot be read, or a listed mode does not exist.
+        When the expression cannot be read, these modes have no such value, or a listed mode does not exist.
 
     Examples
     --------
     >>> select("effective_mass > 10%", np.array([1.0, 9.0]), np.array([[.6, 0, 0, 0, 0, 0], [.01, 0, 0, 0, 0, 0]]))
     (array([ True, False]), ('effective mass 60% in x > 10%', 'effective mass 1% in x, not > 10%'))
+    >>> select("5 < frequency < 500 Hz", np.array([1.0, 9.0]))[1]
+    ('frequency 1 Hz, not > 5', 'frequency 9 Hz > 5; frequency 9 Hz < 500')
     """
     n = len(frequency)
     if not isinstance(keep, str):
@@ -63,9 +76,9 @@ def select(
     if keep.strip() == "all":
         return np.ones(n, dtype=bool), ("all candidates kept",) * n
     tree = _parse(keep)
-    _judge(tree, _mode_values(0, *_columns(np.zeros(1), np.zeros((1, 6)), None)))  # bad without modes too
-    columns = _columns(frequency, fraction, static)
-    verdicts = [_judge(tree, _mode_values(k, *columns)) for k in range(n)]
+    columns = _columns(frequency, fraction, static, controllability, observability)
+    _judge(tree, dict.fromkeys(columns, (0.0, "")))  # what is wrong is wrong without modes too
+    verdicts = [_judge(tree, {name: column[k] for name, column in columns.items()}) for k in range(n)]
     return np.array([kept for kept, _ in verdicts], dtype=bool), tuple(reason for _, reason in verdicts)
 
 
@@ -86,29 +99,41 @@ def _listed(modes: Sequence[int], n: int) -> tuple[np.ndarray, tuple[str, ...]]:
     return kept, tuple("listed" if k else "not listed" for k in kept)
 
 
-def _columns(frequency: np.ndarray, fraction: np.ndarray, static: np.ndarray | None) -> tuple:
-    """Return frequency, fraction, cumulative fraction of heavier modes with its direction, and static share."""
+def _columns(frequency, fraction, static, controllability, observability) -> dict[str, list[tuple[float, str]]]:
+    """Return, for each value that is known, (number, words) of every mode."""
+    columns = {
+        "frequency": [(f, f"frequency {f:.5g} Hz") for f in frequency],
+        "mode": [(k, f"mode {k}") for k in range(1, len(frequency) + 1)],
+    }
+    if fraction is not None:
+        columns |= {"effective_mass": _largest(fraction), "cumulative": _cumulative(fraction)}
+    if static is not None:
+        columns["static"] = [(v, f"static share {100 * v:.3g}%") for v in static]
+    for name, values in (("controllability", controllability), ("observability", observability)):
+        if values is not None:
+            columns[name] = [(v, f"{name} {100 * v:.3g}%") for v in values]
+    return columns
+
+
+def _largest(fraction: np.ndarray) -> list[tuple[float, str]]:
+    most = fraction.argmax(axis=1)
+    return [(f[d], f"effective mass {100 * f[d]:.3g}% in {DIRECTIONS[d]}") for f, d in zip(fraction, most, strict=True)]
+
+
+def _cumulative(fraction: np.ndarray) -> list[tuple[float, str]]:
+    """What heavier modes have, in the direction of the least; one in which the mode does not move says nothing."""
     order = np.argsort(-fraction, axis=0, kind="stable")
     descending = np.take_along_axis(fraction, order, axis=0)
     before = np.zeros_like(fraction)
     np.put_along_axis(before, order, np.cumsum(descending, axis=0) - descending, axis=0)
-    before[fraction <= NOTHING] = np.inf  # a direction in which the mode does not move says nothing about it
-    return frequency, fraction, before, np.zeros(len(frequency)) if static is None else static
+    before[fraction <= NOTHING] = np.inf
+    least = before.argmin(axis=1)
+    return [
+        (b[d], f"heavier modes have {100 * b[d]:.3g}% in {DIRECTIONS[d]}") for b, d in zip(before, least, strict=True)
+    ]
 
 
-def _mode_values(k: int, frequency, fraction, before, static) -> dict[str, tuple[float, str]]:
-    largest, least = int(np.argmax(fraction[k])), int(np.argmin(before[k]))
-    mass, reached = fraction[k, largest], before[k, least]
-    return {
-        "frequency": (frequency[k], f"frequency {frequency[k]:.5g} Hz"),
-        "effective_mass": (mass, f"effective mass {100 * mass:.3g}% in {DIRECTIONS[largest]}"),
-        "cumulative": (reached, f"heavier modes have {100 * reached:.3g}% in {DIRECTIONS[least]}"),
-        "static": (static[k], f"static share {100 * static[k]:.3g}%"),
-        "mode": (k + 1, f"mode {k + 1}"),
-    }
-
-
-def _judge(node: ast.expr, values: dict[str, tuple[float, str]]) -> tuple[bool, str]:
+def _judge(node: ast.expr, values: Values) -> tuple[bool, str]:
     """Return the verdict of one expression and the words for it."""
     match node:
         case ast.BoolOp(op=op, values=parts):
@@ -118,19 +143,30 @@ def _judge(node: ast.expr, values: dict[str, tuple[float, str]]) -> tuple[bool, 
         case ast.UnaryOp(op=ast.Not(), operand=inner):
             kept, words = _judge(inner, values)
             return not kept, words
+        case ast.Compare(left=first, ops=[_, _, *_] as ops, comparators=others):
+            pairs = zip([first, *others[:-1]], ops, others, strict=True)
+            return _judge(ast.BoolOp(ast.And(), [ast.Compare(a, [op], [b]) for a, op, b in pairs]), values)
         case ast.Compare(left=ast.Name(id=name), ops=[op], comparators=[number]) if (
-            name in values and type(op) in OPERATORS
+            name in VALUES and type(op) in OPERATORS
         ):
-            compare, sign = OPERATORS[type(op)]
-            value, words = values[name]
-            limit = _number(number)
-            kept = bool(compare(value, limit))
-            shown = f"{100 * limit:g}%" if name in SHARES else f"{limit:g}"
-            return kept, f"{words} {sign} {shown}" if kept else f"{words}, not {sign} {shown}"
+            return _compared(name, type(op), _number(number), values)
+        case ast.Compare(left=number, ops=[op], comparators=[ast.Name(id=name)]) if (
+            name in VALUES and type(op) in OPERATORS
+        ):
+            return _compared(name, MIRRORED[type(op)], _number(number), values)
     raise InputError(
-        f"keep: {ast.unparse(node)!r} is not a comparison of frequency, effective_mass, cumulative, static or mode; "
-        f"{HELP}"
+        f"keep: {ast.unparse(node)[:60]!r} is not a comparison of {', '.join(VALUES[:-1])} or {VALUES[-1]}; {HELP}"
     )
+
+
+def _compared(name: str, op: type, limit: float, values: Values) -> tuple[bool, str]:
+    if name not in values:
+        raise InputError(f"keep: these modes have no {name}; they have {', '.join(values)}")
+    compare, sign = OPERATORS[op]
+    value, words = values[name]
+    kept = bool(compare(value, limit))
+    shown = f"{100 * limit:g}%" if name in SHARES else f"{limit:g}"
+    return kept, f"{words} {sign} {shown}" if kept else f"{words}, not {sign} {shown}"
 
 
 def _number(node: ast.expr) -> float:

@@ -12,6 +12,7 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
 from modalprep.report import render
+from modalprep.report.colour import node_colour
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -22,11 +23,17 @@ REPEATS = 4  # periods in a video, which does not start again by itself
 
 
 def animate_mode(
-    body: FlexibleBody, mode: int, path: str | Path, *, frames: int = 24, size: tuple[int, int] = SIZE
+    body: FlexibleBody,
+    mode: int,
+    path: str | Path,
+    *,
+    colour: str = "displacement",
+    frames: int = 24,
+    size: tuple[int, int] = SIZE,
 ) -> Path:
     """Write one period of a mode as a GIF that repeats, or a few periods as an MP4.
 
-    The colour is the displacement of the moment. The file is whole or absent.
+    The colour is the displacement, or the density of strain energy, of the moment. The file is whole or absent.
 
     Parameters
     ----------
@@ -35,6 +42,7 @@ def animate_mode(
         Counted from 1.
     path : path
         A .gif, or an .mp4 where the package imageio-ffmpeg is installed.
+    colour : {"displacement", "energy"}
     frames : int
         Of one period.
     size : (int, int)
@@ -43,7 +51,7 @@ def animate_mode(
     Raises
     ------
     InputError
-        When the body has no such mode, or the file is of another kind.
+        When the body has no such mode or no such colour, or the file is of another kind.
     RenderError
         When the machine cannot draw, or cannot write an MP4.
 
@@ -63,24 +71,28 @@ def animate_mode(
     scale = render._scale(body, mode)
     if kind == ".mp4" and find_spec("imageio_ffmpeg") is None:
         raise RenderError(
-            f"cannot write {path}: an MP4 needs the package imageio-ffmpeg (pip install imageio-ffmpeg); "
+            f"cannot write {path}: an MP4 needs the package imageio-ffmpeg (pip install 'modalprep[video]'); "
             "a .gif needs nothing more"
         )
-    images = _frames(body, mode, scale, frames, size)
+    images = _frames(body, mode, scale, colour, frames, size)
     with atomic_path(path) as temporary:
         (_write_gif if kind == ".gif" else _write_mp4)(images, temporary)
     return path
 
 
-def _frames(body: FlexibleBody, mode: int, scale: float, count: int, size: tuple[int, int]) -> list[np.ndarray]:
+def _frames(
+    body: FlexibleBody, mode: int, scale: float, colour: str, count: int, size: tuple[int, int]
+) -> list[np.ndarray]:
     """Draw one period, from rest; the camera holds both extremes."""
+    amount = node_colour(body, mode, colour)
     swing = scale * body.shape[:, :, mode - 1]
     plotter = render._plotter(body, size, np.concatenate([body.points + swing, body.points - swing]), mode)
     try:
         render._add_ghost(plotter, body)
         images = []
         for phase in np.linspace(0, 2 * np.pi, count, endpoint=False):
-            render._add_deformed(plotter, body, mode, scale, np.sin(phase))
+            q = np.sin(phase)
+            render._add_deformed(plotter, body, mode, scale, amount * abs(q), q)
             images.append(np.array(plotter.screenshot(return_img=True)))
         return images
     finally:

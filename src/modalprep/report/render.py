@@ -13,6 +13,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
+from modalprep.report.colour import WORDS, node_colour
 from modalprep.report.motion import largest_displacement
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -72,21 +73,33 @@ def _attempt(window: str | None) -> str:
     return "VTK finds no OpenGL that works without a display"
 
 
-def render_mode(body: FlexibleBody, mode: int, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
-    """Draw mode `mode` (counted from 1): displacement in colour, the undeformed body as a ghost.
+def render_mode(
+    body: FlexibleBody,
+    mode: int,
+    path: str | Path,
+    *,
+    colour: str = "displacement",
+    size: tuple[int, int] = (1000, 750),
+) -> Path:
+    """Draw mode `mode` (counted from 1): displacement or strain energy in colour, the undeformed body as a ghost.
+
+    Parameters
+    ----------
+    colour : {"displacement", "energy"}
 
     Raises
     ------
     InputError
-        When the body has no such mode, or the file is neither .png nor .jpg.
+        When the body has no such mode or no such colour, or the file is neither .png nor .jpg.
     RenderError
         When the machine cannot draw.
     """
     scale = _scale(body, mode)
+    amount = node_colour(body, mode, colour)
     plotter = _plotter(body, size, body.points + scale * body.shape[:, :, mode - 1], mode)
     _add_ghost(plotter, body)
-    _add_deformed(plotter, body, mode, scale)
-    _add_bar(plotter)
+    _add_deformed(plotter, body, mode, scale, amount)
+    _add_bar(plotter, WORDS[colour])
     return _save(plotter, path)
 
 
@@ -174,14 +187,15 @@ def _add_ghost(plotter, body: FlexibleBody) -> None:
         plotter.add_mesh(beams, color=GHOST, line_width=2)
 
 
-def _add_deformed(plotter, body: FlexibleBody, mode: int, scale: float, phase: float = 1.0, *, names=True) -> None:
-    """Add the body at its modal coordinate `scale * phase`, in place of what was there before."""
+def _add_deformed(
+    plotter, body: FlexibleBody, mode: int, scale: float, amount: np.ndarray, phase: float = 1.0, *, names=True
+) -> None:
+    """Add the body at its modal coordinate `scale * phase`, coloured by `amount` (n_points,), in place of the last."""
     from modalprep.report.surface import surface, tubes
 
     displacement = phase * scale * body.shape[:, :, mode - 1]
-    amount = np.linalg.norm(displacement, axis=1) / (SHARE * _size(body))
     moved = body.points + displacement
-    style = {"scalars": "displacement", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False}
+    style = {"scalars": "amount", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False}
     style |= {"smooth_shading": True, "ambient": 0.25}
     skin = surface(body, moved, amount)
     radius = (TUBE if skin is None else 0.4 * TUBE) * _size(body)
@@ -193,9 +207,9 @@ def _add_deformed(plotter, body: FlexibleBody, mode: int, scale: float, phase: f
     _add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)
 
 
-def _add_bar(plotter) -> None:
+def _add_bar(plotter, words: str) -> None:
     plotter.add_scalar_bar(
-        "displacement / largest", color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=24,
+        words, color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=24,
         label_font_size=24, position_x=0.58, position_y=0.025, width=0.39, height=0.085,
     )  # fmt: skip
 

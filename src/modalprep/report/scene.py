@@ -10,13 +10,14 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
 from modalprep.report.camera import view
+from modalprep.report.colour import colours, node_colour
 from modalprep.report.motion import largest_displacement
 from modalprep.report.render import SHARE
 from modalprep.report.skin import Skin, outer_skin, simplified
 from modalprep.report.tables import hertz
 
 TRIANGLES = 60_000  # of the surface in the page, at most
-BYTES = 8_000_000  # of all mode shapes in the page, at most
+BYTES = 8_000_000  # of all mode shapes and their colours in the page, at most
 EDGED = 20_000  # triangles up to which element edges are drawn from the start: beyond, they hide the colours
 ENOUGH = 5000  # nodes to choose a view by
 FULL = 32767  # the largest displacement of a mode, as a 16-bit number
@@ -25,7 +26,8 @@ FULL = 32767  # the largest displacement of a mode, as a 16-bit number
 def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = BYTES) -> dict[str, Any]:
     """Return what the viewer draws, ready for JSON.
 
-    Points are 32-bit floats about the body's middle, in units of its size; mode shapes are 16-bit integers.
+    Points are 32-bit floats about the body's middle, in units of its size; mode shapes are 16-bit integers, the
+    strain energy (root of its density, where the body holds it) bytes.
     A surface of more triangles is drawn by its corner nodes, then on a coarser grid; what was left out is said.
 
     Parameters
@@ -53,13 +55,14 @@ def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = 
     renumber[used] = np.arange(len(used))
     points, shape = _with_interfaces(body, used)
     largest = largest_displacement(body.shape)
-    count = max(1, min(body.n, shape_bytes // (6 * len(points))))
+    count = max(1, min(body.n, shape_bytes // (7 * len(points))))
     if count < body.n:
         notes.append(f"The viewer holds modes 1 to {count} of {body.n}, to keep the page small.")
     parts = {name: _encoded(renumber[part], "<u4") for name, part in vars(skin).items()}
     return parts | {
         "points": _encoded(_centred(body, points), "<f4"),
-        "modes": [_mode(body, k, shape[:, :, k], float(largest[k])) for k in range(min(count, body.n))],
+        "modes": [_mode(body, k, shape[:, :, k], float(largest[k]), used) for k in range(min(count, body.n))],
+        "colours": colours(body),
         "interfaces": list(body.interface_name),
         "counts": [len(skin.triangles), len(skin.lines)],
         "edged": len(skin.triangles) <= EDGED,
@@ -92,8 +95,8 @@ def _centred(body: FlexibleBody, points: np.ndarray) -> np.ndarray:
     return (points - (low + high) / 2) / (np.linalg.norm(high - low) or 1.0)
 
 
-def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float) -> dict[str, Any]:
-    """Return one mode with its shape, largest displacement one, and the directions of a good view."""
+def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float, used: np.ndarray) -> dict[str, Any]:
+    """Return one mode with its shape, largest displacement one, its strain, and the directions of a good view."""
     unit = shape / largest if largest else np.zeros_like(shape)
     some = slice(None, None, len(body.points) // ENOUGH + 1)
     towards, up = view(body.points[some], body.shape[some, :, k] if largest else None)
@@ -101,8 +104,17 @@ def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float) -> dict
         "number": k + 1,
         "frequency": hertz(body.frequency[k]),
         "shape": _encoded(np.rint(FULL * np.clip(unit, -1, 1)), "<i2"),
+        "energy": _encoded(_strain(body, k, used), "u1"),
         "view": [np.cross(up, towards).tolist(), up.tolist(), towards.tolist()],
     }
+
+
+def _strain(body: FlexibleBody, k: int, used: np.ndarray) -> np.ndarray:
+    """Return the colour of these nodes and of the interfaces, which have none, as bytes; empty where unknown."""
+    if "energy" not in colours(body):
+        return np.zeros(0)
+    strain = node_colour(body, k + 1, "energy")[used]
+    return np.rint(255 * np.append(strain, np.zeros(len(body.interface_name))))
 
 
 def _encoded(array: np.ndarray, kind: str) -> str:

@@ -37,7 +37,7 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
     points : (n_points, 3)
         The nodes, perhaps displaced.
     amount : (n_points,), optional
-        Scalar ``displacement`` of each node.
+        Scalar ``amount`` of each node, for its colour.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
         return None
     grid = pyvista.UnstructuredGrid({CELLS[kind][0]: nodes for kind, nodes in cells.items()}, np.array(points))
     if amount is not None:
-        grid["displacement"] = amount
+        grid["amount"] = amount
     return _skin(grid)
 
 
@@ -88,7 +88,7 @@ def lines(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = No
         return None
     drawn = pyvista.PolyData(np.array(points), lines=np.concatenate(rows))
     if amount is not None:
-        drawn["displacement"] = amount
+        drawn["amount"] = amount
     return drawn
 
 

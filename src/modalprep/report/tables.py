@@ -216,6 +216,40 @@ def quality_table(quality, console: Console) -> None:
     console.print(Text(_counts(quality)))
 
 
+def check_table(report, console: Console) -> None:
+    """Print one row per physics check, and how many failed.
+
+    Parameters
+    ----------
+    report : CheckReport
+        Of `modalprep.body.checks`.
+    console : Console
+
+    Examples
+    --------
+    >>> from modalprep.body.checks import CheckReport, check_body
+    >>> from modalprep.examples import uniform_beam
+    >>> report = CheckReport(subject="beam.h5", checks=tuple(check_body(uniform_beam(modes=2))))
+    >>> check_table(report, Console(width=120, color_system=None))  # doctest: +ELLIPSIS
+    Checks of beam.h5: relative errors
+    ...
+    All ... checks passed.
+    """
+    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+    rich.add_column("       check", no_wrap=True)
+    for name in ("value", "limit"):
+        rich.add_column(name, justify="right", no_wrap=True)
+    rich.add_column("meaning", overflow="fold", ratio=1)
+    for check in report.checks:
+        mark = Text("ok", "green") if check.within else Text("note") if check.passed else Text("FAILED", "bold red")
+        mark.pad_right(len("FAILED ") - len(mark))
+        rich.add_row(mark + Text(check.name), f"{check.value:.1e}", f"{check.limit:.0e}", Text(check.meaning))
+    console.print(Text.assemble(("Checks of ", "bold"), (report.subject, "bold"), (": relative errors", "dim")))
+    console.print(rich, soft_wrap=False)
+    failed, count = len(report.failed), len(report.checks)
+    console.print(Text(f"{failed} of {count} checks failed." if failed else f"All {count} checks passed."))
+
+
 def _quality_cells(row) -> list[str]:
     angles = "" if row.small is None else f"{row.small:.0f}-{row.large:.0f}"
     sizes = [_short(value) for value in (row.smallest, row.median, row.largest, row.aspect)]

@@ -24,14 +24,14 @@ const nodes = points.length / 3, marks = scene.interfaces.length;
 // ---------- programs ----------
 const COMMON = `#version 300 es
 precision highp float;
-uniform mat3 turn; uniform vec4 frame; uniform float swing; // frame: scale x, y and shift x, y
+uniform mat3 turn; uniform vec4 frame; uniform float swing; uniform bool by_strain; // frame: scale x, y and shift x, y
 vec3 seen(vec3 rest, vec3 shape) { return turn * (rest + swing * shape); }
 vec4 place(vec3 p, float lift) { return vec4(frame.xy * p.xy + frame.zw, -0.3 * p.z - lift, 1.0); }
 `;
 const FRAGMENT = `#version 300 es
 precision highp float;
 in vec3 where; in float amount; out vec4 colour;
-uniform vec4 paint; uniform int kind; // kind 0: lit face, 1: line, 2: disc; paint.a 0: by displacement
+uniform vec4 paint; uniform int kind; // kind 0: lit face, 1: line, 2: disc; paint.a 0: by amount
 vec3 viridis(float t) {
   vec3 c = vec3(-5.4355, 4.6459, 26.3124);
   c = c * t + vec3(4.7764, -13.7451, -65.3530); c = c * t + vec3(6.2283, 14.1799, 56.6906);
@@ -45,14 +45,14 @@ void main() {
   colour = vec4(c, 1.0);
 }`;
 const NODE = COMMON + `
-in vec3 rest, shape; uniform float lift, dot_size; out vec3 where; out float amount;
-void main() { where = seen(rest, shape); amount = length(shape); gl_Position = place(where, lift); gl_PointSize = dot_size; }`;
+in vec3 rest, shape; in float strain; uniform float lift, dot_size; out vec3 where; out float amount;
+void main() { where = seen(rest, shape); amount = by_strain ? strain : length(shape); gl_Position = place(where, lift); gl_PointSize = dot_size; }`;
 const RIBBON = COMMON + `
-in vec3 rest, shape, rest2, shape2; uniform vec2 pixel; uniform float lift, thick; out vec3 where; out float amount;
+in vec3 rest, shape, rest2, shape2; in float strain, strain2; uniform vec2 pixel; uniform float lift, thick; out vec3 where; out float amount;
 void main() { // four corners of a strip so many pixels thick along the line
   bool end = gl_VertexID > 1; vec3 a = seen(rest, shape), b = seen(rest2, shape2);
   vec2 along = (frame.xy * (b - a).xy) / pixel; along /= max(length(along), 1e-6);
-  where = end ? b : a; amount = length(end ? shape2 : shape);
+  where = end ? b : a; amount = by_strain ? (end ? strain2 : strain) : length(end ? shape2 : shape);
   gl_Position = place(where, lift);
   gl_Position.xy += vec2(-along.y, along.x) * (gl_VertexID % 2 == 0 ? 0.5 : -0.5) * thick * pixel;
 }`;
@@ -65,11 +65,11 @@ function program(vertex) {
     gl.compileShader(shader);
     gl.attachShader(made, shader);
   }
-  ["rest", "shape", "rest2", "shape2"].forEach((name, k) => gl.bindAttribLocation(made, k, name));
+  ["rest", "shape", "rest2", "shape2", "strain", "strain2"].forEach((name, k) => gl.bindAttribLocation(made, k, name));
   gl.linkProgram(made);
   if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made) || "shaders do not link");
   const at = {};
-  for (const name of ["turn", "frame", "swing", "paint", "kind", "lift", "dot_size", "pixel", "thick"])
+  for (const name of ["turn", "frame", "swing", "paint", "kind", "lift", "dot_size", "pixel", "thick", "by_strain"])
     at[name] = gl.getUniformLocation(made, name);
   return { made, at };
 }
@@ -82,31 +82,35 @@ const buffer = (data, target = gl.ARRAY_BUFFER) => {
   gl.bufferData(target, data, gl.DYNAMIC_DRAW);
   return made;
 };
-function attribute(k, data, type, stride, offset, each) {
+function attribute(k, data, type, stride, offset, each, size = 3) {
   gl.bindBuffer(gl.ARRAY_BUFFER, data);
   gl.enableVertexAttribArray(k);
-  gl.vertexAttribPointer(k, 3, type, true, stride, offset);
+  gl.vertexAttribPointer(k, size, type, true, stride, offset);
   gl.vertexAttribDivisor(k, each);
 }
-const picked = (values, pairs, Type) => { // the values of both ends of each line
-  const out = new Type(pairs.length * 3);
-  for (let k = 0; k < pairs.length; k++) for (let a = 0; a < 3; a++) out[3 * k + a] = values[3 * pairs[k] + a];
+const picked = (values, pairs, Type, size = 3) => { // the values of both ends of each line
+  const out = new Type(pairs.length * size);
+  for (let k = 0; k < pairs.length; k++) for (let a = 0; a < size; a++) out[size * k + a] = values[size * pairs[k] + a];
   return out;
 };
 const restBuffer = buffer(points), shapeBuffer = buffer(new Int16Array(points.length));
+const strainBuffer = buffer(new Uint8Array(nodes));
 gl.bindVertexArray(null);
 const surface = gl.createVertexArray();
 gl.bindVertexArray(surface);
 attribute(0, restBuffer, gl.FLOAT, 12, 0, 0);
 attribute(1, shapeBuffer, gl.SHORT, 6, 0, 0);
+attribute(4, strainBuffer, gl.UNSIGNED_BYTE, 1, 0, 0, 1);
 buffer(triangles, gl.ELEMENT_ARRAY_BUFFER);
 const ribbons = Object.fromEntries(Object.entries({ edges, outline, lines }).map(([name, pairs]) => {
   const array = gl.createVertexArray();
   gl.bindVertexArray(array);
   const rest = buffer(picked(points, pairs, Float32Array)), shape = buffer(new Int16Array(pairs.length * 3));
+  const strain = buffer(new Uint8Array(pairs.length));
   attribute(0, rest, gl.FLOAT, 24, 0, 1); attribute(1, shape, gl.SHORT, 12, 0, 1);
   attribute(2, rest, gl.FLOAT, 24, 12, 1); attribute(3, shape, gl.SHORT, 12, 6, 1);
-  return [name, { array, shape, pairs, count: pairs.length / 2 }];
+  attribute(4, strain, gl.UNSIGNED_BYTE, 2, 0, 1, 1); attribute(5, strain, gl.UNSIGNED_BYTE, 2, 1, 1, 1);
+  return [name, { array, shape, strain, pairs, count: pairs.length / 2 }];
 }));
 gl.bindVertexArray(null);
 
@@ -122,11 +126,13 @@ const names = scene.interfaces.map(text => {
 function choose(k) {
   mode = k;
   shape = decode(scene.modes[k].shape, Int16Array);
-  gl.bindBuffer(gl.ARRAY_BUFFER, shapeBuffer);
-  gl.bufferData(gl.ARRAY_BUFFER, shape, gl.DYNAMIC_DRAW);
+  const strain = decode(scene.modes[k].energy, Uint8Array);
+  const fill = (buffer, data) => { gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW); };
+  fill(shapeBuffer, shape);
+  if (strain.length) fill(strainBuffer, strain);
   for (const ribbon of Object.values(ribbons)) {
-    gl.bindBuffer(gl.ARRAY_BUFFER, ribbon.shape);
-    gl.bufferData(gl.ARRAY_BUFFER, picked(shape, ribbon.pairs, Int16Array), gl.DYNAMIC_DRAW);
+    fill(ribbon.shape, picked(shape, ribbon.pairs, Int16Array));
+    if (strain.length) fill(ribbon.strain, picked(strain, ribbon.pairs, Uint8Array, 1));
   }
   part("mode").value = k;
   if (!turned) reset(); else draw();
@@ -148,6 +154,7 @@ function seen(k, swing) {
   const at = [0, 1, 2].map(a => points[3 * k + a] + swing * shape[3 * k + a] / 32767);
   return turn.map(row => row[0] * at[0] + row[1] * at[1] + row[2] * at[2]);
 }
+const colour = () => part("colour")?.value ?? "displacement";
 const amplitude = () => scene.share * Number(part("amplitude").value) / 100;
 const swingNow = () => amplitude() * (time === 0 ? 1 : Math.cos(Math.PI * time)); // one period is two seconds
 
@@ -166,7 +173,7 @@ function draw() {
     gl.uniformMatrix3fv(at.turn, true, turn.flat());
     gl.uniform4fv(at.frame, frame); gl.uniform4fv(at.paint, paint);
     gl.uniform1i(at.kind, kind); gl.uniform1f(at.lift, lift);
-    gl.uniform1f(at.swing, moving ? swing : 0);
+    gl.uniform1f(at.swing, moving ? swing : 0); gl.uniform1i(at.by_strain, colour() === "energy" ? 1 : 0);
   };
   const ribbon = ({ array, count }, thick, paint, moving, lift) => {
     if (!count) return;
@@ -259,6 +266,10 @@ canvas.addEventListener("keydown", event => {
   if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
 });
 part("mode").addEventListener("change", event => choose(Number(event.target.value)));
+part("colour")?.addEventListener("change", () => {
+  box.querySelector(".bar em").textContent = scene.colours[colour()];
+  draw();
+});
 part("play").addEventListener("click", () => play(!playing));
 part("reset").addEventListener("click", reset);
 for (const name of ["amplitude", "edges", "ghost"]) part(name).addEventListener("input", draw);

@@ -1,0 +1,164 @@
+"""Checks of a modal body against the finite-element model that it was reduced from."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import LinearOperator, eigsh
+
+from modalprep.body.checks import IDENTITY, RIGID, Check, relative
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
+from modalprep.fe.model import FEModel
+from modalprep.linalg.modes import DENSE
+from modalprep.reduction.basis import Reduction
+from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.reduction.prestress import NO_BUCKLING
+from modalprep.vectors import skew
+
+ENERGY = 1e-10  # sums of positive terms, each to 1e-13
+BOUND = 1e-6  # how far round-off may bring a Ritz value below the full model's
+BUCKLING = 0.1  # a basis that buckles within a tenth of the full model's load serves for design
+SAME = 1e-9  # of the body's size: an interface on the root
+
+
+def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -> list[Check]:
+    """Check a body in its root frame against the model and the reduction it comes from.
+
+    Mass, momentum, the energy of a random motion, the static answers and the prestress of a random combination of
+    loads, each evaluated with the matrices of the model.
+
+    Examples
+    --------
+    >>> from modalprep.body.build import flexible_body
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.reduction.craig_bampton import craig_bampton
+    >>> model = cantilever_model()
+    >>> reduction = craig_bampton(model, modes=3)
+    >>> all(check.within for check in check_projection(model, reduction, flexible_body(model, reduction, name="beam")))
+    True
+    """
+    R, rng = model.rigid_body(), np.random.default_rng(0)
+    MR = model.M @ R
+    mass = relative(rigid_mass_matrix(body.m, body.s0, body.E0), R.T @ MR)
+    coupling = np.vstack([body.S, cross_moment(body.H)])
+    scale = np.sqrt(np.einsum("ij,ij->j", R, MR))[:, None]  # Cauchy-Schwarz: no entry exceeds it
+    return [
+        Check("mass matrix of the model", mass, IDENTITY, "m, s0, E0 of the body = R^T M R of the mesh"),
+        Check("momentum of the modes", relative(coupling / scale, MR.T @ reduction.basis / scale, floor=1.0), IDENTITY,
+              "S and C of the body = R^T M Phi of the mesh"),
+        Check("kinetic energy", _energy_error(model, reduction.basis, body, rng), ENERGY,
+              "of a random motion, by M(q) of the body = by the mesh", required=model.M_ab.exact),
+        Check("static answers", _unbalanced(model, reduction), RIGID, "forces of the unit loads balance"),
+        Check("prestress", _prestress_error(model, reduction, body, rng), IDENTITY,
+              "Kg of a random combination of loads, by the body = by the mesh"),
+    ]  # fmt: skip
+
+
+def _energy_error(model: FEModel, Phi: np.ndarray, body: FlexibleBody, rng: np.random.Generator) -> float:
+    """Velocity ``v + w x (x + Phi q) + Phi q'`` of the mesh against the body's M(q), without second order."""
+    size = np.ptp(model.points, axis=0).max()
+    w, q, qd = rng.standard_normal(3), *(size * np.sqrt(body.m / max(body.n, 1)) * rng.standard_normal((2, body.n)))
+    V = np.concatenate([size * rng.standard_normal(3), w])
+    u, y = Phi @ q, model.rigid_body() @ V + Phi @ qd
+    tensor = model.M_ab.project(np.stack([y, u], axis=1))
+    spin = skew(w)
+    energy = (
+        0.5 * y @ (model.M @ y) + np.sum(spin * tensor[..., 0, 1]) + 0.5 * np.sum((spin.T @ spin) * tensor[..., 1, 1])
+    )
+    speeds = np.concatenate([V, qd])
+    return abs(0.5 * speeds @ mass_matrix(body.conventional(), q) @ speeds / energy - 1)
+
+
+def _unbalanced(model: FEModel, reduction: Reduction) -> float:
+    """Force left over at the independent DOFs but the root's, over the absolute terms of the elastic force."""
+    loose = reduction.basis[:, reduction.frequency == 0]  # what moves without strain balances its load by inertia
+    loads = reduction.loads - model.M @ (loose @ (loose.T @ reduction.loads))
+    force = model.C.T @ (model.K @ reduction.static - loads)
+    terms = abs(model.C).T @ (abs(model.K) @ np.abs(reduction.static))
+    force[np.searchsorted(model.free, model.interfaces[0].dofs)] = 0.0
+    return float(np.max(np.abs(force).max(axis=0) / np.maximum(terms.max(axis=0), np.finfo(float).tiny), initial=0.0))
+
+
+def _prestress_error(model: FEModel, reduction: Reduction, body: FlexibleBody, rng: np.random.Generator) -> float:
+    """Kg of one random combination of the unit loads, on random displacements; each load counts alike."""
+    if not body.has_geometric_stiffness:
+        return 0.0
+    Kg = _unit_load_matrices(body)
+    size = np.abs(Kg).max(axis=(1, 2), initial=0.0)
+    c = np.where(size > 0, rng.choice([-1.0, 1.0], len(Kg)) / np.where(size > 0, size, 1.0), 0.0)
+    z = rng.standard_normal((body.n, 3))
+    x = reduction.basis @ z
+    full = x.T @ (model.geometric_stiffness(reduction.static @ c, reduction.loads @ c) @ x)
+    return relative(z.T @ np.tensordot(c, Kg, 1) @ z, (full + full.T) / 2, floor=float(np.sum(size > 0)))
+
+
+def _unit_load_matrices(body: FlexibleBody) -> np.ndarray:
+    """``Kg (12 + 6 n_if, n, n)`` in the order of the reduction's loads."""
+    at_interfaces = np.concatenate([body.Kg_F, body.Kg_T], axis=1)
+    return np.concatenate([x.reshape(-1, body.n, body.n) for x in (body.Kg_A, body.Kg_W, at_interfaces)])
+
+
+def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
+    """Compare the load at which a push on each interface towards the root buckles body and model, the root held.
+
+    The body's is the higher one, by Rayleigh and Ritz; by how much informs of the basis. Left out are bodies that are
+    not held by their root, and interfaces whose push does not buckle the model.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model, uniform_beam
+    >>> for check in check_buckling(cantilever_model(elements=40), uniform_beam(modes=3)):
+    ...     print(check.meaning)
+    the body buckles no sooner than the mesh when 'tip' is pushed towards the root
+    347.4 N on 'tip', of the mesh 345.4 N
+    """
+    held = clamp(model)
+    if held.mechanisms.shape[1]:
+        return []
+    found = []
+    for k, frame in enumerate(model.interfaces[1:], start=1):
+        distance = np.linalg.norm(frame.position)
+        if distance <= SAME * np.ptp(model.points, axis=0).max():
+            continue
+        push = -frame.position / distance
+        load = np.zeros(model.n_dof)
+        load[frame.dofs[:3]] = push
+        full, own = _buckling(model, held, load), _modal_buckling(body, np.tensordot(push, body.Kg_F[k], 1))
+        if full is None:
+            continue
+        found += [
+            Check(f"buckling bound {frame.name}", max(0.0, 1 - own / full), BOUND,
+                  f"the body buckles no sooner than the mesh when {frame.name!r} is pushed towards the root"),
+            Check(f"buckling load {frame.name}", own / full - 1, BUCKLING,
+                  f"{own:.4g} N on {frame.name!r}, of the mesh {full:.4g} N", required=False),
+        ]  # fmt: skip
+    return found
+
+
+def _buckling(model: FEModel, held: Clamped, load: np.ndarray) -> float | None:
+    """Lowest factor on a load that buckles the model with only its root held; None where none does."""
+    Kg = model.C.T @ model.geometric_stiffness(held.static(load[:, None])[:, 0], load) @ model.C
+    s = np.delete(np.arange(held.K.shape[0]), held.b[:6])
+    K, A = (csr_array(x.tocsr()[s][:, s]) for x in (held.K, -(Kg + Kg.T) / 2))
+    if len(s) <= DENSE:
+        mu = eigh(A.toarray(), K.toarray(), eigvals_only=True, subset_by_index=(len(s) - 1, len(s) - 1))
+    else:
+
+        def solve(f: np.ndarray) -> np.ndarray:
+            x = np.zeros((held.K.shape[0], 1))
+            x[s, 0] = f.ravel()
+            return held.static_free(x)[s, 0]
+
+        inverse = LinearOperator(K.shape, matvec=solve, dtype=float)
+        start = np.random.default_rng(0).standard_normal(len(s))
+        mu = eigsh(A, 1, K, Minv=inverse, which="LA", v0=start, return_eigenvectors=False)
+    return 1 / mu[0] if mu[0] > NO_BUCKLING else None
+
+
+def _modal_buckling(body: FlexibleBody, Kg: np.ndarray) -> float:
+    """Lowest factor of ``K + factor Kg`` by the flexibility, whose round-off is relative to the softest mode."""
+    soft = 1 / np.sqrt(body.K)
+    mu = np.linalg.eigvalsh(-Kg * soft * soft[:, None]).max(initial=0.0)
+    return 1 / mu if mu > 0 else np.inf

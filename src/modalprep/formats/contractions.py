@@ -1,0 +1,47 @@
+"""The three contractions by which exchange formats hold the modal integrals ``H, P, Kg_W`` of FORMULATION section 4.
+
+Each takes an array ``X[a, b, ...]`` that stands for ``int rho r_b X_a``, the first moment of a vector field.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+SPIN_PRODUCTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
+
+
+def moment(X: np.ndarray) -> np.ndarray:
+    """Return ``int rho r x X``, the answer to an angular acceleration: ``M_c = eps_cab X_ba`` (3, ...).
+
+    Examples
+    --------
+    >>> moment(np.array([[0, 0, 0], [2.0, 0, 0], [0, 0, 0]]))  # a field along y, two along x
+    array([0., 0., 2.])
+    """
+    return np.array([X[2, 1] - X[1, 2], X[0, 2] - X[2, 0], X[1, 0] - X[0, 1]])
+
+
+def centrifugal(X: np.ndarray) -> np.ndarray:
+    """Return the coefficients of `SPIN_PRODUCTS` in ``int rho X . w~ w~ r = (w_a w_b - w^2 delta_ab) X_ab`` (6, ...).
+
+    Examples
+    --------
+    >>> centrifugal(np.diag([1.0, 2, 4]))
+    array([-6., -5., -3.,  0.,  0.,  0.])
+    """
+    trace = np.einsum("aa...->...", X)
+    return np.array([X[a, a] - trace if a == b else X[a, b] + X[b, a] for a, b in SPIN_PRODUCTS])
+
+
+def inertia(X: np.ndarray) -> np.ndarray:
+    """Return ``-int rho r~ X~ = tr(X) I - X`` (3, 3, ...).
+
+    Of ``E0`` it is the inertia tensor about the origin.
+
+    Examples
+    --------
+    >>> inertia(np.diag([1.0, 2, 4])).diagonal()
+    array([6., 5., 3.])
+    """
+    trace = np.einsum("aa...->...", X)
+    return np.multiply.outer(np.eye(3), trace) - X

@@ -1,0 +1,90 @@
+"""The exchange formats by name: which file, which writer, which variants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modalprep.errors import InputError
+from modalprep.suggest import suggestion
+
+if TYPE_CHECKING:
+    from modalprep.body.flexible_body import FlexibleBody
+
+
+@dataclass(frozen=True)
+class Export:
+    """A format: suffix of its file, ``module.function`` of its writer, and the writer's option, if it has one."""
+
+    suffix: str
+    writer: str
+    option: str | None = None
+
+
+EXPORTS: dict[str, Export] = {
+    "sid": Export(".sid_fem", "sid.write_sid", "dialect"),
+    "mbdyn": Export(".fem", "mbdyn.write_mbdyn", "version"),
+    "exudyn": Export(".npz", "exudyn.write_exudyn"),
+    "op4": Export(".op4", "nastran.write_output4"),
+    "nastran": Export(".op4", "nastran.write_output4"),
+    "dmig": Export(".dmig", "nastran.write_dmig"),
+    "uff": Export(".unv", "uff.write_uff"),
+    "vtu": Export(".vtu", "vtu.write_vtu"),
+}
+
+
+def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | None) -> Path:
+    """Write a body in an exchange format; the file is whole or absent.
+
+    Parameters
+    ----------
+    to : str
+        A name of `EXPORTS`.
+    options : str or None
+        ``dialect`` of sid, ``version`` of mbdyn; None leaves the writer's default.
+
+    Raises
+    ------
+    InputError
+        When the name is unknown, the format has no such option or value, it cannot hold the body, or the folder
+        cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> export_body(uniform_beam(modes=2), "mbdyn", Path(tempfile.mkdtemp()) / "beam.fem").name
+    'beam.fem'
+    """
+    export = known_export(to)
+    given = {name: value for name, value in options.items() if value is not None}
+    for name in given:
+        if name != export.option:
+            takers = ", ".join(key for key, other in EXPORTS.items() if other.option == name) or "no format"
+            raise InputError(f"format {to!r} has no {name}; leave --{name} out, it is for {takers}")
+    module, function = export.writer.split(".")
+    getattr(import_module(f"modalprep.formats.{module}"), function)(body, path, **given)
+    return Path(path)
+
+
+def known_export(name: str) -> Export:
+    """Return a format by its name.
+
+    Raises
+    ------
+    InputError
+        When it is unknown.
+
+    Examples
+    --------
+    >>> known_export("sid").suffix
+    '.sid_fem'
+    >>> known_export("adams")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: unknown format 'adams'; known are sid, mbdyn, exudyn, op4, nastran, dmig, uff, vtu
+    """
+    if name not in EXPORTS:
+        raise InputError(f"unknown format {name!r}; {suggestion(name, EXPORTS, 'known are')}")
+    return EXPORTS[name]

@@ -1,0 +1,53 @@
+"""Physics checks of a modal file, or of the body that a pipeline file describes against its mesh."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from modalprep.body.build import flexible_body
+from modalprep.body.checks import CheckReport, check_body, check_model
+from modalprep.body.verify import check_buckling, check_projection
+from modalprep.errors import InputError
+from modalprep.formats.modalfile import read_body
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.load import load_pipeline, naming
+from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.reduce import reduce_model
+
+
+def check_file(path: Path, reporter: Reporter) -> CheckReport:
+    """Check a modal file by itself; for a pipeline file build its body anew and check it against the mesh as well.
+
+    Nothing is written.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, or the pipeline has no mesh.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.formats.modalfile import write_body
+    >>> file = write_body(uniform_beam(modes=2), Path(tempfile.mkdtemp()) / "beam.h5")
+    >>> check_file(file, Reporter(quiet=True)).passed
+    True
+    """
+    if path.suffix != ".toml":
+        return CheckReport(subject=path.name, checks=tuple(check_body(read_body(path))))
+    pipeline = load_pipeline(path)
+    if not pipeline.has_body:
+        raise InputError(f"{path} has no [mesh] or [matrices]: give the modal files of its bodies")
+    with naming(path), reporter.progress(f"{path.name}: body against its mesh", 4) as done:
+        mesh = read_pipeline_mesh(path, pipeline)
+        model = assemble_pipeline(pipeline, mesh)
+        done(1)
+        reduction, _ = reduce_model(pipeline, mesh, model)
+        done(2)
+        body = flexible_body(model, reduction, name=pipeline.name or path.stem)
+        done(3)
+        checks = (*check_model(model), *check_body(body), *check_projection(model, reduction, body))
+        checks = (*checks, *(check_buckling(model, body) if body.has_geometric_stiffness else ()))
+        done(4)
+    return CheckReport(subject=path.name, checks=checks)

@@ -1,0 +1,91 @@
+"""From the reduction tables of a pipeline file to a reduced basis, loads and damping."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.interface import connect
+from modalprep.fe.mesh import Mesh
+from modalprep.fe.model import FEModel
+from modalprep.pipeline.load import naming
+from modalprep.pipeline.model import node_set, pipeline_node_sets
+from modalprep.pipeline.reduction_schema import RayleighTable, ReductionTable
+from modalprep.pipeline.schema import Pipeline
+from modalprep.reduction.basis import Reduction
+from modalprep.reduction.craig_bampton import craig_bampton, guyan
+from modalprep.reduction.damping import Ratio, Rayleigh
+from modalprep.reduction.error import ReductionError, reduction_error, to_target
+from modalprep.reduction.free_interface import free_interface, improved_guyan
+from modalprep.reduction.loads import Load, nodal_load
+from modalprep.reduction.notes import dropped_in_band
+
+
+def reduce_model(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> tuple[Reduction, ReductionError | None]:
+    """Reduce as the file says; with `up_to` also measure the error."""
+    table, loads = pipeline.reduction, pipeline_loads(pipeline, mesh, model)
+    if table.up_to is None:
+        return _basis(table, model, table.modes, loads), None
+    if table.target_error is not None:
+        found = to_target(model, lambda n: _basis(table, model, n, loads), table.target_error, table.up_to)
+    else:
+        reduction = _basis(table, model, table.modes, loads)
+        found = reduction, reduction_error(model, reduction, table.up_to)
+    reduction, error = found
+    notes = (*reduction.notes, *dropped_in_band(reduction.table, table.up_to), _statement(error))
+    return reduction.with_(notes=notes), error
+
+
+def _basis(table: ReductionTable, model: FEModel, modes: int, loads: Mapping[str, np.ndarray]) -> Reduction:
+    match table.method:
+        case "guyan":
+            return guyan(model)
+        case "irs":
+            return improved_guyan(model)
+        case "free_interface":
+            return free_interface(model, modes=modes, keep=table.keep)
+    return craig_bampton(model, modes=modes, keep=table.keep, truncation=table.truncation_vectors, loads=loads)
+
+
+def _statement(error: ReductionError) -> str:
+    parts = {"frequencies": error.frequency, "static answers": error.static, "dynamic compliance": error.dynamic}
+    worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
+    return (
+        f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "
+        f"inertia of K - w^2 M): {worst}"
+    )
+
+
+def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, np.ndarray]:
+    """Return the nodal loads ``{name: (n_dof,)}`` of the file's [loads]; groups may be those of connections."""
+    if not pipeline.loads:
+        return {}
+    used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
+    mesh = connect(mesh, pipeline_node_sets(pipeline, mesh)[1], used)
+    found = {}
+    for name, table in pipeline.loads.items():
+        with naming(f"[loads.{name}]"):
+            found[name] = nodal_load(model, mesh, name, Load(**node_set(table, mesh.scale)))
+    return found
+
+
+def wanted_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
+    """Return the damping that a file asks for, as `reduction.damping` takes it.
+
+    Examples
+    --------
+    >>> wanted_damping([[5.0, 0.02], [50.0, 0.01]])
+    {5.0: 0.02, 50.0: 0.01}
+    """
+    if isinstance(given, RayleighTable):
+        return Rayleigh(alpha=given.alpha, beta=given.beta)
+    if not isinstance(given, list):
+        return given
+    if not given or not isinstance(given[0], list):
+        return np.array(given, dtype=float)
+    points = dict(given)
+    if len(points) < len(given):
+        raise InputError("damping gives two ratios at one frequency; keep one")
+    return points

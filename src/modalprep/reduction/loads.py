@@ -1,0 +1,151 @@
+"""Loads of the user: forces, moments and pressure on node sets, as nodal loads of a model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.cell_geometry import cell_of
+from modalprep.fe.interface import interface_position
+from modalprep.fe.links import PlacedLink
+from modalprep.fe.mesh import Mesh, cell_dimension
+from modalprep.fe.model import FEModel
+from modalprep.fe.select import NodeSet
+
+Vector = tuple[float, float, float]
+NONE = (0.0, 0.0, 0.0)
+EXPONENTS = {  # of the monomials that span the shapes of a face with so many nodes
+    3: ((0, 0), (1, 0), (0, 1)),
+    4: ((0, 0), (1, 0), (0, 1), (1, 1)),
+    6: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)),
+    8: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2)),
+    9: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2), (2, 2)),
+}
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Load(NodeSet):
+    """A force, a moment or a pressure on a node set (fe.select), mesh axes.
+
+    Attributes
+    ----------
+    force, moment : (3,)
+        N and N m in all. One node takes them itself; several share them as those of an rbe3 do (fe.links): a force on
+        their centroid evenly, a moment by forces around it.
+    pressure : float
+        Pa, on the faces of a group: along their right-hand normal, in the order of their nodes.
+    position : (3,) or None
+        Where force and moment act, m, mesh coordinates; None takes the centroid.
+
+    Examples
+    --------
+    >>> Load(near=(10.0, 0, 0), force=(0, 0, 5.0))
+    near (10, 0, 0)
+    """
+
+    force: Vector = NONE
+    moment: Vector = NONE
+    pressure: float = 0.0
+    position: Vector | None = None
+    kind = "rbe3"
+
+
+def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
+    """Return the nodal load ``(n_dof,)`` in N and N m.
+
+    Parameters
+    ----------
+    model : FEModel
+    mesh : Mesh
+        From which the model was assembled.
+    name : str
+        For messages.
+    load : Load
+
+    Raises
+    ------
+    InputError
+        When the load is zero, its node set is empty or cannot carry it, or its group has no faces.
+
+    Examples
+    --------
+    >>> from modalprep.examples import beam_mesh, cantilever_model
+    >>> F = nodal_load(cantilever_model(), beam_mesh(10), "tip", Load(group="tip", force=(0, 3.0, 0)))
+    >>> F.shape, float(F[-5])
+    ((66,), 3.0)
+    """
+    used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
+    nodes = np.intersect1d(load.nodes(mesh, used), used)
+    if not len(nodes):
+        raise InputError(f"load {name!r}: no node of {load} belongs to an element with a property")
+    F = _resultant(model, mesh, name, load, nodes) + _pressure(model, mesh, name, load)
+    if not np.any(F):
+        raise InputError(f"load {name!r} is zero; give force, moment or pressure")
+    return F
+
+
+def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndarray) -> np.ndarray:
+    F, dofs = np.zeros(model.n_dof), model.dof[nodes]
+    wrench = np.concatenate([load.force, load.moment])
+    if len(nodes) == 1:
+        if np.any(load.moment) and dofs[0, 3] < 0:
+            raise InputError(f"load {name!r}: its one node has no rotations to take a moment; name more nodes")
+        present = dofs[0] >= 0
+        F[dofs[0, present]] = wrench[present]
+        return F
+    arm = mesh.points[nodes] - interface_position(mesh, name, load, nodes)
+    turning = np.repeat([False, bool(np.any(load.moment) or load.position)], 3)
+    spread = PlacedLink("rbe3", f"load {name!r}", np.zeros(6, int), dofs, arm, turning, np.ones(len(nodes)), False)
+    G, nodal = spread.average()
+    F[nodal] = G.T @ wrench
+    return F
+
+
+def _pressure(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
+    F = np.zeros(model.n_dof)
+    if not load.pressure:
+        return F
+    group = mesh.group(load.group) if load.group else {}
+    faces = {kind: nodes for kind, nodes in group.items() if cell_dimension(kind) == 2}
+    if not faces:
+        raise InputError(f"load {name!r}: a pressure needs a mesh group of triangles or quads; {load} has none")
+    for kind, nodes in faces.items():
+        np.add.at(F, model.dof[nodes][..., :3], load.pressure * _face_areas(kind, mesh.points[nodes]))
+    return F
+
+
+def _face_areas(kind: str, points: np.ndarray) -> np.ndarray:
+    """Integrate ``N_k n dA`` (faces, nodes, 3) of faces with corners and mid-sides at `points` (faces, nodes, 3)."""
+    count = points.shape[1]
+    if count not in EXPONENTS:
+        raise InputError(f"a pressure on faces of {count} nodes ({kind}) is not known; take 3, 4, 6, 8 or 9")
+    cell, triangle = cell_of(kind), kind.startswith("triangle")
+    corners = cell.corners[:, :2]
+    nodes = np.vstack([corners, corners[cell.edges].mean(axis=1), [corners.mean(axis=0)]])[:count]
+    place, weight = _gauss(triangle)
+    basis = [_monomials(count, nodes, (0, 0)), *(_monomials(count, place, d) for d in ((0, 0), (1, 0), (0, 1)))]
+    N, a, b = (values @ np.linalg.inv(basis[0]) for values in basis[1:])
+    normal = np.cross(np.einsum("gk,fkx->fgx", a, points), np.einsum("gk,fkx->fgx", b, points))
+    return np.einsum("g,gk,fgx->fkx", weight, N, normal)
+
+
+def _monomials(count: int, place: np.ndarray, derivative: tuple[int, int]) -> np.ndarray:
+    columns = [
+        np.prod([p * x ** (p - 1) if d and p else 0 * x if d else x**p
+                 for x, p, d in zip(place.T, powers, derivative, strict=True)], axis=0)
+        for powers in EXPONENTS[count]
+    ]  # fmt: skip
+    return np.stack(columns, axis=1)
+
+
+def _gauss(triangle: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Points (g, 2) and weights on the unit square; on the triangle by folding the square (Duffy)."""
+    x, w = np.polynomial.legendre.leggauss(4)
+    x, w = (x + 1) / 2, w / 2
+    u, v = (grid.ravel() for grid in np.meshgrid(x, x))
+    weight = np.outer(w, w).ravel()
+    if triangle:
+        return np.stack([u, v * (1 - u)], axis=1), weight * (1 - u)
+    return np.stack([u, v], axis=1), weight

@@ -1,0 +1,104 @@
+"""Sentences on a choice of modes that its user should read."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modalprep.fe.model import FEModel
+from modalprep.reduction.table import FIXED, FREE, ModeTable
+
+BELOW = 1e-6  # of a frequency: `lowest_modes` counts 5e-7 below its highest one
+
+
+def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
+    """Say below which frequency no mode is missing: what `linalg.lowest_modes` verified of its result.
+
+    Nothing is said where the factorization did not tell how many modes there are.
+
+    Parameters
+    ----------
+    w2 : (n,)
+        What `lowest_modes` returned, without rigid motions.
+    counted : str
+        What it says of the count.
+    kind : str
+        What modes these are.
+
+    Examples
+    --------
+    >>> completeness((2 * np.pi * np.array([1.0, 2.0, 3.0])) ** 2, "a dense solver leaves none out", "fixed-interface")
+    ('all 2 fixed-interface modes below 2.9999 Hz were found (a dense solver leaves none out)',)
+    """
+    if not len(w2) or not counted:
+        return ()
+    frequency = np.sqrt(w2) / (2 * np.pi)
+    top = frequency[-1] * (1 - BELOW)
+    digit = 10.0 ** (np.floor(np.log10(top)) - 4)
+    limit = float(np.floor(top / digit) * digit)
+    count = int(np.sum(frequency < limit))
+    return (f"all {count} {kind} modes below {limit:.7g} Hz were found ({counted})",)
+
+
+def more_modes(keep: str | list[int], table: ModeTable, modes: int) -> tuple[str, ...]:
+    """Say when the highest candidate still satisfies a bound on frequency: `table` has the candidates only."""
+    if not (isinstance(keep, str) and len(table.kept) and table.kept[-1] and "frequency" in table.reason[-1]):
+        return ()
+    return (
+        f"the highest of the {modes} candidates, {table.frequency[-1]:.4g} Hz, still satisfies {keep!r}: "
+        "there may be more modes, raise 'modes'",
+    )
+
+
+def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...]:
+    """Warn when a truncation vector lies among dropped candidates: it mixes them, and is no mode."""
+    dropped = candidates.frequency[~candidates.kept]
+    pseudo = np.sqrt(w2_t) / (2 * np.pi)
+    among = pseudo[pseudo < dropped.max(initial=0.0)]
+    if not len(among):
+        return ()
+    return (
+        f"{len(among)} truncation vectors, the lowest at {among.min():.4g} Hz, lie below dropped modes (of "
+        f"{dropped.min():.4g} to {dropped.max():.4g} Hz), which they mix: static answers are exact, but resonances "
+        "there are not those of the structure; keep these modes where that band matters",
+    )
+
+
+def dropped_in_band(table: ModeTable, up_to: float) -> tuple[str, ...]:
+    """Warn when a selection drops modes below `up_to` (Hz).
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.reduction.craig_bampton import craig_bampton
+    >>> dropped_in_band(craig_bampton(cantilever_model(), modes=4, keep="mode > 1").table, up_to=1.0)[0][:60]
+    'the selection drops 1 of 1 modes below up_to = 1 Hz (0.6044 '
+    """
+    candidate = np.array([kind in (FIXED, FREE) for kind in table.kind], dtype=bool)
+    inside = candidate & (np.nan_to_num(table.frequency, nan=np.inf) < up_to)
+    dropped = table.frequency[inside & ~table.kept]
+    if not len(dropped):
+        return ()
+    listed = ", ".join(f"{f:.4g}" for f in dropped[:5]) + (", ..." if len(dropped) > 5 else "")
+    return (
+        f"the selection drops {len(dropped)} of {inside.sum()} modes below up_to = {up_to:g} Hz ({listed} Hz): their "
+        f"motion in that band is missing; add 'or frequency < {up_to:g} Hz' to keep, unless nothing excites them",
+    )
+
+
+def interface_boundaries(model: FEModel, truncation: Sequence[str]) -> tuple[str, ...]:
+    """Say how the interfaces are held when they are not all alike, and what the free ones miss."""
+    names = {b: [f.name for f in model.interfaces[1:] if f.boundary == b] for b in ("fixed", "free")}
+    said = []
+    if names["fixed"] and names["free"]:
+        said.append(
+            f"mixed interfaces: {', '.join(names['fixed'])} fixed, with constraint modes; {', '.join(names['free'])} "
+            "free, moving with the modes"
+        )
+    if names["free"] and "interfaces" not in truncation:
+        said.append(
+            f"interface {', '.join(names['free'])} is free and truncation_vectors leaves out 'interfaces': its static "
+            "answers are only those of the kept modes"
+        )
+    return tuple(said)

@@ -1,0 +1,130 @@
+"""System modes of welded bodies: a table, a chart of strain energy, pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from modalprep.reduction.synthesis import SystemModes
+from modalprep.report import plots, render
+from modalprep.report.tables import hertz, percent
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Assembled:
+    """What the drawing functions of `report` need of a body: here all bodies in one, in the system's axes."""
+
+    name: str
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    shape: np.ndarray
+    phi: np.ndarray
+    frequency: np.ndarray
+    interface_name: tuple[str, ...]
+    interface_position: np.ndarray
+
+    @property
+    def n(self) -> int:
+        """Number of modes."""
+        return len(self.frequency)
+
+
+def synthesis_table(
+    modes: SystemModes, shares: Mapping[str, np.ndarray], console: Console, damping: np.ndarray | None = None
+) -> None:
+    """Print one row per system mode: frequency, strain energy in each body in %, damping ratio in %.
+
+    Parameters
+    ----------
+    modes : SystemModes
+    shares : {name: (s,)}
+        Share of each body in the strain energy.
+    console : Console
+    damping : (elastic modes,) or None
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.reduction.synthesis import synthesize
+    >>> arm = uniform_beam(modes=4)
+    >>> pair = synthesize({"a": arm, "b": arm}, [("a.tip", "b.root")], modes=7)
+    >>> synthesis_table(pair, {"a": np.zeros(7), "b": np.zeros(7)}, Console(width=80, color_system=None))
+    ... # doctest: +ELLIPSIS
+    System modes...
+    7 modes of 2 bodies, 6 of them motions without strain.
+    """
+    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+    for name in ("", "Hz", *shares, *(["damping"] if damping is not None else [])):
+        rich.add_column(name, justify="right")
+    for k, frequency in enumerate(modes.frequency):
+        elastic = k >= modes.rigid
+        cells = [percent(share[k]) if elastic else "" for share in shares.values()]
+        if damping is not None:
+            cells.append(f"{100 * damping[k - modes.rigid]:.3g}" if elastic else "")
+        rich.add_row(str(k + 1), hertz(frequency), *cells)
+    head = ("System modes", "bold"), (": strain energy in each body and damping ratio, %", "dim")
+    console.print(Text.assemble(*head), soft_wrap=False)
+    console.print(rich, soft_wrap=False)
+    without = f", {modes.rigid} of them motions without strain" if modes.rigid else ""
+    console.print(Text(f"{len(modes.frequency)} modes of {len(modes.bodies)} bodies{without}."))
+
+
+def strain_plot(modes: SystemModes, shares: Mapping[str, np.ndarray], path: str | Path) -> Path:
+    """Draw the strain energy of each body in each elastic mode, stacked to 100 %."""
+    figure = Figure(figsize=(9.0, 3.9), layout="constrained")
+    axes = figure.add_subplot()
+    elastic = np.arange(modes.rigid, len(modes.frequency))
+    below = np.zeros(len(elastic))
+    for rank, (name, share) in enumerate(shares.items()):
+        height = 100 * share[elastic]
+        axes.bar(elastic + 1, height, bottom=below, label=name, color=plots.COLOURS[rank % len(plots.COLOURS)])
+        below += height
+    axes.set_xticks(elastic + 1, [f"{k + 1}\n{hertz(modes.frequency[k])}" for k in elastic])
+    axes.set_xlabel("system mode, Hz")
+    axes.set_ylabel("strain energy (%)")
+    axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=6, frameon=False)
+    plots._plain(axes, grid="y")
+    return plots._save(figure, path)
+
+
+def assembled(modes: SystemModes, name: str) -> Assembled:
+    """Return all bodies as one that can be drawn; its marks are the bodies' names on the node at their middle."""
+    names = list(modes.bodies)
+    points, shapes = ([of(n) for n in names] for of in (modes.points, modes.nodal_shape))
+    start = np.cumsum([0, *map(len, points)])
+    cells: dict[str, list[np.ndarray]] = {}
+    for first, body in zip(start, modes.bodies.values(), strict=False):
+        for kind, nodes in body.cells.items():
+            cells.setdefault(kind, []).append(nodes + first)
+    middle = [int(np.argmin(np.linalg.norm(x - x.mean(axis=0), axis=1))) for x in points]
+    return Assembled(
+        name=name,
+        points=np.vstack(points),
+        cells={kind: np.vstack(parts) for kind, parts in cells.items()},
+        shape=np.concatenate(shapes),
+        phi=np.array([shape[k] for shape, k in zip(shapes, middle, strict=True)]),
+        frequency=modes.frequency,
+        interface_name=tuple(names),
+        interface_position=np.array([x[k] for x, k in zip(points, middle, strict=True)]),
+    )
+
+
+def draw_modes(modes: SystemModes, name: str, folder: Path, count: int) -> list[Path]:
+    """Draw the first `count` elastic modes as ``<name>-system-mode-<number>.png``.
+
+    Raises
+    ------
+    RenderError
+        When the machine cannot draw.
+    """
+    body = assembled(modes, name)
+    chosen = range(modes.rigid + 1, min(modes.rigid + count, body.n) + 1)
+    return [render.render_mode(body, mode, folder / f"{name}-system-mode-{mode:02d}.png") for mode in chosen]
