@@ -20,7 +20,7 @@ import numpy as np
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.multibody import kernel
-from modalprep.multibody.layout import coordinate_count, pack
+from modalprep.multibody.layout import pack, workspace
 
 LINK = mp.rigid_body(
     "link",
@@ -47,14 +47,12 @@ def chain(body: mp.FlexibleBody, count: int) -> mp.System:
     return mp.System(bodies={f"l{i}": body for i in range(count)}, joints=joints, gravity=np.array([0, 0, -9.81]))
 
 
-def ours(system: mp.System) -> Callable[[], None]:
-    """Return a call that evaluates the accelerations once."""
-    tree, bodies = pack(system)
-    nx = coordinate_count(tree)
-    y = 0.1 * np.random.default_rng(0).standard_normal(2 * nx)
-    work, udot, torque = kernel.workspace(tree, bodies), np.zeros(nx), np.zeros(len(tree.n))
-    status, motion = np.zeros(1, dtype=np.int64), np.zeros((len(tree.n), 3))
-    return lambda: kernel.accelerations(tree, bodies, y, motion, work, udot, torque, status)
+def arguments(system: mp.System) -> tuple:
+    """Return the arguments of `kernel.accelerations` at a random state."""
+    packed = pack(system)
+    y = 0.1 * np.random.default_rng(0).standard_normal(packed.nx + packed.nu)
+    motion, tau, udot = np.zeros((len(packed.links), 3)), np.zeros(packed.nu), np.zeros(packed.nu)
+    return packed.tree, packed.flex, *workspace(packed.tree, packed.flex), y, motion, tau, udot
 
 
 def pinocchio(count: int) -> Callable[[], None] | None:

@@ -3,6 +3,7 @@
 import io
 import pickle
 import shutil
+import zipfile
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import cantilever_model
 from modalprep.fe.abaqus_matrix import read_abaqus_matrix
-from modalprep.fe.archive import read_archive
+from modalprep.fe.archive import _Unpickler, read_archive
 from modalprep.fe.dmig import read_dmig
 from modalprep.fe.matrix_files import read_matrices
 from modalprep.fe.matrix_market import read_market
@@ -269,6 +270,15 @@ def test_output4_by_pyyeti(tmp_path, how, sparse):
     assert np.array_equal(found["MGG"].toarray(), B)
 
 
+def test_output4_with_exponents_of_fortran(tmp_path):
+    put_output4(tmp_path)
+    before = read_output4(tmp_path / "model.op4")["KGG"]
+    text = (tmp_path / "model.op4").read_text()
+    head, rest = text.split("\n", 1)
+    (tmp_path / "d.op4").write_text(head + "\n" + rest.split("MGG")[0].rsplit("\n", 1)[0].replace("E", "D") + "\n")
+    assert np.array_equal(read_output4(tmp_path / "d.op4")["KGG"].toarray(), before.toarray())
+
+
 def test_output4_binary_by_its_description(tmp_path):
     """Records of FORMATS.md section 6, single precision too."""
     A = np.array([[4.0, -2.0], [-2.0, 5.0]])
@@ -439,6 +449,7 @@ def test_which_matrix_is_which(tmp_path):
 
 NODES = {
     "missing node": ("11 0 0 0\n", ["rows of node 21 (6 such nodes)", "1 nodes given"]),
+    "missing node between": ("11 0 0 0\n31 0 0 0\n99 0 0 0", ["rows of node 21 (5 such nodes)", "3 nodes given"]),
     "two numbers": ("11 0\n", ["rows of 2 numbers", "x, y, z"]),
     "ragged": ("11 0 0 0\n21 1 0\n", ["row 2 is '21 1 0'", "not 4 numbers"]),
     "a word": ("11 0 0 0\n21 one 0 0\n", ["row 2", "'21 one 0 0'"]),
@@ -457,6 +468,17 @@ def test_bad_nodes(tmp_path, capsys, text, words):
     assert error.count("\n") == 1
     for word in words:
         assert word in error, error
+
+
+def test_nodes_in_any_order(tmp_path):
+    put_matrix_input(tmp_path)
+    mixed = np.random.default_rng(2).permutation(len(LABELS))
+    nodes_csv(tmp_path / "nodes.csv", beam()[2][mixed], LABELS[mixed])
+    files = {name: tmp_path / f"job_{kind}1.mtx" for name, kind in (("stiffness", "STIF"), ("mass", "MASS"))}
+    model = read_matrices(**files, nodes=tmp_path / "nodes.csv").model({"root": mp.Interface(node=11, kind="node")})
+    direct = mp.craig_bampton(cantilever_model(6), modes=3, truncation=())
+    got = mp.craig_bampton(model, modes=3, truncation=())
+    assert np.allclose(got.frequency, direct.frequency, rtol=1e-9)
 
 
 def test_no_nodes(tmp_path):
@@ -495,8 +517,6 @@ def test_the_thief_would_have_worked(tmp_path):
              "numpy._core.multiarray.fromfile"]
 )  # fmt: skip
 def test_names_that_a_pickle_may_not_load(name):
-    from modalprep.fe.archive import _Unpickler
-
     module, _, attribute = name.rpartition(".")
     payload = b"\x80\x02c" + f"{module}\n{attribute}\n".encode() + b"."
     with pytest.raises(pickle.UnpicklingError, match="wants to load"):
@@ -510,8 +530,6 @@ def test_honest_pickles_of_every_protocol(tmp_path, kind, protocol):
     out = io.BytesIO()
     np.lib.format.write_array_header_1_0(out, {"descr": "|O", "fortran_order": False, "shape": ()})
     pickle.dump(np.array(A, dtype=object), out, protocol=protocol)
-    import zipfile
-
     with zipfile.ZipFile(tmp_path / "a.npz", "w") as archive:
         archive.writestr("K.npy", out.getvalue())
     assert np.array_equal(read_archive(tmp_path / "a.npz").matrices["K"].matrix.toarray(), A.toarray())

@@ -9,12 +9,13 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.energy import StrainEnergy
+from modalprep.fe.geometric import GeometricStiffness
 from modalprep.fe.interface import Connection, Interface, InterfaceFrame, connect, interface_position
 from modalprep.fe.joints import hidden_hinges
 from modalprep.fe.kernels import ahead
 from modalprep.fe.links import PlacedLink, constraint_matrix
 from modalprep.fe.mesh import Mesh
-from modalprep.fe.model import FEModel, GeometricStiffness
+from modalprep.fe.model import FEModel
 from modalprep.fe.parts import Part, find_parts, refuse_disconnected, used_nodes
 from modalprep.fe.pattern import Pattern
 from modalprep.fe.properties import PointMass, Property, Solid, Spring

@@ -225,6 +225,21 @@ def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
 
 
 @compile_kernel
+def products(lo, hi, first, indptr, indices, data, X, force):
+    """Add the rows `first + lo` ... of ``A_k X`` to ``force (rows, w, k, b)``.
+
+    ``data (k, nnz)`` of matrices of one CSR pattern, ``X (m, w, b)``.
+    """
+    for r in range(lo, hi):
+        for p in range(indptr[first + r], indptr[first + r + 1]):
+            x = X[indices[p]]
+            for w in range(X.shape[1]):
+                for k in range(data.shape[0]):
+                    for b in range(X.shape[2]):
+                        force[r, w, k, b] += data[k, p] * x[w, b]
+
+
+@compile_kernel
 def scatter_rows(rows, values, data):
     """Add ``values (k, m)`` to the `rows (k,)` of ``data (n, m)``, one after the other."""
     for k in range(len(rows)):

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly import place_frames, root_first, without_loose
+from modalprep.fe.geometric import GeometricStiffness
 from modalprep.fe.interface import Interface, interface_position
 from modalprep.fe.links import constraint_matrix
 from modalprep.fe.matrix_checks import (
@@ -24,7 +25,7 @@ from modalprep.fe.matrix_checks import (
 from modalprep.fe.matrix_entries import cloud
 from modalprep.fe.matrix_mass import linear_vectors, mass_tensor, rigid_inertia
 from modalprep.fe.mesh import Mesh
-from modalprep.fe.model import FEModel, GeometricStiffness, rigid_motions
+from modalprep.fe.model import FEModel, rigid_motions
 from modalprep.fe.read import LENGTH_UNITS, MASS_UNITS
 from modalprep.suggest import suggestion
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 
-from modalprep.fe.block import Block, RigidInertia
+from modalprep.fe.block import RigidInertia
 from modalprep.fe.energy import StrainEnergy
+from modalprep.fe.geometric import GeometricStiffness
 from modalprep.fe.interface import InterfaceFrame
-from modalprep.fe.links import PlacedLink, transferred
-from modalprep.fe.pattern import Pattern
-from modalprep.fe.totals import MassTensor, column_blocks
+from modalprep.fe.totals import MassTensor
 from modalprep.records import Record
 from modalprep.vectors import skew
 
@@ -171,94 +170,3 @@ def rigid_motions(nodes: np.ndarray, dof: np.ndarray, n: int) -> np.ndarray:
     R = np.zeros((n, 6))
     R[dof[dof >= 0]] = full[dof >= 0]
     return R
-
-
-@dataclass(frozen=True, eq=False)
-class GeometricStiffness:
-    """``Kg(sigma)`` of every element, and of the rigid links that carry force (links.py)."""
-
-    blocks: list[Block]
-    pattern: Pattern | None  # None without blocks
-    K: csr_array
-    dof: np.ndarray
-    links: list[PlacedLink]
-    step: csr_array
-
-    def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
-        """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
-        data = self.pattern.zeros()
-        for block in self.blocks:
-            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1)
-            values = block.geometric_stiffness(own)
-            if values is not None:
-                self.pattern.add(data, block.nodes, values)
-        return (self.pattern.csr(data) + self.of_links(self.K @ d - load)).tocsr()
-
-    def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load.
-
-        In blocks of columns, so that nothing of the size of ``Phi (n_dof, n)`` is needed beside it. Solids have one
-        matrix over nodes for all three displacement components: a ninth of the full one.
-        """
-        n = Phi.shape[1]
-        out = np.zeros((loads.shape[1], n, n))
-        for k in np.flatnonzero(np.any(loads, axis=0)):
-            scalar, rest = self._sum(static[:, k])
-            links = self.of_links(self.K @ static[:, k] - loads[:, k])
-            for J in column_blocks(n):
-                X = np.ascontiguousarray(Phi[:, J])
-                force = links @ X
-                if rest is not None:
-                    force += self.pattern.csr(rest) @ X
-                if scalar is not None:
-                    self._add_nodal(scalar, X, force)
-                out[k, J.start :, J] = Phi[:, J.start :].T @ force
-            out[k] = np.tril(out[k]) + np.tril(out[k], -1).T
-        return out
-
-    def _add_nodal(self, scalar: csr_array, X: np.ndarray, force: np.ndarray) -> None:
-        """Add to `force (n_dof, k)` the matrix over nodes times each displacement component of ``X (n_dof, k)``."""
-        nodes = np.flatnonzero(self.dof[:, 0] >= 0)
-        for c in range(3):
-            force[self.dof[nodes, c]] += (scalar @ X[self.dof[:, c]])[nodes]  # a node without DOFs has no entries
-
-    def _sum(self, d: np.ndarray) -> tuple[csr_array | None, np.ndarray | None]:
-        """Matrix over nodes of the solids, and data over DOFs of every other element."""
-        scalar = rest = None
-        for block in self.blocks:
-            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1)
-            if hasattr(block, "geometric_scalar"):
-                scalar = np.zeros(self.pattern.graph.nnz) if scalar is None else scalar
-                self.pattern.add_scalar(scalar, block.nodes, block.geometric_scalar(own))
-                continue
-            values = block.geometric_stiffness(own)
-            if values is not None:
-                rest = self.pattern.zeros() if rest is None else rest
-                self.pattern.add(rest, block.nodes, values)
-        graph = self.pattern.graph
-        return None if scalar is None else csr_array((scalar, graph.indices, graph.indptr), shape=graph.shape), rest
-
-    def of_links(self, held: np.ndarray) -> csr_array:
-        """Return that of the links alone, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
-        n = self.K.shape[0]
-        total = transferred(self.step, held)
-        rows, cols, values = [], [], []
-        for link in self.links:
-            turn = link.frame[3:]
-            rows.append(np.repeat(turn, 3))
-            cols.append(np.tile(turn, 3))
-            values.append(link.geometric_stiffness(_link_force(link, held, total)).ravel())
-        if not rows:
-            return csr_array((n, n))
-        return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
-
-
-def _link_force(link: PlacedLink, held: np.ndarray, total: np.ndarray) -> np.ndarray:
-    """Force ``(k, 3)`` that the frame of a link exerts on its nodes; an rbe3 only needs the sum."""
-    if link.kind == "rbe2":
-        return total[link.dofs[:, :3]]
-    if link.keeps_frame:
-        return held[link.dofs[:, :3]]
-    force = np.zeros((len(link.dofs), 3))
-    force[0] = -total[link.frame[:3]]
-    return force
