@@ -9,7 +9,7 @@ from modalprep.errors import AccuracyError
 from modalprep.linalg import modes
 from modalprep.linalg.factor import factorize
 from modalprep.linalg.lanczos import block_lanczos
-from modalprep.linalg.modes import count_below, lowest_modes
+from modalprep.linalg.modes import count_below, lowest_modes, unique_modes
 
 N = 12
 
@@ -121,3 +121,17 @@ def test_parts_of_very_different_stiffness():
     both = csr_array(block_diag([K * 1e10, K]))
     w2, _, _ = lowest_modes(both, csr_array(eye_array(2 * N**3)), 10)
     np.testing.assert_allclose(w2, exact[:10], rtol=1e-9)
+
+
+def test_modes_of_a_repeated_root_do_not_depend_on_the_way():
+    """Two solvers with other start vectors give one basis of each six-fold root, whose rotation is open."""
+    K, M, exact = membrane()
+    n = 20  # groups of 1, 3, 3, 3, 1, 6, 3
+    assert np.sum(np.diff(exact[: n + 1]) < 1e-9) > 10
+    _, phi, _ = lowest_modes(K, M, n)
+    w2, dense = eigh(K.toarray(), subset_by_index=(0, n - 1))
+    np.testing.assert_allclose(unique_modes(w2, dense), phi, atol=1e-8)  # the spaces agree to the residual's 1e-10
+    rotation = np.linalg.qr(np.random.default_rng(3).standard_normal((3, 3)))[0]
+    turned = dense.copy()
+    turned[:, 1:4] = dense[:, 1:4] @ rotation
+    np.testing.assert_allclose(unique_modes(w2, turned), phi, atol=1e-8)

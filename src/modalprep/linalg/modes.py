@@ -18,6 +18,8 @@ RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means troubl
 ORTHOGONALITY = 1e-8
 SWEEPS = 3
 NEAR = 1e-6  # of w^2: closer modes count as repeated
+REPEATED = 1e-9  # of w^2: modes of one root, split by round-off
+TIE = 1e-6  # of the largest entry
 MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
 
@@ -81,7 +83,7 @@ def lowest_modes(
     else:
         factor = factor or factorize((K - shift * M).tocsr(), solver)
         w2, phi, counted = _counted(K, M, n, factor, shift, solver)
-    phi = phi * unique_signs(phi)
+    phi = unique_modes(w2, phi)
     _verify(K, M, w2, phi)
     return Modes(w2, phi, counted)
 
@@ -150,6 +152,37 @@ def _ritz(K: csr_array, M: csr_array, X: np.ndarray) -> tuple[np.ndarray, np.nda
     return w2, X @ Y
 
 
+def unique_modes(w2: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """Return modes ``(n_dof, n)`` that do not depend on how they were found.
+
+    Within a repeated root (`REPEATED`) any rotation of the vectors is as good: the first is the one that moves most
+    in the DOF in which the whole group moves most, the second likewise among what is orthogonal to it, and so on.
+    Signs follow `unique_signs`.
+
+    Examples
+    --------
+    >>> modes = unique_modes(np.array([1.0, 1.0]), np.array([[0.6, 0.8], [0.8, -0.6]]))
+    >>> bool(np.allclose(modes, np.eye(2)))
+    True
+    """
+    phi = phi.copy()
+    groups = np.split(np.arange(len(w2)), np.flatnonzero(np.diff(w2) > REPEATED * np.abs(w2[1:])) + 1)
+    for group in (g for g in groups if len(g) > 1):
+        for k in range(len(group) - 1):
+            rest = group[k:]
+            size = np.linalg.norm(phi[:, rest], axis=1)
+            row = phi[np.argmax(size >= (1 - TIE) * size.max()), rest]
+            phi[:, rest] = phi[:, rest] @ _turned_to(row)
+    return phi * unique_signs(phi)
+
+
+def _turned_to(row: np.ndarray) -> np.ndarray:
+    """Orthogonal matrix whose first column is along `row` (Householder)."""
+    v = row / np.linalg.norm(row)
+    v[0] += np.copysign(1.0, v[0])
+    return np.outer(v, v) * (2 / (v @ v)) - np.eye(len(row))
+
+
 def unique_signs(phi: np.ndarray) -> np.ndarray:
     """Return the signs (n,) that make the first entry within 1e-6 of each column's largest positive.
 
@@ -161,7 +194,7 @@ def unique_signs(phi: np.ndarray) -> np.ndarray:
     if phi.shape[1] == 0:
         return np.zeros(0)
     size = np.abs(phi)
-    first = np.argmax(size >= (1 - 1e-6) * size.max(axis=0), axis=0)
+    first = np.argmax(size >= (1 - TIE) * size.max(axis=0), axis=0)
     return np.where(phi[first, np.arange(phi.shape[1])] < 0, -1.0, 1.0)
 
 

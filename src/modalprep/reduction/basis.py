@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.model import FEModel
-from modalprep.linalg.modes import unique_signs
+from modalprep.linalg.modes import unique_modes
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
@@ -59,7 +59,7 @@ def reduced(
     loads = np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
     loads[:, 12:18] = 0.0  # the root is held
     return Reduction(
-        basis=model.C @ (span * unique_signs(span)),
+        basis=model.C @ unique_modes(w2, span),
         frequency=np.sqrt(w2) / (2 * np.pi),
         loads=loads,
         static=held.static(loads),
