@@ -315,3 +315,18 @@ def test_vtu_with_an_integer_array(parts, expected, tmp_path, binary):
     mesh.write(file, binary=binary)
     sections = {f"part_{numbers[group]}": section for group, section in SECTIONS.items()}
     assert frequencies(mp.read_mesh(file, "mm"), sections, None) == pytest.approx(expected, rel=TOLERANCE)
+
+
+@pytest.mark.parametrize("writer", ["meshio", "vtk"])
+def test_wedges_of_a_vtu_stand_upright(tmp_path, writer):
+    """VTK and meshio number the nodes of a wedge in opposite senses; both files must give a positive volume."""
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    file = tmp_path / "wedge.vtu"
+    if writer == "meshio":
+        meshio.Mesh(points, [("wedge", np.arange(6)[None])]).write(file)
+    else:
+        pyvista = pytest.importorskip("pyvista")
+        pyvista.UnstructuredGrid({pyvista.CellType.WEDGE: np.arange(6)[None]}, points).save(file)
+    mesh = mp.read_mesh(file)
+    a, b, c, *_, top = mesh.points[mesh.cells["wedge"][0]]
+    assert np.dot(np.cross(b - a, c - a), top - a) > 0

@@ -11,8 +11,8 @@ a scalar shape for a node's translation, an arm for its rotation. It holds for e
 lumped masses with an offset, and for the thickness of shells and the section of beams. It fails where the deflection
 follows the rotations within an element: the symmetric part of H is then wrong by up to (element / body length)^2
 (measured: 2e-5 of its largest entry for a beam of 5 elements, 6e-3 for a curved shell of 12 quads along its side, 2e-3
-for a stiffened panel of 24), P of unit modal mass by 1e-3; in modes of pure torsion of a line the split of P between the two
-directions across it stays open.
+for a stiffened panel of 24), P of unit modal mass by 1e-3; in modes of pure torsion of a line the split of P between
+the two directions across it stays open.
 """
 
 from __future__ import annotations

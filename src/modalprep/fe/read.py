@@ -28,6 +28,7 @@ MASS_UNITS = {
     "slug": POUND * 9.80665 / 0.3048,  # lbf s^2 / ft
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
+VTK = (".vtu", ".vtk")
 NASTRAN = {".bdf", ".dat", ".nas", ".blk"}
 
 
@@ -71,6 +72,8 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     points = _points(raw, path)
     _refuse_missing_nodes(cells, len(points), path, content)
     _add_node_sets(raw, cells, groups)
+    if path.suffix.lower() in VTK and "wedge" in cells:
+        cells["wedge"] = _upright(cells["wedge"], points)
     mesh = Mesh(
         points=points * LENGTH_UNITS[length_unit],
         cells=cells,
@@ -209,6 +212,15 @@ def _merge(raw: Any) -> tuple[dict[str, np.ndarray], dict[str, dict[str, np.ndar
         for name, members in _block_groups(raw, blocks).items():
             groups.setdefault(name, {})[kind] = np.unique(order[row.ravel()[members]])
     return cells, groups
+
+
+def _upright(wedges: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Turn wedges ``(k, 6)`` that stand on their head: meshio swaps their nodes, as VTK no longer does."""
+    base = points[wedges[:, :3]]
+    normal = np.cross(base[:, 1] - base[:, 0], base[:, 2] - base[:, 0])
+    height = points[wedges[:, 3:]].mean(axis=1) - base.mean(axis=1)
+    down = np.einsum("ij,ij->i", normal, height) < 0
+    return np.where(down[:, None], wedges[:, [0, 2, 1, 3, 5, 4]], wedges)
 
 
 def _block_groups(raw: Any, blocks: list[int]) -> dict[str, np.ndarray]:
