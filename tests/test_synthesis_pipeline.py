@@ -5,6 +5,7 @@ import re
 import shutil
 import tomllib
 
+import matplotlib.image
 import numpy as np
 import pytest
 
@@ -15,6 +16,8 @@ from modalprep.pipeline.schema import Pipeline
 from modalprep.reduction.damping import system_damping
 from modalprep.reduction.selection import VALUES, select
 from modalprep.reduction.synthesis import synthesize
+from modalprep.report.render import drawing_problem
+from modalprep.report.synthesis import draw_modes
 
 FRAME = """
 [bodies.a]
@@ -78,6 +81,16 @@ def test_two_beams_are_the_uncut_beam(shipped):
     assert np.all(np.array(found["frequency"]) > exact * (1 - 1e-9))
     closed = 1.875104**2 / (2 * np.pi * 20.0**2) * np.sqrt(1.4e4 / 1.2)
     assert found["frequency"][0] == pytest.approx(closed, rel=1e-3)
+
+
+@pytest.mark.skipif(drawing_problem() is not None, reason=f"cannot draw: {drawing_problem()}")
+def test_pictures_of_the_system_modes(shipped, tmp_path):
+    """Two beams in line, drawn as one body: the picture is not empty."""
+    inner, outer = (mp.read_body(shipped / f"two-beams-{name}.h5") for name in ("inner", "outer"))
+    modes = synthesize({"a": inner, "b": outer}, [("a.tip", "b.root")], ground=["a.root"], modes=4)
+    (drawn,) = draw_modes(modes, "pair", tmp_path, 1)
+    pixels = matplotlib.image.imread(drawn)[..., :3]
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 100
 
 
 def test_strain_energy_adds_up_to_one(shipped):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,8 @@ class Assembled:
     frequency: np.ndarray
     interface_name: tuple[str, ...]
     interface_position: np.ndarray
+    energy: dict[str, np.ndarray] = field(default_factory=dict)
+    volume: dict[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
