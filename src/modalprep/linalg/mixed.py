@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array
+from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
 from modalprep.linalg.pardiso import PardisoFactor, equilibrium
@@ -23,10 +23,8 @@ class MixedFactor:
     negative: int | None = None
 
     def __init__(self, A: csr_array) -> None:
-        self._scale = equilibrium(A)
-        D = diags_array(self._scale)
-        self._A = (D @ A @ D).tocsr()
-        self._single = PardisoFactor(self._A, np.float32)
+        self._A, self._scale = A, equilibrium(A)[:, None]
+        self._single = PardisoFactor(A, np.float32)
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``.
@@ -37,7 +35,7 @@ class MixedFactor:
             When it does not converge.
         """
         columns = B[:, None] if B.ndim == 1 else B
-        X = self._scale[:, None] * self._conjugate_gradients(self._scale[:, None] * columns)
+        X = self._scale * self._conjugate_gradients(self._scale * columns)
         return X[:, 0] if B.ndim == 1 else X
 
     def _conjugate_gradients(self, B: np.ndarray) -> np.ndarray:
@@ -48,10 +46,10 @@ class MixedFactor:
             k = np.flatnonzero(~(left <= RESIDUAL))
             if not len(k):
                 return X
-            Z = self._single.solve(R[:, k])
+            Z = self._single.solve(R[:, k] / self._scale) / self._scale
             rz[k], before = np.einsum("ij,ij->j", R[:, k], Z), rz[k]
             P[:, k] = Z + P[:, k] * (rz[k] / before)
-            AP = self._A @ P[:, k]
+            AP = self._scale * (self._A @ (self._scale * P[:, k]))
             step = rz[k] / np.einsum("ij,ij->j", P[:, k], AP)
             X[:, k] += P[:, k] * step
             R[:, k] -= AP * step

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.factor import Factor, factorize
 from modalprep.linalg.lanczos import block_lanczos
+from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.pardiso import equilibrium
 
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
@@ -114,7 +115,9 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
     for _ in range(2):
         known = w2, phi = _accurate(K, M, factor, *block_lanczos(factor, M, n, shift=shift, known=known))
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
-        found, exist = int(np.sum(w2 < cut)), count_below(K, M, cut, solver)
+        found, exist = int(np.sum(w2 < cut)), None
+        if not isinstance(factor, MixedFactor):  # a second factor would not fit into the memory
+            exist = count_below(K, M, cut, solver)
         if exist is None or exist == found:
             return w2, phi, "" if exist is None else "counted by the inertia of K - w^2 M"
     raise AccuracyError(
@@ -202,7 +205,8 @@ def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple
     """Return the largest residual over what is allowed, and its mode; forces and moments by their own stiffness."""
     scale = equilibrium(K)[:, None]
     elastic, inertial = scale * (K @ phi), scale * (M @ phi) * w2
-    round_off = 1e3 * np.finfo(float).eps * np.linalg.norm(scale * (abs(K) @ np.abs(phi)), axis=0)
+    size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
+    round_off = 1e3 * np.finfo(float).eps * np.linalg.norm(scale * (size @ np.abs(phi)), axis=0)
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0) + round_off
     ratio = np.linalg.norm(elastic - inertial, axis=0) / allowed
     return float(ratio.max()), int(np.argmax(ratio))

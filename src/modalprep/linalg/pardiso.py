@@ -13,7 +13,7 @@ from ctypes import CDLL, byref, c_int32, c_void_p
 from functools import cache
 
 import numpy as np
-from scipy.sparse import csr_array, diags_array, triu
+from scipy.sparse import csr_array
 
 from modalprep.linalg.memory import available_memory
 
@@ -48,13 +48,7 @@ class PardisoFactor:
 
     def __init__(self, A: csr_array, dtype: type = np.float64) -> None:
         self._scale, self._dtype = equilibrium(A), dtype
-        D = diags_array(self._scale)
-        upper = csr_array(triu(D @ A @ D, format="csr"), dtype=dtype)
-        upper.sort_indices()
-        if not np.all(np.diff(upper.indptr)):
-            raise ValueError("it has an empty row")  # which the library does not survive
-        self._n, self._entries = A.shape[0], upper.data
-        self._rows, self._columns = upper.indptr.astype(np.int32), upper.indices.astype(np.int32)
+        self._n, (self._entries, self._rows, self._columns) = A.shape[0], _upper(A, self._scale, dtype)
         self._handle, self._options = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         library().pardisoinit(_at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), _at(self._options))
         self._options[REFINEMENT] = 0  # only where pivots had to be perturbed
@@ -94,6 +88,18 @@ def _pardiso(handle, options, phase: int, n: int, matrix=(None, None, None), col
 
 def _release(handle: np.ndarray, options: np.ndarray) -> None:
     _pardiso(handle, options, RELEASE, 0)
+
+
+def _upper(A: csr_array, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Entries, row starts and columns of the scaled upper triangle, sorted as the library wants them."""
+    A.sort_indices()
+    rows = np.repeat(np.arange(A.shape[0], dtype=np.int32), np.diff(A.indptr))
+    keep = A.indices >= rows
+    rows, columns = rows[keep], A.indices[keep].astype(np.int32)
+    starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=A.shape[0]))])
+    if not np.all(np.diff(starts)):
+        raise ValueError("it has an empty row")  # which the library does not survive
+    return (A.data[keep] * scale[rows] * scale[columns]).astype(dtype), starts.astype(np.int32), columns
 
 
 def _at(array: np.ndarray | None) -> c_void_p | None:

@@ -11,7 +11,8 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError, MechanismError
 from modalprep.fe.model import FEModel
-from modalprep.linalg.factor import Factor, factorize
+from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.factor import Factor
 
 FREE = 1e-11  # stiffness of an interface direction over that of its DOFs alone: mechanisms have 1e-16 to 2e-12
 MECHANISM = 1e-15  # strain energy over the sum of its absolute terms: round-off of a rigid motion is 1e-17
@@ -96,7 +97,7 @@ class Clamped:
         return x
 
 
-def clamp(model: FEModel, solver: str = "auto") -> Clamped:
+def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Clamped:
     """Hold the fixed interfaces of a model and factorize what is left.
 
     Raises
@@ -112,6 +113,7 @@ def clamp(model: FEModel, solver: str = "auto") -> Clamped:
     (6, (60, 6))
     """
     K, M = ((model.C.T @ A @ model.C).tocsr() for A in (model.K, model.M))
+    M.eliminate_zeros()  # solids couple no components: a third of the pattern of K
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
     i = np.setdiff1d(np.arange(K.shape[0]), b)
@@ -119,7 +121,7 @@ def clamp(model: FEModel, solver: str = "auto") -> Clamped:
         raise InputError("every node is held by a fixed interface: no mode is left; hold fewer nodes")
     K_ii, M_ii = (A[i][:, i].tocsr() for A in (K, M))
     try:
-        factor = factorize(K_ii, solver)
+        factor = algebra.factorize(K_ii, solver)
     except AccuracyError:
         raise MechanismError(_moving(model, model.free[i], np.asarray(K_ii.diagonal() == 0, dtype=float))) from None
     _refuse_mechanism(model, K_ii, factor, model.free[i])
@@ -133,7 +135,8 @@ def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.nda
     for _ in range(3):
         x = factor.solve(K.diagonal() * x)
         x /= np.abs(x).max()
-    if not np.all(np.isfinite(x)) or abs(x @ (K @ x)) < MECHANISM * (np.abs(x) @ (abs(K) @ np.abs(x))):
+    size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
+    if not np.all(np.isfinite(x)) or abs(x @ (K @ x)) < MECHANISM * (np.abs(x) @ (size @ np.abs(x))):
         raise MechanismError(_moving(model, dofs, np.abs(np.nan_to_num(x))))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.model import FEModel
-from modalprep.linalg.modes import lowest_modes
+from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, effective_mass, reduced, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, interface_boundaries, more_modes, pseudo_resonances
@@ -19,7 +19,7 @@ from modalprep.reduction.truncation import truncation_vectors
 from modalprep.suggest import suggestion
 
 
-def guyan(model: FEModel, *, solver: str = "auto") -> Reduction:
+def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Reduce to the constraint modes of the fixed interfaces: exact in statics, crude in dynamics.
 
     Examples
@@ -28,7 +28,7 @@ def guyan(model: FEModel, *, solver: str = "auto") -> Reduction:
     >>> guyan(cantilever_model(tip="fixed"))
     Reduction(guyan, 6 coordinates, 0.6073..133.2 Hz)
     """
-    held = clamp(model, solver)
+    held = clamp(model, solver, algebra)
     no_modes = np.zeros((len(held.i), 0))
     table = _with_static_rows(_no_candidates(held), held, np.zeros(0), no_modes)
     return reduced("guyan", held, held.constraint_shapes, table, ())
@@ -42,6 +42,7 @@ def craig_bampton(
     truncation: Sequence[str] = ("interfaces", "inertia"),
     loads: Mapping[str, np.ndarray] | None = None,
     solver: str = "auto",
+    algebra: Algebra = DIRECT,
 ) -> Reduction:
     """Reduce to constraint modes, selected fixed-interface modes and modal truncation vectors.
 
@@ -60,6 +61,8 @@ def craig_bampton(
     loads : {name: (n_dof,) or (n_dof, k)}
         Nodal loads (`nodal_load`, `interface_load`); their size does not matter.
     solver : {"auto", "pardiso", "superlu"}
+    algebra : Algebra
+        What factorizes and finds modes.
 
     Raises
     ------
@@ -77,10 +80,10 @@ def craig_bampton(
     """
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
-    held = clamp(model, solver)
+    held = clamp(model, solver, algebra)
     F = _interior_loads(held, loads or {})
     wanted = _named(F, truncation)
-    w2, Phi, counted = lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor, solver=solver)
+    w2, Phi, counted = algebra.lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor, solver=solver)
     table = _candidates(held, w2, Phi, keep, np.hstack(list(F.values())))
     kept = table.kept
     w2_t, X = truncation_vectors(held, wanted, w2[kept], Phi[:, kept])

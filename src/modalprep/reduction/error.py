@@ -10,8 +10,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.model import FEModel
-from modalprep.linalg.factor import factorize
-from modalprep.linalg.modes import count_below, lowest_modes
+from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction, unit_loads
 
@@ -56,7 +55,9 @@ class ReductionError(Record):
         return max(float(np.max(e, initial=0.0)) for e in (self.frequency, self.static, self.dynamic))
 
 
-def reduction_error(model: FEModel, reduction: Reduction, up_to: float, points: int = 6) -> ReductionError:
+def reduction_error(
+    model: FEModel, reduction: Reduction, up_to: float, points: int = 6, algebra: Algebra = DIRECT
+) -> ReductionError:
     """Measure a reduction: frequencies, static answers and dynamic compliance up to `up_to` (Hz).
 
     Parameters
@@ -67,6 +68,8 @@ def reduction_error(model: FEModel, reduction: Reduction, up_to: float, points: 
         Hz.
     points : int
         Frequencies of the sweep: halfway between neighbouring resonances of the full model, spread over the band.
+    algebra : Algebra
+        What factorizes and finds modes.
 
     Raises
     ------
@@ -82,7 +85,7 @@ def reduction_error(model: FEModel, reduction: Reduction, up_to: float, points: 
     >>> len(found.full), bool(found.worst < 1e-3)
     (3, True)
     """
-    return _Reference.of(model, up_to, points).compare(reduction)
+    return _Reference.of(model, up_to, points, algebra).compare(reduction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,21 +102,22 @@ class _Reference:
     dynamic: np.ndarray  # (m, k, k)
 
     @classmethod
-    def of(cls, model: FEModel, up_to: float, points: int) -> _Reference:
+    def of(cls, model: FEModel, up_to: float, points: int, algebra: Algebra) -> _Reference:
         if not up_to > 0:
             raise InputError(f"up_to = {up_to:g} Hz must be positive")
         rows = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
         C = model.C[:, rows].tocsr()
         K, M = ((C.T @ A @ C).tocsr() for A in (model.K, model.M))
         cut = (2 * np.pi * up_to) ** 2
-        n = count_below(K, M, cut)
-        w2, _, _ = lowest_modes(K, M, min((n if n is not None else 50) + 1, MOST))
+        n = algebra.count_below(K, M, cut)
+        w2, _, _ = algebra.lowest_modes(K, M, min((n if n is not None else 50) + 1, MOST))
         full = np.sqrt(np.maximum(w2, 0)) / (2 * np.pi)
         F = _loads(model)
         f, inside = C.T @ F, full[full < up_to]
         sweep = _between(full[: len(inside) + 1], points)
         answers = [
-            f.T @ factorize((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f) for s in (0.0, *sweep)
+            f.T @ algebra.factorize((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f)
+            for s in (0.0, *sweep)
         ]
         dynamic = np.array(answers[1:]).reshape(len(sweep), *answers[0].shape)
         return cls(up_to, rows, C, F, inside, answers[0], sweep, dynamic)
@@ -159,7 +163,12 @@ def _norm(A: np.ndarray, scale: np.ndarray) -> float:
 
 
 def to_target(
-    model: FEModel, reduce: Callable[[int], Reduction], target: float, up_to: float, modes: int = 5
+    model: FEModel,
+    reduce: Callable[[int], Reduction],
+    target: float,
+    up_to: float,
+    modes: int = 5,
+    algebra: Algebra = DIRECT,
 ) -> tuple[Reduction, ReductionError]:
     """Return the reduction with the fewest modes, among growing numbers, whose worst error is below `target`.
 
@@ -174,6 +183,8 @@ def to_target(
         Hz.
     modes : int
         To start with.
+    algebra : Algebra
+        What factorizes and finds modes.
 
     Raises
     ------
@@ -193,7 +204,7 @@ def to_target(
     """
     if not target > 0:
         raise InputError(f"target_error = {target:g} must be positive")
-    reference = _Reference.of(model, up_to, 6)
+    reference = _Reference.of(model, up_to, 6, algebra)
     while True:
         reduction = reduce(modes)
         error = reference.compare(reduction)

@@ -6,7 +6,7 @@ import numpy as np
 
 from modalprep.errors import InputError, MechanismError
 from modalprep.fe.model import FEModel
-from modalprep.linalg.modes import lowest_modes
+from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, reduced, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, more_modes
@@ -17,7 +17,14 @@ from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FREE, 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body held at its root
 
 
-def free_interface(model: FEModel, *, modes: int, keep: str | list[int] = "all", solver: str = "auto") -> Reduction:
+def free_interface(
+    model: FEModel,
+    *,
+    modes: int,
+    keep: str | list[int] = "all",
+    solver: str = "auto",
+    algebra: Algebra = DIRECT,
+) -> Reduction:
     """Reduce to free-free modes and the residual attachment modes of every interface (MacNeal, Rubin, Craig-Chang).
 
     The static answer to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
@@ -32,6 +39,8 @@ def free_interface(model: FEModel, *, modes: int, keep: str | list[int] = "all",
     keep : str or list of int
         Which of them to keep (`selection.select`); they have no effective mass.
     solver : {"auto", "pardiso", "superlu"}
+    algebra : Algebra
+        What factorizes and finds modes.
 
     Raises
     ------
@@ -48,9 +57,9 @@ def free_interface(model: FEModel, *, modes: int, keep: str | list[int] = "all",
     """
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
-    held = clamp(model, solver)
+    held = clamp(model, solver, algebra)
     R = model.rigid_body()[model.free]
-    w2, Phi, counted = _elastic_modes(held, R, modes, solver)
+    w2, Phi, counted = _elastic_modes(held, R, modes, solver, algebra)
     F, x = _relieved(held, R)
     candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi))
     notes = (*completeness(w2, counted, f"elastic {FREE}"), *more_modes(keep, candidates, modes))
@@ -60,11 +69,13 @@ def free_interface(model: FEModel, *, modes: int, keep: str | list[int] = "all",
     return reduced("free_interface", held, W, _with_attachment(candidates, model), notes)
 
 
-def _elastic_modes(held: Clamped, R: np.ndarray, modes: int, solver: str) -> tuple[np.ndarray, np.ndarray, str]:
+def _elastic_modes(
+    held: Clamped, R: np.ndarray, modes: int, solver: str, algebra: Algebra
+) -> tuple[np.ndarray, np.ndarray, str]:
     """Return the lowest modes of the floating body without its six rigid motions, and how they were counted."""
     x = held.static_free(held.M @ R)
     softest = np.min(np.einsum("ij,ij->j", x, held.K @ x) / np.einsum("ij,ij->j", x, held.M @ x))
-    w2, Phi, counted = lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
+    w2, Phi, counted = algebra.lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
     elastic = np.abs(w2) > RIGID * softest
     if np.sum(~elastic) != 6:
         raise MechanismError(
@@ -112,7 +123,7 @@ def _with_attachment(table: ModeTable, model: FEModel) -> ModeTable:
     )
 
 
-def improved_guyan(model: FEModel, *, solver: str = "auto") -> Reduction:
+def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Guyan's reduction with the interior's inertia to first order (IRS, O'Callahan, IMAC 1989): same size, better.
 
     In the body's frame: the root is locked, the other fixed interfaces are the coordinates.
@@ -127,7 +138,7 @@ def improved_guyan(model: FEModel, *, solver: str = "auto") -> Reduction:
     >>> guyan(model).frequency[0] > improved_guyan(model).frequency[0]
     np.True_
     """
-    held = clamp(model, solver)
+    held = clamp(model, solver, algebra)
     T = np.zeros((held.K.shape[0], len(held.b)))
     T[held.b, np.arange(len(held.b))], T[held.i] = 1.0, held.Psi
     T = T[:, 6:]  # the root is locked
