@@ -10,6 +10,7 @@ import os
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise
 
 import numpy as np
@@ -25,9 +26,13 @@ def in_threads(kernel: Callable, n: int, *arrays: object) -> None:
     if len(cuts) == 2:
         kernel(0, n, *arrays)
         return
-    with ThreadPoolExecutor(len(cuts) - 1) as pool:
-        for job in [pool.submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
-            job.result()
+    for job in [_pool().submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
+        job.result()
+
+
+@cache
+def _pool() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(THREADS)
 
 
 def ahead(function: Callable, items: Iterable) -> Iterator:
