@@ -12,7 +12,7 @@ import pytest
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import uniform_beam
-from modalprep.multibody.motion import FUNCTIONS, Motion
+from modalprep.multibody.timefunction import FUNCTIONS, TimeFunction
 
 BEAM = """
 [mesh]
@@ -154,7 +154,7 @@ def test_one_thing_wrong(folder, capsys, change, words):
         (('child = "job.root"', 'child = "job.root"\nmotion = "open(t)"'), ["unknown name open"]),
         (('child = "job.root"', 'child = "job.root"\nmotion = "sin("'), ["is not an expression of t"]),
         (('child = "job.root"', 'child = "job.root"\naxis = [0, 0, 0]'), ["axis [0.0, 0.0, 0.0] has no direction"]),
-        (('type = "revolute"', 'type = "hinge"'), ["[joints.hinge.type]", "'weld', 'revolute' or 'free'"]),
+        (('type = "revolute"', 'type = "hinge"'), ["[joints.hinge.type]", "'weld', 'revolute', 'prismatic'"]),
         (("t_end = 0.01", "t_end = -1"), ["[simulation.t_end]", "greater than 0"]),
         (("t_end = 0.01", 't_end = 1e9\noutput = ["hinge.angel"]'), ["no channel 'hinge.angel'", "hinge.angle"]),
         (('[joints.hinge]\ntype = "revolute"\nchild = "job.root"', ""), ["is the child of 0 joints"]),
@@ -344,7 +344,7 @@ def test_the_sentence_names_the_file(folder, capsys, change):
     [
         ('motion = "open(t)"', ["'hinge'", "unknown name open"]),
         ("motion = []", ["'hinge'", "motion"]),
-        ('motion = [{ until = 1, angle = "t" }]', ["'hinge'", "the last piece must have no 'until'"]),
+        ('motion = [{ until = 1, value = "t" }]', ["'hinge'", "the last piece must have no 'until'"]),
         ("axis = [0, 0, 0]", ["'hinge'", "has no direction"]),
     ],
 )
@@ -423,15 +423,17 @@ def test_motion_is_no_program(folder, capsys, monkeypatch, motion):
     monkeypatch.chdir(folder)
     text = HINGE.replace('"job.root"', f'"job.root"\nmotion = "{motion}"')
     assert main(["simulate", job(folder, BEAM + text)]) == 2
-    assert f"motion {motion!r}" in sentence(capsys)
+    error = sentence(capsys)
+    assert f"function of time {motion!r}" in error
+    assert "'hinge': motion" in error
     assert not (folder / "stolen").exists()
     assert not list(folder.rglob("*-run.*"))
 
 
 @pytest.mark.parametrize("name", [n for n in FUNCTIONS.split(", ") if n != "pi"])
 def test_every_function_the_sentence_offers_works(name):
-    angle, rate, _ = Motion([(float("inf"), f"{name}(t)")])(0.5)
-    step = (Motion([(float("inf"), f"{name}(t)")])(0.5 + 1e-6)[0] - angle) / 1e-6
+    angle, rate, _ = TimeFunction(f"{name}(t)")(0.5)
+    step = (TimeFunction(f"{name}(t)")(0.5 + 1e-6)[0] - angle) / 1e-6
     assert rate == pytest.approx(step, rel=1e-5)  # a forward difference of step 1e-6
 
 
@@ -441,7 +443,7 @@ def test_every_function_the_sentence_offers_works(name):
         (('"job.root"', '"job.root"\nrotation = { axis = [0, 0, 0], angle = 1.0 }'), ["hinge", "no direction"]),
         (('"job.root"', '"job.root"\nparent = "ground.x"'), ["hinge", "ground"]),
         (('type = "revolute"', 'type = "weld"\nmotion = "t"'), ["hinge", "only a revolute"]),
-        (('type = "revolute"', 'type = "free"\nparent = "job.root"'), ["hinge", "starts at the ground"]),
+        (('type = "revolute"', 'type = "free"\nparent = "job.root"'), ["bodies job", "in a loop"]),
         (('"job.root"', '"job.root"\n[joints.b]\ntype = "weld"\nchild = "job.root"'), ["child of 2 joints"]),
         (('"job.root"', '"job.root"\nstart = { angle = "ninety deg" }'), ["[joints.hinge.start.angle]", "90 deg"]),
         (('"job.root"', '"job.root"\n[bodies.job]\npipeline = "job.toml"'), ["body 'job'"]),

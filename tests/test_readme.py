@@ -10,6 +10,7 @@ from scipy.io import mmwrite
 
 import modalprep as mp
 from modalprep.cli import app, main
+from modalprep.examples import uniform_beam
 from modalprep.pipeline.schema import Pipeline
 
 
@@ -54,10 +55,28 @@ def test_matrices_block_runs(text, project, tmp_path, bracket_model):
     )
 
 
+def test_system_block_runs(text, tmp_path):
+    """Its satellite, with a beam of the examples as boom; the boom ends at its limit."""
+    block = next(b for b in re.findall(r"```toml\n(.*?)```", text, re.DOTALL) if "[joints.orbit]" in b)
+    places = {"root": [0, 0, 0], "side": [0.5, 0, 0], "nozzle": [0, 0, -0.5]}
+    bus = mp.rigid_body(
+        "bus", mass=200.0, centre=np.zeros(3), inertia=40 * np.eye(3),
+        interfaces={name: np.array(place, dtype=float) for name, place in places.items()},
+    )  # fmt: skip
+    mp.write_body(bus, tmp_path / "bus.h5")
+    mp.write_body(uniform_beam(modes=2), tmp_path / "boom.h5")
+    (tmp_path / "job.toml").write_text(block)
+    assert main(["simulate", str(tmp_path / "job.toml")]) == 0
+    run = mp.read_result(tmp_path / "output/job/job-run.h5")
+    assert run.stats["energy_error"] < 1e-6
+    assert run["hinge.angle"][-1] > run["hinge.angle"][0]
+    assert run["energy.stored"][0] > 0
+
+
 def test_every_command_exists(text):
     shown = set(re.findall(r"bin/modalprep (\w+)", text))
     assert shown <= {command.name or command.callback.__name__ for command in app.registered_commands}
-    assert shown == {"run", "modes", "check", "render", "simulate", "mesh", "quality", "schema", "export"}
+    assert shown == {"run", "batch", "modes", "check", "render", "simulate", "mesh", "quality", "schema", "export"}
 
 
 def test_every_file_named_exists(text, project):

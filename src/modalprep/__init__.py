@@ -33,8 +33,11 @@ _HOME = {
     "in_principal_axes": "body.frames", "at_centre_of_mass": "body.frames",
     "write_body": "formats.modalfile", "read_body": "formats.modalfile",
     "write_result": "formats.resultfile", "read_result": "formats.resultfile", "write_csv": "formats.resultfile",
-    "Joint": "multibody.system", "System": "multibody.system", "Motion": "multibody.motion",
-    "Result": "multibody.result", "simulate": "multibody.simulate", "spin_modes": "multibody.spin",
+    "Joint": "multibody.system", "System": "multibody.system", "TimeFunction": "multibody.timefunction",
+    "HingeElement": "multibody.hinge", "PointForce": "multibody.loads", "DistributedForce": "multibody.loads",
+    "AxialSpring": "multibody.loads", "Bushing": "multibody.loads", "CentralGravity": "multibody.loads",
+    "Callback": "multibody.loads", "Closure": "multibody.closures", "Coupler": "multibody.closures",
+    "Event": "multibody.events", "Result": "multibody.result", "simulate": "multibody.simulate", "spin_modes": "multibody.spin",
     "ModalprepError": "errors", "InputError": "errors", "MechanismError": "errors", "AccuracyError": "errors",
     "SimulationError": "errors", "RenderError": "errors",
 }  # fmt: skip

@@ -2,17 +2,83 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import hashlib
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 from numba import njit
 
 # no flag that assumes finite numbers: a NaN must stay a NaN
-FAST = {"contract", "reassoc", "nsz", "arcp"}
+OPTIONS = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
+STAMP = "modalprep_stamp"
 
 
-def compile_kernel(function: Callable) -> Callable:
-    """Return ``njit(cache=True)`` of the function; without a writable cache it compiles in every process."""
+def compile_kernel(function: Callable, **options: Any) -> Callable:
+    """Return ``njit(cache=True)`` of the function; without a writable cache it compiles in every process.
+
+    The cached code is used only while the function's file, the kernels of other files that it calls, and the
+    constants that it names are as they were (numba alone looks at the function's own file).
+    """
+    stamp = _stamp(function)
     try:
-        return njit(cache=True, fastmath=FAST, error_model="numpy", nogil=True)(function)
+        kernel = njit(cache=True, **(OPTIONS | options))(function)
     except RuntimeError:  # numba: "no locator available"
-        return njit(cache=False, fastmath=FAST, error_model="numpy", nogil=True)(function)
+        kernel = njit(cache=False, **(OPTIONS | options))(function)
+    cache = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if cache is not None:
+        cache._source_stamp = stamp
+    return kernel
+
+
+def compile_inline(function: Callable) -> Callable:
+    """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
+    _stamp(function)
+    return njit(forceinline=True, **OPTIONS)(function)
+
+
+def compile_pass(function: Callable) -> Callable:
+    """Return `compile_kernel` of a function that compiled callers take in whole.
+
+    A call that passes records of arrays costs two atomic operations for each array, as much as the work on a few
+    links.
+    """
+    return compile_kernel(function, forceinline=True)
+
+
+def compile_merged(function: Callable) -> Callable:
+    """Return the function merged into its one caller before compilation, for code that calls large kernels.
+
+    Every compiled function links and optimises all that it calls once more; a merged one does not.
+    """
+    _stamp(function)
+    return njit(inline="always", **OPTIONS)(function)
+
+
+def _stamp(function: Callable) -> str:
+    """Fingerprint of all that the compiled code depends on; kept on the function for its callers."""
+    parts = [_file(function.__code__.co_filename)] if hasattr(function, "__code__") else []
+    parts += [getattr(used, STAMP, None) or repr(used) for used in _named(function)]
+    stamp = hashlib.sha256("|".join(parts).encode()).hexdigest()
+    if hasattr(function, "__code__"):
+        setattr(function, STAMP, stamp)
+    return stamp
+
+
+def _named(function: Callable) -> Iterator[Any]:
+    """Yield the constants and compiled functions that a function names, also by ``module.name``."""
+    names = getattr(getattr(function, "__code__", None), "co_names", ())
+    found = [function.__globals__[name] for name in names if name in function.__globals__]
+    modules = [value for value in found if isinstance(value, ModuleType)]
+    found += [getattr(module, name) for module in modules for name in names if hasattr(module, name)]
+    for value in found:
+        if isinstance(value, bool | int | float | tuple) or hasattr(getattr(value, "py_func", value), STAMP):
+            yield getattr(value, "py_func", value)
+
+
+@lru_cache
+def _file(name: str) -> str:
+    path = Path(name)
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else name

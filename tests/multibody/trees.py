@@ -7,7 +7,8 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
-from modalprep.multibody.layout import coordinate_count, pack
+from modalprep.multibody import kernel
+from modalprep.multibody.layout import FREE, SPHERICAL, X, pack, workspace
 
 
 def random_body(rng, n, *, geometric=True, damping=False):
@@ -38,15 +39,19 @@ def random_body(rng, n, *, geometric=True, damping=False):
     )  # fmt: skip
 
 
-def random_tree(seed, *, root="free", prescribed=True, gravity=True, damping=True, geometric=True):
+KINDS = ("weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free")
+
+
+def random_tree(seed, *, root="free", prescribed=True, gravity=True, damping=True, geometric=True, most=6):
     """Tree of 2 to 7 bodies with 0 to 5 modes, every joint type, one body record shared by two names."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 8))
     bodies = {
-        f"b{i}": random_body(rng, int(rng.integers(0, 6)), geometric=geometric, damping=damping) for i in range(count)
+        f"b{i}": random_body(rng, int(rng.integers(0, most)), geometric=geometric, damping=damping)
+        for i in range(count)
     }
     bodies[f"b{count - 1}"] = bodies["b0"]
-    kinds = ["revolute", "revolute", "weld", *(["prescribed"] if prescribed else [])]
+    kinds = [*KINDS, *(["prescribed", "sliding"] if prescribed else [])]
     joints = [_joint(rng, "j0", root, "ground", "b0")]
     for i in range(1, count):
         parent = f"b{rng.integers(0, i)}.{rng.choice(['a', 'b'])}"
@@ -56,25 +61,37 @@ def random_tree(seed, *, root="free", prescribed=True, gravity=True, damping=Tru
 
 
 def _joint(rng, name, kind, parent, child):
-    motion = mp.Motion([(float("inf"), "sin(t)")]) if kind == "prescribed" else None
+    driven = {"prescribed": "revolute", "sliding": "prismatic"}
     return mp.Joint(
         name=name,
-        type="revolute" if motion else kind,
+        type=driven.get(kind, kind),
         parent=parent,
         child=child,
         axis=rng.standard_normal(3),
+        second_axis=rng.standard_normal(3),
         rotation=Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
-        motion=motion,
+        motion=mp.TimeFunction("sin(t)") if kind in driven else None,
     )
 
 
 def random_state(system, seed, size=0.2):
-    """State vector with a proper quaternion for a free root."""
+    """State vector with proper quaternions."""
     rng = np.random.default_rng(seed)
-    tree, _ = pack(system)
-    nx = coordinate_count(tree)
-    nu = nx - int(np.sum(tree.joint == 2))
-    y = size * rng.standard_normal(nx + nu)
-    for i in np.flatnonzero(tree.joint == 2):
-        y[tree.x[i] + 3 : tree.x[i] + 7] = rng.standard_normal(4)
+    packed = pack(system)
+    y = size * rng.standard_normal(packed.nx + packed.nu)
+    for x, kind in zip(packed.tree.ints[:, X], packed.types, strict=True):
+        if kind in (SPHERICAL, FREE):
+            first = x + (3 if kind == FREE else 0)
+            y[first : first + 4] = rng.standard_normal(4)
     return y
+
+
+def order_n(system, y, motion, tau=None):
+    """Accelerations by the kernel, and what every hinge exerts on its link (nl, 6)."""
+    packed = pack(system)
+    W, F = workspace(packed.tree, packed.flex)
+    udot, forces = np.zeros(packed.nu), np.zeros((len(packed.links), 6))
+    tau = np.zeros(packed.nu) if tau is None else tau
+    assert kernel.accelerations(packed.tree, packed.flex, W, F, y, motion, tau, udot) == -1
+    kernel.reactions(packed.tree, W, forces)
+    return udot, forces

@@ -155,7 +155,7 @@ def _read(file: h5py.File, path: Path) -> FlexibleBody:
     rows, total = file["modes"][()], np.asarray(file["modes"].attrs["total"], dtype=float)
     if total.shape != (6,) or not np.all(np.isfinite(total)):
         raise InputError(f"modal file {path}: the total of the modes table is not six numbers; write it again")
-    cells = {kind: _cells(file, kind, len(points), path) for kind in file["cells"]}
+    cells = {kind: _cells(file, kind, len(points), path) for kind in file.get("cells", ())}
     return FlexibleBody(
         **(arrays | {"m": float(arrays["m"])}),
         name=str(file.attrs["name"]),

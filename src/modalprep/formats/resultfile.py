@@ -63,13 +63,40 @@ def read_result(path: str | Path) -> Result:
 def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) -> Path:
     """Write time and the named channels (all when none is named) as columns; a vector takes one per component."""
     path = Path(path)
-    components = result.columns()
-    columns = {"time": result.time}
-    for name in channels or sorted(result.channels):
-        parts = [f"{name}.{c}" for c in components[name]] if name in components else [name]
-        columns |= {part: result[part] for part in parts}
+    columns = {"time": result.time} | result.table(channels)
     with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(columns)
         writer.writerows(zip(*(np.char.mod("%.10g", c) for c in columns.values()), strict=True))
     return path
+
+
+def read_csv(path: str | Path) -> Result:
+    """Read a file of `write_csv`, to its ten digits; columns ``name.x``, ``name.y``, ... become one channel again.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, or not a table of numbers with a column ``time``.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> run = Result(time=np.arange(2.0), channels={"a.tip.position": np.arange(6.0).reshape(2, 3)}, status="", message="")
+    >>> read_csv(write_csv(run, Path(tempfile.mkdtemp()) / "run.csv"))["a.tip.position"].tolist()
+    [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
+    """
+    try:
+        with Path(path).open(newline="") as file:
+            header, *rows = csv.reader(file)
+        values = np.array(rows, dtype=float).reshape(len(rows), len(header))
+        time = values[:, header.index("time")]
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} is not a table of a result ({error})") from None
+    found: dict[str, list[np.ndarray]] = {}
+    for name, column in zip(header, values.T, strict=True):
+        stem, _, component = name.rpartition(".")
+        part = component.isdigit() or component in tuple("xyz")
+        found.setdefault(stem if part else name, []).append(column if not part else column[:, None])
+    channels = {name: np.hstack(parts) for name, parts in found.items() if name != "time"}
+    return Result(time=time, channels=channels, status="read", message=f"read from {path}")

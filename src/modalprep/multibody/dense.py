@@ -1,6 +1,6 @@
 """The readable twin of the kernel: one mass matrix for the whole system (book chapter 6).
 
-Every body's spatial acceleration is affine in the speeds' derivatives, ``A_i = J_i u' + c_i``; stacking the
+Every link's spatial acceleration is affine in the speeds' derivatives, ``A_i = J_i u' + c_i``; stacking the
 partial velocities ``[J_i; E_i]`` (E_i picks the body's q'') gives ``M u' = f`` by Kane's equations. Also the
 poses, momenta and energies of a state, which results and checks use.
 """
@@ -13,28 +13,43 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.layout import (
+    ARM0,
     COORDINATES,
     EPSILON,
     FREE,
+    JOINT,
+    NODE,
+    PARENT,
     PRESCRIBED,
+    PRESCRIBED_PRISMATIC,
+    PRESCRIBED_REVOLUTE,
+    PRISMATIC,
     REVOLUTE,
     SPEEDS,
-    Tree,
-    coordinate_count,
-    topology,
+    SPHERICAL,
+    UQ,
+    XQ,
+    C,
+    Packed,
+    U,
+    X,
+    pack,
 )
 from modalprep.multibody.system import System
 from modalprep.vectors import skew
 
+AXIS = np.array([0, 0, 1.0])
+
 
 @dataclass
 class BodyState:
-    """Motion of one body: world rotation R and position p of its root, V = (v, w) in its own frame, q, q'.
+    """Motion of a body, or of a massless link (body None).
 
-    `J` and `c` give its spatial specific acceleration ``J u' + c``.
+    World rotation R and position p of its frame, ``V = (v, w)`` and all that follows in its own axes (a body's are the
+    user's), q, q'; `J` and `c` give its spatial specific acceleration ``J u' + c``; `rows` are its modal speeds.
     """
 
-    body: FlexibleBody
+    body: FlexibleBody | None
     R: np.ndarray
     p: np.ndarray
     V: np.ndarray
@@ -111,66 +126,116 @@ def quaternion_matrix(e: np.ndarray) -> np.ndarray:
     return np.eye(3) + 2 * w * skew(v) + 2 * skew(v) @ skew(v)
 
 
-def body_states(system: System, tree: Tree, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
-    """Return the motion of every body in the order of the tree.
+@dataclass
+class _Frame:
+    """Motion of a hinge's inboard frame in its own axes: R, p, V, and J, c of its acceleration."""
+
+    R: np.ndarray
+    p: np.ndarray
+    V: np.ndarray
+    J: np.ndarray
+    c: np.ndarray
+
+    def turned(self, R: np.ndarray) -> _Frame:
+        """Return the same point's motion in axes turned by R (new axes to these), fixed to it."""
+        X = np.kron(np.eye(2), R.T)
+        return _Frame(self.R @ R, self.p, X @ self.V, X @ self.J, X @ self.c)
+
+    def moved(self, r: np.ndarray, partial: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> _Frame:
+        """Return the motion of a frame at r that itself moves: partial velocities (6, nu), velocity and acceleration.
+
+        The acceleration (6,) is that seen when this frame's acceleration is zero: with the centripetal and Coriolis
+        terms of its angular velocity.
+        """
+        shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
+        return _Frame(
+            self.R,
+            self.p + self.R @ r,
+            shift @ self.V + velocity,
+            shift @ self.J + partial,
+            shift @ self.c + acceleration,
+        )
+
+
+def _ground(gravity: np.ndarray, nu: int) -> _Frame:
+    return _Frame(np.eye(3), np.zeros(3), np.zeros(6), np.zeros((6, nu)), np.concatenate([-gravity, np.zeros(3)]))
+
+
+def _interface(parent: BodyState, node: int) -> _Frame:
+    """Motion of an interface of a body, in its own axes (those of the body, turned with the node)."""
+    own = _Frame(parent.R, parent.p, parent.V, parent.J, parent.c)
+    if parent.body is None:
+        return own
+    r, R, Phi, vel, acc = node_motion(parent.body, node, parent.V[3:], parent.q, parent.qd)
+    partial = np.zeros_like(parent.J)
+    partial[:, parent.rows] = Phi
+    return own.moved(r, partial, vel, acc).turned(R)
+
+
+def _hinged(frame: _Frame, joint: int, x: np.ndarray, u: np.ndarray, first: int) -> _Frame:
+    """Motion of the outboard side of a hinge; x, u its coordinates and speeds, `first` the place of the speeds.
+
+    Prescribed hinges take ``x = [position]``, ``u = [rate, acceleration]``.
+    """
+    partial, n = np.zeros_like(frame.J), SPEEDS[joint]
+    turn, r, slide, spin, extra = np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(6)
+    if joint in (REVOLUTE, PRESCRIBED_REVOLUTE):
+        turn, spin = turn_about(AXIS, x[0]), AXIS * u[0]
+    elif joint in (PRISMATIC, PRESCRIBED_PRISMATIC):
+        r, slide = AXIS * x[0], AXIS * u[0]
+    elif joint == SPHERICAL:
+        turn, spin = quaternion_matrix(x), u
+    elif joint == FREE:
+        turn, r, slide, spin = quaternion_matrix(x[3:]), x[:3], u[:3], u[3:]
+    hinge = {REVOLUTE: [5], PRISMATIC: [2], SPHERICAL: [3, 4, 5], FREE: range(6)}
+    columns = np.eye(6)[:, list(hinge.get(joint, []))]
+    if joint in PRESCRIBED:
+        extra = np.eye(6)[5 if joint == PRESCRIBED_REVOLUTE else 2] * u[1]
+    w = frame.V[3:]
+    outward = np.kron(np.eye(2), turn)  # speeds are in the outboard axes
+    partial[:, first : first + n] = outward @ columns
+    slide, spin = turn @ slide, turn @ spin
+    linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, slide) + np.cross(spin, slide)
+    acceleration = np.concatenate([linear, np.cross(w, spin)]) + outward @ extra
+    return frame.moved(r, partial, np.concatenate([slide, spin]), acceleration).turned(turn)
+
+
+def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
+    """Return the motion of every link in the order of the packed tree.
 
     Parameters
     ----------
-    tree : Tree
-        `topology` of the system.
     y : (nx + nu,)
         State as `layout` packs it.
-    motion : (nb, 3)
-        Angle, rate and acceleration of prescribed hinges; other rows unused.
+    motion : (nl, 3)
+        Position, rate and acceleration of prescribed hinges; other rows unused.
     """
-    nx = coordinate_count(tree)
     states: list[BodyState] = []
-    for i, name in enumerate(system.order):
-        body, joint = system.bodies[name], tree.joint[i]
-        x, u = tree.x[i], nx + tree.u[i]
-        xq, uq = x + COORDINATES[joint], u + SPEEDS[joint]
-        q, qd = y[xq : xq + body.n], y[uq : uq + body.n]
-        rows = slice(uq - nx, uq - nx + body.n)
-        parent = states[tree.parent[i]] if tree.parent[i] >= 0 else None
-        R, p, V, J, c = _carried(parent, tree.node[i], tree.place[i], tree.gravity, len(y) - nx)
-        if joint == FREE:
-            R, V = quaternion_matrix(y[x + 3 : x + 7]), y[u : u + 6]
-            J = np.zeros_like(J)
-            J[:, u - nx : u - nx + 6] = np.eye(6)
-            c = np.concatenate([np.cross(V[3:], V[:3]) - R.T @ tree.gravity, np.zeros(3)])
-            p = y[x : x + 3]
+    for i, link in enumerate(packed.links):
+        row, fixed = packed.tree.ints[i], packed.tree.fixed[i]
+        joint, x, u = row[JOINT], row[X], packed.nx + row[U]
+        if row[PARENT] < 0:
+            frame = _ground(system.gravity, packed.nu)
+            frame = frame.moved(fixed[ARM0 : ARM0 + 3], 0 * frame.J, np.zeros(6), np.zeros(6))
         else:
-            angle, rate, acceleration = motion[i] if joint == PRESCRIBED else (0.0, 0.0, 0.0)
-            if joint == REVOLUTE:
-                angle, rate = y[x], y[u]
-            turn = tree.fixed[i] @ turn_about(tree.axis[i], angle)
-            R, X = R @ turn, np.kron(np.eye(2), turn.T)
-            V, J, c = X @ V, X @ J, X @ c
-            spin = np.concatenate([np.zeros(3), tree.axis[i]])
-            c = c + np.concatenate([np.zeros(3), np.cross(V[3:], tree.axis[i] * rate)]) + spin * acceleration
-            V = V + spin * rate
-            if joint == REVOLUTE:
-                J[:, u - nx] += spin
-        states.append(BodyState(body, R, p, V, q, qd, J, c, rows))
+            frame = _interface(states[row[PARENT]], row[NODE])
+            frame = frame.turned(packed.align(row[PARENT]))  # the hinge is placed in the parent link's axes
+        frame = frame.turned(fixed[C : C + 9].reshape(3, 3))
+        own_x, own_u = y[x : x + COORDINATES[joint]], y[u : u + SPEEDS[joint]]
+        if joint in PRESCRIBED:
+            own_x, own_u = motion[i, :1], motion[i, 1:]
+        frame = _hinged(frame, joint, own_x, own_u, row[U]).turned(packed.align(i).T)
+        body = system.bodies[link.body] if link.body else None
+        n = body.n if body else 0
+        q, qd = y[row[XQ] : row[XQ] + n], y[packed.nx + row[UQ] : packed.nx + row[UQ] + n]
+        rows = slice(row[UQ], row[UQ] + n)
+        states.append(BodyState(body, frame.R, frame.p, frame.V, q, qd, frame.J, frame.c, rows))
     return states
 
 
-def _carried(parent: BodyState | None, node: int, place: np.ndarray, gravity: np.ndarray, nu: int):
-    """Motion of the parent's hinge point (or of the ground) in its own axes: R, p, V, J, c."""
-    if parent is None:
-        return np.eye(3), place, np.zeros(6), np.zeros((6, nu)), np.concatenate([-gravity, np.zeros(3)])
-    r, R, Phi, vel, acc = node_motion(parent.body, node, parent.V[3:], parent.q, parent.qd)
-    shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
-    J = shift @ parent.J
-    J[:, parent.rows] += Phi
-    X = np.kron(np.eye(2), R.T)
-    return (
-        parent.R @ R,
-        parent.p + parent.R @ r,
-        X @ (shift @ parent.V + vel),
-        X @ J,
-        X @ (shift @ parent.c + acc),
-    )
+def body_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
+    """Return the motion of every body in the system's order; arguments as `link_states`."""
+    return [state for state in link_states(system, packed, y, motion) if state.body is not None]
 
 
 def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -186,9 +251,9 @@ def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = No
     >>> M.shape, round(float(f[0] / M[0, 0]), 3)
     ((3, 3), -1.5)
     """
-    motion = np.zeros((len(system.bodies), 3)) if motion is None else motion
-    states = body_states(system, topology(system), y, motion)
-    nu = states[0].J.shape[1]
+    packed = pack(system)
+    nu = packed.nu
+    states = body_states(system, packed, y, np.zeros((len(packed.links), 3)) if motion is None else motion)
     M, f = np.zeros((nu, nu)), np.zeros(nu)
     for s in states:
         partial = np.vstack([s.J, np.eye(nu)[s.rows]])

@@ -1,622 +1,612 @@
-"""Order-n forward dynamics of a tree of flexible bodies: FORMULATION sections 4 and 5, equations in its order.
+"""Order-n forward dynamics of a tree of rigid and flexible bodies: FORMULATION sections 4 and 5.
 
-One backward and two forward passes; cost linear in the bodies. Every array is allocated by the caller, nothing
-is raised: a pivot that is not positive leaves its body's number in `status[0]`. `dense.py` is the readable twin.
+One evaluation: `outward`, [`world`, loads by `add_wrench`,] `inward`, `forward`, `kinematic`; `derivative` is all of
+them for a system without loads. Cost linear in the links. Nothing is allocated or raised: a pivot that is not
+positive is returned as its link's number, -1 otherwise. `dense.py` is the readable twin.
 
-Spatial vectors are (linear, angular), resolved in the body's own frame; `A` is the specific acceleration of the
-root (acceleration minus gravity). R maps child to parent axes.
+Arguments, the same in all functions (see layout.py): `tree` Tree, `flex` Flex or None, `W (nl + 1, 99)` scratch, `F`
+Scratch or None, `y (nx + nu,)` state, `motion (nl, 3)` position, rate and acceleration of prescribed hinges,
+`tau (nu,)` hinge forces (modal rows unused). Spatial vectors are (linear, angular), in the link's frame; A is the
+specific acceleration of the link's origin (acceleration minus gravity). R maps link to parent-link axes.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from modalprep.jit import compile_inline, compile_kernel, compile_pass
+from modalprep.multibody.algebra import (
+    ZERO3,
+    ZERO6,
+    add3,
+    add6,
+    add9,
+    axpy3,
+    cross,
+    dot3,
+    get3,
+    get6,
+    get9,
+    hinged_times,
+    inertia_times,
+    inverse_symmetric,
+    less_outer,
+    product,
+    product_transposed,
+    put3,
+    put6,
+    put9,
+    quaternion_rate,
+    quaternion_rotation,
+    rotated_hinged,
+    rotated_inertia,
+    shifted,
+    square,
+    sub6,
+    symmetric_product,
+    symmetric_times,
+    times,
+    transposed_times,
+    turned,
+)
+from modalprep.multibody.flexible import (
+    add_to_modes,
+    elastic_acceleration,
+    eliminate_load,
+    eliminate_modes,
+    modal_accelerations,
+    node_motion,
+    own_flexible,
+    turn_shape,
+)
+from modalprep.multibody.layout import (
+    ALIGN,
+    ARM,
+    ARM0,
+    BIAS,
+    FIRST,
+    FREE,
+    H_,
+    IA,
+    INERTIA,
+    J_,
+    JOINT,
+    MASS,
+    MODES,
+    NODE,
+    NODES,
+    NX,
+    OMEGA,
+    PA,
+    PARENT,
+    PHI,
+    PIVOT,
+    POSITION,
+    PRESCRIBED_PRISMATIC,
+    PRESCRIBED_REVOLUTE,
+    PRISMATIC,
+    REVOLUTE,
+    ROTATION,
+    SLIDE,
+    SLOT,
+    SPHERICAL,
+    UQ,
+    VELOCITY,
+    WRENCH,
+    XQ,
+    A,
+    C,
+    R,
+    Tree,
+    U,
+    X,
+)
 
-import numpy as np
 
-from modalprep.jit import compile_kernel
-from modalprep.multibody.layout import FREE, PRESCRIBED, REVOLUTE, Bodies, Tree
+@compile_pass
+def outward(tree, flex, W, F, y, motion):
+    """Kinematics of every link, its own inertia and bias, root to tips; external wrenches and modal loads to zero."""
+    nx = tree.ints[0, NX]
+    for i in range(len(tree.ints)):
+        p, joint, x, u = tree.ints[i, PARENT], tree.ints[i, JOINT], tree.ints[i, X], nx + tree.ints[i, U]
+        turn, arm, wP = get9(tree.fixed, i, C), get3(tree.fixed, i, ARM0), get3(W, p, OMEGA)
+        # the hinge frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
+        wF, linear, angular = wP, cross(wP, cross(wP, arm)), ZERO3
+        shape, scale, slide, t = ZERO3, 1.0, ZERO3, ZERO3
+        if flex is not None:
+            if tree.ints[i, PHI] >= 0:
+                arm, node, shape, scale, slide, t, linear, angular = node_motion(
+                    tree, flex, W, F, p, tree.ints[i, NODE], tree.ints[i, PHI], arm
+                )
+                turn, wF = product(node, turn), add3(wP, t)
+        offset, rate, spin, extra = ZERO3, ZERO3, ZERO3, ZERO6
+        if joint == REVOLUTE:
+            turn, spin = turned(turn, y[x]), (0.0, 0.0, y[u])
+        elif joint == PRISMATIC:
+            offset, rate = times(turn, (0.0, 0.0, y[x])), (0.0, 0.0, y[u])
+        elif joint == SPHERICAL:
+            turn = product(turn, quaternion_rotation((y[x], y[x + 1], y[x + 2], y[x + 3])))
+            spin = (y[u], y[u + 1], y[u + 2])
+        elif joint == FREE:
+            offset = times(turn, (y[x], y[x + 1], y[x + 2]))
+            turn = product(turn, quaternion_rotation((y[x + 3], y[x + 4], y[x + 5], y[x + 6])))
+            rate, spin = (y[u], y[u + 1], y[u + 2]), (y[u + 3], y[u + 4], y[u + 5])
+            c = cross(spin, rate)
+            extra = (c[0], c[1], c[2], 0.0, 0.0, 0.0)
+        elif joint == PRESCRIBED_REVOLUTE:
+            turn, spin = turned(turn, motion[i, 0]), (0.0, 0.0, motion[i, 1])
+            extra = (0.0, 0.0, 0.0, 0.0, 0.0, motion[i, 2])
+        elif joint == PRESCRIBED_PRISMATIC:
+            offset, rate = times(turn, (0.0, 0.0, motion[i, 0])), (0.0, 0.0, motion[i, 1])
+            extra = (0.0, 0.0, motion[i, 2], 0.0, 0.0, 0.0)
+        if joint != REVOLUTE:
+            rate = times(turn, rate)
+            moved = axpy3(cross(wF, offset), 2.0, rate)
+            linear = add3(add3(linear, cross(angular, offset)), cross(wF, moved))
+            slide = add3(add3(slide, cross(t, offset)), rate)
+        if flex is not None:
+            if tree.ints[i, PHI] >= 0:
+                turn_shape(F, tree.ints[i, PHI], tree.ints[p, MODES], shape, scale, offset)
+        w = add3(transposed_times(turn, wF), spin)
+        bias, own = transposed_times(turn, linear), add3(transposed_times(turn, angular), cross(w, spin))
+        put9(W, i, R, turn)
+        put3(W, i, ARM, add3(arm, offset))
+        put3(W, i, SLIDE, slide)
+        put3(W, i, OMEGA, w)
+        put6(W, i, BIAS, add6((bias[0], bias[1], bias[2], own[0], own[1], own[2]), extra))
+        put6(W, i, WRENCH, ZERO6)
+        if flex is None:
+            _own_rigid(tree, W, i, w)
+        elif tree.ints[i, SLOT] >= 0:
+            own_flexible(tree, flex, W, F, i, nx, y)
+        else:
+            _own_rigid(tree, W, i, w)
 
 
-class Work(NamedTuple):
-    """Scratch of one evaluation, one row per body (n padded to N)."""
-
-    R: np.ndarray  # (nb, 3, 3) child to parent axes
-    arm: np.ndarray  # (nb, 3) hinge point in the parent's frame
-    Phi: np.ndarray  # (nb, 6, N) motion of the hinge point per modal rate of the parent, parent axes
-    V: np.ndarray  # (nb, 6)
-    bias: np.ndarray  # (nb, 6)
-    Hinge: np.ndarray  # (nb, 6, 6), as many columns as speeds
-    Mrr: np.ndarray  # (nb, 6, 6)
-    Mrf: np.ndarray  # (nb, 6, N)
-    Mff: np.ndarray  # (nb, N, N)
-    br: np.ndarray  # (nb, 6)
-    bf: np.ndarray  # (nb, N)
-    G: np.ndarray  # (nb, N, 6) M_ff^-1 M_fr
-    z: np.ndarray  # (nb, N) M_ff^-1 b_f
-    IA: np.ndarray  # (nb, 6, 6)
-    pA: np.ndarray  # (nb, 6)
-    U: np.ndarray  # (nb, 6, 6) I_A Hinge
-    Delta: np.ndarray  # (nb, 6, 6) its Cholesky factor
-    A: np.ndarray  # (nb, 6)
-    qdd: np.ndarray  # (nb, N)
-    L: np.ndarray  # (3, 3, N)
-    v3: np.ndarray  # small vectors and matrices of one body: allocation would cost more than the arithmetic
-    v6: np.ndarray
-    m3: np.ndarray
-    m6: np.ndarray
+@compile_inline
+def _own_rigid(tree, W, i, w):
+    m, s, J = tree.fixed[i, MASS], get3(tree.fixed, i, FIRST), get6(tree.fixed, i, INERTIA)
+    put6(W, i, IA, (m, 0.0, 0.0, m, 0.0, m))
+    put9(W, i, H_, (0.0, s[2], -s[1], -s[2], 0.0, s[0], s[1], -s[0], 0.0))
+    put6(W, i, J_, J)
+    put3(W, i, PA, cross(w, cross(w, s)))
+    put3(W, i, PA + 3, cross(w, symmetric_times(J, w)))
 
 
-def workspace(tree: Tree, bodies: Bodies) -> Work:
-    """Allocate the scratch for a packed system."""
-    nb, N = len(tree.parent), bodies.S.shape[2]
-    shapes = {
-        "R": (3, 3), "arm": (3,), "Phi": (6, N), "V": (6,), "bias": (6,), "Hinge": (6, 6), "Mrr": (6, 6),
-        "Mrf": (6, N), "Mff": (N, N), "br": (6,), "bf": (N,), "G": (N, 6), "z": (N,), "IA": (6, 6), "pA": (6,),
-        "U": (6, 6), "Delta": (6, 6), "A": (6,), "qdd": (N,),
-    }  # fmt: skip
-    small = {"L": (3, 3, N), "v3": (10, 3), "v6": (7, 6), "m3": (4, 3, 3), "m6": (5, 6, 6)}
-    return Work(
-        **{name: np.zeros((nb, *shape)) for name, shape in shapes.items()},
-        **{name: np.zeros(shape) for name, shape in small.items()},
-    )
+@compile_pass
+def inward(tree, flex, W, F, tau, hinge, c1, c2):
+    """Articulated inertias and biases, tips to root; returns the link whose pivot is not positive, else -1.
+
+    Parameters
+    ----------
+    hinge : (nu,) or None
+        Added to the hinges' inertias (an implicit integrator's damping and stiffness), modal rows unused.
+    c1, c2 : float
+        Modal rows get ``1 + c1 D + c2 K`` in place of 1; 0 for the accelerations.
+    """
+    for i in range(len(tree.ints) - 1, -1, -1):
+        if flex is not None:
+            if tree.ints[i, SLOT] >= 0:
+                if not eliminate_modes(tree, flex, W, F, i, c1, c2):
+                    return i
+        p, joint, u = tree.ints[i, PARENT], tree.ints[i, JOINT], tree.ints[i, U]
+        M, H, J = get6(W, i, IA), get9(W, i, H_), get6(W, i, J_)
+        b, P = get6(W, i, BIAS), sub6(get6(W, i, PA), get6(W, i, WRENCH))
+        put6(W, i, PA, P)
+        turn = get9(W, i, R)
+        if joint == REVOLUTE:
+            d = J[5]
+            if hinge is not None:
+                d += hinge[u]
+            if not d > 0.0:
+                return i
+            g = 1.0 / d
+            W[i, PIVOT] = g
+            if p < 0:
+                continue
+            f, t = (H[2], H[5], H[8]), (J[2], J[4], J[5])
+            M, e = less_outer(M, g, f), g * (tau[u] - P[5])
+            H = (
+                H[0] - g * f[0] * t[0], H[1] - g * f[0] * t[1], f[0] - g * f[0] * t[2],
+                H[3] - g * f[1] * t[0], H[4] - g * f[1] * t[1], f[1] - g * f[1] * t[2],
+                H[6] - g * f[2] * t[0], H[7] - g * f[2] * t[1], f[2] - g * f[2] * t[2],
+            )  # fmt: skip
+            J = less_outer(J, g, t)
+            P = add6(P, (e * f[0], e * f[1], e * f[2], e * t[0], e * t[1], e * t[2]))
+        elif joint == PRISMATIC:
+            d = M[5]
+            if hinge is not None:
+                d += hinge[u]
+            if not d > 0.0:
+                return i
+            g = 1.0 / d
+            W[i, PIVOT] = g
+            f, t, e = (M[2], M[4], M[5]), (H[6], H[7], H[8]), g * (tau[u] - P[2])
+            M, J = less_outer(M, g, f), less_outer(J, g, t)
+            H = (
+                H[0] - g * f[0] * t[0], H[1] - g * f[0] * t[1], H[2] - g * f[0] * t[2],
+                H[3] - g * f[1] * t[0], H[4] - g * f[1] * t[1], H[5] - g * f[1] * t[2],
+                H[6] - g * f[2] * t[0], H[7] - g * f[2] * t[1], H[8] - g * f[2] * t[2],
+            )  # fmt: skip
+            P = add6(P, (e * f[0], e * f[1], e * f[2], e * t[0], e * t[1], e * t[2]))
+        elif joint == SPHERICAL:
+            d = J
+            if hinge is not None:
+                d = (J[0] + hinge[u], J[1], J[2], J[3] + hinge[u + 1], J[4], J[5] + hinge[u + 2])
+            g, pivots = inverse_symmetric(d)
+            if not (pivots[0] > 0.0 and pivots[1] > 0.0 and pivots[2] > 0.0):
+                return i
+            put6(W, i, PIVOT, g)
+            e = symmetric_times(g, (tau[u] - P[3], tau[u + 1] - P[4], tau[u + 2] - P[5]))
+            f, t = times(H, e), symmetric_times(J, e)
+            P = add6(P, (f[0], f[1], f[2], t[0], t[1], t[2]))
+            HG, JG = product(H, square(g)), product(square(J), square(g))
+            M = sub6(M, symmetric_product(HG, H))
+            D = product(HG, square(J))
+            H = (
+                H[0] - D[0], H[1] - D[1], H[2] - D[2], H[3] - D[3], H[4] - D[4], H[5] - D[5], H[6] - D[6],
+                H[7] - D[7], H[8] - D[8],
+            )  # fmt: skip
+            J = sub6(J, symmetric_product(JG, square(J)))
+        elif joint == FREE:
+            if not _factor(W, i, M, H, J, hinge, u):
+                return i
+            if p < 0:
+                continue
+            x = _solve(W, i, sub6(_six(tau, u), P))
+            P = add6(P, inertia_times(M, H, J, x))
+            M, H, J = _left_of_free(W, i, hinge, u)
+        if p < 0:
+            continue
+        arm = get3(W, i, ARM)
+        if hinge is None:
+            if joint == REVOLUTE:  # the common case, at half the cost
+                P = add6(P, hinged_times(M, H, J, b))
+                M, H, J = rotated_hinged(turn, M, H, J)
+            else:
+                P = add6(P, inertia_times(M, H, J, b))
+                M, H, J = rotated_inertia(turn, M, H, J)
+        else:
+            P = add6(P, inertia_times(M, H, J, b))
+            M, H, J = rotated_inertia(turn, M, H, J)
+        f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
+        if flex is not None:
+            if tree.ints[i, PHI] >= 0:
+                add_to_modes(
+                    F, tree.ints[i, PHI], tree.ints[p, SLOT], tree.ints[p, MODES], M, H, J,
+                    (f[0], f[1], f[2], t[0], t[1], t[2]), arm,
+                )  # fmt: skip
+        H, J = shifted(M, H, J, arm)
+        t = add3(t, cross(arm, f))
+        put6(W, p, IA, add6(get6(W, p, IA), M))
+        put9(W, p, H_, add9(get9(W, p, H_), H))
+        put6(W, p, J_, add6(get6(W, p, J_), J))
+        put6(W, p, PA, add6(get6(W, p, PA), (f[0], f[1], f[2], t[0], t[1], t[2])))
+    return -1
+
+
+@compile_inline
+def _six(v, u):
+    return v[u], v[u + 1], v[u + 2], v[u + 3], v[u + 4], v[u + 5]
 
 
 @compile_kernel
-def coordinates(tree):
-    """Number of coordinates: where the speeds begin in the state."""
-    last = len(tree.joint) - 1
-    joint = tree.joint[last]
-    return tree.x[last] + (1 if joint == REVOLUTE else 7 if joint == FREE else 0) + tree.n[last]
-
-
-@compile_kernel
-def cross(a, b):
-    """``a x b`` of two sequences of three."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-@compile_kernel
-def add_skew(R, f, v):
-    """Add ``f v~`` to R."""
-    R[0, 1] -= f * v[2]
-    R[1, 0] += f * v[2]
-    R[0, 2] += f * v[1]
-    R[2, 0] -= f * v[1]
-    R[1, 2] -= f * v[0]
-    R[2, 1] += f * v[0]
-
-
-@compile_kernel
-def cholesky(A, n):
-    """Factor the leading n x n block of A in place (lower triangle); False when it is not positive definite."""
-    for j in range(n):
-        d = A[j, j]
-        for k in range(j):
-            d -= A[j, k] * A[j, k]
+def _factor(W, i, M, H, J, hinge, u):
+    """Eliminate the whole articulated inertia of link i by rows in its PIVOT columns; False when not positive."""
+    put6(W, i, PIVOT, (M[0], M[1], M[2], H[0], H[1], H[2]))
+    put6(W, i, PIVOT + 6, (M[3], M[4], H[3], H[4], H[5], M[5]))
+    put9(W, i, PIVOT + 12, (H[6], H[7], H[8], J[0], J[1], J[2], J[3], J[4], J[5]))
+    start = PIVOT
+    for a in range(6):
+        if hinge is not None:
+            W[i, start] += hinge[u + a]
+        d = W[i, start]
         if not d > 0.0:
             return False
-        d = np.sqrt(d)
-        A[j, j] = d
-        for i in range(j + 1, n):
-            v = A[i, j]
-            for k in range(j):
-                v -= A[i, k] * A[j, k]
-            A[i, j] = v / d
+        row = start
+        for b in range(1, 6 - a):
+            row += 7 - a - b
+            f = W[i, start + b] / d
+            for c in range(b, 6 - a):
+                W[i, row + c - b] -= f * W[i, start + c]
+        start += 6 - a
     return True
 
 
 @compile_kernel
-def cholesky_solve(A, n, x):
-    """Solve in place with the factor of `cholesky`."""
-    for i in range(n):
-        v = x[i]
-        for k in range(i):
-            v -= A[i, k] * x[k]
-        x[i] = v / A[i, i]
-    for i in range(n - 1, -1, -1):
-        v = x[i]
-        for k in range(i + 1, n):
-            v -= A[k, i] * x[k]
-        x[i] = v / A[i, i]
+def _solve(W, i, v):
+    """Solve with the rows of `_factor`; the A columns of link i serve as scratch."""
+    put6(W, i, A, v)
+    start = PIVOT
+    for a in range(6):
+        for b in range(1, 6 - a):
+            W[i, A + a + b] -= W[i, start + b] / W[i, start] * W[i, A + a]
+        start += 6 - a
+    for a in range(5, -1, -1):
+        start -= 6 - a
+        x = W[i, A + a]
+        for b in range(1, 6 - a):
+            x -= W[i, start + b] * W[i, A + a + b]
+        W[i, A + a] = x / W[i, start]
+    return get6(W, i, A)
 
 
 @compile_kernel
-def rotation_about(axis, angle, R):
-    """Write the rotation matrix about a unit axis to R."""
-    c, s = np.cos(angle), np.sin(angle)
-    for i in range(3):
-        for j in range(3):
-            R[i, j] = (1.0 - c) * axis[i] * axis[j]
-        R[i, i] += c
-    add_skew(R, s, axis)
+def _left_of_free(W, i, hinge, u):
+    """What a free hinge hands to its parent: ``h - h (I_A + h)^-1 h`` of the added hinge inertia h, else nothing."""
+    zero9 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if hinge is None:
+        return ZERO6, zero9, ZERO6
+    h = _six(hinge, u)
+    a = _solve(W, i, (h[0], 0.0, 0.0, 0.0, 0.0, 0.0))
+    b = _solve(W, i, (0.0, h[1], 0.0, 0.0, 0.0, 0.0))
+    c = _solve(W, i, (0.0, 0.0, h[2], 0.0, 0.0, 0.0))
+    d = _solve(W, i, (0.0, 0.0, 0.0, h[3], 0.0, 0.0))
+    e = _solve(W, i, (0.0, 0.0, 0.0, 0.0, h[4], 0.0))
+    f = _solve(W, i, (0.0, 0.0, 0.0, 0.0, 0.0, h[5]))
+    M = (
+        h[0] - h[0] * a[0], -h[0] * b[0], -h[0] * c[0], h[1] - h[1] * b[1], -h[1] * c[1], h[2] - h[2] * c[2],
+    )  # fmt: skip
+    H = (
+        -h[0] * d[0], -h[0] * e[0], -h[0] * f[0], -h[1] * d[1], -h[1] * e[1], -h[1] * f[1], -h[2] * d[2],
+        -h[2] * e[2], -h[2] * f[2],
+    )  # fmt: skip
+    J = (
+        h[3] - h[3] * d[3], -h[3] * e[3], -h[3] * f[3], h[4] - h[4] * e[4], -h[4] * f[4], h[5] - h[5] * f[5],
+    )  # fmt: skip
+    return M, H, J
+
+
+@compile_pass
+def forward(tree, flex, W, F, tau, udot):
+    """Accelerations after `inward`, root to tips: ``udot (nu,)``, A in W, q'' in F."""
+    _accelerate(tree, flex, W, F, tau, udot, 1.0)
+
+
+@compile_inline
+def _accelerate(tree, flex, W, F, tau, udot, own):
+    """`own` = 1: biases and gravity count; 0: the response to the forces of `inward_bias` alone."""
+    for i in range(len(tree.ints)):
+        p, joint, u = tree.ints[i, PARENT], tree.ints[i, JOINT], tree.ints[i, U]
+        linear, angular, turn = get3(W, p, A), get3(W, p, A + 3), get9(W, i, R)
+        if p < 0:
+            linear = (own * linear[0], own * linear[1], own * linear[2])
+        linear = add3(linear, cross(angular, get3(W, i, ARM)))
+        if flex is not None:
+            if tree.ints[i, PHI] >= 0:
+                v, t = elastic_acceleration(F, tree.ints[i, PHI], tree.ints[p, MODES], tree.ints[p, SLOT])
+                linear, angular = add3(linear, v), add3(angular, t)
+        v = axpy3(transposed_times(turn, linear), own, get3(W, i, BIAS))
+        t = axpy3(transposed_times(turn, angular), own, get3(W, i, BIAS + 3))
+        if joint == REVOLUTE:
+            f = W[i, H_ + 2] * v[0] + W[i, H_ + 5] * v[1] + W[i, H_ + 8] * v[2]
+            f += W[i, J_ + 2] * t[0] + W[i, J_ + 4] * t[1] + W[i, J_ + 5] * t[2]
+            x = (tau[u] - W[i, PA + 5] - f) * W[i, PIVOT]
+            udot[u] = x
+            t = (t[0], t[1], t[2] + x)
+        elif joint == PRISMATIC:
+            f = W[i, IA + 2] * v[0] + W[i, IA + 4] * v[1] + W[i, IA + 5] * v[2]
+            f += W[i, H_ + 6] * t[0] + W[i, H_ + 7] * t[1] + W[i, H_ + 8] * t[2]
+            x = (tau[u] - W[i, PA + 2] - f) * W[i, PIVOT]
+            udot[u] = x
+            v = (v[0], v[1], v[2] + x)
+        elif joint == SPHERICAL:
+            f = add3(transposed_times(get9(W, i, H_), v), symmetric_times(get6(W, i, J_), t))
+            b = get3(W, i, PA + 3)
+            b = (tau[u] - b[0] - f[0], tau[u + 1] - b[1] - f[1], tau[u + 2] - b[2] - f[2])
+            b = symmetric_times(get6(W, i, PIVOT), b)
+            udot[u], udot[u + 1], udot[u + 2] = b
+            t = add3(t, b)
+        elif joint == FREE:
+            f = inertia_times(get6(W, i, IA), get9(W, i, H_), get6(W, i, J_), (v[0], v[1], v[2], t[0], t[1], t[2]))
+            x = _solve(W, i, sub6(sub6(_six(tau, u), get6(W, i, PA)), f))
+            udot[u], udot[u + 1], udot[u + 2], udot[u + 3], udot[u + 4], udot[u + 5] = x
+            v, t = add3(v, (x[0], x[1], x[2])), add3(t, (x[3], x[4], x[5]))
+        put3(W, i, A, v)
+        put3(W, i, A + 3, t)
+        if flex is not None:
+            if tree.ints[i, SLOT] >= 0:
+                modal_accelerations(tree, W, F, i, udot)
 
 
 @compile_kernel
-def rotation_of_quaternion(e, R):
-    """Write the rotation matrix of the quaternion e = (w, x, y, z), of any length, to R."""
-    w, x, y, z = e[0], e[1], e[2], e[3]
-    f = 2.0 / (w * w + x * x + y * y + z * z)
-    R[0, 0] = 1.0 - f * (y * y + z * z)
-    R[1, 1] = 1.0 - f * (x * x + z * z)
-    R[2, 2] = 1.0 - f * (x * x + y * y)
-    R[0, 1] = f * (x * y - w * z)
-    R[1, 0] = f * (x * y + w * z)
-    R[0, 2] = f * (x * z + w * y)
-    R[2, 0] = f * (x * z - w * y)
-    R[1, 2] = f * (y * z - w * x)
-    R[2, 1] = f * (y * z + w * x)
+def clear_wrenches(tree, flex, W, F):
+    """Set all external wrenches and modal loads to zero."""
+    for i in range(len(tree.ints)):
+        put6(W, i, WRENCH, ZERO6)
+    if flex is not None:
+        F.load[:] = 0.0
 
 
 @compile_kernel
-def hinge_point(bodies, kind, node, n, q, qd, w, v3, arm, Phi, R, vel, acc):
-    """Motion of a parent's interface node, in the parent's frame.
+def inward_bias(tree, flex, W, F, tau):
+    """Biases of external wrenches, modal loads and `tau` alone, with the inertias of the last `inward`.
 
-    Writes the position `arm`, the partial velocities `Phi (6, n)`, the rotation `R` of the node (Cayley map of
-    ``psi q``, exactly orthogonal), its elastic velocity `vel (6,)` and the acceleration `acc (6,)` that remains
-    when the parent's A and q'' are zero; w is the parent's angular velocity.
+    Own biases and gravity are left out; `forward_bias` then gives the response of the accelerations: columns of the
+    inverse mass matrix in O(n) each. It overwrites the biases (pA, b_f) and A, q'' of the last evaluation.
     """
-    x = v3[0]
-    xd = v3[1]
-    second = v3[2:4]  # -q' Kg q' of translation and rotation
-    for a in range(3):
-        x[a] = 0.0
-        xd[a] = 0.0
-        second[0, a] = 0.0
-        second[1, a] = 0.0
-        arm[a] = bodies.at[kind, node, a]
-        vel[a] = 0.0
-        for i in range(n):
-            kf = 0.0
-            kt = 0.0
-            kfd = 0.0
-            ktd = 0.0
-            for j in range(n):
-                kf += bodies.Kg_F[kind, node, a, i, j] * q[j]
-                kt += bodies.Kg_T[kind, node, a, i, j] * q[j]
-                kfd += bodies.Kg_F[kind, node, a, i, j] * qd[j]
-                ktd += bodies.Kg_T[kind, node, a, i, j] * qd[j]
-            Phi[a, i] = bodies.phi[kind, node, a, i] - kf
-            Phi[3 + a, i] = bodies.psi[kind, node, a, i] - kt
-            arm[a] += (bodies.phi[kind, node, a, i] - 0.5 * kf) * q[i]
-            x[a] += (bodies.psi[kind, node, a, i] - 0.5 * kt) * q[i]
-            vel[a] += Phi[a, i] * qd[i]
-            xd[a] += Phi[3 + a, i] * qd[i]
-            second[0, a] -= kfd * qd[i]
-            second[1, a] -= ktd * qd[i]
-    # Cayley: R = 1 + s (x~ + x~x~/2), w_el = s (1 + x~/2) x', s = 4 / (4 + x.x)
-    xx = x[0] * x[0] + x[1] * x[1] + x[2] * x[2]
-    s = 4.0 / (4.0 + xx)
-    xxd = x[0] * xd[0] + x[1] * xd[1] + x[2] * xd[2]
-    for i in range(n):
-        c = cross(x, Phi[3:, i])
-        for a in range(3):
-            Phi[3 + a, i] = s * (Phi[3 + a, i] + 0.5 * c[a])
-    c = cross(x, xd)
-    d = cross(x, second[1])
-    for a in range(3):
-        vel[3 + a] = s * (xd[a] + 0.5 * c[a])
-    for a in range(3):
-        for b in range(3):
-            R[a, b] = 0.5 * s * x[a] * x[b]
-        R[a, a] += 1.0 - 0.5 * s * xx
-    add_skew(R, s, x)
-    wr = cross(w, arm)
-    wwr = cross(w, wr)
-    wu = cross(w, vel)
-    we = cross(w, vel[3:])
-    for a in range(3):
-        acc[a] = wwr[a] + 2.0 * wu[a] + second[0, a]
-        acc[3 + a] = -0.5 * s * xxd * vel[3 + a] + s * (second[1, a] + 0.5 * d[a]) + we[a]
+    for i in range(len(tree.ints)):
+        P = get6(W, i, WRENCH)
+        put6(W, i, PA, (-P[0], -P[1], -P[2], -P[3], -P[4], -P[5]))
+        if flex is not None:
+            s = tree.ints[i, SLOT]
+            if s >= 0:
+                for a in range(tree.ints[i, MODES]):
+                    F.Z[s, a, 0, 6] = -F.load[s, a]
+    for i in range(len(tree.ints) - 1, -1, -1):
+        if flex is not None:
+            if tree.ints[i, SLOT] >= 0:
+                eliminate_load(tree, W, F, i)
+        p = tree.ints[i, PARENT]
+        if p < 0:
+            continue
+        P, turn, arm = _through_hinge(tree, W, i, tau), get9(W, i, R), get3(W, i, ARM)
+        f, t = times(turn, (P[0], P[1], P[2])), times(turn, (P[3], P[4], P[5]))
+        if flex is not None:
+            if tree.ints[i, PHI] >= 0:
+                s, slot = tree.ints[p, SLOT], tree.ints[i, PHI]
+                for a in range(tree.ints[p, MODES]):
+                    v = dot3(f, (F.Phi[slot, a, 0], F.Phi[slot, a, 1], F.Phi[slot, a, 2]))
+                    F.Z[s, a, 0, 6] += v + dot3(t, (F.Phi[slot, a, 3], F.Phi[slot, a, 4], F.Phi[slot, a, 5]))
+        t = add3(t, cross(arm, f))
+        put6(W, p, PA, add6(get6(W, p, PA), (f[0], f[1], f[2], t[0], t[1], t[2])))
+
+
+@compile_inline
+def _through_hinge(tree, W, i, tau):
+    """Bias that link i hands to its parent, its hinge eliminated: ``p_A + I_A Hinge Delta^-1 (tau - Hinge^T p_A)``."""
+    joint, u, P = tree.ints[i, JOINT], tree.ints[i, U], get6(W, i, PA)
+    x = ZERO6
+    if joint == REVOLUTE:
+        x = (0.0, 0.0, 0.0, 0.0, 0.0, W[i, PIVOT] * (tau[u] - P[5]))
+    elif joint == PRISMATIC:
+        x = (0.0, 0.0, W[i, PIVOT] * (tau[u] - P[2]), 0.0, 0.0, 0.0)
+    elif joint == SPHERICAL:
+        t = symmetric_times(get6(W, i, PIVOT), (tau[u] - P[3], tau[u + 1] - P[4], tau[u + 2] - P[5]))
+        x = (0.0, 0.0, 0.0, t[0], t[1], t[2])
+    elif joint == FREE:
+        x = _solve(W, i, sub6(_six(tau, u), P))
+    return add6(P, inertia_times(get6(W, i, IA), get9(W, i, H_), get6(W, i, J_), x))
 
 
 @compile_kernel
-def body_matrices(bodies, k, n, V, q, qd, L, v3, m3, Mrr, Mrf, Mff, br, bf):
-    """One body's own mass matrix and bias, FORMULATION section 4."""
-    w = V[3:]
-    S = Mrf
-    s = v3[4]
-    Sqd = v3[5]
-    second = v3[6:8]  # q' Kg_A q' and eps_cab q' Kg_W_ba q'
-    Jw = v3[8]
-    Yw = v3[9]
-    E = m3[0]
-    Y = m3[1]
-    for a in range(3):
-        s[a] = bodies.s0[k, a]
-        Sqd[a] = 0.0
-        second[0, a] = 0.0
-        second[1, a] = 0.0
-        for i in range(n):
-            kq = 0.0
-            kqd = 0.0
-            kc = 0.0
-            for j in range(n):
-                kq += bodies.Kg_A[k, a, i, j] * q[j]
-                kqd += bodies.Kg_A[k, a, i, j] * qd[j]
-                kc += bodies.Kg_c[k, a, i, j] * qd[j]
-            S[a, i] = bodies.S[k, a, i] + kq
-            s[a] += (bodies.S[k, a, i] + 0.5 * kq) * q[i]
-            Sqd[a] += S[a, i] * qd[i]
-            second[0, a] += kqd * qd[i]
-            second[1, a] += kc * qd[i]
-        for b in range(3):
-            E[a, b] = 0.0
-            Y[a, b] = 0.0
-            for i in range(n):
-                v = 0.0
-                for j in range(n):
-                    v += bodies.PW[k, a, b, i, j] * q[j]
-                L[a, b, i] = bodies.H[k, a, b, i] + v
-                E[a, b] += (bodies.H[k, a, b, i] + 0.5 * v) * q[i]
-                Y[a, b] += L[a, b, i] * qd[i]
-    trace = 0.0
-    for a in range(3):
-        for b in range(a + 1):
-            e = bodies.E0[k, a, b] + E[a, b] + E[b, a]
-            E[a, b] = e
-            E[b, a] = e
-        trace += E[a, a]
-    m = bodies.m[k]
-    for a in range(3):
-        for b in range(3):
-            Mrr[a, b] = 0.0
-            Mrr[3 + a, 3 + b] = -E[a, b]
-        Mrr[a, a] = m
-        Mrr[3 + a, 3 + a] += trace
-    # M_rr = [[m, -s~], [s~, J]]
-    for a, b, c in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        Mrr[a, 3 + b] = s[c]
-        Mrr[b, 3 + a] = -s[c]
-        Mrr[a, 3 + a] = 0.0
-        Mrr[3 + b, a] = s[c]
-        Mrr[3 + a, b] = -s[c]
-        Mrr[3 + a, a] = 0.0
-    for i in range(n):  # C_c = eps_cab L_ba
-        Mrf[3, i] = L[2, 1, i] - L[1, 2, i]
-        Mrf[4, i] = L[0, 2, i] - L[2, 0, i]
-        Mrf[5, i] = L[1, 0, i] - L[0, 1, i]
-    ws = cross(w, s)
-    wws = cross(w, ws)
-    wSqd = cross(w, Sqd)
-    for a in range(3):
-        Jw[a] = trace * w[a]
-        Yw[a] = (Y[0, 0] + Y[1, 1] + Y[2, 2]) * w[a]
-        for b in range(3):
-            Jw[a] -= E[a, b] * w[b]
-            Yw[a] -= Y[a, b] * w[b]
-    wJw = cross(w, Jw)
-    for a in range(3):
-        br[a] = wws[a] + 2.0 * wSqd[a] + second[0, a]
-        br[3 + a] = wJw[a] + 2.0 * Yw[a] + second[1, a]
-    ww = w[0] * w[0] + w[1] * w[1] + w[2] * w[2]
-    for i in range(n):
-        f = bodies.K[k, i] * q[i] + bodies.D[k, i] * qd[i]
-        for a in range(3):
-            f -= ww * L[a, a, i]
-            for b in range(3):
-                f += w[a] * w[b] * L[a, b, i]
-            g = 0.0
-            for j in range(n):  # 2 w~_ab P_ab q' = -2 w_c eps_cab P_ab q' = 2 w_c G_c q'
-                g += bodies.G[k, a, i, j] * qd[j]
-            f += 2.0 * w[a] * g
-        bf[i] = f
-        for j in range(n):
-            Mff[i, j] = 0.0
-        Mff[i, i] = 1.0
+def forward_bias(tree, flex, W, F, tau, udot):
+    """Response of the accelerations to the forces of `inward_bias`: ``udot (nu,)``, A in W, q'' in F."""
+    _accelerate(tree, flex, W, F, tau, udot, 0.0)
 
 
-@compile_kernel
-def outward(tree, bodies, y, motion, W):
-    """First forward pass: hinge geometry, velocities, biases and own matrices of every body, root to tips."""
-    nx = coordinates(tree)
-    node_R = W.m3[2]
-    turn = W.m3[3]
-    vel = W.v6[0]
-    acc = W.v6[1]
-    vP = W.v6[2]
-    for i in range(len(tree.parent)):
-        p = tree.parent[i]
-        joint = tree.joint[i]
-        x = tree.x[i]
-        u = nx + tree.u[i]
-        for a in range(6):
-            vP[a] = 0.0
-            acc[a] = 0.0
-            W.bias[i, a] = 0.0
-            for b in range(6):
-                W.Hinge[i, a, b] = 0.0
-        if p >= 0:
-            pj = tree.joint[p]
-            px = tree.x[p] + (1 if pj == REVOLUTE else 7 if pj == FREE else 0)
-            pu = nx + tree.u[p] + (1 if pj == REVOLUTE else 6 if pj == FREE else 0)
-            pn = tree.n[p]
-            w = W.V[p, 3:]
-            hinge_point(bodies, tree.kind[p], tree.node[i], pn, y[px : px + pn], y[pu : pu + pn], w,
-                        W.v3, W.arm[i], W.Phi[i], node_R, vel, acc)  # fmt: skip
-            wr = cross(w, W.arm[i])
-            for a in range(3):
-                vP[a] = W.V[p, a] + wr[a] + vel[a]
-                vP[3 + a] = w[a] + vel[3 + a]
-        else:
-            for a in range(3):
-                W.arm[i, a] = 0.0
-                for b in range(3):
-                    node_R[a, b] = 1.0 if a == b else 0.0
-        if joint == FREE:
-            rotation_of_quaternion(y[x + 3 : x + 7], W.R[i])
-            v = y[u : u + 3]
-            w = y[u + 3 : u + 6]
-            wv = cross(w, v)
-            for a in range(6):
-                W.V[i, a] = y[u + a]
-                W.Hinge[i, a, a] = 1.0
-            for a in range(3):
-                W.bias[i, a] = wv[a]
-            x += 7
-            u += 6
-        else:
-            angle = 0.0
-            rate = 0.0
-            if joint == REVOLUTE:
-                angle = y[x]
-                rate = y[u]
-                x += 1
-                u += 1
-            elif joint == PRESCRIBED:
-                angle = motion[i, 0]
-                rate = motion[i, 1]
-            rotation_about(tree.axis[i], angle, turn)
-            for a in range(3):
-                for b in range(3):
-                    v = 0.0
-                    for c in range(3):
-                        for d in range(3):
-                            v += node_R[a, c] * tree.fixed[i, c, d] * turn[d, b]
-                    W.R[i, a, b] = v
-            for a in range(3):  # X = R^T takes the node's motion to the child's axes
-                W.V[i, a] = 0.0
-                W.V[i, 3 + a] = 0.0
-                for b in range(3):
-                    W.V[i, a] += W.R[i, b, a] * vP[b]
-                    W.V[i, 3 + a] += W.R[i, b, a] * vP[3 + b]
-                    W.bias[i, a] += W.R[i, b, a] * acc[b]
-                    W.bias[i, 3 + a] += W.R[i, b, a] * acc[3 + b]
-            we = cross(W.V[i, 3:], tree.axis[i])
-            for a in range(3):
-                W.bias[i, 3 + a] += we[a] * rate
-                W.V[i, 3 + a] += tree.axis[i, a] * rate
-                if joint == REVOLUTE:
-                    W.Hinge[i, 3 + a, 0] = tree.axis[i, a]
-                elif joint == PRESCRIBED:
-                    W.bias[i, 3 + a] += tree.axis[i, a] * motion[i, 2]
-        n = tree.n[i]
-        body_matrices(bodies, tree.kind[i], n, W.V[i], y[x : x + n], y[u : u + n], W.L, W.v3, W.m3,
-                      W.Mrr[i], W.Mrf[i], W.Mff[i], W.br[i], W.bf[i])  # fmt: skip
-
-
-@compile_kernel
-def condense(W, i, n, nu, tau):
-    """Eliminate the modes, then the hinge, of body i; False when a pivot is not positive."""
-    if not cholesky(W.Mff[i], n):
-        return False
-    for c in range(6):
-        for k in range(n):
-            W.G[i, k, c] = W.Mrf[i, c, k]
-        cholesky_solve(W.Mff[i], n, W.G[i, :, c])
-    for k in range(n):
-        W.z[i, k] = W.bf[i, k]
-    cholesky_solve(W.Mff[i], n, W.z[i])
-    for a in range(6):
-        v = W.br[i, a]
-        for k in range(n):
-            v -= W.Mrf[i, a, k] * W.z[i, k]
-        W.pA[i, a] = v
-        for b in range(a + 1):
-            v = W.Mrr[i, a, b]
-            for k in range(n):
-                v -= W.Mrf[i, a, k] * W.G[i, k, b]
-            W.IA[i, a, b] = v
-            W.IA[i, b, a] = v
-    for c in range(nu):
-        for a in range(6):
-            v = 0.0
-            for b in range(6):
-                v += W.IA[i, a, b] * W.Hinge[i, b, c]
-            W.U[i, a, c] = v
-    for c in range(nu):
-        for d in range(nu):
-            v = 0.0
-            for a in range(6):
-                v += W.Hinge[i, a, c] * W.U[i, a, d]
-            W.Delta[i, c, d] = v
-    return cholesky(W.Delta[i], nu)
-
-
-@compile_kernel
-def hand_to_parent(tree, W, i, nu, tau):
-    """Add body i, its hinge condensed, to its parent: FORMULATION section 5."""
-    p = tree.parent[i]
-    n = tree.n[p]
-    Ia = W.m6[0]
-    UD = W.m6[1]  # U Delta^-1
-    IP = W.m6[2]  # in the parent's axes, at the hinge point
-    half = W.m6[3]
-    B = W.m6[4]  # T_k = [[1, -arm~], [0, 1]]
-    pa = W.v6[3]
-    rest = W.v6[4]
-    pP = W.v6[5]
-    col = W.v6[6]
-    for a in range(6):
-        pP[a] = 0.0
-        for b in range(6):
-            IP[a, b] = 0.0
-            half[a, b] = 0.0
-            B[a, b] = 0.0
-        B[a, a] = 1.0
-    for a in range(6):
-        for c in range(nu):
-            UD[a, c] = W.U[i, a, c]
-        cholesky_solve(W.Delta[i], nu, UD[a])
-    for c in range(nu):
-        rest[c] = tau[c]
-        for a in range(6):
-            rest[c] -= W.Hinge[i, a, c] * W.pA[i, a]
-    for a in range(6):
-        for b in range(6):
-            v = W.IA[i, a, b]
-            for c in range(nu):
-                v -= UD[a, c] * W.U[i, b, c]
-            Ia[a, b] = v
-    for a in range(6):
-        v = W.pA[i, a]
-        for b in range(6):
-            v += Ia[a, b] * W.bias[i, b]
-        for c in range(nu):
-            v += UD[a, c] * rest[c]
-        pa[a] = v
-    R = W.R[i]
-    for h in range(2):
-        for a in range(3):
-            for b in range(3):
-                pP[3 * h + a] += R[a, b] * pa[3 * h + b]
-                for c in range(6):
-                    half[3 * h + a, c] += R[a, b] * Ia[3 * h + b, c]
-    for h in range(2):
-        for a in range(3):
-            for b in range(3):
-                for c in range(6):
-                    IP[c, 3 * h + a] += half[c, 3 * h + b] * R[a, b]
-    add_skew(B[:3, 3:], -1.0, W.arm[i])
-    for a in range(6):
-        for b in range(6):
-            v = 0.0
-            for c in range(6):
-                v += IP[a, c] * B[c, b]
-            half[a, b] = v
-    for a in range(6):
-        for b in range(6):
-            v = 0.0
-            for c in range(6):
-                v += B[c, a] * half[c, b]
-            W.Mrr[p, a, b] += v
-        v = 0.0
-        for c in range(6):
-            v += B[c, a] * pP[c]
-        W.br[p, a] += v
-    for k in range(n):
-        f = 0.0
-        for a in range(6):
-            f += W.Phi[i, a, k] * pP[a]
-        W.bf[p, k] += f
-        for a in range(6):
-            v = 0.0
-            for c in range(6):
-                v += half[c, a] * W.Phi[i, c, k]
-            W.Mrf[p, a, k] += v
-        for a in range(6):
-            col[a] = 0.0
-            for c in range(6):
-                col[a] += IP[a, c] * W.Phi[i, c, k]
-        for l in range(n):  # noqa: E741
-            v = 0.0
-            for a in range(6):
-                v += W.Phi[i, a, l] * col[a]
-            W.Mff[p, l, k] += v
-
-
-@compile_kernel
-def accelerate(tree, W, i, nu, tau, udot):
-    """Second forward pass of body i: hinge acceleration, A, q''; `udot` receives the body's speeds."""
-    p = tree.parent[i]
-    aP = W.v6[3]
-    rest = W.v6[4]
-    R = W.R[i]
-    if p >= 0:
-        wr = cross(W.A[p, 3:], W.arm[i])
-        for a in range(6):
-            v = W.A[p, a] + (wr[a] if a < 3 else 0.0)
-            for k in range(tree.n[p]):
-                v += W.Phi[i, a, k] * W.qdd[p, k]
-            aP[a] = v
-    else:
-        for a in range(3):
-            aP[a] = -tree.gravity[a]
-            aP[3 + a] = 0.0
-    for a in range(3):
-        v = W.bias[i, a]
-        w = W.bias[i, 3 + a]
-        for b in range(3):
-            v += R[b, a] * aP[b]
-            w += R[b, a] * aP[3 + b]
-        W.A[i, a] = v
-        W.A[i, 3 + a] = w
-    for c in range(nu):
-        rest[c] = tau[c]
-        for a in range(6):
-            rest[c] -= W.Hinge[i, a, c] * W.pA[i, a] + W.U[i, a, c] * W.A[i, a]
-    cholesky_solve(W.Delta[i], nu, rest)
-    for c in range(nu):
-        udot[c] = rest[c]
-        for a in range(6):
-            W.A[i, a] += W.Hinge[i, a, c] * rest[c]
-    for k in range(tree.n[i]):
-        v = -W.z[i, k]
-        for a in range(6):
-            v -= W.G[i, k, a] * W.A[i, a]
-        W.qdd[i, k] = v
-        udot[nu + k] = v
-
-
-@compile_kernel
-def accelerations(tree, bodies, y, motion, W, udot, torque, status):
-    """Write all accelerations to `udot` and the torques of prescribed hinges to `torque (nb,)`."""
-    nb = len(tree.parent)
-    status[0] = -1
-    tau = np.zeros(6)
-    outward(tree, bodies, y, motion, W)
-    for i in range(nb - 1, -1, -1):
-        nu = 1 if tree.joint[i] == REVOLUTE else 6 if tree.joint[i] == FREE else 0
-        if not condense(W, i, tree.n[i], nu, tau):
-            status[0] = i
-            return
-        if tree.parent[i] >= 0:
-            hand_to_parent(tree, W, i, nu, tau)
-    for i in range(nb):
-        nu = 1 if tree.joint[i] == REVOLUTE else 6 if tree.joint[i] == FREE else 0
-        accelerate(tree, W, i, nu, tau, udot[tree.u[i] :])
-        torque[i] = 0.0
-        if tree.joint[i] == PRESCRIBED:
-            for a in range(6):
-                f = W.pA[i, a]
-                for b in range(6):
-                    f += W.IA[i, a, b] * W.A[i, b]
-                torque[i] += f * tree.axis[i, a - 3] if a >= 3 else 0.0
-
-
-@compile_kernel
-def derivative(tree, bodies, y, motion, W, torque, status, ydot):
-    """Write the time derivative of the state ``y = [coordinates | speeds]`` to `ydot`."""
-    nx = coordinates(tree)
-    accelerations(tree, bodies, y, motion, W, ydot[nx:], torque, status)
-    for i in range(len(tree.joint)):
-        x = tree.x[i]
-        u = nx + tree.u[i]
-        if tree.joint[i] == REVOLUTE:
+@compile_pass
+def kinematic(tree, y, ydot):
+    """Time derivatives of the coordinates: the first nx numbers of ``ydot``."""
+    nx = tree.ints[0, NX]
+    for i in range(len(tree.ints)):
+        joint, x, u = tree.ints[i, JOINT], tree.ints[i, X], nx + tree.ints[i, U]
+        if joint == REVOLUTE or joint == PRISMATIC:
             ydot[x] = y[u]
-            x += 1
-            u += 1
-        elif tree.joint[i] == FREE:
-            for a in range(3):
-                ydot[x + a] = 0.0
-                for b in range(3):
-                    ydot[x + a] += W.R[i, a, b] * y[u + b]
-            e = y[x + 3 : x + 7]
-            w = y[u + 3 : u + 6]
-            ydot[x + 3] = 0.5 * (-e[1] * w[0] - e[2] * w[1] - e[3] * w[2])
-            ydot[x + 4] = 0.5 * (e[0] * w[0] + e[2] * w[2] - e[3] * w[1])
-            ydot[x + 5] = 0.5 * (e[0] * w[1] + e[3] * w[0] - e[1] * w[2])
-            ydot[x + 6] = 0.5 * (e[0] * w[2] + e[1] * w[1] - e[2] * w[0])
-            x += 7
-            u += 6
-        for k in range(tree.n[i]):
-            ydot[x + k] = y[u + k]
+        elif joint == SPHERICAL:
+            e = (y[x], y[x + 1], y[x + 2], y[x + 3])
+            ydot[x], ydot[x + 1], ydot[x + 2], ydot[x + 3] = quaternion_rate(e, (y[u], y[u + 1], y[u + 2]))
+        elif joint == FREE:
+            e = (y[x + 3], y[x + 4], y[x + 5], y[x + 6])
+            ydot[x], ydot[x + 1], ydot[x + 2] = times(quaternion_rotation(e), (y[u], y[u + 1], y[u + 2]))
+            e = quaternion_rate(e, (y[u + 3], y[u + 4], y[u + 5]))
+            ydot[x + 3], ydot[x + 4], ydot[x + 5], ydot[x + 6] = e
+        x, u = tree.ints[i, XQ], nx + tree.ints[i, UQ]
+        for a in range(tree.ints[i, MODES]):
+            ydot[x + a] = y[u + a]
+
+
+@compile_kernel
+def world(tree, W):
+    """Inertial position, rotation (link to inertial) and velocity (inertial axes) of every link, after `outward`."""
+    for i in range(len(tree.ints)):
+        p = tree.ints[i, PARENT]
+        base, arm = get9(W, p, ROTATION), get3(W, i, ARM)
+        v = add3(cross(get3(W, p, OMEGA), arm), get3(W, i, SLIDE))
+        put3(W, i, POSITION, add3(get3(W, p, POSITION), times(base, arm)))
+        put3(W, i, VELOCITY, add3(get3(W, p, VELOCITY), times(base, v)))
+        put9(W, i, ROTATION, product(base, get9(W, i, R)))
+
+
+@compile_kernel
+def node_state(tree, flex, W, F, link, node):
+    """Motion of an interface of a link's body, after `world`.
+
+    Returns
+    -------
+    position : 3 numbers, m, inertial
+    rotation : 9 numbers by rows, interface frame (the body's axes, turned with the node) to inertial
+    velocity, spin : 3 numbers each, m/s and rad/s, inertial axes
+    """
+    base, w = get9(W, link, ROTATION), get3(W, link, OMEGA)
+    r = get3(tree.fixed, len(tree.ints) + tree.ints[link, NODES] + node, 0)
+    v, turn = ZERO3, base
+    if flex is not None:
+        if tree.ints[link, SLOT] >= 0:
+            r, t, _, _, v, e, _, _ = node_motion(tree, flex, W, F, link, node, len(F.Phi) - 1, r)
+            turn, w = product(base, t), add3(w, e)
+    align = get9(tree.fixed, link, ALIGN)
+    velocity = add3(get3(W, link, VELOCITY), times(base, add3(cross(get3(W, link, OMEGA), r), v)))
+    position = add3(get3(W, link, POSITION), times(base, r))
+    return position, product_transposed(turn, align), velocity, times(base, w)
+
+
+@compile_kernel
+def node_acceleration(tree, flex, W, F, link, node, own):
+    """Acceleration of an interface (linear, angular, 3 numbers each, inertial axes), after `forward` and `world`.
+
+    own = 1 after `forward`: specific acceleration (acceleration minus gravity); own = 0 after `forward_bias`: the
+    response.
+    """
+    base, w = get9(W, link, ROTATION), get3(W, link, OMEGA)
+    r = get3(tree.fixed, len(tree.ints) + tree.ints[link, NODES] + node, 0)
+    linear, angular = cross(w, cross(w, r)), ZERO3
+    v, t = ZERO3, ZERO3
+    if flex is not None:
+        if tree.ints[link, SLOT] >= 0:
+            slot, n = len(F.Phi) - 1, tree.ints[link, MODES]
+            r, _, x, s, _, _, linear, angular = node_motion(tree, flex, W, F, link, node, slot, r)
+            turn_shape(F, slot, n, x, s, ZERO3)
+            v, t = elastic_acceleration(F, slot, n, tree.ints[link, SLOT])
+    v = axpy3(add3(get3(W, link, A), add3(cross(get3(W, link, A + 3), r), v)), own, linear)
+    return times(base, v), times(base, axpy3(add3(get3(W, link, A + 3), t), own, angular))
+
+
+@compile_kernel
+def add_wrench(tree, flex, W, F, link, node, force, torque):
+    """Add a force (N) and a torque (N m), inertial axes, 3 numbers each, at an interface of a link's body.
+
+    After `world`, before `inward` or `inward_bias`; a flexible body's modes take their share ``Phi_k(q)``.
+    """
+    base = get9(W, link, ROTATION)
+    f, t = transposed_times(base, force), transposed_times(base, torque)
+    r = get3(tree.fixed, len(tree.ints) + tree.ints[link, NODES] + node, 0)
+    if flex is not None:
+        s = tree.ints[link, SLOT]
+        if s >= 0:
+            slot, n = len(F.Phi) - 1, tree.ints[link, MODES]
+            r, _, x, scale, _, _, _, _ = node_motion(tree, flex, W, F, link, node, slot, r)
+            turn_shape(F, slot, n, x, scale, ZERO3)
+            for a in range(n):
+                v = dot3(f, (F.Phi[slot, a, 0], F.Phi[slot, a, 1], F.Phi[slot, a, 2]))
+                F.load[s, a] += v + dot3(t, (F.Phi[slot, a, 3], F.Phi[slot, a, 4], F.Phi[slot, a, 5]))
+    t = add3(t, cross(r, f))
+    put6(W, link, WRENCH, add6(get6(W, link, WRENCH), (f[0], f[1], f[2], t[0], t[1], t[2])))
+
+
+@compile_kernel
+def reactions(tree, W, out):
+    """Write the force and torque that each hinge exerts on its link, ``out (nl, 6)``, link frame, after `forward`.
+
+    They act at the link's origin and hold the hinge forces `tau`; along z, the actuator force or torque of a
+    prescribed hinge.
+    """
+    for i in range(len(tree.ints)):
+        f = inertia_times(get6(W, i, IA), get9(W, i, H_), get6(W, i, J_), get6(W, i, A))
+        put6(out, i, 0, add6(f, get6(W, i, PA)))
+
+
+@compile_pass
+def accelerations(tree, flex, W, F, y, motion, tau, udot):
+    """All accelerations ``udot (nu,)`` of a system without loads but `tau`; returns the status of `inward`."""
+    outward(tree, flex, W, F, y, motion)
+    status = inward(tree, flex, W, F, tau, None, 0.0, 0.0)
+    if status < 0:
+        forward(tree, flex, W, F, tau, udot)
+    return status
+
+
+def _rigid_accelerations(ints, fixed, W, y, forces):
+    """`accelerations` of rigid bodies without prescribed hinges, from five bare arrays: the quickest call from Python.
+
+    The first row of ``forces (2, nu)`` holds `tau`, the second receives the accelerations.
+    """
+    return accelerations(Tree(ints, fixed), None, W, None, y, W, forces[0], forces[1])
+
+
+rigid_accelerations = compile_kernel(_rigid_accelerations, nogil=False)
+
+
+@compile_kernel
+def derivative(tree, flex, W, F, y, motion, tau, ydot):
+    """Time derivative of the state of a system without loads but `tau`; returns the status of `inward`."""
+    kinematic(tree, y, ydot)
+    return accelerations(tree, flex, W, F, y, motion, tau, ydot[tree.ints[0, NX] :])

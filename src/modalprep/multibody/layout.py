@@ -1,155 +1,335 @@
 """Systems packed into flat arrays for the kernel: the only place that knows an offset.
 
-State ``y = [coordinates | speeds]``. Per body, in the order of the tree: joint coordinates (revolute: angle;
-free: position of the root, inertial, and a quaternion w, x, y, z from body to inertial frame; weld and
-prescribed: none), then modal coordinates. Speeds alike: rate, or velocity and angular velocity in the body
-frame; then modal rates.
+The packed tree consists of links, parents first. A joint of several axes is a chain of hinges with massless links
+between; the last link carries the body. A link's frame has the hinge axis as z; its body's constants are turned
+there when packed, so that users' frames never change.
+
+State ``y = [coordinates | speeds]``. Per link: its hinge's coordinates (revolute: angle; prismatic: length; spherical:
+quaternion w, x, y, z of the body in the parent's axes; free: position of the root in the parent's interface
+frame, then the quaternion; weld and prescribed: none), then modal coordinates. Speeds alike: rate; spherical: angular
+velocity relative to the parent, in the body's axes; free: velocity of the root and angular velocity, relative
+to the parent, in the body's axes; then modal rates.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.multibody.system import System
+from modalprep.multibody.system import Joint, System
 
-WELD, REVOLUTE, FREE, PRESCRIBED = range(4)
-COORDINATES = np.array([0, 1, 7, 0])
-SPEEDS = np.array([0, 1, 6, 0])
+WELD, REVOLUTE, PRISMATIC, SPHERICAL, FREE, PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC = range(7)
+COORDINATES = (0, 1, 1, 4, 7, 0, 0)
+SPEEDS = (0, 1, 1, 3, 6, 0, 0)
+PRESCRIBED = (PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC)
 
+# columns of Tree.ints
+PARENT, NODE, JOINT, MODES, X, U, KIND, SLOT, HAS_KG, BODY, PHI, XQ, UQ, NODES, NX, INTS = range(16)
 
-class Tree(NamedTuple):
-    """Topology, one row per body."""
+# columns of Tree.fixed
+C, ARM0, ALIGN, MASS, FIRST, INERTIA, FIXED = 0, 9, 12, 21, 22, 25, 31
 
-    parent: np.ndarray  # (nb,) int, -1 for the ground
-    node: np.ndarray  # (nb,) int, interface of the parent
-    joint: np.ndarray  # (nb,) int, WELD, REVOLUTE, FREE or PRESCRIBED
-    n: np.ndarray  # (nb,) int, modes
-    x: np.ndarray  # (nb,) int, first coordinate
-    u: np.ndarray  # (nb,) int, first speed
-    kind: np.ndarray  # (nb,) int, row of `Bodies`
-    fixed: np.ndarray  # (nb, 3, 3), child to parent frame at zero angle
-    axis: np.ndarray  # (nb, 3), hinge axis in the child frame
-    place: np.ndarray  # (nb, 3), where a joint to the ground sits
-    gravity: np.ndarray  # (3,)
-
-
-class Bodies(NamedTuple):
-    """Constants of each distinct body, modes padded to the largest n and interfaces to the largest number."""
-
-    m: np.ndarray  # (nk,)
-    s0: np.ndarray  # (nk, 3)
-    E0: np.ndarray  # (nk, 3, 3)
-    S: np.ndarray  # (nk, 3, N)
-    H: np.ndarray  # (nk, 3, 3, N)
-    PW: np.ndarray  # (nk, 3, 3, N, N), P_ab + Kg_W_ab
-    G: np.ndarray  # (nk, 3, N, N), G_c = eps_cab P_ba: gyroscopic
-    Kg_A: np.ndarray  # (nk, 3, N, N)
-    Kg_c: np.ndarray  # (nk, 3, N, N), eps_cab Kg_W_ba, its symmetric part
-    K: np.ndarray  # (nk, N)
-    D: np.ndarray  # (nk, N)
-    at: np.ndarray  # (nk, I, 3), interface positions
-    phi: np.ndarray  # (nk, I, 3, N)
-    psi: np.ndarray  # (nk, I, 3, N)
-    Kg_F: np.ndarray  # (nk, I, 3, N, N)
-    Kg_T: np.ndarray  # (nk, I, 3, N, N)
-
-
-def coordinate_count(tree: Tree) -> int:
-    """Return the number of coordinates: where the speeds begin in the state."""
-    return int(tree.x[-1] + COORDINATES[tree.joint[-1]] + tree.n[-1])
-
+# columns of W
+R, ARM, OMEGA, BIAS, IA, PA, A, PIVOT, WRENCH = 0, 9, 12, 15, 21, 42, 48, 54, 75
+POSITION, ROTATION, VELOCITY, SLIDE, WIDTH = 81, 84, 93, 96, 99
+H_, J_ = IA + 6, IA + 15
 
 EPSILON = np.zeros((3, 3, 3))
 EPSILON[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
 EPSILON[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
 
-def pack(system: System) -> tuple[Tree, Bodies]:
-    """Return the arrays of a system, fresh and contiguous.
+class Tree(NamedTuple):
+    """Topology and rigid constants.
+
+    `ints`, a row per link: parent link (-1 the ground, which is the last row of W), interface of the parent's body,
+    kernel joint type, modes, first coordinate, first speed (counted from the first speed), flexible kind (-1 rigid),
+    flexible slot (-1), whether the body has geometric stiffness, body in the system's order (-1 none), slot of the
+    mode shapes at the parent's interface (-1: rigid parent), first modal coordinate, first modal speed, first
+    interface, and the number of coordinates of the whole system.
+
+    `fixed`, a row per link: hinge frame at zero to the parent's link frame (9), interface on the parent's undeformed
+    body in the parent's link frame (3), link frame to the body's frame (9), m, first moments s0 (3), moment of
+    inertia (6: xx, xy, xz, yy, yz, zz) of the body in the link frame; then a row per interface of each body: its
+    position in the link frame (3); the last row is the ground's: gravity (3).
+    """
+
+    ints: np.ndarray  # (nl, 15) int64
+    fixed: np.ndarray  # (nl + interfaces + 1, 31)
+
+
+class Flex(NamedTuple):
+    """Constants of the flexible bodies in their links' frames, modes padded to the largest number N.
+
+    The numbers of one mode i stand together: in `base` H (9) and S (3); in `by_q` (factors of q_j) P_ab + Kg_W_ab (9)
+    and Kg_A (3); in `by_qd` (of q'_j) Kg_A (3), G_c = eps_cab P_ba (3) and the symmetric part of eps_cab Kg_W_ba (3).
+    """
+
+    base: np.ndarray  # (nk, 12 N)
+    by_q: np.ndarray  # (nk, N, 12 N)
+    by_qd: np.ndarray  # (nk, N, 9 N)
+    diagonal: np.ndarray  # (nk, N, 2) K, D
+    shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
+    Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
+
+
+class Scratch(NamedTuple):
+    """Scratch of the flexible bodies; rows of eight are filled up with zeros."""
+
+    q: np.ndarray  # (nf, N)
+    qd: np.ndarray  # (nf, N)
+    load: np.ndarray  # (nf, N) external modal forces
+    qdd: np.ndarray  # (nf, N / 8, 8)
+    Z: np.ndarray  # (nf, N, 1 + N / 8, 8): [S C | b_f | 1 / pivot], then M_ff by blocks of eight; eliminated in place
+    Phi: np.ndarray  # (links on flexible parents + 1, N, 8): [Phi_k] by mode; the last for passing use
+    PhiT: np.ndarray  # (links on flexible parents + 1, 6, N / 8, 8): the same by component
+    L: np.ndarray  # (12 N,) one body's L(q), S(q); then the products with q', one interface's phi(q), psi(q), and so on
+    B: np.ndarray  # (9 N,)
+    phi: np.ndarray  # (6 N,)
+    turn: np.ndarray  # (6 N,)
+
+
+@dataclass(frozen=True)
+class Link:
+    """One link: its joint, which hinge of the joint it is, its body (None for a massless link)."""
+
+    joint: Joint
+    hinge: int
+    body: str | None
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A system in arrays; fresh, contiguous and writable.
+
+    `nx`, `nu` are the numbers of coordinates and speeds, `flex` is None in a system without modes.
+    """
+
+    tree: Tree
+    flex: Flex | None
+    links: tuple[Link, ...]
+    nx: int
+    nu: int
+
+    @property
+    def types(self) -> np.ndarray:
+        """Kernel joint type of every link (nl,)."""
+        return self.tree.ints[:, JOINT]
+
+    def link_of(self, body: str) -> int:
+        """Return the link that carries a body."""
+        return next(i for i, link in enumerate(self.links) if link.body == body)
+
+    def links_of(self, joint: str) -> list[int]:
+        """Return the links of a joint, inboard first."""
+        return [i for i, link in enumerate(self.links) if link.joint.name == joint]
+
+    def align(self, link: int) -> np.ndarray:
+        """Return the rotation from a link's frame to its body's frame (3, 3)."""
+        return self.tree.fixed[link, ALIGN : ALIGN + 9].reshape(3, 3)
+
+
+def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None]:
+    """Allocate the scratch of one evaluation: W (nl + 1, 99), the last row the ground, and that of the modes.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
-    >>> tree, bodies = pack(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))
-    >>> tree.n, bodies.S.shape
-    (array([2]), (1, 3, 2))
+    >>> packed = pack(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))
+    >>> W, F = workspace(packed.tree, packed.flex)
+    >>> W.shape, F.Z.shape
+    ((2, 99), (1, 2, 2, 8))
     """
-    return topology(system), _bodies(_distinct(system))
+    W = np.zeros((len(tree.ints) + 1, WIDTH))
+    W[-1, [ROTATION, ROTATION + 4, ROTATION + 8]] = 1.0
+    W[-1, A : A + 3] = -tree.fixed[-1, :3]
+    if flex is None:
+        return W, None
+    N, slots = flex.diagonal.shape[1], int(tree.ints[:, SLOT].max()) + 1
+    attached, blocks = int(tree.ints[:, PHI].max()) + 2, -(-N // 8)
+    rows = [np.zeros((slots, N)) for _ in range(3)]
+    return W, Scratch(
+        *rows, np.zeros((slots, blocks, 8)), np.zeros((slots, N, 1 + blocks, 8)), np.zeros((attached, N, 8)),
+        np.zeros((attached, 6, blocks, 8)), *(np.zeros(k * N) for k in (12, 9, 6, 6)),
+    )  # fmt: skip
 
 
-def _distinct(system: System) -> list[FlexibleBody]:
-    return list({id(system.bodies[name]): system.bodies[name] for name in system.order}.values())
+def pack(system: System) -> Packed:
+    """Return the arrays of a system.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", axis=np.array([0, 1.0, 0]))
+    >>> packed = pack(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))
+    >>> packed.nx, packed.tree.ints[0, MODES], packed.align(0)[:, 2]
+    (3, np.int64(2), array([0., 1., 0.]))
+    """
+    links, frames = _links(system)
+    ints, bodies = _ints(system, links, frames)
+    fixed = [_fixed(system, links, frames, ints, i) for i in range(len(links))]
+    nodes = [np.pad(position @ a, ((0, 0), (0, FIXED - 3))) for a, position in bodies.positions]
+    gravity = np.pad(np.asarray(system.gravity, dtype=float), (0, FIXED - 3))
+    tree = Tree(ints, np.vstack([*fixed, *nodes, gravity]))
+    nu = int(ints[-1, UQ] + ints[-1, MODES])
+    return Packed(tree, bodies.flex(), tuple(links), int(ints[0, NX]), nu)
 
 
-def topology(system: System) -> Tree:
-    """Return the tree of a system."""
-    order = system.order
-    joints = [system.carrier(name) for name in order]
-    parents = [system.parent(joint) for joint in joints]
-    types = np.array([_type(joint) for joint in joints])
-    n = np.array([system.bodies[name].n for name in order])
-    distinct = _distinct(system)
-    kind = np.array([next(k for k, b in enumerate(distinct) if b is system.bodies[name]) for name in order])
-    return Tree(
-        parent=np.array([-1 if p is None else order.index(p[0]) for p in parents]),
-        node=np.array([0 if p is None else p[1] for p in parents]),
-        joint=types,
-        n=n,
-        x=np.concatenate([[0], np.cumsum(COORDINATES[types] + n)])[:-1],
-        u=np.concatenate([[0], np.cumsum(SPEEDS[types] + n)])[:-1],
-        kind=kind,
-        fixed=np.array([joint.rotation for joint in joints]),
-        axis=np.array([joint.rotation.T @ joint.axis for joint in joints]),
-        place=np.array([joint.position for joint in joints]),
-        gravity=np.array(system.gravity, dtype=float),
+def hinges(joint: Joint) -> list[tuple[int, np.ndarray]]:
+    """Return the kernel types and axes (in the parent's frame at zero) of a joint's hinges, inboard first."""
+    z = np.array([0, 0, 1.0])
+    if joint.type in ("weld", "spherical", "free"):
+        return [({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], z)]
+    if joint.type in ("revolute", "prismatic"):
+        types = {"revolute": (REVOLUTE, PRESCRIBED_REVOLUTE), "prismatic": (PRISMATIC, PRESCRIBED_PRISMATIC)}
+        return [(types[joint.type][joint.motion is not None], joint.axis)]
+    if joint.type == "cylindrical":
+        return [(PRISMATIC, joint.axis), (REVOLUTE, joint.axis)]
+    if joint.type == "universal":
+        return [(REVOLUTE, joint.axis), (REVOLUTE, joint.second_axis)]
+    first = joint.second_axis
+    return [(PRISMATIC, first), (PRISMATIC, np.cross(joint.axis, first)), (REVOLUTE, joint.axis)]
+
+
+def turn_to(axis: np.ndarray) -> np.ndarray:
+    """Return the rotation that takes z to a unit axis by the shortest way.
+
+    Examples
+    --------
+    >>> turn_to(np.array([0, 0, -1.0])) @ [0, 0, 1]
+    array([ 0.,  0., -1.])
+    """
+    x, y, z = axis
+    if z < -1 + 1e-12:
+        return np.diag([1.0, -1.0, -1.0])
+    f = 1 / (1 + z)
+    return np.array([[1 - f * x * x, -f * x * y, x], [-f * x * y, 1 - f * y * y, y], [-x, -y, z]])
+
+
+def _links(system: System) -> tuple[list[Link], list[tuple[int, np.ndarray, np.ndarray]]]:
+    """Return the links, and of each its type, its frame at zero in the parent's body frame, its align."""
+    links, frames = [], []
+    for name in system.order:
+        joint = system.carrier(name)
+        chain = hinges(joint)
+        for k, (kind, axis) in enumerate(chain):
+            last = k == len(chain) - 1
+            links.append(Link(joint, k, name if last else None))
+            moves = kind not in (WELD, SPHERICAL, FREE)
+            align = turn_to(joint.rotation.T @ axis) if last and moves else np.eye(3)
+            start = np.eye(3) if kind in (SPHERICAL, FREE) else joint.rotation @ align if last else turn_to(axis)
+            frames.append((kind, start, align))
+    return links, frames
+
+
+def _ints(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, _Bodies]:
+    ints = np.full((len(links), INTS), -1, dtype=np.int64)
+    bodies, x, u, slot, phi = _Bodies(), 0, 0, 0, 0
+    place = {link.body: i for i, link in enumerate(links) if link.body}
+    for i, (link, (kind, _, align)) in enumerate(zip(links, frames, strict=True)):
+        row = ints[i]
+        row[JOINT], row[X], row[U], row[MODES], row[NODE], row[HAS_KG] = kind, x, u, 0, 0, 0
+        row[XQ], row[UQ] = x + COORDINATES[kind], u + SPEEDS[kind]
+        parent = system.parent(link.joint)
+        if link.hinge > 0:
+            row[PARENT] = i - 1
+        elif parent is not None:
+            row[PARENT], row[NODE] = place[parent[0]], parent[1]
+            if system.bodies[parent[0]].n:
+                row[PHI], phi = phi, phi + 1
+        if link.body:
+            body = system.bodies[link.body]
+            row[BODY], row[MODES], row[HAS_KG] = system.order.index(link.body), body.n, body.has_geometric_stiffness
+            row[NODES], row[KIND] = bodies.add(body, align)
+            if body.n:
+                row[SLOT], slot = slot, slot + 1
+        x, u = row[XQ] + row[MODES], row[UQ] + row[MODES]
+    ints[:, NX] = x
+    return ints, bodies
+
+
+def _fixed(system: System, links: list[Link], frames: list, ints: np.ndarray, i: int) -> np.ndarray:
+    link, (_, start, align), row = links[i], frames[i], np.zeros(FIXED)
+    turn, arm = start, np.zeros(3)
+    if link.hinge > 0:
+        turn = frames[i - 1][1].T @ start
+    elif ints[i, PARENT] >= 0:
+        parent = links[ints[i, PARENT]]
+        to_link = frames[ints[i, PARENT]][2].T
+        turn, arm = to_link @ start, to_link @ system.bodies[parent.body].interface_position[ints[i, NODE]]
+    elif link.joint.type != "free":
+        arm = link.joint.position
+    row[:ALIGN] = [*turn.ravel(), *arm]
+    row[ALIGN:MASS] = align.ravel()
+    if link.body:
+        row[MASS:] = rigid_constants(system.bodies[link.body], align)
+    return row
+
+
+def rigid_constants(body: FlexibleBody, align: np.ndarray) -> np.ndarray:
+    """Return m, s0 (3) and the moment of inertia (6: xx, xy, xz, yy, yz, zz) in a link's frame."""
+    J = align.T @ (np.trace(body.E0) * np.eye(3) - body.E0) @ align
+    return np.concatenate([[body.m], align.T @ body.s0, J[np.triu_indices(3)]])
+
+
+class _Bodies:
+    """Each distinct pair of body and alignment, once."""
+
+    def __init__(self) -> None:
+        self.found: dict[tuple, tuple[int, int]] = {}
+        self.positions: list[tuple[np.ndarray, np.ndarray]] = []
+        self.nodes = 0
+        self.flexible: list[tuple[FlexibleBody, np.ndarray]] = []
+
+    def add(self, body: FlexibleBody, align: np.ndarray) -> tuple[int, int]:
+        """Return the body's first interface and its flexible kind, -1 where it has no modes."""
+        key = (id(body), align.round(14).tobytes())
+        if key not in self.found:
+            kind = len(self.flexible) if body.n else -1
+            self.found[key] = self.nodes, kind
+            self.positions.append((align, body.interface_position))
+            self.nodes += len(body.interface_name)
+            self.flexible += [(body, align)] if body.n else []
+        return self.found[key]
+
+    def flex(self) -> Flex | None:
+        """Return the arrays of the flexible bodies."""
+        if not self.flexible:
+            return None
+        N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
+        first = {kind: node for node, kind in self.found.values()}
+        out = Flex(
+            *(np.zeros((kinds, *shape)) for shape in ((12 * N,), (N, 12 * N), (N, 9 * N), (N, 2))),
+            *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N))),
+        )
+        for k, (body, align) in enumerate(self.flexible):
+            rows = slice(first[k], first[k] + len(body.interface_name))
+            for number, (array, value) in enumerate(zip(out, _modes(body, align), strict=True)):
+                place = k if number < 4 else rows
+                array[place][(..., *(slice(size) for size in value.shape[-(array.ndim - 1) :]))] = value
+        return out
+
+
+def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the arrays of `Flex` of one body, its axes turned by Q; see there."""
+    n, PW = body.n, body.P + body.Kg_W
+    Kg_c, G = (np.einsum("cab,baij->cij", EPSILON, x) for x in (body.Kg_W, body.P))
+    Kg_A, G, Kg_c = (np.einsum("aij,ab->jib", x, Q) for x in (body.Kg_A, G, (Kg_c + Kg_c.transpose(0, 2, 1)) / 2))
+    base = np.concatenate([np.einsum("abn,ac,bd->ncd", body.H, Q, Q).reshape(n, 9), body.S.T @ Q], axis=1)
+    PW = np.einsum("abij,ac,bd->jicd", PW, Q, Q).reshape(n, n, 9)
+    node = [np.concatenate([x @ Q, y @ Q], axis=-1) for x, y in (
+        (body.phi.transpose(0, 2, 1), body.psi.transpose(0, 2, 1)),
+        (body.Kg_F.transpose(0, 3, 2, 1), body.Kg_T.transpose(0, 3, 2, 1)),
+    )]  # fmt: skip
+    return (
+        base.ravel(),
+        np.concatenate([PW, Kg_A], axis=-1).reshape(n, 12 * n),
+        np.concatenate([Kg_A, G, Kg_c], axis=-1).reshape(n, 9 * n),
+        np.stack([body.K, body.D], axis=1),
+        node[0].reshape(len(body.phi), 6 * n),
+        node[1].reshape(len(body.phi), n, 6 * n),
     )
-
-
-def _type(joint) -> int:
-    if joint.type == "revolute":
-        return REVOLUTE if joint.motion is None else PRESCRIBED
-    return {"weld": WELD, "free": FREE}[joint.type]
-
-
-MODAL_AXES = dict(m=0, s0=0, E0=0, S=1, H=1, PW=2, G=2, Kg_A=2, Kg_c=2, K=1, D=1) | dict(
-    at=0, phi=1, psi=1, Kg_F=2, Kg_T=2
-)
-PER_INTERFACE = ("at", "phi", "psi", "Kg_F", "Kg_T")
-
-
-def _bodies(distinct: list[FlexibleBody]) -> Bodies:
-    N = max(body.n for body in distinct)
-    interfaces = max(len(body.interface_name) for body in distinct)
-    rows = [_constants(body) for body in distinct]
-    padded = {
-        name: [_pad(row[name], axes, N, interfaces if name in PER_INTERFACE else None) for row in rows]
-        for name, axes in MODAL_AXES.items()
-    }
-    return Bodies(**{name: np.array(values, dtype=float) for name, values in padded.items()})
-
-
-def _constants(body: FlexibleBody) -> dict[str, np.ndarray]:
-    Kg_c = np.einsum("cab,baij->cij", EPSILON, body.Kg_W)
-    own = {name: getattr(body, name) for name in MODAL_AXES if hasattr(body, name)}
-    return own | {
-        "PW": body.P + body.Kg_W,
-        "G": np.einsum("cab,baij->cij", EPSILON, body.P),
-        "Kg_c": (Kg_c + Kg_c.transpose(0, 2, 1)) / 2,
-        "at": body.interface_position,
-    }
-
-
-def _pad(array: np.ndarray, modal_axes: int, N: int, interfaces: int | None) -> np.ndarray:
-    """Pad the last `modal_axes` axes to N, and the leading interface axis."""
-    array = np.asarray(array, dtype=float)
-    width = [(0, 0)] * array.ndim
-    for axis in range(array.ndim - modal_axes, array.ndim):
-        width[axis] = (0, N - array.shape[axis])
-    if interfaces is not None:
-        width[0] = (0, interfaces - len(array))
-    return np.pad(array, width) if width else array

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.records import Record
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -19,16 +25,24 @@ class Result(Record):
     time : (nt,) float
         s.
     channels : dict of (nt,) or (nt, k) float
-        ``<joint>.angle`` (rad), ``<joint>.rate``, ``<joint>.torque``, ``<body>.modal`` (nt, n),
-        ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.deflection`` (in the
+        ``<joint>.angle`` (rad), ``.rate``, ``.displacement`` (m), ``.speed`` by what the joint can do, ``.drive`` of
+        its prescribed motion or hinge elements (N or N m, along the hinge), ``.quaternion`` (nt, 4), ``.spin`` (nt, 3)
+        of a spherical joint; ``.force``, ``.torque`` (nt, 3): what the parent exerts on the child at the child's
+        root, drives included, in the axes of the parent's interface (N, N m). ``<body>.modal`` (nt, n), ``.origin``
+        (nt, 3, inertial, m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame.
+        ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``,
-        ``energy.work``, ``energy.error`` (J), ``momentum.linear``, ``momentum.angular`` (nt, 3).
+        ``energy.stored`` (springs), ``energy.work``, ``energy.error`` (J), ``power.in`` (W, the rate of the work),
+        ``momentum.linear``, ``momentum.angular`` (nt, 3).
     status : str
         ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
     message : str
         One sentence for the user.
     stats : dict of float
-        Evaluations, steps and the energy error relative to the largest energy.
+        Steps, evaluations of the equations, steps rejected and halved, ``stiffness_ratio`` (steps that stability would
+        ask of the explicit method), and the energy error relative to the largest energy.
+    events : dict of (k,) float
+        Times (s) of every event's zero crossings.
 
     Examples
     --------
@@ -43,6 +57,7 @@ class Result(Record):
     status: str
     message: str
     stats: dict[str, float] = field(default_factory=dict)
+    events: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``."""
@@ -60,3 +75,32 @@ class Result(Record):
         vectors = {name: a.shape[1] for name, a in self.channels.items() if a.ndim == 2}
         return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
                 for name, k in vectors.items()}  # fmt: skip
+
+    def to_dataframe(self, channels: Sequence[str] = ()) -> pandas.DataFrame:
+        """Return the named channels (all when none is named) as columns over time, one per component.
+
+        Raises
+        ------
+        InputError
+            When pandas is not installed, or there is no such channel.
+
+        Examples
+        --------
+        >>> r = Result(time=np.array([0.0, 1.0]), channels={"a.angle": np.array([0.0, 2.0])}, status="done", message="")
+        >>> list(r.table())
+        ['a.angle']
+        """
+        if find_spec("pandas") is None:
+            raise InputError("a data frame needs the package pandas (pip install pandas); channels are arrays without it")
+        import pandas
+
+        return pandas.DataFrame(self.table(channels), index=pandas.Index(self.time, name="time"))
+
+    def table(self, channels: Sequence[str] = ()) -> dict[str, np.ndarray]:
+        """Return the named channels (all when none is named), one (nt,) per component, by name."""
+        components = self.columns()
+        names = [
+            [f"{name}.{c}" for c in components[name]] if name in components else [name]
+            for name in channels or sorted(self.channels)
+        ]
+        return {part: self[part] for parts in names for part in parts}

@@ -2,26 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from itertools import pairwise
+from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.integrate import DOP853, Radau
+from scipy.spatial.transform import Rotation
 
-from modalprep.errors import InputError, SimulationError
+from modalprep.errors import InputError
 from modalprep.multibody import kernel
-from modalprep.multibody.dense import dense_accelerations, mass_and_force
-from modalprep.multibody.layout import COORDINATES, FREE, REVOLUTE, SPEEDS, coordinate_count, pack
+from modalprep.multibody.dense_constraints import closed_accelerations
+from modalprep.multibody.dense_loads import loaded_accelerations
+from modalprep.multibody.events import Event
+from modalprep.multibody.forces import Energies
+from modalprep.multibody.integrators import METHODS, Integration
+from modalprep.multibody.layout import (
+    FREE,
+    PRESCRIBED,
+    PRESCRIBED_REVOLUTE,
+    PRISMATIC,
+    REVOLUTE,
+    SPHERICAL,
+    UQ,
+    XQ,
+    U,
+    X,
+    pack,
+    workspace,
+)
+from modalprep.multibody.loading import Loading
 from modalprep.multibody.record import Recorder
 from modalprep.multibody.result import Result
 from modalprep.multibody.system import System
 
 MOST_OUTPUTS = 1e7
-METHODS = ("auto", "explicit", "implicit")
-EXPLICIT_STEPS = 30_000  # more than these, and the implicit method is quicker for any tolerance above 1e-9
-STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
-NEARLY_SINGULAR = 1e-5  # of the scaled mass matrix: accelerations are then 1e5 times too large
-DIVERGED = 100.0  # body sizes of deflection: far beyond the validity of a modal body
 
 
 def simulate(
@@ -32,27 +44,39 @@ def simulate(
     rtol: float = 1e-7,
     atol: float = 1e-10,
     method: str = "auto",
+    step: float | None = None,
+    rho_inf: float = 0.9,
+    events: Sequence[Event] = (),
     dense: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Integrate from the joints' start values, modes at rest, to `t_end`.
 
-    Explicit Runge-Kutta of order 8 (DOP853), or implicit of order 5 (Radau IIA) where stiff modes would hold the
-    explicit one to more than 30 000 steps; step control on the whole state, restarted where a prescribed motion
-    changes its piece. The work of prescribed hinges less the damping's dissipation is integrated along,
-    so that ``energy.error`` is a check of the whole run.
+    All methods run in compiled code on the order-n recursion, with dense output, and restart where a function of time
+    changes its piece. The work of prescribed hinges, forces and drives less what dampers and friction take is
+    integrated along, so that ``energy.error`` is a check of the whole run.
 
     Parameters
     ----------
     t_end, output_step : float
         s.
     rtol, atol : float
-        Relative and absolute tolerance of coordinates and speeds.
-    method : {"auto", "explicit", "implicit"}
+        Relative and absolute tolerance of coordinates and speeds. A turn counts by a radian at least, a deflection by a
+        hundredth of its body's size at least, all else by the largest value so far.
+    method : {"auto", "explicit", "generalized_alpha", "rosenbrock"}
+        DOP853, of order 8; generalized-alpha, of order 2, and ROS34PW2, of order 3, which treat modal and hinge
+        stiffness implicitly: steps are then as long as the motion allows, whatever the highest mode. "auto" takes the
+        quicker one; `Result.message` says which, and why.
+    step : float or None
+        A fixed step (s) in place of error control.
+    rho_inf : float
+        Generalized-alpha: what is left of the highest vibration after one step, 1 to 0.
+    events : sequence of Event
+        Zero crossings to be located.
     dense : bool
-        Use the dense twin of the kernel: slow, for comparison.
+        Use the dense twin of the kernel, explicitly: slow, for comparison.
     progress : callable
-        Called with the time after every step.
+        Called with the time every few hundred steps.
 
     Returns
     -------
@@ -62,9 +86,9 @@ def simulate(
     Raises
     ------
     InputError
-        When a time or tolerance is not positive.
+        When a time or tolerance is not positive, or an event names what is not there.
     SimulationError
-        When the step size collapses; the sentence names time and body.
+        When the run cannot go on; the sentence names time, body and cause.
 
     Examples
     --------
@@ -86,170 +110,115 @@ def simulate(
         )
     if method not in METHODS:
         raise InputError(f"simulation method {method!r} is not one of {', '.join(METHODS)}")
-    run = _Run(system, dense)
+    if step is not None and not 0 < step < float("inf"):
+        raise InputError(f"simulation step = {step:g} must be positive")
+    if not 0 <= rho_inf <= 1:
+        raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
+    run = _Run(system, t_end)
     recorder = Recorder(system, run)
-    start = run.solver(method, t_end, rtol, atol)
-    times = np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1))
-    status, message = "done", f"reached t = {t_end:g} s"
-    y, done = run.start(), 0
-    if not np.all(np.isfinite(run.derivative(0.0, y))):
-        raise SimulationError(run.failure(0.0, y))
-    for begin, end in run.segments(t_end):
-        y, done, message_of_end = _segment(run, recorder, start(begin, y, end), times, done, progress)
-        if message_of_end:
-            status, message = "diverged", message_of_end
-            break
-    return recorder.result(times[:done], status, f"{message} ({run.method})", run.stats)
+    times: list[float] = []
+
+    def record(t: float, y: np.ndarray) -> None:
+        times.append(t)
+        recorder.add(t, run.closed(t, y))
+
+    integration = Integration(
+        system, run.packed, run.loading, run.start(), np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1)),
+        run.size, method="explicit" if dense else method, rtol=rtol, atol=atol, step=step, rho=rho_inf, events=events,
+        twin=_twin(system, run.loading) if dense else None,
+    )  # fmt: skip
+    outcome = integration.run(record, progress)
+    found = recorder.result(np.array(times), outcome.status, outcome.message, outcome.stats)
+    return found.with_(events=outcome.events)
 
 
-def start_channels(system: System) -> Result:
-    """Return every channel at the start only: which names a run will have, before it runs."""
-    run = _Run(system, dense=False)
+def _twin(system: System, loading: Loading) -> Callable:
+    """Return the accelerations of the dense twin, ``(y, motion, t) -> (nu,)``."""
+    if loading.loops is None:
+        return lambda y, motion, t: loaded_accelerations(system, y, motion, t)
+    closing = loading.loops.closing
+    return lambda y, motion, t: closed_accelerations(system, closing, y, motion, t)[0]
+
+
+def start_channels(system: System, t_end: float) -> Result:
+    """Return every channel at the start only: which names a run to `t_end` will have, before it runs."""
+    run = _Run(system, t_end)
     recorder = Recorder(system, run)
     recorder.add(0.0, run.start())
-    return recorder.result(np.zeros(1), "start", "", run.stats)
-
-
-def _segment(run, recorder, solver, times, done, progress):
-    """Integrate one smooth piece; record the output times it passes."""
-    while solver.status == "running":
-        try:
-            problem = solver.step()
-        except ValueError:  # LAPACK met a NaN of the Jacobian
-            problem = "NaN"
-        if problem or not np.all(np.isfinite(solver.y)):
-            raise SimulationError(run.failure(solver.t, solver.y))
-        run.stats["steps"] += 1
-        sample = None
-        while done < len(times) and times[done] <= solver.t * (1 + 1e-14):
-            sample = sample or solver.dense_output()
-            recorder.add(times[done], sample(times[done]))
-            done += 1
-        if progress:
-            progress(solver.t)
-        diverged = run.diverged(solver.t, solver.y)
-        if diverged:
-            return solver.y, done, diverged
-    return solver.y, done, ""
+    return recorder.result(np.zeros(1), "start", "", {})
 
 
 class _Run:
     """A packed system, its scratch and counters."""
 
-    def __init__(self, system: System, dense: bool) -> None:
+    def __init__(self, system: System, t_end: float) -> None:
         self.system = system
-        self.tree, self.bodies = pack(system)
-        self.work = kernel.workspace(self.tree, self.bodies)
-        self.joints = [system.carrier(name) for name in system.order]
-        self.nx = coordinate_count(self.tree)
-        self.nu = int(self.nx - np.sum(self.tree.joint == FREE))
-        self.torque = np.zeros(len(self.joints))
-        self.status = np.zeros(1, dtype=np.int64)
-        self.dense = dense
-        self.stats = {"evaluations": 0.0, "steps": 0.0}
-        ranges = [np.abs(system.bodies[name].shape).max(axis=(0, 1), initial=0.0) for name in system.order]
-        sizes = [max(np.ptp(system.bodies[name].points, axis=0).max(initial=0.0), 1e-12) for name in system.order]
-        self.per_size = [r / size for r, size in zip(ranges, sizes, strict=True)]
-
-    def segments(self, t_end: float) -> list[tuple[float, float]]:
-        """Pieces of [0, t_end] in which every prescribed motion is smooth."""
-        breaks = {b for joint in self.joints if joint.motion for b in joint.motion.breaks if 0 < b < t_end}
-        edges = [0.0, *sorted(breaks), t_end]
-        return list(pairwise(edges))
-
-    def solver(self, method: str, t_end: float, rtol: float, atol: float) -> Callable:
-        """Return ``(t, y, t_bound) -> solver`` of the method asked for, or of the quicker one."""
-        top = max((np.sqrt(body.K.max(initial=0.0)) for body in self.system.bodies.values()), default=0.0)
-        steps = top * t_end / STABLE
-        if method == "auto":
-            method = "explicit" if steps < EXPLICIT_STEPS else "implicit"
-        self.method = {"explicit": "explicit, DOP853", "implicit": "implicit, Radau IIA"}[method]
-        if method == "explicit":
-            return lambda t, y, t_bound: DOP853(self.derivative, t, y, t_bound, rtol=rtol, atol=atol)
-        return lambda t, y, t_bound: Radau(self.derivative, t, y, t_bound, rtol=rtol, atol=atol, jac=self.jacobian)
-
-    def jacobian(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Forward differences of the derivative; the work, last, drives nothing."""
-        base = self.derivative(t, y)
-        J = np.zeros((len(y), len(y)))
-        for k in range(len(y) - 1):
-            step = 1e-8 * max(1e-3, abs(y[k]))
-            moved = y.copy()
-            moved[k] += step
-            J[:, k] = (self.derivative(t, moved) - base) / (moved[k] - y[k])
-        return J
-
-    def motion(self, t: float) -> np.ndarray:
-        """Angle, rate and acceleration of the prescribed hinges (nb, 3)."""
-        rows = [joint.motion(t) if joint.motion else (0.0, 0.0, 0.0) for joint in self.joints]
-        return np.array(rows)
+        self.packed = pack(system)
+        self.W, self.F = workspace(self.packed.tree, self.packed.flex)
+        self.loading = Loading(system, self.packed, t_end)
+        self.nx, self.nu = self.packed.nx, self.packed.nu
+        self.prescribed = np.flatnonzero(np.isin(self.packed.types, PRESCRIBED))
+        self.along = np.where(self.packed.types[self.prescribed] == PRESCRIBED_REVOLUTE, 5, 2)
+        self.reactions = np.zeros((len(self.packed.links), 6))
+        self.status = -1
+        self.energies = Energies(0.0, 0.0, 0.0)
+        self.damping, self.size = np.zeros(self.nu), np.zeros(self.nx)
+        for name, body in system.bodies.items():
+            row = self.packed.tree.ints[self.packed.link_of(name)]
+            self.damping[row[UQ] : row[UQ] + body.n] = body.D
+            extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)
+            self.size[row[XQ] : row[XQ] + body.n] = np.abs(body.shape).max(axis=(0, 1), initial=0.0) / extent
 
     def start(self) -> np.ndarray:
         """Joint coordinates and speeds as the joints say, modes at rest, no work done."""
         y = np.zeros(self.nx + self.nu + 1)
-        for joint, kind, x, u in zip(self.joints, self.tree.joint, self.tree.x, self.tree.u, strict=True):
-            if kind == REVOLUTE:
-                y[x], y[self.nx + u] = joint.angle, joint.rate
-            elif kind == FREE:
-                from scipy.spatial.transform import Rotation
+        for joint in self.system.joints:
+            travels = zip(np.resize(joint.displacement, 2), np.resize(joint.speed, 2), strict=True)
+            turns = zip(np.resize(joint.angle, 2), np.resize(joint.rate, 2), strict=True)
+            for i in self.packed.links_of(joint.name):
+                row, kind = self.packed.tree.ints[i], self.packed.types[i]
+                x, u = row[X], self.nx + row[U]
+                if kind in (REVOLUTE, PRISMATIC):
+                    y[x], y[u] = next(turns if kind == REVOLUTE else travels)
+                if kind == FREE:
+                    y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
+                    x, u = x + 3, u + 3
+                if kind in (FREE, SPHERICAL):
+                    y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
+                    y[u : u + 3] = joint.spin
+        return y
 
-                y[x : x + 3] = joint.position
-                y[x + 3 : x + 7] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
-                y[self.nx + u : self.nx + u + 6] = np.concatenate([joint.velocity, joint.spin])
+    def closed(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Return a state of the dense output with its loops closed."""
+        if self.loading.loops:
+            y = y.copy()
+            self.loading.loops.settle(self.W, self.F, y[:-1], self.loading.prescribe(t), t)
         return y
 
     def derivative(self, t: float, y: np.ndarray) -> np.ndarray:
         """Time derivative of [coordinates | speeds | work]; NaN where the mass matrix is not positive."""
-        self.stats["evaluations"] += 1
-        motion = self.motion(t)
-        ydot = np.zeros(len(y))
-        kernel.derivative(self.tree, self.bodies, y[:-1], motion, self.work, self.torque, self.status, ydot[:-1])
-        if self.status[0] >= 0:
+        tree, flex, tau = self.packed.tree, self.packed.flex, self.loading.tau
+        motion, ydot, state = self.loading.prescribe(t), np.zeros(len(y)), y[:-1]
+        if not np.all(np.isfinite(state)):  # a trial of the implicit method, nothing for callbacks
             return np.full(len(y), np.nan)
-        if self.dense:
-            ydot[self.nx : -1] = dense_accelerations(self.system, y[:-1], motion)
-        ydot[-1] = self.torque @ motion[:, 1] - self.dissipation(y)
+        kernel.outward(tree, flex, self.W, self.F, state, motion)
+        self.energies = self.loading.apply(self.W, self.F, state, t)
+        if self.loading.loops:
+            self.loading.loops.residual(self.W, self.F, state, motion, t)
+        self.status = kernel.inward(tree, flex, self.W, self.F, tau, None, 0.0, 0.0)
+        if self.status >= 0:
+            return np.full(len(y), np.nan)
+        kernel.forward(tree, flex, self.W, self.F, tau, ydot[self.nx : -1])
+        if self.loading.loops:
+            self.loading.loops.correct(self.W, self.F, ydot[self.nx : -1])
+        kernel.kinematic(tree, state, ydot)
+        kernel.reactions(tree, self.W, self.reactions)
+        ydot[-1] = self.drive @ motion[self.prescribed, 1] + self.energies.power
+        ydot[-1] -= self.damping @ state[self.nx :] ** 2
+        ydot[-1] += self.loading.loops.power if self.loading.loops else 0.0
         return ydot
 
-    def dissipation(self, y: np.ndarray) -> float:
-        """Power lost in modal damping, W."""
-        lost = 0.0
-        for i, joint in enumerate(self.tree.joint):
-            u = self.nx + self.tree.u[i] + SPEEDS[joint]
-            qd = y[u : u + self.tree.n[i]]
-            lost += qd @ (self.bodies.D[self.tree.kind[i], : len(qd)] * qd)
-        return lost
-
-    def modal(self, i: int, y: np.ndarray) -> np.ndarray:
-        """Modal coordinates of body i."""
-        x = self.tree.x[i] + COORDINATES[self.tree.joint[i]]
-        return y[x : x + self.tree.n[i]]
-
-    def diverged(self, t: float, y: np.ndarray) -> str:
-        """Return a sentence when a body's deflection is beyond all meaning, else nothing."""
-        for i, name in enumerate(self.system.order):
-            sizes = np.abs(self.modal(i, y)) @ self.per_size[i]
-            if sizes > DIVERGED:
-                why = "" if self.system.bodies[name].has_geometric_stiffness else " without geometric stiffness"
-                return f"diverged at t = {t:.4g} s: body {name!r} deflects by {sizes:.0f} times its size{why}"
-        return ""
-
-    def failure(self, t: float, y: np.ndarray) -> str:
-        """Say when and where the integration stopped."""
-        worst = max(range(len(self.joints)), key=lambda i: np.abs(self.modal(i, y)).max(initial=0.0))
-        if self.status[0] >= 0 or self._nearly_singular(t, y):
-            name = self.system.order[int(self.status[0]) if self.status[0] >= 0 else worst]
-            return (
-                f"simulation stopped at t = {t:.6g} s: the mass matrix of body {name!r} is no longer positive, "
-                "its deflection is too large for its modes; keep fewer modes, leave out the inertia "
-                "truncation vectors, or cut the body into smaller ones"
-            )
-        return (
-            f"simulation stopped at t = {t:.6g} s: the step size collapsed, body {self.system.order[worst]!r} moves "
-            "fastest; drop its highest modes or loosen rtol"
-        )
-
-    def _nearly_singular(self, t: float, y: np.ndarray) -> bool:
-        M, _ = mass_and_force(self.system, y[:-1], self.motion(t))
-        scale = 1 / np.sqrt(np.abs(np.diag(M)))
-        return not np.linalg.eigvalsh(M * scale * scale[:, None])[0] > NEARLY_SINGULAR
+    @property
+    def drive(self) -> np.ndarray:
+        """Torque or force of each prescribed hinge."""
+        return self.reactions[self.prescribed, self.along]

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.simplified import ruthless
 from modalprep.errors import InputError
-from modalprep.multibody.motion import Motion
+from modalprep.multibody.closures import Closure, Coupler, check_closures
+from modalprep.multibody.hinge import HingeElement
+from modalprep.multibody.loads import Load, check_loads
+from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import suggestion
 
 GROUND = "ground"
+JointType = Literal["weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free"]
+TURNS = {"revolute": 1, "cylindrical": 1, "universal": 2, "planar": 1}  # angles of a joint
+TRAVELS = {"prismatic": 1, "cylindrical": 1, "planar": 2}  # displacements
+SPEEDS = {kind: TRAVELS.get(kind, 0) + TURNS.get(kind, 0) for kind in get_args(JointType)}
+SPEEDS |= {"spherical": 3, "free": 6}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -23,24 +32,37 @@ class Joint(Record):
     Attributes
     ----------
     name : str
-    type : {"weld", "revolute", "free"}
-        A free joint has the ground as its parent.
+    type : {"weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free"}
+        Cylindrical: travel along and turn about `axis`. Universal: turn about `axis` (fixed in the parent), then about
+        `second_axis` (fixed in the child). Planar: travel along `second_axis` and its normal in the plane, turn about
+        the plane's normal `axis`.
     parent : str
         ``ground`` or ``body.interface``.
     child : str
         ``body`` or ``body.interface``; the interface must be the body's root.
     axis : (3,)
-        Hinge axis of a revolute joint, in the parent's frame.
+        Hinge axis in the parent's frame.
+    second_axis : (3,) or None
+        Second axis of a universal joint, or first direction of a planar one (made normal to `axis`; None: any), in the
+        parent's frame at zero angles.
     position : (3,)
-        m, inertial: where a joint to the ground sits, or where a free body starts.
+        m: where a joint to the ground sits (inertial), or where the root of a free body starts, in the parent's frame.
     rotation : (3, 3)
-        Child frame to parent frame at zero angle.
-    angle, rate : float
-        Start of a revolute joint, rad and rad/s.
+        Child frame to parent frame at zero angle; of a spherical or free joint at the start.
+    angle, rate : float, or (2,) of a universal joint
+        Start of the turn of a revolute, cylindrical, universal or planar joint, rad and rad/s.
+    displacement, speed : float, or (2,) of a planar joint
+        Start of the travel of a prismatic, cylindrical or planar joint, m and m/s.
     velocity, spin : (3,)
-        Start of a free body: velocity of its root and angular velocity, in its own frame.
-    motion : Motion or None
-        Prescribed angle of a revolute joint.
+        Start of a free body: velocity of its root and angular velocity, relative to the parent, in its own frame; `spin`
+        also of a spherical joint.
+    motion : TimeFunction or None
+        Prescribed angle of a revolute joint, or displacement of a prismatic one; value and rate without jumps.
+    elements : tuple of HingeElement
+        Springs, dampers, friction, limits and drives, one element for each speed (travels before turns), or
+        none; a single one needs no tuple. A spherical or free joint has no stiffness and limits: use a `Bushing`.
+    hold : bool
+        Keep the start values where closed loops allow it: other joints move when the loops are closed.
 
     Examples
     --------
@@ -49,34 +71,87 @@ class Joint(Record):
     """
 
     name: str
-    type: Literal["weld", "revolute", "free"]
+    type: JointType
     parent: str
     child: str
     axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    second_axis: np.ndarray | None = None
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
-    angle: float = 0.0
-    rate: float = 0.0
+    angle: float | np.ndarray = 0.0
+    rate: float | np.ndarray = 0.0
+    displacement: float | np.ndarray = 0.0
+    speed: float | np.ndarray = 0.0
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spin: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    motion: Motion | None = None
+    motion: TimeFunction | None = None
+    elements: tuple[HingeElement, ...] = ()
+    hold: bool = False
 
     def __post_init__(self) -> None:
-        """Normalise the axis and refuse what cannot be."""
-        axis = np.asarray(self.axis, dtype=float)
-        if not np.linalg.norm(axis) > 0:
-            raise InputError(f"joint {self.name!r}: axis {axis.tolist()} has no direction")
-        if self.type == "free" and self.parent != GROUND:
-            raise InputError(f"joint {self.name!r}: a free joint starts at the ground, not at {self.parent!r}")
-        if self.motion is not None and self.type != "revolute":
-            raise InputError(f"joint {self.name!r}: only a revolute joint can have a prescribed motion")
-        object.__setattr__(self, "axis", axis / np.linalg.norm(axis))
+        """Normalise the axes and refuse what cannot be."""
+        axis = self._direction("axis")
+        if self.motion is not None and self.type not in ("revolute", "prismatic"):
+            raise InputError(f"joint {self.name!r}: only a revolute or prismatic joint can have a prescribed motion")
+        if self.type in ("universal", "planar"):
+            object.__setattr__(self, "second_axis", self._second(axis))
+        for key, counts in (("angle", TURNS), ("rate", TURNS), ("displacement", TRAVELS), ("speed", TRAVELS)):
+            self._refuse_count(key, counts.get(self.type, 0))
+        object.__setattr__(self, "axis", axis)
+        self._check_elements()
+        if self.motion is not None:
+            self.motion.refuse_jumps(f"joint {self.name!r}: the prescribed motion")
         super().__post_init__()
+
+    def _check_elements(self) -> None:
+        if isinstance(self.elements, HingeElement):
+            object.__setattr__(self, "elements", (self.elements,))
+        if self.elements and self.motion is not None:
+            raise InputError(
+                f"joint {self.name!r}: its motion is prescribed, so stiffness, damping, friction, limits and drives "
+                "have no effect; leave them or the motion out"
+            )
+        if self.elements and len(self.elements) != SPEEDS[self.type]:
+            raise InputError(
+                f"joint {self.name!r}: {len(self.elements)} hinge elements, but a {self.type} joint moves in "
+                f"{SPEEDS[self.type]} ways; give one for each"
+            )
+        if self.type in ("spherical", "free") and any(element.by_place for element in self.elements):
+            raise InputError(
+                f"joint {self.name!r}: a {self.type} joint has no coordinate for stiffness or limits; use a bushing"
+            )
+
+    def _direction(self, key: str) -> np.ndarray:
+        axis = np.asarray(getattr(self, key), dtype=float)
+        if not np.linalg.norm(axis) > 0:
+            raise InputError(f"joint {self.name!r}: {key} {axis.tolist()} has no direction")
+        return axis / np.linalg.norm(axis)
+
+    def _second(self, axis: np.ndarray) -> np.ndarray:
+        if self.second_axis is None and self.type == "universal":
+            raise InputError(f"joint {self.name!r}: a universal joint needs a second_axis")
+        if self.second_axis is None:
+            first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
+            return first / np.linalg.norm(first)
+        second = self._direction("second_axis")
+        if np.linalg.norm(np.cross(axis, second)) < 1e-6:
+            raise InputError(
+                f"joint {self.name!r}: second_axis {second.tolist()} is parallel to axis {axis.tolist()}"
+            )
+        across = second - (second @ axis) * axis
+        return second if self.type == "universal" else across / np.linalg.norm(across)
+
+    def _refuse_count(self, key: str, count: int) -> None:
+        value = np.asarray(getattr(self, key), dtype=float)
+        if np.any(value) and count == 0:
+            raise InputError(f"joint {self.name!r}: a {self.type} joint has no {key}")
+        if value.shape not in ((), (count,)):
+            raise InputError(f"joint {self.name!r}: {key} {value.tolist()} must be {count} number(s)")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class System(Record):
-    """Bodies, the joint that carries each of them, and gravity (m/s^2, inertial).
+    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads and closed loops (see there).
 
     Raises
     ------
@@ -95,9 +170,11 @@ class System(Record):
     bodies: dict[str, FlexibleBody]
     joints: tuple[Joint, ...]
     gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    loads: tuple[Load, ...] = ()
+    closures: tuple[Closure | Coupler, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the tree."""
+        """Check the tree and what loads it."""
         super().__post_init__()
         if not self.bodies:
             raise InputError("the system has no bodies; name at least one under [bodies]")
@@ -109,6 +186,8 @@ class System(Record):
             self.parent(joint)
             self._refuse_other_frame(joint)
         _ = self.order
+        check_loads(self.bodies, self.loads)
+        check_closures(self.bodies, self.coordinate_counts, self.closures)
 
     def _refuse_other_frame(self, joint: Joint) -> None:
         body = self.bodies[self.child(joint)]
@@ -153,19 +232,25 @@ class System(Record):
     @property
     def order(self) -> tuple[str, ...]:
         """Bodies with every parent before its children."""
-        placed: list[str] = []
-        while len(placed) < len(self.bodies):
-            ready = [b for b in self.bodies if b not in placed and self._parent_name(b) in (None, *placed)]
+        parents = {self.child(joint): (self.parent(joint) or (None,))[0] for joint in self.joints}
+        placed: dict[str | None, None] = {None: None}
+        while len(placed) <= len(self.bodies):
+            ready = [b for b in self.bodies if b not in placed and parents[b] in placed]
             if not ready:
                 left = ", ".join(b for b in self.bodies if b not in placed)
                 raise InputError(f"bodies {left} hang on each other in a loop; one of them needs a joint to the ground")
-            placed += ready
-        return tuple(placed)
+            placed |= dict.fromkeys(ready)
+        return tuple(placed)[1:]
 
-    def _parent_name(self, body: str) -> str | None:
-        parent = self.parent(self.carrier(body))
-        return parent[0] if parent else None
+    @property
+    def coordinate_counts(self) -> dict[str, int]:
+        """Number of travels and turns of each joint: the coordinates that a coupler can take."""
+        return {joint.name: TRAVELS.get(joint.type, 0) + TURNS.get(joint.type, 0) for joint in self.joints}
 
     def conventional(self) -> System:
         """Return the system without geometric stiffness: the prematurely linearised theory."""
         return self.with_(bodies={name: body.conventional() for name, body in self.bodies.items()})
+
+    def ruthless(self) -> System:
+        """Return the system with ruthlessly linearised bodies: see `body.simplified.ruthless`."""
+        return self.with_(bodies={name: ruthless(body) for name, body in self.bodies.items()})

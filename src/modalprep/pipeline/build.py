@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,43 +12,24 @@ from scipy.spatial.transform import Rotation
 
 from modalprep import __version__
 from modalprep.body.build import flexible_body
-from modalprep.body.checks import Check, check_body, check_model
+from modalprep.body.checks import check_body, check_model
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError, InputError
 from modalprep.formats.modalfile import read_body, write_body
+from modalprep.pipeline.built import Built, body_key, recall_body, store_body
+from modalprep.pipeline.cache import Cache
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh, source_digest
 from modalprep.pipeline.reduce import reduce_model, wanted_damping
 from modalprep.pipeline.reduction_schema import RotationTable
 from modalprep.pipeline.schema import BodyTable, Pipeline
+from modalprep.pipeline.stages import remembering
 from modalprep.reduction.damping import modal_damping
-from modalprep.reduction.error import ReductionError
 
 LIGHT, HEAVY = 1e-6, 2.3e4  # kg over the cube of the size, kg/m^3: a thread, and more than a cube of osmium
 GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m weighs 1e9 times as much
-
-
-@dataclass(frozen=True)
-class Built:
-    """A modal body, where it was written, its checks, notes for the user, and its error where it was measured."""
-
-    body: FlexibleBody
-    file: Path
-    checks: list[Check]
-    notes: tuple[str, ...]
-    error: ReductionError | None = None
-
-    @property
-    def error_curves(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Curves of the relative errors over frequency (Hz) for the report; empty when none were measured."""
-        if self.error is None:
-            return {}
-        found = {"frequencies": (self.error.full, self.error.frequency)}
-        if len(self.error.sweep):
-            found["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
-        return found
 
 
 def output_folder(path: Path, output: Path | None) -> Path:
@@ -62,8 +43,8 @@ def output_folder(path: Path, output: Path | None) -> Path:
     return (output or path.parent / "output") / path.stem
 
 
-def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
-    """Run the mesh part of a pipeline file and write ``<folder>/<name>.h5``.
+def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:
+    """Run the mesh part of a pipeline file and write ``<folder>/<name>.h5``; a cache may have it, or parts of it.
 
     Raises
     ------
@@ -72,15 +53,32 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
     AccuracyError
         When a physics check fails; nothing is written then.
     """
-    pipeline = load_pipeline(path)
+    pipeline, file = load_pipeline(path), folder / f"{path.stem}.h5"
     if not pipeline.has_body:
         raise InputError(f"{path} has no [mesh] or [matrices]: there is no body to build")
+    if cache is None:
+        return _build(path, pipeline, file, reporter, None)
+    with naming(path):
+        given = inputs(path, pipeline)
+        key = body_key(cache, pipeline.name or path.stem, given)
+    found = recall_body(cache, key, file, given)
+    if found is not None:
+        reporter.say(f"{path.name}: modal body from the cache")
+        reporter.wrote(file)
+        return found
+    start = time.perf_counter()
+    built = _build(path, pipeline, file, reporter, cache)
+    store_body(cache, key, built, time.perf_counter() - start)
+    return built
+
+
+def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
     with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
         mesh = read_pipeline_mesh(path, pipeline)
         done(1)
         model = assemble_pipeline(pipeline, mesh)
         done(2)
-        reduction, error = reduce_model(pipeline, mesh, model)
+        reduction, error = reduce_model(pipeline, mesh, model, remembering(cache))
         done(4)
         name = pipeline.name or path.stem
         body = flexible_body(model, reduction, name=name, provenance=inputs(path, pipeline))
@@ -93,7 +91,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter) -> Built:
         raise AccuracyError(
             f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
         )
-    file = reporter.wrote(write_body(body, folder / f"{path.stem}.h5"))
+    reporter.wrote(write_body(body, file))
     return Built(body, file, checks, (*model.notes, *reduction.notes, *_doubts(body)), error)
 
 

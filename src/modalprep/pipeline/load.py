@@ -30,15 +30,31 @@ def load_pipeline(path: str | Path) -> Pipeline:
     modalprep.errors.InputError: pipeline file no.toml does not exist
     """
     path = Path(path)
+    text, data = read_toml(path)
+    try:
+        pipeline = Pipeline.model_validate(data)
+    except ValidationError as error:
+        raise InputError(_sentence(path, text, error)) from None
+    if pipeline.grid:
+        raise InputError(f"{path} has a [grid] of several jobs: write modalprep batch {path}")
+    return pipeline
+
+
+def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
+    """Return the text of a TOML file and what it says.
+
+    Raises
+    ------
+    InputError
+        When the file is missing or is not TOML.
+    """
     if not path.is_file():
         raise InputError(f"pipeline file {path} does not exist")
     try:
         text = path.read_text(encoding="utf-8")
-        return Pipeline.model_validate(tomllib.loads(text))
+        return text, tomllib.loads(text)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(f"{path} is not valid TOML: {error}") from None
-    except ValidationError as error:
-        raise InputError(_sentence(path, text, error)) from None
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from modalprep.errors import InputError
 from modalprep.fe.interface import connect
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel
+from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.pipeline.load import naming
 from modalprep.pipeline.model import node_set, pipeline_node_sets
 from modalprep.pipeline.reduction_schema import RayleighTable, ReductionTable
@@ -23,30 +24,39 @@ from modalprep.reduction.loads import Load, nodal_load
 from modalprep.reduction.notes import dropped_in_band
 
 
-def reduce_model(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> tuple[Reduction, ReductionError | None]:
+def reduce_model(
+    pipeline: Pipeline, mesh: Mesh, model: FEModel, algebra: Algebra = DIRECT
+) -> tuple[Reduction, ReductionError | None]:
     """Reduce as the file says; with `up_to` also measure the error."""
     table, loads = pipeline.reduction, pipeline_loads(pipeline, mesh, model)
+
+    def basis(modes: int) -> Reduction:
+        return _basis(table, model, modes, loads, algebra)
+
     if table.up_to is None:
-        return _basis(table, model, table.modes, loads), None
+        return basis(table.modes), None
     if table.target_error is not None:
-        found = to_target(model, lambda n: _basis(table, model, n, loads), table.target_error, table.up_to)
+        found = to_target(model, basis, table.target_error, table.up_to, algebra=algebra)
     else:
-        reduction = _basis(table, model, table.modes, loads)
-        found = reduction, reduction_error(model, reduction, table.up_to)
+        reduction = basis(table.modes)
+        found = reduction, reduction_error(model, reduction, table.up_to, algebra=algebra)
     reduction, error = found
     notes = (*reduction.notes, *dropped_in_band(reduction.table, table.up_to), _statement(error))
     return reduction.with_(notes=notes), error
 
 
-def _basis(table: ReductionTable, model: FEModel, modes: int, loads: Mapping[str, np.ndarray]) -> Reduction:
+def _basis(
+    table: ReductionTable, model: FEModel, modes: int, loads: Mapping[str, np.ndarray], algebra: Algebra
+) -> Reduction:
     match table.method:
         case "guyan":
-            return guyan(model)
+            return guyan(model, algebra=algebra)
         case "irs":
-            return improved_guyan(model)
+            return improved_guyan(model, algebra=algebra)
         case "free_interface":
-            return free_interface(model, modes=modes, keep=table.keep)
-    return craig_bampton(model, modes=modes, keep=table.keep, truncation=table.truncation_vectors, loads=loads)
+            return free_interface(model, modes=modes, keep=table.keep, algebra=algebra)
+    vectors = table.truncation_vectors
+    return craig_bampton(model, modes=modes, keep=table.keep, truncation=vectors, loads=loads, algebra=algebra)
 
 
 def _statement(error: ReductionError) -> str:

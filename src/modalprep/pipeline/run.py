@@ -12,7 +12,8 @@ from modalprep.pipeline.load import load_pipeline
 from modalprep.pipeline.schema import Pipeline
 
 if TYPE_CHECKING:
-    from modalprep.pipeline.build import Built
+    from modalprep.pipeline.built import Built
+    from modalprep.pipeline.cache import Cache
     from modalprep.pipeline.synthesis import Synthesized
     from modalprep.pipeline.systems import Simulated
 
@@ -29,7 +30,7 @@ class Outcome:
     notes: list[str] = field(default_factory=list)
 
 
-def run_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Outcome:
+def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cache | None = None) -> Outcome:
     """Do everything a pipeline file asks for.
 
     Parameters
@@ -38,6 +39,8 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Outcome
     output : Path or None
         Folder of outputs; each pipeline gets a folder of its name in it. Default ``output`` beside the file.
     reporter : Reporter
+    cache : Cache or None
+        Of what was computed before.
 
     Raises
     ------
@@ -49,7 +52,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Outcome
     pipeline = load_pipeline(path)
     outcome = Outcome(folder=output_folder(path, output))
     if pipeline.has_body:
-        _body(path, pipeline, outcome, reporter)
+        _body(path, pipeline, outcome, reporter, cache)
     if pipeline.synthesis is not None:
         _synthesis(path, pipeline, output, outcome, reporter)
     if pipeline.simulation is not None:
@@ -59,13 +62,13 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Outcome
     return outcome
 
 
-def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
     from modalprep.formats.export import export_body, known_export
     from modalprep.pipeline.build import build_body
     from modalprep.report.plots import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
 
-    outcome.built = build_body(path, outcome.folder, reporter)
+    outcome.built = build_body(path, outcome.folder, reporter, cache)
     body = outcome.built.body
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.formats.export import EXPORTS
+from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
 from modalprep.pipeline.fe_schema import (
     AnyMaterial,
     ConnectionTable,
@@ -18,11 +19,19 @@ from modalprep.pipeline.fe_schema import (
 from modalprep.pipeline.reduction_schema import (
     LoadTable,
     ReductionTable,
-    RotationTable,
     SynthesisTable,
     WeldTable,
 )
-from modalprep.pipeline.tables import Angle, Table, Vector
+from modalprep.pipeline.system_schema import (
+    AxialSpringTable,
+    BodyTable,
+    BushingTable,
+    EnvironmentTable,
+    ForceTable,
+    JointTable,
+    SimulationTable,
+)
+from modalprep.pipeline.tables import Table
 from modalprep.suggest import suggestion
 
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
@@ -35,67 +44,6 @@ class OutputTable(Table):
         "kept", description="mode pictures: kept, none, or how many"
     )
     export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
-
-
-class BodyTable(Table):
-    """A body of the system: a modal file, or the pipeline that makes it."""
-
-    file: str | None = Field(None, description="modal file")
-    pipeline: str | None = Field(None, description="pipeline file, run when its modal file is missing or out of date")
-
-    @model_validator(mode="after")
-    def _one_source(self) -> BodyTable:
-        if (self.file is None) == (self.pipeline is None):
-            raise ValueError("a body needs either 'file' or 'pipeline'")
-        return self
-
-
-class StartTable(Table):
-    """Start values of a joint."""
-
-    angle: Angle = 0.0
-    rate: float = Field(0.0, description="rad/s")
-    velocity: Vector = Field([0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
-    spin: Vector = Field([0.0, 0.0, 0.0], description="of a free body, body frame, rad/s")
-
-
-class PieceTable(Table):
-    """A piece of a prescribed motion."""
-
-    angle: str = Field(description="expression of t (s) in rad")
-    until: float | None = Field(None, description="s; the last piece has none")
-
-
-class JointTable(Table):
-    """A joint of the tree."""
-
-    type: Literal["weld", "revolute", "free"]
-    parent: str = Field("ground", description="'ground' or 'body.interface'")
-    child: str = Field(description="'body.interface'")
-    axis: Vector = Field([0.0, 0.0, 1.0], description="hinge axis in the parent's frame")
-    position: Vector = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
-    rotation: RotationTable | None = None
-    start: StartTable = StartTable()
-    motion: str | list[PieceTable] | None = Field(None, description="prescribed angle, an expression of t or pieces")
-
-
-class EnvironmentTable(Table):
-    """What acts on every body."""
-
-    gravity: Vector = Field([0.0, 0.0, 0.0])
-
-
-class SimulationTable(Table):
-    """How the system is integrated."""
-
-    t_end: float = Field(gt=0, description="s")
-    output_step: float = Field(0.01, gt=0, description="s")
-    rtol: float = Field(1e-7, ge=1e-13, le=1e-2, description="relative tolerance")
-    atol: float = Field(1e-10, gt=0, description="absolute tolerance of coordinates and speeds")
-    method: Literal["auto", "explicit", "implicit"] = Field("auto", description="auto: implicit for stiff modes")
-    geometric_stiffness: bool = True
-    compare_conventional: bool = Field(False, description="run also without geometric stiffness, plot both")
-    output: list[str] = Field([], description="channels for the CSV file; default all")
 
 
 class ReferenceTable(Table):
@@ -151,9 +99,17 @@ class Pipeline(Table):
     welds: dict[str, WeldTable] = Field({}, description="how [synthesis] joins the bodies")
     synthesis: SynthesisTable | None = None
     joints: dict[str, JointTable] = Field({})
+    forces: dict[str, ForceTable] = Field({})
+    springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
+    bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
+    closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
+    couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
     plots: list[PlotTable] = Field([])
+    grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
+        {}, description='for modalprep batch: values of keys such as "reduction.modes"; every combination is a job'
+    )
 
     @property
     def has_body(self) -> bool:

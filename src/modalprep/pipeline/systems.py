@@ -10,22 +10,25 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
-from modalprep.multibody.motion import Motion
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
 from modalprep.pipeline.build import output_folder, read_bodies, rotation_matrix
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline, naming
-from modalprep.pipeline.schema import JointTable, Pipeline
+from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.system_closures import read_closures
+from modalprep.pipeline.system_loads import hinge_elements, read_loads, time_function
+from modalprep.pipeline.system_schema import JointTable
 
 WITH, WITHOUT = "with geometric stiffness", "conventional theory (without)"
 
 
 @dataclass(frozen=True)
 class Simulated:
-    """The runs of a system by label, the first is the main one, and the files written."""
+    """The system, its runs by label, the first is the main one, and the files written."""
 
+    system: System
     runs: dict[str, Result]
     files: list[Path]
 
@@ -65,7 +68,7 @@ def simulate_pipeline(
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
     for file in files:
         reporter.wrote(file)
-    return Simulated(runs, files)
+    return Simulated(system, runs, files)
 
 
 def _csv_beside(target: Path) -> Path:
@@ -94,7 +97,7 @@ def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, report
 
 def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> None:
     with naming(path):
-        known = start_channels(system)
+        known = start_channels(system, pipeline.simulation.t_end)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
         for name in [*pipeline.simulation.output, *plotted]:
             known[name]
@@ -104,8 +107,13 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
     """Return the system a pipeline file describes, its bodies read or built."""
     bodies = read_bodies(pipeline, path, output, reporter)
     with naming(path):
-        joints = tuple(_joint(name, table) for name, table in pipeline.joints.items())
-        return System(bodies=_shared(bodies), joints=joints, gravity=np.array(pipeline.environment.gravity))
+        bodies = _shared(bodies)
+        joints = tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
+        loads = read_loads(pipeline, bodies, path.parent)
+        gravity = pipeline.environment.gravity
+        uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
+        closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
+        return System(bodies=bodies, joints=joints, gravity=uniform, loads=loads, closures=closures)
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
@@ -117,27 +125,20 @@ def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
     }
 
 
-def _joint(name: str, table: JointTable) -> Joint:
+def _joint(name: str, table: JointTable, folder: Path) -> Joint:
     with naming(f"joint {name!r}"):
+        start = {key: np.array(value) if isinstance(value, list) else value for key, value in table.start}
         return Joint(
             name=name,
             type=table.type,
             parent=table.parent,
             child=table.child,
             axis=np.array(table.axis),
+            second_axis=None if table.second_axis is None else np.array(table.second_axis),
             position=np.array(table.position),
             rotation=rotation_matrix(table.rotation),
-            angle=table.start.angle,
-            rate=table.start.rate,
-            velocity=np.array(table.start.velocity),
-            spin=np.array(table.start.spin),
-            motion=_motion(table),
+            motion=time_function("motion", table.motion, folder),
+            elements=hinge_elements(table, folder),
+            hold=table.hold,
+            **start,
         )
-
-
-def _motion(table: JointTable) -> Motion | None:
-    if table.motion is None:
-        return None
-    if isinstance(table.motion, str):
-        return Motion([(float("inf"), table.motion)])
-    return Motion([(float("inf") if p.until is None else p.until, p.angle) for p in table.motion])

@@ -62,21 +62,34 @@ def animate_mode(
     Traceback (most recent call last):
     modalprep.errors.InputError: cannot write beam.avi: an animation is a .gif or an .mp4 file
     """
+    path = check_target(path, frames)
+    scale = render._scale(body, mode)
+    images = _frames(body, mode, scale, colour, frames, size)
+    return write_frames(images, path, PERIOD, REPEATS)
+
+
+def check_target(path: str | Path, frames: int = 2) -> Path:
+    """Refuse an animation that cannot be written, before it is drawn."""
     path = Path(path)
-    kind = path.suffix.lower()
-    if kind not in (".gif", ".mp4"):
+    if path.suffix.lower() not in (".gif", ".mp4"):
         raise InputError(f"cannot write {path}: an animation is a .gif or an .mp4 file")
     if frames < 2:
         raise InputError(f"frames = {frames} must be at least 2")
-    scale = render._scale(body, mode)
-    if kind == ".mp4" and find_spec("imageio_ffmpeg") is None:
+    if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
         raise RenderError(
             f"cannot write {path}: an MP4 needs the package imageio-ffmpeg (pip install 'modalprep[video]'); "
             "a .gif needs nothing more"
         )
-    images = _frames(body, mode, scale, colour, frames, size)
+    return path
+
+
+def write_frames(images: list[np.ndarray], path: Path, period: float, repeats: int = 1) -> Path:
+    """Write images (height, width, 3) of a `period` (s) as a GIF that repeats, or `repeats` times as an MP4."""
     with atomic_path(path) as temporary:
-        (_write_gif if kind == ".gif" else _write_mp4)(images, temporary)
+        if path.suffix.lower() == ".gif":
+            _write_gif(images, temporary, period)
+        else:
+            _write_mp4(images * repeats, temporary, len(images) / period)
     return path
 
 
@@ -99,13 +112,13 @@ def _frames(
         plotter.close()
 
 
-def _write_gif(images: list[np.ndarray], path: Path) -> None:
+def _write_gif(images: list[np.ndarray], path: Path, period: float) -> None:
     """Write the frames in the colours of one palette, so that still parts do not flicker."""
     from PIL import Image
 
     palette = _palette(images[:: max(1, len(images) // 4)])
     first, *rest = (Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
-    each = round(1000 * PERIOD / len(images) / 10) * 10  # ms; the format counts in hundredths of a second
+    each = round(1000 * period / len(images) / 10) * 10  # ms; the format counts in hundredths of a second
     first.save(path, save_all=True, append_images=rest, duration=max(20, each), loop=0, format="GIF")
 
 
@@ -123,7 +136,7 @@ def _palette(images: list[np.ndarray]) -> Image.Image:
     return image
 
 
-def _write_mp4(images: list[np.ndarray], path: Path) -> None:
+def _write_mp4(images: list[np.ndarray], path: Path, fps: float) -> None:
     import imageio_ffmpeg
 
     height, width = images[0].shape[:2]
@@ -131,13 +144,13 @@ def _write_mp4(images: list[np.ndarray], path: Path) -> None:
         writer = imageio_ffmpeg.write_frames(
             str(path),
             (width, height),
-            fps=len(images) / PERIOD,
+            fps=fps,
             quality=8,
             macro_block_size=2,
             ffmpeg_log_level="error",
         )
         writer.send(None)
-        for image in images * REPEATS:
+        for image in images:
             writer.send(np.ascontiguousarray(image))
         writer.close()
     except (OSError, RuntimeError) as error:

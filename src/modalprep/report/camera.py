@@ -20,7 +20,11 @@ def aim(plotter, seen: np.ndarray, points: np.ndarray, shape: np.ndarray | None)
     shape : (n_points, 3), optional
         The displacement that is to be seen.
     """
-    towards, up = view(points, shape)
+    look(plotter, seen, *view(points, shape))
+
+
+def look(plotter, seen: np.ndarray, towards: np.ndarray, up: np.ndarray) -> None:
+    """Turn the camera of a plotter to see the points ``seen (n, 3)`` from the unit vector `towards`, with `up` (3,)."""
     right = np.cross(up, towards)
     across, along = seen @ right, seen @ up
     height, shift = _fit(np.ptp(across), np.ptp(along), plotter.window_size[0] / plotter.window_size[1])

@@ -1,0 +1,76 @@
+"""Bodies of simpler theories, to learn what the full one is needed for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.vectors import skew
+
+
+def ruthless(body: FlexibleBody) -> FlexibleBody:
+    """Return the ruthlessly linearised body: no second order of the modal coordinates in its inertia, no Kg.
+
+    Without P the moment of inertia is of first order in q, the angular-elastic coupling constant, and the modes feel
+    neither centrifugal softening nor Coriolis forces: ``q'' + D q' + K q = -(S_a A_a + W_ab H_ab)``. The mass matrix
+    stays the derivative of an energy, so that balances close. The relative error of a frequency at spin Omega is of
+    order ``(Omega / omega)^2``, as that of the coordinates left out; the conventional theory, which keeps P alone, is
+    wrong by the same order with a larger factor and diverges above the first frequency (book section 6.7).
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.spin import spin_modes
+    >>> body = ruthless(uniform_beam(modes=2))
+    >>> bool(np.allclose(spin_modes(body, np.array([0, 0, 6.0])).frequency, body.frequency))
+    True
+    """
+    return body.conventional().with_(P=np.zeros_like(body.P))
+
+
+def frozen_stiffness(
+    body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None
+) -> FlexibleBody:
+    """Return the body with the geometric stiffness of one steady motion, linearised: constant, in modes that hold it.
+
+    ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
+    stiffness itself is left out. At that motion the frequencies are those of the full body, at others they are not.
+    Damping becomes the diagonal of the old one in the new modes.
+
+    Parameters
+    ----------
+    spin : (3,)
+        rad/s in the body frame.
+    acceleration : (3,)
+        Specific acceleration of the root in the body frame, m/s^2.
+
+    Raises
+    ------
+    InputError
+        When the body buckles under the motion.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.spin import spin_modes
+    >>> body, spin = uniform_beam(modes=4), np.array([0, 0, 6.0])
+    >>> frozen = frozen_stiffness(body, spin)
+    >>> bool(np.allclose(spin_modes(frozen, spin).frequency, spin_modes(body, spin).frequency))
+    True
+    """
+    w = skew(np.asarray(spin, dtype=float))
+    A = np.zeros(3) if acceleration is None else np.asarray(acceleration, dtype=float)
+    Kg = np.einsum("ab,abij->ij", w @ w, body.Kg_W) + np.einsum("a,aij->ij", A, body.Kg_A)
+    K, Y = np.linalg.eigh(np.diag(body.K) + (Kg + Kg.T) / 2)
+    if not np.all(K > 0):
+        raise InputError(f"body {body.name!r} buckles under this motion: it has no frozen stiffness")
+    plain = body.conventional()
+    changed = {name: getattr(plain, name) @ Y for name in ("S", "H", "phi", "psi", "shape")}
+    return plain.with_(
+        **changed,
+        P=Y.T @ body.P @ Y,
+        K=K,
+        D=np.einsum("ij,i,ij->j", Y, body.D, Y),
+        frequency=np.sqrt(K) / (2 * np.pi),
+    )

@@ -1,0 +1,218 @@
+"""The readable twin of `forces`: generalised forces of all loads by partial velocities, in numpy."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.linalg import expm
+from scipy.spatial.transform import Rotation
+
+from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion
+from modalprep.multibody.hinge import HingeElement
+from modalprep.multibody.layout import EPSILON, FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
+from modalprep.multibody.loads import (
+    AxialSpring,
+    Bushing,
+    CentralGravity,
+    DistributedForce,
+    PointForce,
+    locate,
+)
+from modalprep.multibody.state import Frame, State, callback_loads
+from modalprep.multibody.system import System
+from modalprep.multibody.timefunction import TimeFunction
+from modalprep.vectors import skew
+
+
+class Point(NamedTuple):
+    """Motion of an interface or of the ground: its frame, and its partial velocities J (6, nu), inertial axes."""
+
+    frame: Frame
+    J: np.ndarray
+
+
+class DenseLoads(NamedTuple):
+    """Generalised forces (nu,), power of what is no potential (W), energy in springs and of a central field (J)."""
+
+    f: np.ndarray
+    power: float
+    stored: float
+    gravity: float
+
+
+def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, t: float) -> DenseLoads:
+    """Return what all loads do at a state; arguments as `dense.link_states`.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.system import Joint
+    >>> spring = HingeElement(stiffness=3.0)
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", elements=spring)
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> loads = dense_loads(arm, pack(arm), np.array([0.2, 0, 0, 0]), np.zeros((1, 3)), 0.0)
+    >>> loads.f.round(9).tolist(), round(float(loads.stored), 9)
+    ([-0.6, 0.0], 0.06)
+    """
+    states = dict(zip(system.order, body_states(system, packed, y, motion), strict=True))
+    total = _hinges(system, packed, y, t)
+    for load in system.loads:
+        total = _plus(total, _one(load, system, packed, states, t))
+
+    def frame(body: str, k: int) -> Frame:
+        return _point(states[body], k).frame
+
+    wrenches, tau = callback_loads(system, packed, t, State(system, packed, y, motion, frame))
+    total = _plus(total, DenseLoads(tau, float(tau @ y[packed.nx :]), 0.0, 0.0))
+    for w in wrenches:
+        total = _plus(total, _wrench(_point(states[w.body], w.interface), w.force, w.torque))
+    return total
+
+
+def loaded_accelerations(system: System, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
+    """Solve for the accelerations ``u' (nu,)`` under all loads with the whole mass matrix."""
+    M, f = mass_and_force(system, y, motion)
+    return np.linalg.solve(M, f + dense_loads(system, pack(system), y, motion, t).f)
+
+
+def _plus(a: DenseLoads, b: DenseLoads) -> DenseLoads:
+    return DenseLoads(*(x + y for x, y in zip(a, b, strict=True)))
+
+
+def _one(load, system: System, packed: Packed, states: dict[str, BodyState], t: float) -> DenseLoads:
+    if isinstance(load, PointForce):
+        return _point_force(load, _end(system, states, load.at, None), t)
+    if isinstance(load, DistributedForce):
+        return _distributed(load, states[load.body], t)
+    if isinstance(load, AxialSpring):
+        ends = [_end(system, states, end, load) for end in load.between]
+        return _spring(load, *ends, t)
+    if isinstance(load, Bushing):
+        return _bushing(load, *(_end(system, states, end, load) for end in load.between))
+    none = DenseLoads(np.zeros(packed.nu), 0.0, 0.0, 0.0)
+    if isinstance(load, CentralGravity):
+        for state in states.values():
+            none = _plus(none, _central(load, state))
+    return none
+
+
+def _value(function: TimeFunction | None, t: float) -> float:
+    return 0.0 if function is None else function(t)[0]
+
+
+def _point(s: BodyState, k: int) -> Point:
+    r, turn, Phi, vel, _ = node_motion(s.body, k, s.V[3:], s.q, s.qd)
+    shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
+    J = shift @ s.J
+    J[:, s.rows] += Phi
+    world = np.kron(np.eye(2), s.R)
+    V = world @ (shift @ s.V + vel)
+    return Point(Frame(s.p + s.R @ r, s.R @ turn, V[:3], V[3:]), world @ J)
+
+
+def _end(system: System, states: dict[str, BodyState], text: str, load) -> Point:
+    found = locate(system.bodies, text, text)
+    if found is not None:
+        return _point(states[found[0]], found[1])
+    nu = next(iter(states.values())).J.shape[1]
+    rotation = load.rotation if isinstance(load, Bushing) else np.eye(3)
+    return Point(Frame(load.position, rotation, np.zeros(3), np.zeros(3)), np.zeros((6, nu)))
+
+
+def _wrench(point: Point, force: np.ndarray, torque: np.ndarray) -> DenseLoads:
+    wrench = np.concatenate([force, torque])
+    return DenseLoads(point.J.T @ wrench, float(force @ point.frame.velocity + torque @ point.frame.spin), 0.0, 0.0)
+
+
+def _point_force(load: PointForce, point: Point, t: float) -> DenseLoads:
+    turn = point.frame.rotation if load.axes == "body" else np.eye(3)
+    force, torque = ([_value(function, t) for function in three] for three in (load.force, load.torque))
+    return _wrench(point, turn @ force, turn @ torque)
+
+
+def _distributed(load: DistributedForce, s: BodyState, t: float) -> DenseLoads:
+    """Sum of the mesh points, each with its own partial velocities."""
+    f, power = np.zeros(s.J.shape[1]), 0.0
+    for x, shape, force in zip(s.body.points, s.body.shape, load.force, strict=True):
+        own = _value(load.factor, t) * (force if load.axes == "body" else s.R.T @ force)
+        r = x + shape @ s.q
+        J = s.J[:3] - skew(r) @ s.J[3:]
+        J[:, s.rows] += shape
+        f += J.T @ own
+        power += own @ (s.V[:3] + np.cross(s.V[3:], r) + shape @ s.qd)
+    return DenseLoads(f, power, 0.0, 0.0)
+
+
+def _spring(load: AxialSpring, a: Point, b: Point, t: float) -> DenseLoads:
+    apart = b.frame.position - a.frame.position
+    length = np.linalg.norm(apart)
+    along = apart / length if length > 0 else apart
+    rate = along @ (b.frame.velocity - a.frame.velocity)
+    other = load.damping * rate + _value(load.pull, t)
+    tension = load.stiffness * (length - load.length) + other
+    stored = load.stiffness * (length - load.length) ** 2 / 2
+    return DenseLoads((a.J - b.J)[:3].T @ (tension * along), -other * rate, stored, 0.0)
+
+
+def _bushing(load: Bushing, a: Point, b: Point) -> DenseLoads:
+    """Virtual work of the relative displacement and rotation vector, the latter by its left Jacobian."""
+    Ra = a.frame.rotation
+    r = Ra.T @ (b.frame.position - a.frame.position)
+    d = r - load.rest_position
+    x = Rotation.from_matrix(Ra.T @ b.frame.rotation @ load.rest_rotation.T).as_rotvec()
+    left = expm(np.block([[skew(x), np.eye(3)], [np.zeros((3, 6))]]))[:3, 3:]
+    linear = Ra.T @ (b.J[:3] - a.J[:3]) + skew(r) @ Ra.T @ a.J[3:]
+    angular = Ra.T @ (b.J[3:] - a.J[3:])
+    v = Ra.T @ (b.frame.velocity - a.frame.velocity) + np.cross(r, Ra.T @ a.frame.spin)
+    w = Ra.T @ (b.frame.spin - a.frame.spin)
+    k, c = load.stiffness, load.damping
+    f = -linear.T @ (k[:3] * d + c[:3] * v) - angular.T @ (np.linalg.solve(left.T, k[3:] * x) + c[3:] * w)
+    return DenseLoads(f, -(c[:3] @ v**2 + c[3:] @ w**2), (k[:3] @ d**2 + k[3:] @ x**2) / 2, 0.0)
+
+
+def _central(load: CentralGravity, s: BodyState) -> DenseLoads:
+    """Field, gradient and second gradient at the root, with the body's own moments."""
+    d = s.R.T @ (s.p - load.centre)
+    R, one = np.linalg.norm(d), np.eye(3)
+    g = -load.mu * d / R**3
+    Gamma = -load.mu * (one / R**3 - 3 * np.outer(d, d) / R**5)
+    symmetric = sum(np.einsum(f"{index}->abc", one, d) for index in ("ab,c", "ac,b", "bc,a"))
+    second = 3 * load.mu * symmetric / R**5 - 15 * load.mu * np.einsum("a,b,c->abc", d, d, d) / R**7
+    body, q = s.body, s.q
+    PW = body.P + body.Kg_W
+    half = body.H @ q + 0.5 * (PW @ q) @ q
+    E = body.E0 + half + half.T
+    first = body.s0 + body.S @ q + 0.5 * (body.Kg_A @ q) @ q
+    force = body.m * g + Gamma @ first + np.einsum("abc,ab->c", second, E) / 2
+    torque = np.cross(first, g) + np.einsum("cab,ad,bd->c", EPSILON, E, Gamma)
+    modal = g @ (body.S + body.Kg_A @ q) + np.einsum("ab,abn->n", Gamma, body.H + PW @ q)
+    f = s.J.T @ np.concatenate([force, torque])
+    f[s.rows] += modal
+    return DenseLoads(f, 0.0, 0.0, float(-load.mu * body.m / R - g @ first - np.sum(Gamma * E) / 2))
+
+
+def _hinges(system: System, packed: Packed, y: np.ndarray, t: float) -> DenseLoads:
+    f, power, stored = np.zeros(packed.nu), 0.0, 0.0
+    for joint in system.joints:
+        places = [
+            (int(packed.tree.ints[i, X]) if packed.types[i] not in (SPHERICAL, FREE) else None, u)
+            for i in packed.links_of(joint.name)
+            for u in range(packed.tree.ints[i, U], packed.tree.ints[i, U] + SPEEDS[packed.types[i]])
+        ]
+        for element, (x, u) in zip(joint.elements, places, strict=bool(joint.elements)):
+            rate = y[packed.nx + u]
+            spring, other, energy = _element(element, 0.0 if x is None else y[x], rate, t)
+            f[u] += spring + other
+            power, stored = power + other * rate, stored + energy
+    return DenseLoads(f, power, stored, 0.0)
+
+
+def _element(e: HingeElement, x: float, rate: float, t: float) -> tuple[float, float, float]:
+    """Return the force of the springs, the force of all else, and the energy in the springs."""
+    outside = x - min(max(x, e.lower), e.upper)  # positive above the upper limit
+    stop = -e.limit_stiffness * outside
+    push = stop * max(0.0, 1 + e.limit_damping * rate * np.sign(outside))
+    other = _value(e.drive, t) - e.damping * rate - e.friction * np.tanh(rate / e.sliding) + push - stop
+    energy = (e.stiffness * (x - e.rest) ** 2 + e.limit_stiffness * outside**2) / 2
+    return -e.stiffness * (x - e.rest) + stop, other, energy

@@ -1,0 +1,143 @@
+"""Where a system rests under its loads: Newton's method on the full equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.differences import jacobian
+from modalprep.multibody.plant import Plant, start_state
+from modalprep.multibody.system import System
+from modalprep.records import Record
+
+LARGEST = 0.3  # step, in scales of the coordinates: a third of a radian, of a body's size
+CONVERGED = 1e-12  # step
+MOST = 200  # steps: at LARGEST, ten turns or sixty body sizes
+TRIALS = 12  # of one line search
+SLACK = 0.8  # of the force along the step that may be left at its end: Crisfield (1991), section 9.2
+FLAT = 1e-10  # of the largest stiffness: less counts as none
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Equilibrium(Record):
+    """A state of rest.
+
+    Attributes
+    ----------
+    y : (nx + nu,)
+        State as `layout` packs it, speeds zero.
+    stable : bool
+        Whether the stiffness is positive in every direction; False also where it is indifferent.
+    stiffness : (nu, nu)
+        Derivative of the restoring forces by the coordinates.
+    joints : dict of (k,)
+        Coordinates of each joint (m, rad).
+    modal : dict of (n,)
+        Modal coordinates of each body.
+    steps : int
+    """
+
+    y: np.ndarray
+    stable: bool
+    stiffness: np.ndarray
+    joints: dict[str, np.ndarray]
+    modal: dict[str, np.ndarray]
+    steps: int
+
+
+def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) -> Equilibrium:
+    """Return where the system rests under its loads at time t, all speeds and accelerations zero.
+
+    Newton's method from the start values of the joints on the inverse dynamics of the system, so that no mass enters;
+    where the stiffness is not positive it is shifted until the step goes with the force, so that the search
+    leaves unstable equilibria. The line search keeps the force along the step from growing against it.
+
+    Parameters
+    ----------
+    t : float
+        s, at which functions of time are taken.
+    steady : bool
+        Prescribed hinges turn at their rate: rest relative to a steady motion. Else they are held.
+
+    Raises
+    ------
+    SimulationError
+        When nothing balances the load; the sentence names the joint.
+    InputError
+        When the system has closed loops.
+
+    Examples
+    --------
+    >>> from modalprep.body.rigid import rigid_body
+    >>> from modalprep.multibody.hinge import HingeElement
+    >>> from modalprep.multibody.system import Joint
+    >>> bob = rigid_body("bob", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="bob", elements=HingeElement(stiffness=20.0))
+    >>> rest = static_equilibrium(System(bodies={"bob": bob}, joints=(hinge,), gravity=np.array([0, -10.0, 0])))
+    >>> angle = rest.joints["hinge"][0]
+    >>> round(float(20 * angle + 10 * np.cos(angle)), 12)
+    0.0
+    """
+    plant = Plant(system, t)
+    y, scale = start_state(plant.packed), plant.scale
+    y[plant.nx :] = 0.0
+
+    def force(y: np.ndarray) -> np.ndarray:
+        return -scale * plant.required(y, np.zeros(plant.nu), moving=steady)
+
+    for steps in range(MOST):
+        g = force(y)
+        K = -jacobian(lambda z, y=y: force(plant.moved(y, scale * z)), np.full(plant.nu, 1e-2))[0]
+        step, lowest = _step(K, g)
+        y = plant.moved(y, scale * _length(plant, force, y, step, g) * step)
+        if np.abs(step).max(initial=0.0) <= CONVERGED:
+            return _found(plant, y, K / np.outer(scale, scale), lowest > 0, steps)
+    raise SimulationError(_no_balance(plant, force(y)))
+
+
+def _step(K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the step along the force, and the lowest stiffness, zero where it is within round-off."""
+    if not len(g):
+        return g, 1.0
+    values = np.linalg.eigvalsh((K + K.T) / 2)
+    flat = FLAT * np.abs(values).max()
+    lowest = 0.0 if abs(values[0]) <= flat else values[0]
+    shift = 0.0 if lowest > 0 else -values[0] + np.linalg.norm(g) + flat
+    shift = shift or (0.0 if lowest > 0 else 1.0)  # neither stiffness nor force
+    step = np.linalg.solve(K + shift * np.eye(len(g)), g)
+    return step * min(1.0, LARGEST / max(np.abs(step).max(), LARGEST)), float(lowest)
+
+
+def _length(plant: Plant, force, y: np.ndarray, step: np.ndarray, g: np.ndarray) -> float:
+    """Part of the step at whose end the force along it is no larger against it than `SLACK` of that at its start."""
+    length = 1.0
+    for _ in range(TRIALS):
+        if force(plant.moved(y, plant.scale * length * step)) @ step >= -SLACK * abs(g @ step):
+            break
+        length /= 2
+    return length
+
+
+def _found(plant: Plant, y: np.ndarray, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
+    return Equilibrium(
+        y=y,
+        stable=stable,
+        stiffness=stiffness,
+        joints={joint.name: y[plant.coordinates("joint", joint.name)] for joint in plant.system.joints},
+        modal={name: y[plant.coordinates("body", name)] for name in plant.system.bodies},
+        steps=steps,
+    )
+
+
+def _no_balance(plant: Plant, g: np.ndarray) -> str:
+    moves = np.array([kind == "joint" for kind, _ in plant.owner])
+    worst = int(np.argmax(np.abs(g) * (moves if moves.any() else 1)))
+    kind, name = plant.owner[worst]
+    unit = "N m" if plant.turns[worst] else "N"
+    left = f"{abs(g[worst] / plant.scale[worst]):.3g} {unit}" if kind == "joint" else "its load"
+    return (
+        f"no static equilibrium: nothing balances {left} in {kind} {name!r} within {MOST} steps; "
+        "hold it with a spring, a weld or a prescribed motion"
+    )

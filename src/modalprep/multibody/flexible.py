@@ -1,0 +1,278 @@
+"""The part of the order-n kernel that concerns modes: FORMULATION sections 4 and 5."""
+
+from __future__ import annotations
+
+from modalprep.jit import compile_inline
+from modalprep.multibody.algebra import (
+    ZERO6,
+    ZERO8,
+    ZERO9,
+    ZERO12,
+    add3,
+    add6,
+    add8,
+    add12,
+    axpy3,
+    axpy6,
+    axpy8,
+    axpy9,
+    axpy12,
+    cayley,
+    cayley_rate,
+    cross,
+    dot3,
+    dot8,
+    get3,
+    get6,
+    get8,
+    get12,
+    inertia_times,
+    put3,
+    put6,
+    put8,
+    put9,
+    row8,
+    symmetric_times,
+    take6,
+    take9,
+    take12,
+    times,
+)
+from modalprep.multibody.layout import (
+    FIRST,
+    H_,
+    HAS_KG,
+    IA,
+    INERTIA,
+    J_,
+    KIND,
+    MASS,
+    MODES,
+    NODES,
+    OMEGA,
+    PA,
+    SLOT,
+    UQ,
+    XQ,
+    A,
+)
+
+
+@compile_inline
+def own_flexible(tree, flex, W, F, i, nx, y):
+    """Write link i's own inertia and bias to W and F: the equations of one body of FORMULATION section 4."""
+    k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
+    for a in range(n):
+        F.q[s, a] = y[tree.ints[i, XQ] + a]
+        F.qd[s, a] = y[nx + tree.ints[i, UQ] + a]
+        F.load[s, a] = 0.0
+    w = get3(W, i, OMEGA)
+    ww = dot3(w, w)
+    for r in range(12 * n):
+        F.L[r] = flex.base[k, r]
+    for r in range(9 * n):
+        F.B[r] = 0.0
+    for b in range(n):
+        f, g = F.q[s, b], F.qd[s, b]
+        for r in range(12 * n):
+            F.L[r] += f * flex.by_q[k, b, r]
+        for r in range(9 * n):
+            F.B[r] += g * flex.by_qd[k, b, r]
+    half, rates, second = ZERO12, ZERO12, ZERO9
+    for a in range(n):
+        L, B = take12(F.L, 12 * a), take9(F.B, 9 * a)
+        half = axpy12(half, 0.5 * F.q[s, a], add12(get12(flex.base, k, 12 * a), L))
+        rates = axpy12(rates, F.qd[s, a], L)
+        second = axpy9(second, F.qd[s, a], B)
+        # w~ w~ = w w^T - w.w, C_c = eps_cab L_ba, 2 w~_ab P_ab q' = 2 w_c G_c q'
+        f = w[0] * (w[0] * L[0] + w[1] * L[1] + w[2] * L[2])
+        f += w[1] * (w[0] * L[3] + w[1] * L[4] + w[2] * L[5])
+        f += w[2] * (w[0] * L[6] + w[1] * L[7] + w[2] * L[8]) - ww * (L[0] + L[4] + L[8])
+        f += 2.0 * (w[0] * B[3] + w[1] * B[4] + w[2] * B[5])
+        f += flex.diagonal[k, a, 0] * F.q[s, a] + flex.diagonal[k, a, 1] * F.qd[s, a]
+        put8(F.Z, s, a, 0, (L[9], L[10], L[11], L[7] - L[5], L[2] - L[6], L[3] - L[1], f, 0.0))
+        for b in range(1, 1 + (n + 7 >> 3)):
+            put8(F.Z, s, a, b, ZERO8)
+        F.Z[s, a, 1 + (a >> 3), a & 7] = 1.0
+    E, Y = half, rates
+    m, s0, J = tree.fixed[i, MASS], get3(tree.fixed, i, FIRST), get6(tree.fixed, i, INERTIA)
+    c = (s0[0] + E[9], s0[1] + E[10], s0[2] + E[11])
+    J = (
+        J[0] + 2.0 * (E[4] + E[8]), J[1] - E[1] - E[3], J[2] - E[2] - E[6],
+        J[3] + 2.0 * (E[0] + E[8]), J[4] - E[5] - E[7], J[5] + 2.0 * (E[0] + E[4]),
+    )  # fmt: skip
+    put6(W, i, IA, (m, 0.0, 0.0, m, 0.0, m))
+    put9(W, i, H_, (0.0, c[2], -c[1], -c[2], 0.0, c[0], c[1], -c[0], 0.0))
+    put6(W, i, J_, J)
+    f = add3(cross(w, axpy3(cross(w, c), 2.0, (Y[9], Y[10], Y[11]))), (second[0], second[1], second[2]))
+    Yw = times((Y[0], Y[1], Y[2], Y[3], Y[4], Y[5], Y[6], Y[7], Y[8]), w)
+    trace = 2.0 * (Y[0] + Y[4] + Y[8])
+    t = axpy3(axpy3(cross(w, symmetric_times(J, w)), trace, w), -2.0, Yw)
+    put3(W, i, PA, f)
+    put3(W, i, PA + 3, add3(t, (second[6], second[7], second[8])))
+
+
+@compile_inline
+def node_shape(tree, flex, F, p, node, slot):
+    """Write the partial velocities of an interface of link p's body to row `slot` of F.Phi, rotations as ``psi(q)``.
+
+    Returns the displacement and ``psi q`` (8), their rates, and ``-q' Kg q'``: 3 + 3 numbers each.
+    """
+    s, n, row = tree.ints[p, SLOT], tree.ints[p, MODES], tree.ints[p, NODES] + node
+    for r in range(6 * n):
+        F.phi[r], F.turn[r] = flex.shape[row, r], 0.0
+    if tree.ints[p, HAS_KG]:
+        for b in range(n):
+            f, g = F.q[s, b], F.qd[s, b]
+            for r in range(6 * n):
+                F.phi[r] -= f * flex.Kg_node[row, b, r]
+                F.turn[r] -= g * flex.Kg_node[row, b, r]
+    moved, rates, second = ZERO6, ZERO6, ZERO6
+    for a in range(n):
+        phi = take6(F.phi, 6 * a)
+        moved = axpy6(moved, 0.5 * F.q[s, a], add6(get6(flex.shape, row, 6 * a), phi))
+        rates = axpy6(rates, F.qd[s, a], phi)
+        second = axpy6(second, F.qd[s, a], take6(F.turn, 6 * a))
+        for c in range(6):
+            F.Phi[slot, a, c] = phi[c]
+    return moved, rates, second
+
+
+@compile_inline
+def turn_shape(F, slot, n, x, s, offset):
+    """Turn the rows ``psi(q)`` of F.Phi to angular velocities and move the point by `offset`; fill F.PhiT."""
+    for a in range(n):
+        phi = row8(F.Phi, slot, a)
+        t = cayley_rate(x, s, (phi[3], phi[4], phi[5]))
+        v = add3((phi[0], phi[1], phi[2]), cross(t, offset))
+        for c in range(3):
+            F.Phi[slot, a, c], F.Phi[slot, a, 3 + c] = v[c], t[c]
+            F.PhiT[slot, c, a >> 3, a & 7], F.PhiT[slot, 3 + c, a >> 3, a & 7] = v[c], t[c]
+
+
+@compile_inline
+def node_motion(tree, flex, W, F, p, node, slot, arm):
+    """Motion of an interface of a flexible body in its link's axes, F.Phi before `turn_shape`.
+
+    Returns the position, the rotation of the node (Cayley map of ``psi q``), x and s of that map, the elastic velocity
+    and spin, and the acceleration (linear, angular) that remains when A and q'' are zero.
+    """
+    moved, rates, second = node_shape(tree, flex, F, p, node, slot)
+    w = get3(W, p, OMEGA)
+    x, xd = (moved[3], moved[4], moved[5]), (rates[3], rates[4], rates[5])
+    R, s = cayley(x)
+    r, v, t = add3(arm, (moved[0], moved[1], moved[2])), (rates[0], rates[1], rates[2]), cayley_rate(x, s, xd)
+    linear = add3(cross(w, axpy3(cross(w, r), 2.0, v)), (second[0], second[1], second[2]))
+    angular = add3(cayley_rate(x, s, (second[3], second[4], second[5])), cross(w, t))
+    return r, R, x, s, v, t, linear, axpy3(angular, -0.5 * s * dot3(x, xd), t)
+
+
+@compile_inline
+def elastic_acceleration(F, slot, n, s):
+    """Return the sum of F.Phi[slot] times q'' (linear, angular)."""
+    v = ZERO8
+    for a in range(n):
+        v = axpy8(v, F.qdd[s, a >> 3, a & 7], row8(F.Phi, slot, a))
+    return (v[0], v[1], v[2]), (v[3], v[4], v[5])
+
+
+@compile_inline
+def add_to_modes(F, slot, s, n, M, H, J, p, r):
+    """Add ``[T Phi]^T I [T Phi]`` and ``[T Phi]^T p`` of a child to its parent's modal rows; r is its arm."""
+    blocks = n + 7 >> 3
+    for a in range(n):
+        phi = row8(F.Phi, slot, a)
+        c = inertia_times(M, H, J, (phi[0], phi[1], phi[2], phi[3], phi[4], phi[5]))
+        f, t = (c[0], c[1], c[2]), (c[3], c[4], c[5])
+        t = add3(t, cross(r, f))
+        b = dot8(phi, (p[0], p[1], p[2], p[3], p[4], p[5], 0.0, 0.0))
+        put8(F.Z, s, a, 0, add8(get8(F.Z, s, a, 0), (f[0], f[1], f[2], t[0], t[1], t[2], b, 0.0)))
+        for k in range(a >> 3, blocks):
+            row = get8(F.Z, s, a, 1 + k)
+            row = axpy8(axpy8(row, c[0], get8(F.PhiT, slot, 0, k)), c[1], get8(F.PhiT, slot, 1, k))
+            row = axpy8(axpy8(row, c[2], get8(F.PhiT, slot, 2, k)), c[3], get8(F.PhiT, slot, 3, k))
+            row = axpy8(axpy8(row, c[4], get8(F.PhiT, slot, 4, k)), c[5], get8(F.PhiT, slot, 5, k))
+            put8(F.Z, s, a, 1 + k, row)
+
+
+@compile_inline
+def eliminate_modes(tree, flex, W, F, i, c1, c2):
+    """Condense link i's modes into W: ``I_A = M_rr - M_rf M_ff^-1 M_fr``; False when a pivot is not positive."""
+    k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
+    for a in range(n):
+        F.Z[s, a, 1 + (a >> 3), a & 7] += c1 * flex.diagonal[k, a, 1] + c2 * flex.diagonal[k, a, 0]
+        F.Z[s, a, 0, 6] -= F.load[s, a]
+    for a in range(n):
+        d = F.Z[s, a, 1 + (a >> 3), a & 7]
+        if not d > 0.0:
+            return False
+        g = 1.0 / d
+        row = get8(F.Z, s, a, 0)
+        for b in range(a + 1, n):
+            f = F.Z[s, a, 1 + (b >> 3), b & 7] * g
+            put8(F.Z, s, b, 0, axpy8(get8(F.Z, s, b, 0), -f, row))
+        for k in range(1 + (a >> 3), 1 + (n + 7 >> 3)):
+            right = get8(F.Z, s, a, k)
+            for b in range(a + 1, min(n, 8 * k)):
+                f = F.Z[s, a, 1 + (b >> 3), b & 7] * g
+                put8(F.Z, s, b, k, axpy8(get8(F.Z, s, b, k), -f, right))
+        condense(W, i, g, row)
+        F.Z[s, a, 0, 7] = g
+    return True
+
+
+@compile_inline
+def condense(W, i, g, v):
+    """Take ``g v v^T`` off the articulated inertia of link i, and ``g v v[6]`` off its bias."""
+    x, y, z = g * v[0], g * v[1], g * v[2]
+    M, J = get6(W, i, IA), get6(W, i, J_)
+    put6(
+        W, i, IA, (M[0] - x * v[0], M[1] - x * v[1], M[2] - x * v[2], M[3] - y * v[1], M[4] - y * v[2], M[5] - z * v[2])
+    )
+    for c in range(3):
+        W[i, H_ + c] -= x * v[3 + c]
+        W[i, H_ + 3 + c] -= y * v[3 + c]
+        W[i, H_ + 6 + c] -= z * v[3 + c]
+    x, y, z = g * v[3], g * v[4], g * v[5]
+    put6(
+        W, i, J_, (J[0] - x * v[3], J[1] - x * v[4], J[2] - x * v[5], J[3] - y * v[4], J[4] - y * v[5], J[5] - z * v[5])
+    )
+    condense_bias(W, i, g, v)
+
+
+@compile_inline
+def condense_bias(W, i, g, v):
+    """Take ``g v v[6]`` off the bias of link i."""
+    f = g * v[6]
+    for c in range(6):
+        W[i, PA + c] -= f * v[c]
+
+
+@compile_inline
+def eliminate_load(tree, W, F, i):
+    """Condense a new modal bias (column b_f of F.Z) of link i with the pivots of `eliminate_modes`."""
+    s, n = tree.ints[i, SLOT], tree.ints[i, MODES]
+    for a in range(n):
+        row = get8(F.Z, s, a, 0)
+        for b in range(a + 1, n):
+            F.Z[s, b, 0, 6] -= F.Z[s, a, 1 + (b >> 3), b & 7] * row[7] * row[6]
+        condense_bias(W, i, row[7], row)
+
+
+@compile_inline
+def modal_accelerations(tree, W, F, i, udot):
+    """Solve for q'' of link i from its A: back substitution."""
+    s, n, u = tree.ints[i, SLOT], tree.ints[i, MODES], tree.ints[i, UQ]
+    at = get6(W, i, A)
+    blocks = n + 7 >> 3
+    for k in range(blocks):
+        for c in range(8):
+            F.qdd[s, k, c] = 0.0
+    for a in range(n - 1, -1, -1):
+        row = get8(F.Z, s, a, 0)
+        v = dot8(row, (at[0], at[1], at[2], at[3], at[4], at[5], 1.0, 0.0))
+        for k in range(a >> 3, blocks):
+            v += dot8(get8(F.Z, s, a, 1 + k), row8(F.qdd, s, k))
+        v = -v * row[7]
+        F.qdd[s, a >> 3, a & 7] = v
+        udot[u + a] = v

@@ -1,0 +1,241 @@
+"""Loads of the kernel: evaluated between `world` and `inward`, they fill hinge forces, wrenches and modal loads."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.jit import compile_kernel
+from modalprep.multibody.algebra import (
+    ZERO3,
+    add6,
+    dot3,
+    get3,
+    get6,
+    get9,
+    put6,
+    take12,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernel import add_wrench, node_state
+from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, gravity_law, hinge_law, spring_law
+from modalprep.multibody.layout import (
+    BODY,
+    H_,
+    J_,
+    KIND,
+    MASS,
+    MODES,
+    NX,
+    OMEGA,
+    POSITION,
+    ROTATION,
+    SLOT,
+    VELOCITY,
+    WRENCH,
+)
+from modalprep.multibody.tables import Tables, table
+
+
+class Loads(NamedTuple):
+    """Packed loads; link -1 is the ground, table -1 no function of time."""
+
+    tables: Tables
+    motion: np.ndarray  # (prescribed, 2) int: link, table
+    hinge_at: np.ndarray  # (hinges, 3) int: coordinate (-1 none), speed, table of the drive
+    hinge: np.ndarray  # (hinges, 9) of `laws`
+    point_at: np.ndarray  # (points, 9) int: link, interface, whether it follows, tables of force and torque
+    spread_at: np.ndarray  # (spread, 3) int: link, whether it follows, table of the factor
+    spread: np.ndarray  # (spread, 12): sum F_b; sum x_a F_b, by rows; a in link axes, b in those of the load
+    spread_modes: np.ndarray  # (spread, N, 9): sum phi_a F_b
+    spring_at: np.ndarray  # (springs, 5) int: link, interface, twice; table of the pull
+    spring: np.ndarray  # (springs, 9): stiffness, damping, length, place of either end on the ground
+    bushing_at: np.ndarray  # (bushings, 4) int: link, interface, twice
+    bushing: np.ndarray  # (bushings, 36) of `laws`
+    centre: np.ndarray  # (4,): mu and centre of a central field; mu = 0 without
+
+
+class Energies(NamedTuple):
+    """Power of loads that are no potential (W), energy in springs (J), potential of a central field (J)."""
+
+    power: float
+    stored: float
+    gravity: float
+
+
+@compile_kernel
+def prescribe(loads, t, motion):
+    """Write position, rate and acceleration of prescribed hinges to ``motion (nl, 3)``."""
+    for i in range(len(loads.motion)):
+        link = loads.motion[i, 0]
+        motion[link, 0], motion[link, 1], motion[link, 2] = table(loads.tables, loads.motion[i, 1], t)
+
+
+@compile_kernel
+def apply(loads, tree, flex, W, F, y, t, tau, slope):
+    """Add all loads after `world`; returns `Energies`.
+
+    Parameters
+    ----------
+    tau : (nu,)
+        Overwritten with the hinge forces.
+    slope : (2, nu)
+        Overwritten with their derivatives by the hinge's own coordinate and speed.
+    """
+    nx = tree.ints[0, NX]
+    power, stored, gravity = 0.0, 0.0, 0.0
+    for u in range(len(tau)):
+        tau[u], slope[0, u], slope[1, u] = 0.0, 0.0, 0.0
+    for i in range(len(loads.hinge_at)):
+        x, u, k = loads.hinge_at[i, 0], loads.hinge_at[i, 1], loads.hinge_at[i, 2]
+        place = y[x] if x >= 0 else 0.0
+        f, p, e, dx, du = hinge_law(loads.hinge, i, place, y[nx + u], _value(loads, k, t))
+        tau[u] += f
+        slope[0, u] += dx
+        slope[1, u] += du
+        power, stored = power + p, stored + e
+    for i in range(len(loads.point_at)):
+        power += _point(loads, i, tree, flex, W, F, t)
+    for i in range(len(loads.spread_at)):
+        power += _spread(loads, i, tree, flex, W, F, t)
+    for i in range(len(loads.spring_at)):
+        p, e = _spring(loads, i, tree, flex, W, F, t)
+        power, stored = power + p, stored + e
+    for i in range(len(loads.bushing_at)):
+        p, e = _bushing(loads, i, tree, flex, W, F)
+        power, stored = power + p, stored + e
+    if loads.centre[0] > 0.0:
+        for i in range(len(tree.ints)):
+            if tree.ints[i, BODY] >= 0:
+                gravity += _central(loads, i, tree, flex, W, F)
+    return Energies(power, stored, gravity)
+
+
+@compile_kernel
+def _value(loads, k, t):
+    """Value of function k at time t; zero without."""
+    if k < 0:
+        return 0.0
+    value, _, _ = table(loads.tables, k, t)
+    return value
+
+
+@compile_kernel
+def _point(loads, i, tree, flex, W, F, t):
+    """Force and torque on an interface; returns its power."""
+    at = loads.point_at
+    _, turn, v, w = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
+    f = (_value(loads, at[i, 3], t), _value(loads, at[i, 4], t), _value(loads, at[i, 5], t))
+    m = (_value(loads, at[i, 6], t), _value(loads, at[i, 7], t), _value(loads, at[i, 8], t))
+    if at[i, 2]:
+        f, m = times(turn, f), times(turn, m)
+    add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, m)
+    return dot3(f, v) + dot3(m, w)
+
+
+@compile_kernel
+def _spread(loads, i, tree, flex, W, F, t):
+    """Forces on all points of a body, moving with them; returns their power."""
+    link = loads.spread_at[i, 0]
+    factor = _value(loads, loads.spread_at[i, 2], t)
+    base = get9(W, link, ROTATION)
+    turn = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)  # axes of the load to those of the link
+    if not loads.spread_at[i, 1]:
+        turn = (base[0], base[3], base[6], base[1], base[4], base[7], base[2], base[5], base[8])
+    f = times(turn, get3(loads.spread, i, 0))
+    X = get9(loads.spread, i, 3)
+    power = 0.0
+    if flex is not None:
+        s = tree.ints[link, SLOT]
+        if s >= 0:
+            for a in range(tree.ints[link, MODES]):
+                N = get9(loads.spread_modes[i], a, 0)
+                own = 0.0
+                for c in range(9):
+                    own += N[c] * turn[c]
+                F.load[s, a] += factor * own
+                power += own * F.qd[s, a]
+                X = (
+                    X[0] + F.q[s, a] * N[0], X[1] + F.q[s, a] * N[1], X[2] + F.q[s, a] * N[2],
+                    X[3] + F.q[s, a] * N[3], X[4] + F.q[s, a] * N[4], X[5] + F.q[s, a] * N[5],
+                    X[6] + F.q[s, a] * N[6], X[7] + F.q[s, a] * N[7], X[8] + F.q[s, a] * N[8],
+                )  # fmt: skip
+    x, y, z = times(turn, (X[0], X[1], X[2])), times(turn, (X[3], X[4], X[5])), times(turn, (X[6], X[7], X[8]))
+    m = (y[2] - z[1], z[0] - x[2], x[1] - y[0])  # sum r x F from the columns of sum r F'
+    power += dot3(f, transposed_times(base, get3(W, link, VELOCITY))) + dot3(m, get3(W, link, OMEGA))
+    _add_at_root(W, link, factor, f, m)
+    return factor * power
+
+
+@compile_kernel
+def _add_at_root(W, link, factor, f, m):
+    wrench = (factor * f[0], factor * f[1], factor * f[2], factor * m[0], factor * m[1], factor * m[2])
+    put6(W, link, WRENCH, add6(get6(W, link, WRENCH), wrench))
+
+
+@compile_kernel
+def _spring(loads, i, tree, flex, W, F, t):
+    """Axial spring; returns the power of its damper and its pull, and its energy."""
+    at, c = loads.spring_at, loads.spring
+    a, va, b, vb = get3(c, i, 3), ZERO3, get3(c, i, 6), ZERO3
+    if at[i, 0] >= 0:
+        a, _, va, _ = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
+    if at[i, 2] >= 0:
+        b, _, vb, _ = node_state(tree, flex, W, F, at[i, 2], at[i, 3])
+    f, power, stored = spring_law(c[i, 0], c[i, 1], c[i, 2], _value(loads, at[i, 4], t), a, b, va, vb)
+    if at[i, 0] >= 0:
+        add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, ZERO3)
+    if at[i, 2] >= 0:
+        add_wrench(tree, flex, W, F, at[i, 2], at[i, 3], (-f[0], -f[1], -f[2]), ZERO3)
+    return power, stored
+
+
+@compile_kernel
+def _bushing(loads, i, tree, flex, W, F):
+    """Bushing; returns the power of its dampers and its energy."""
+    at, c = loads.bushing_at, loads.bushing
+    ground = (get3(c, i, GROUND), get9(c, i, GROUND_ROTATION), ZERO3, ZERO3)
+    first, second = ground, ground
+    if at[i, 0] >= 0:
+        first = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
+    if at[i, 2] >= 0:
+        second = node_state(tree, flex, W, F, at[i, 2], at[i, 3])
+    f, m, back, power, stored = bushing_law(c, i, first, second)
+    if at[i, 0] >= 0:
+        add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], (-f[0], -f[1], -f[2]), back)
+    if at[i, 2] >= 0:
+        add_wrench(tree, flex, W, F, at[i, 2], at[i, 3], f, m)
+    return power, stored
+
+
+@compile_kernel
+def _central(loads, i, tree, flex, W, F):
+    """Central gravity on a link's body, with the inertia that `outward` left in W; returns its potential."""
+    base, p = get9(W, i, ROTATION), get3(W, i, POSITION)
+    d = transposed_times(base, (p[0] - loads.centre[1], p[1] - loads.centre[2], p[2] - loads.centre[3]))
+    H = get9(W, i, H_)
+    f, m, g, n, q, U = gravity_law(loads.centre[0], d, tree.fixed[i, MASS], (H[5], H[6], H[1]), get6(W, i, J_))
+    _add_at_root(W, i, 1.0, f, m)
+    if flex is not None:
+        s, k = tree.ints[i, SLOT], tree.ints[i, KIND]
+        if s >= 0:
+            first_order(flex, F, s, k, tree.ints[i, MODES])
+            for a in range(tree.ints[i, MODES]):
+                L = take12(F.L, 12 * a)
+                nLn = dot3(n, times((L[0], L[1], L[2], L[3], L[4], L[5], L[6], L[7], L[8]), n))
+                gradient = q * (3.0 * nLn - L[0] - L[4] - L[8])
+                F.load[s, a] += dot3(g, (L[9], L[10], L[11])) + gradient
+    return U
+
+
+@compile_kernel
+def first_order(flex, F, s, k, n):
+    """Write ``L_ab(q)`` (9) and ``S(q)`` (3) of each mode to F.L."""
+    for r in range(12 * n):
+        F.L[r] = flex.base[k, r]
+    for b in range(n):
+        f = F.q[s, b]
+        for r in range(12 * n):
+            F.L[r] += f * flex.by_q[k, b, r]

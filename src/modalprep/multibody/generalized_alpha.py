@@ -1,0 +1,131 @@
+"""Generalized-alpha method of order 2 in the order-n recursion, on the Lie group of the coordinates.
+
+Chung and Hulbert (1993); Arnold and Bruels (2007) for the split of accelerations, Bruels, Cardona and Arnold (2012)
+for turns about three axes and free bodies, which move by the exponential of their increment.
+
+Newton's method on ``M(q) v' = F(q, v)`` with ``M + c1 D + c2 K`` for its matrix, D, K of modes and hinges: a sweep is
+one recursion, ``(M + c1 D + c2 K) v'_new = F + (c1 D + c2 K) v'_old``. Springs and bushings between bodies are left
+to the sweeps; where they are too stiff the sweeps do not contract, and the step is halved.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from modalprep.jit import compile_inline, compile_kernel, compile_merged
+from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, hinge_slopes, load, power, solve_implicit
+from modalprep.multibody.kernel import kinematic
+from modalprep.multibody.layout import NX
+from modalprep.multibody.stepping import (
+    EVALUATIONS,
+    LAST,
+    NOT_CONVERGED,
+    RHO,
+    move,
+    set_weights,
+    speed_norm,
+)
+
+LEAST_SWEEPS, MOST_SWEEPS = 2, 12
+SWEEP_TOLERANCE = 0.03  # of the step's own tolerance
+
+
+@compile_merged
+def alpha_step(model, run, t, h):
+    """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance.
+
+    Rows of K: 0 algorithmic less true acceleration at the begin, 1 algorithmic at the begin, 2 at the end, 3 true
+    accelerations of the last sweep, 4 of this one, 5 scratch.
+    """
+    nx, nu = model.tree.ints[0, NX], len(model.tau)
+    p = _parameters(run.clock[RHO])
+    c1, c2 = p.c * p.gamma * h, p.c * p.beta * h * h
+    last, trial, work = run.K[3], run.K[4], run.K[5]
+    # the algorithmic acceleration belongs to a time that is shifted in proportion to the step
+    ratio = h / run.clock[LAST] if run.clock[LAST] > 0.0 else 0.0
+    for u in range(nu):  # stiff modes start from rest: their equation is linear, so they need no guess
+        run.K[1, u] = run.ydot[nx + u] + ratio * run.K[0, u]
+        last[u] = run.ydot[nx + u] / (1.0 + c1 * model.linear[1, u] + c2 * model.linear[0, u])
+    change = 0.0
+    for sweep in range(MOST_SWEEPS):
+        _place(model, run, h, p)
+        run.count[EVALUATIONS] += 1
+        if not load(model, t + h, run.new):
+            return FAILED_CALLBACK, 0.0
+        hinge_slopes(model)
+        for u in range(nu):
+            work[u] = (c1 * model.linear[1, u] + c2 * model.linear[0, u]) * last[u]
+        status = solve_implicit(model, c1, c2, work[:nu], trial[:nu])
+        if status >= 0:
+            return status, 0.0
+        run.newdot[nx + nu] = power(model, run.new)
+        for u in range(nu):
+            work[u] = c2 * (trial[u] - last[u])
+            last[u] = trial[u]
+        set_weights(model.tree, run, run.new, False)
+        before, change = change, speed_norm(model.tree, run, work[:nu])
+        if sweep + 1 >= LEAST_SWEEPS:
+            rate = change / before if before > 0.0 else 0.0
+            if not rate < 1.0:
+                return NOT_CONVERGED, 0.0
+            if change * rate <= SWEEP_TOLERANCE * (1.0 - rate):
+                return GOOD, _finish(model, run, h, p)
+    return NOT_CONVERGED, 0.0
+
+
+class Parameters(NamedTuple):
+    """Parameters of the method, and c: change of the algorithmic acceleration per change of the true one."""
+
+    am: float
+    af: float
+    beta: float
+    gamma: float
+    c: float
+
+
+@compile_inline
+def _parameters(rho):
+    am, af = (2.0 * rho - 1.0) / (rho + 1.0), rho / (rho + 1.0)
+    gamma = 0.5 + af - am
+    return Parameters(am, af, 0.25 * (gamma + 0.5) ** 2, gamma, (1.0 - af) / (1.0 - am))
+
+
+@compile_kernel
+def _place(model, run, h, p):
+    """Write the state at the end of the step, with the accelerations of the last sweep, to `new`."""
+    nx, nu = model.tree.ints[0, NX], len(model.tau)
+    d = run.K[5]
+    for u in range(nu):
+        begin = run.K[1, u]
+        end = p.c * run.K[3, u] + (p.af * run.ydot[nx + u] - p.am * begin) / (1.0 - p.am)
+        d[u] = h * run.y[nx + u] + h * h * ((0.5 - p.beta) * begin + p.beta * end)
+        run.new[nx + u] = run.y[nx + u] + h * ((1.0 - p.gamma) * begin + p.gamma * end)
+        run.K[2, u] = end
+    move(model.tree, model.place, run.y, d[:nu], run.new)
+
+
+@compile_kernel
+def _finish(model, run, h, p):
+    """Write the state of the last sweep and its derivative; returns the error of the step.
+
+    The local error of the coordinates is ``h^3 v'' (beta + d / 2 - 1/6)``, d = am - af the shift of the algorithmic
+    acceleration. In stiff coordinates it is filtered as in Hairer and Wanner (1996), IV.8, or it would see
+    ``h^2 w^2`` times the amplitude of a vibration that the step does not resolve.
+    """
+    nx, nu = model.tree.ints[0, NX], len(model.tau)
+    _place(model, run, h, p)
+    kinematic(model.tree, run.new, run.newdot)
+    factor = h * h * (p.beta + 0.5 * (p.am - p.af) - 1.0 / 6.0)
+    for u in range(nu):
+        run.newdot[nx + u] = run.K[3, u]
+        stiff = h * p.c * (p.gamma * model.linear[1, u] + p.beta * h * model.linear[0, u])
+        run.K[5, u] = factor * (run.K[2, u] - run.K[1, u]) / (1.0 + stiff)
+    return speed_norm(model.tree, run, run.K[5, :nu])
+
+
+@compile_kernel
+def alpha_accept(model, run):
+    """Keep what the next step needs, after a step was accepted."""
+    nx = model.tree.ints[0, NX]
+    for u in range(len(model.tau)):
+        run.K[0, u] = run.K[2, u] - run.newdot[nx + u]

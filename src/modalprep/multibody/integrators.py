@@ -1,0 +1,208 @@
+"""A run of the compiled step loop: choice of the method, chunks of steps, samples, events, failures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.multibody import driver
+from modalprep.multibody.callbacks import Pointer
+from modalprep.multibody.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
+from modalprep.multibody.evaluate import (
+    CALLBACK,
+    CALLBACK_POWER,
+    GOOD,
+    RAISED,
+    TWIN,
+    build_model,
+)
+from modalprep.multibody.events import Event, event_function
+from modalprep.multibody.failure import diverged, failure
+from modalprep.multibody.layout import MODES, XQ, Packed
+from modalprep.multibody.loading import Loading
+from modalprep.multibody.stepping import (
+    CAUSE,
+    EVALUATIONS,
+    FOUND,
+    HALVED,
+    OUTPUT,
+    REJECTED,
+    SAMPLED,
+    SIZES,
+    STEPS,
+    T,
+    new_run,
+)
+from modalprep.multibody.stiffness import choose
+from modalprep.multibody.system import System
+
+METHODS = ("auto", "explicit", "generalized_alpha", "rosenbrock")
+NAMES = {
+    EXPLICIT: "explicit, DOP853",
+    ROSENBROCK: "implicit, Rosenbrock-W of order 3",
+    ALPHA: "implicit, generalized-alpha",
+}
+CHUNK = 256  # steps between two reports of progress
+SAMPLES = 256  # states in the buffer
+SMALL_DEFLECTION = 0.01  # of the body's size: deflections below are not resolved relative to themselves
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run went: status, one sentence, times of each event, counters, time and number of samples at the end."""
+
+    status: str
+    message: str
+    events: dict[str, np.ndarray]
+    stats: dict[str, float]
+    t: float
+
+
+class Integration:
+    """One run of a system: arrays, hooks to Python, the step loop.
+
+    Parameters
+    ----------
+    y : (nx + nu + 1,)
+        Coordinates, speeds and work at the start.
+    times : (nt,)
+        Output times, s, from 0 to the end.
+    method : str
+        One of METHODS.
+    step : float or None
+        A fixed step, s; by error control otherwise.
+    rho : float
+        High-frequency amplification of generalized-alpha, 0 to 1.
+    twin : callable or None
+        ``(y, motion, t) -> accelerations`` in place of the kernel's.
+    size : (nx,)
+        Deflection of a modal coordinate, in sizes of its body.
+    """
+
+    def __init__(
+        self, system: System, packed: Packed, loading: Loading, y: np.ndarray, times: np.ndarray, size: np.ndarray, *,
+        method: str, rtol: float, atol: float, step: float | None, rho: float, events: Sequence[Event],
+        twin: Callable | None,
+    ) -> None:  # fmt: skip
+        self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
+        self.model = build_model(system, packed, loading)
+        if loading.loops:
+            loading.enter(*loading.stretches[0])
+            y = y.copy()
+            y[:-1] = loading.loops.assemble(self.model.W, self.model.F, y[:-1], loading.prescribe(0.0))
+        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0)
+        for i, row in enumerate(packed.tree.ints):  # deflections count by a share of the body's size at least
+            reach = size[row[XQ] : row[XQ] + row[MODES]].max(initial=0.0)
+            self.steps.size[SIZES + 2 * i] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
+        self.pointers = {
+            CALLBACK: None if loading.compiled else self._pointer(self._loads),
+            TWIN: self._pointer(lambda t: self._twin(twin, t)) if twin else None,
+        }
+        for flag, pointer in self.pointers.items():
+            self.model.flags[flag] = pointer.address if pointer else 0
+        self.watch = self._watch(times, size)
+        self.choice = choose(self.model, self.steps, loading, method, times[-1])
+
+    def _pointer(self, function: Callable[[float], None]) -> Pointer:
+        return Pointer(function, self.model.shared[RAISED:])
+
+    def _loads(self, t: float) -> None:
+        m = self.model
+        m.shared[CALLBACK_POWER] = self.loading.call(m.W, m.F, m.state, t)
+
+    def _twin(self, twin: Callable, t: float) -> None:
+        self.model.twin[:] = twin(self.model.state, self.model.motion, t)
+
+    def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
+        count = len(self.events)
+        values, hook = np.zeros(count), np.zeros(1, dtype=np.int64)
+        if count:
+            functions = [event_function(self.system, self.packed, self.loading, self.model, e) for e in self.events]
+
+            def ask(t: float) -> None:
+                values[:] = [function(t) for function in functions]
+
+            self.pointers[len(self.pointers)] = pointer = self._pointer(ask)
+            hook[0] = pointer.address
+        sense = np.array([[e.direction, e.terminal] for e in self.events], dtype=np.int64).reshape(count, 2)
+        samples = np.zeros((SAMPLES, len(self.steps.y)))
+        found = np.zeros((CHUNK * driver.PROBES * count, 2))
+        return Watch(np.ascontiguousarray(times), samples, size, hook, values, np.zeros(count), sense, found)
+
+    def run(self, record: Callable[[float, np.ndarray], None], progress: Callable[[float], None] | None) -> Outcome:
+        """Integrate to the last output time; `record` gets the output times and states.
+
+        Raises
+        ------
+        SimulationError
+            When the integration cannot go on: time, body, cause.
+        """
+        found: list[tuple[int, float]] = []
+        code = driver.REACHED
+        for begin, end in self.loading.stretches:
+            self.loading.enter(begin, end)
+            self._begin(begin, end)
+            while True:
+                code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, CHUNK)
+                found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
+                self._drain(record)
+                self._refuse(code)
+                if progress:
+                    progress(float(self.steps.clock[T]))
+                if code not in (driver.RUNNING, driver.FULL):
+                    break
+            if code != driver.REACHED:
+                break
+        return self._outcome(code, found, record)
+
+    def _begin(self, begin: float, end: float) -> None:
+        status = driver.begin(self.model, self.steps, self.choice.method, begin, end)
+        self._raise_callback()
+        if status != GOOD or not np.all(np.isfinite(self.steps.ydot)):
+            self.steps.count[CAUSE] = status
+            raise failure(self, begin)
+        if self.events and begin == 0.0:
+            driver.ask(self.model, self.steps, self.watch, begin, self.steps.y)
+            self._raise_callback()
+            self.watch.before[:] = self.watch.values
+
+    def _drain(self, record: Callable[[float, np.ndarray], None]) -> None:
+        count, done = self.steps.count[SAMPLED], self.steps.count[OUTPUT]
+        for t, y in zip(self.watch.times[done - count : done], self.watch.samples[:count], strict=True):
+            record(float(t), y)
+        self.steps.count[SAMPLED] = 0
+
+    def _refuse(self, code: int) -> None:
+        self._raise_callback()
+        if code == driver.COLLAPSED:
+            raise failure(self, float(self.steps.clock[T]))
+
+    def _raise_callback(self) -> None:
+        for pointer in self.pointers.values():
+            if pointer and pointer.error:
+                raise pointer.error
+
+    def _outcome(self, code: int, found: list[tuple[int, float]], record: Callable) -> Outcome:
+        t = float(self.steps.clock[T])
+        while code in (driver.STOPPED, driver.DIVERGED):  # samples up to the end
+            full = not driver.sample(self.model, self.steps, self.watch)
+            self._drain(record)
+            if not full:
+                break
+        times = {e.name: np.sort([s for k, s in found if k == i and s <= t]) for i, e in enumerate(self.events)}
+        status, message = "done", f"reached t = {t:g} s"
+        if code == driver.DIVERGED:
+            status, message = "diverged", diverged(self)
+        if code == driver.STOPPED:
+            names = [e.name for e in self.events if e.terminal and t in times[e.name]]
+            message = f"event {names[0]!r} ended the run at t = {t:.6g} s"
+            if t > self.watch.times[self.steps.count[OUTPUT] - 1]:
+                record(t, self.steps.y)
+        return Outcome(status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, self._stats(), t)
+
+    def _stats(self) -> dict[str, float]:
+        names = {"steps": STEPS, "evaluations": EVALUATIONS, "rejected": REJECTED, "halved": HALVED}
+        counts = {name: float(self.steps.count[k]) for name, k in names.items()}
+        return counts | {"stiffness_ratio": self.choice.ratio, "method": float(self.choice.method)}

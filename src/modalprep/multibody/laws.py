@@ -1,0 +1,165 @@
+"""Force laws of the kernel: hinge elements, springs, bushings, central gravity. Numbers in, numbers out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.jit import compile_kernel
+from modalprep.multibody.algebra import (
+    add3,
+    axpy3,
+    cross,
+    dot3,
+    product,
+    product_transposed,
+    symmetric_times,
+    times,
+    transposed_times,
+)
+
+# columns of a hinge's constants
+STIFFNESS, REST, DAMPING, FRICTION, SLIDING, LOWER, UPPER, STOP, STOP_DAMPING, HINGE = range(10)
+# columns of a bushing's constants: stiffness (6), damping (6), position and rotation of the second end at rest
+REST_POSITION, REST_ROTATION, GROUND, GROUND_ROTATION, BUSHING = 12, 15, 24, 27, 36
+SMALL = 1e-2  # rad: below, the series of the rotation vector is exact to round-off
+NO_AXIS = 1e-8
+
+
+@compile_kernel
+def hinge_law(c, i, x, u, drive):
+    """Force of one hinge at coordinate x and speed u, with row i of the constants `c`.
+
+    Spring ``-k (x - rest)``, damper ``-d u``, Coulomb friction ``-f tanh(u / sliding)``, limits as one-sided springs
+    with ``k p max(0, 1 + a p')`` at penetration p (Hunt and Crossley 1975, exponent 1), and the drive.
+
+    Returns
+    -------
+    tau : N or N m
+    power : W, of all but the springs
+    stored : J, in the springs
+    slope_x, slope_u : derivatives of tau
+    """
+    stretch = x - c[i, REST]
+    tau = -c[i, STIFFNESS] * stretch
+    stored = 0.5 * c[i, STIFFNESS] * stretch * stretch
+    slip = np.tanh(u / c[i, SLIDING])
+    other = drive - c[i, DAMPING] * u - c[i, FRICTION] * slip
+    slope_x = -c[i, STIFFNESS]
+    slope_u = -c[i, DAMPING] - c[i, FRICTION] * (1.0 - slip * slip) / c[i, SLIDING]
+    above, below = x - c[i, UPPER], c[i, LOWER] - x
+    if above > 0.0 or below > 0.0:
+        side = 1.0 if above > 0.0 else -1.0
+        p, k = above if above > 0.0 else below, c[i, STOP]
+        factor = 1.0 + c[i, STOP_DAMPING] * side * u
+        tau -= side * k * p
+        stored += 0.5 * k * p * p
+        if factor > 0.0:
+            other -= side * k * p * (factor - 1.0)
+            slope_x -= k * factor
+            slope_u -= k * p * c[i, STOP_DAMPING]
+        else:
+            other += side * k * p
+    return tau + other, other * u, stored, slope_x, slope_u
+
+
+@compile_kernel
+def spring_law(stiffness, damping, length, pull, a, b, va, vb):
+    """Axial spring between points a and b with velocities va, vb, inertial.
+
+    Returns the force on a (b feels the opposite), the power of damping and `pull` (N, tension), the energy stored.
+    """
+    d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+    long = np.sqrt(dot3(d, d))
+    g = 1.0 / long if long > 0.0 else 0.0
+    rate = g * dot3(d, (vb[0] - va[0], vb[1] - va[1], vb[2] - va[2]))
+    stretch = long - length
+    other = damping * rate + pull
+    f = g * (stiffness * stretch + other)
+    return (f * d[0], f * d[1], f * d[2]), -other * rate, 0.5 * stiffness * stretch * stretch
+
+
+@compile_kernel
+def rotation_vector(Q):
+    """Rotation vector of a rotation below 180 degrees, and c of ``1 + x~ / 2 + c x~ x~``, which takes moments to it."""
+    a = (0.5 * (Q[7] - Q[5]), 0.5 * (Q[2] - Q[6]), 0.5 * (Q[3] - Q[1]))
+    s, c = np.sqrt(dot3(a, a)), 0.5 * (Q[0] + Q[4] + Q[8] - 1.0)
+    angle = np.arctan2(s, c)
+    f = angle / s if s > NO_AXIS else 1.0
+    if angle < SMALL:
+        g = 1.0 / 12.0 + angle * angle / 720.0 + angle * angle * angle * angle / 30240.0
+    else:
+        g = 1.0 / (angle * angle) - (1.0 + c) / (2.0 * angle * s)
+    return (f * a[0], f * a[1], f * a[2]), g
+
+
+@compile_kernel
+def bushing_law(c, i, first, second):
+    """Six springs and dampers in the axes of the first of two frames (position, rotation, velocity, spin; inertial).
+
+    Displacement ``d = R1' (p2 - p1) - rest``, rotation vector x of ``R1' R2 rest'``; potential
+    ``d K d / 2 + x K x / 2``, dampers on ``d'`` and the relative angular velocity; all in the first frame's axes.
+
+    Returns
+    -------
+    force, torque : on the second frame, at its origin, inertial axes
+    torque on the first frame; the force on it is opposite
+    power of the dampers, energy stored
+    """
+    pa, Ra, va, wa = first
+    pb, Rb, vb, wb = second
+    r = transposed_times(Ra, (pb[0] - pa[0], pb[1] - pa[1], pb[2] - pa[2]))
+    v = transposed_times(Ra, (vb[0] - va[0], vb[1] - va[1], vb[2] - va[2]))
+    v = axpy3(v, -1.0, cross(transposed_times(Ra, wa), r))
+    w = transposed_times(Ra, (wb[0] - wa[0], wb[1] - wa[1], wb[2] - wa[2]))
+    d = (r[0] - c[i, REST_POSITION], r[1] - c[i, REST_POSITION + 1], r[2] - c[i, REST_POSITION + 2])
+    turn = product((Ra[0], Ra[3], Ra[6], Ra[1], Ra[4], Ra[7], Ra[2], Ra[5], Ra[8]), Rb)
+    k = REST_ROTATION
+    rest = (
+        c[i, k], c[i, k + 1], c[i, k + 2], c[i, k + 3], c[i, k + 4], c[i, k + 5], c[i, k + 6], c[i, k + 7], c[i, k + 8],
+    )  # fmt: skip
+    x, g = rotation_vector(product_transposed(turn, rest))
+    spring = (-c[i, 0] * d[0], -c[i, 1] * d[1], -c[i, 2] * d[2])
+    damper = (-c[i, 6] * v[0], -c[i, 7] * v[1], -c[i, 8] * v[2])
+    moment = (-c[i, 3] * x[0], -c[i, 4] * x[1], -c[i, 5] * x[2])
+    brake = (-c[i, 9] * w[0], -c[i, 10] * w[1], -c[i, 11] * w[2])
+    stored = -0.5 * (dot3(spring, d) + dot3(moment, x))
+    power = dot3(damper, v) + dot3(brake, w)
+    xm = cross(x, moment)
+    moment = add3(add3(moment, brake), axpy3((0.5 * xm[0], 0.5 * xm[1], 0.5 * xm[2]), g, cross(x, xm)))
+    f = add3(spring, damper)
+    back = add3(moment, cross(r, f))
+    back = (-back[0], -back[1], -back[2])
+    return times(Ra, f), times(Ra, moment), times(Ra, back), power, stored
+
+
+@compile_kernel
+def gravity_law(mu, d, m, c, J):
+    """Central field on a body, linearised about its root: axes of the body, d from the centre to the root.
+
+    With the body's m, first moment c and moment of inertia J (6) about the root. The potential is
+    ``U = -mu m / R - g.c - Gamma_ab E_ab / 2`` with ``g = -mu n / R^2``, ``Gamma = -mu / R^3 (1 - 3 n n')``; force and
+    torque are its exact derivatives, so that energy is conserved. What is left out is of order (size / R)^3.
+
+    Returns
+    -------
+    force, torque : on the body, at the root
+    g : field at the root; n : direction from the centre; mu / R^3
+    U : J
+    """
+    R = np.sqrt(dot3(d, d))
+    n = (d[0] / R, d[1] / R, d[2] / R)
+    q = mu / (R * R * R)
+    g = (-q * d[0], -q * d[1], -q * d[2])
+    trace = 0.5 * (J[0] + J[3] + J[5])
+    En = axpy3((trace * n[0], trace * n[1], trace * n[2]), -1.0, symmetric_times(J, n))
+    nc, nEn = dot3(n, c), dot3(n, En)
+    f = q / R
+    along = m * q * -R + 3.0 * q * nc + f * (1.5 * trace - 7.5 * nEn)
+    force = (
+        along * n[0] - q * c[0] + 3.0 * f * En[0],
+        along * n[1] - q * c[1] + 3.0 * f * En[1],
+        along * n[2] - q * c[2] + 3.0 * f * En[2],
+    )
+    torque = axpy3(cross(c, g), 3.0 * q, cross(En, n))
+    U = -q * R * R * m + q * R * nc + 0.5 * q * (trace - 3.0 * nEn)
+    return force, torque, g, n, q, U

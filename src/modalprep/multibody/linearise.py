@@ -1,0 +1,181 @@
+"""Linear equations about a state or a steady motion, and their response to harmonic inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody import kernel
+from modalprep.multibody.differences import jacobian
+from modalprep.multibody.layout import FREE, SPHERICAL, U
+from modalprep.multibody.observe import Effort, output
+from modalprep.multibody.plant import Plant, start_state
+from modalprep.multibody.system import System
+from modalprep.records import Record
+from modalprep.vectors import skew
+
+PLACE_STEP, SPEED_STEP = 0.05, 1.0  # first differences, in scales of the coordinates, and of them per second
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StateSpace(Record):
+    """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of [coordinates | speeds].
+
+    Coordinates are minimal: a spherical joint's three are the rotation vector of the child relative to the reference, in
+    its axes; a free joint's six the displacement and that rotation, in the body's axes. The reference moves on
+    with its speeds where they are not zero.
+
+    Attributes
+    ----------
+    A, B, C, D : (2 nu, 2 nu), (2 nu, ni), (no, 2 nu), (no, ni)
+    inputs, outputs : tuple of str
+    owner : tuple of (str, str)
+        What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
+    y : (nx + nu,)
+        The state.
+    udot : (nu,)
+        Accelerations there; zero at rest or in a steady motion.
+    error : float
+        Largest estimated error of an entry, relative to the largest entry of its matrix.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    owner: tuple[tuple[str, str], ...]
+    y: np.ndarray
+    udot: np.ndarray
+    error: float
+
+
+def linearise(
+    system: System,
+    y: np.ndarray | None = None,
+    t: float = 0.0,
+    *,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+) -> StateSpace:
+    """Return the linear equations about a state of a system.
+
+    The kinematic rows are exact; the others are central differences of the order-n accelerations with Richardson
+    extrapolation, good to some 1e-11 of the largest entry (`StateSpace.error` says it for each case).
+
+    Parameters
+    ----------
+    y : (nx + nu,)
+        State as `layout` packs it, such as `static_equilibrium(system).y`; default: the start of the joints.
+    t : float
+        s, at which functions of time are taken; prescribed hinges move as they do then.
+    inputs, outputs : sequence of str
+        See `observe.Effort` and `observe.output`.
+
+    Raises
+    ------
+    InputError
+        When a name says nothing of the system, the state has another size, or the system has closed loops.
+    SimulationError
+        When the mass matrix is not positive.
+
+    Examples
+    --------
+    >>> from modalprep.body.rigid import rigid_body
+    >>> from modalprep.multibody.hinge import HingeElement
+    >>> from modalprep.multibody.system import Joint
+    >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=2 * np.eye(3), interfaces={"root": np.zeros(3)})
+    >>> spring = HingeElement(stiffness=18.0, damping=0.4)
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="disc", elements=spring)
+    >>> linear = linearise(System(bodies={"disc": disc}, joints=(hinge,)), inputs=["hinge"], outputs=["hinge.angle"])
+    >>> linear.A.round(9).tolist(), linear.B.round(9).tolist(), linear.C.tolist()
+    ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
+    """
+    plant = Plant(system, t)
+    y = start_state(plant.packed) if y is None else np.array(y, dtype=float)
+    if y.shape != (plant.nx + plant.nu,) or not np.all(np.isfinite(y)):
+        raise InputError(f"the state needs {plant.nx + plant.nu} finite numbers; it has {y.size}")
+    efforts, read = [Effort(plant, name) for name in inputs], [output(plant, name, y) for name in outputs]
+    nu, ni = plant.nu, len(inputs)
+
+    def answer(z: np.ndarray) -> np.ndarray:
+        state = plant.moved(y, z[:nu])
+        state[plant.nx :] += z[nu : 2 * nu]
+        plant.load(state)
+        kernel.world(plant.packed.tree, plant.W)
+        tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * nu :], strict=True)), np.zeros(nu))
+        return np.concatenate([plant.accelerations(state, tau), [function(state) for function in read]])
+
+    rest = answer(np.zeros(2 * nu + ni))
+    steps = np.concatenate([PLACE_STEP * plant.scale, SPEED_STEP * plant.scale, np.ones(ni)])
+    J, error = jacobian(answer, steps)
+    top = np.hstack([transport(plant, y), np.eye(nu), np.zeros((nu, ni))])
+    return StateSpace(
+        A=np.vstack([top[:, : 2 * nu], J[:nu, : 2 * nu]]),
+        B=np.vstack([top[:, 2 * nu :], J[:nu, 2 * nu :]]),
+        C=J[nu:, : 2 * nu],
+        D=J[nu:, 2 * nu :],
+        inputs=tuple(inputs),
+        outputs=tuple(outputs),
+        owner=tuple(plant.owner),
+        y=y,
+        udot=rest[:nu],
+        error=max((_relative(error[rows], J[rows]) for rows in (slice(nu), slice(nu, None))), default=0.0),
+    )
+
+
+def _relative(error: np.ndarray, of: np.ndarray) -> float:
+    largest = np.abs(of).max(initial=0.0)
+    return float(error.max(initial=0.0) / largest) if largest > 0 else 0.0
+
+
+def transport(plant: Plant, y: np.ndarray) -> np.ndarray:
+    """Return the rate of the coordinates' changes by those changes (nu, nu): seen from a turning body, both turn back.
+
+    With rotation vector x and displacement d in the body's axes ``x' = dw - w~ x``, ``d' = dv - w~ d - v~ x``.
+    """
+    N = np.zeros((plant.nu, plant.nu))
+    for row, kind in zip(plant.packed.tree.ints, plant.packed.types, strict=True):
+        first = row[U]
+        u = y[plant.nx + first : plant.nx + first + 6]
+        if kind == SPHERICAL:
+            N[first : first + 3, first : first + 3] = -skew(u[:3])
+        if kind == FREE:
+            N[first : first + 3, first : first + 3] = N[first + 3 : first + 6, first + 3 : first + 6] = -skew(u[3:])
+            N[first : first + 3, first + 3 : first + 6] = -skew(u[:3])
+    return N
+
+
+def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
+    """Return ``C (i omega - A)^-1 B + D`` (nf, no, ni): outputs per unit of harmonic inputs.
+
+    Parameters
+    ----------
+    frequency : (nf,)
+        Hz.
+
+    Raises
+    ------
+    InputError
+        When there are no inputs or no outputs, or a frequency is a pole.
+
+    Examples
+    --------
+    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0)
+    >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
+    ...                         D=np.zeros((1, 1)), **one)
+    >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()
+    [[[0.333333333]]]
+    """
+    if not linear.inputs or not linear.outputs:
+        raise InputError("a frequency response needs inputs and outputs; name them to linearise")
+    omega = 2j * np.pi * np.asarray(frequency, dtype=float).reshape(-1, 1, 1)
+    try:
+        moved = np.linalg.solve(omega * np.eye(len(linear.A)) - linear.A, linear.B.astype(complex))
+    except np.linalg.LinAlgError:
+        raise InputError("a frequency is a pole of the undamped system; move it, or add damping") from None
+    return linear.C @ moved + linear.D

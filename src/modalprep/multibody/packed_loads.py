@@ -1,0 +1,162 @@
+"""Pack the loads of a system for the kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody.forces import Loads
+from modalprep.multibody.laws import BUSHING, GROUND, GROUND_ROTATION, HINGE, REST_POSITION, REST_ROTATION
+from modalprep.multibody.layout import FREE, PRESCRIBED, SPEEDS, SPHERICAL, Packed, U, X
+from modalprep.multibody.loads import (
+    AxialSpring,
+    Bushing,
+    CentralGravity,
+    DistributedForce,
+    PointForce,
+    locate,
+)
+from modalprep.multibody.system import System
+from modalprep.multibody.tabulate import tabulate
+from modalprep.multibody.timefunction import TimeFunction
+
+
+def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
+    """Return the arrays of everything that loads or drives a system on [0, t_end].
+
+    Raises
+    ------
+    InputError
+        When a function of time cannot be used on [0, t_end].
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.layout import pack
+    >>> from modalprep.multibody.hinge import HingeElement
+    >>> from modalprep.multibody.system import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", elements=HingeElement(stiffness=5.0))
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
+    >>> pack_loads(arm, pack(arm), 1.0).hinge[0, 0]
+    np.float64(5.0)
+    """
+    build = _Builder(system, packed)
+    motion = build.motion()
+    hinge_at, hinge = build.hinges()
+    rows = {kind: [load for load in system.loads if isinstance(load, kind)] for kind in _KINDS}
+    points = [build.point(load) for load in rows[PointForce]]
+    spread = [build.spread(load) for load in rows[DistributedForce]]
+    springs = [build.spring(load) for load in rows[AxialSpring]]
+    bushings = [build.bushing(load) for load in rows[Bushing]]
+    centre = [np.array([load.mu, *load.centre]) for load in rows[CentralGravity]]
+    N = max((body.n for body in system.bodies.values()), default=0)
+    return Loads(
+        tables=_named_tabulate(build.functions, t_end),
+        motion=_ints(motion, 2),
+        hinge_at=_ints(hinge_at, 3),
+        hinge=_floats(hinge, (HINGE,)),
+        point_at=_ints(points, 9),
+        spread_at=_ints([at for at, _, _ in spread], 3),
+        spread=_floats([c for _, c, _ in spread], (12,)),
+        spread_modes=_floats([np.pad(m, ((0, N - len(m)), (0, 0))) for _, _, m in spread], (N, 9)),
+        spring_at=_ints([at for at, _ in springs], 5),
+        spring=_floats([c for _, c in springs], (9,)),
+        bushing_at=_ints([at for at, _ in bushings], 4),
+        bushing=_floats([c for _, c in bushings], (BUSHING,)),
+        centre=centre[0] if centre else np.zeros(4),
+    )
+
+
+_KINDS = (PointForce, DistributedForce, AxialSpring, Bushing, CentralGravity)
+
+
+def _named_tabulate(functions: list[tuple[str, TimeFunction]], t_end: float):
+    for name, function in functions:
+        try:
+            tabulate([function], t_end)
+        except InputError as error:
+            raise InputError(f"{name}: {error}") from None
+    return tabulate([function for _, function in functions], t_end)
+
+
+class _Builder:
+    """Collects functions of time while the rows of the loads are made."""
+
+    def __init__(self, system: System, packed: Packed) -> None:
+        self.system, self.packed = system, packed
+        self.functions: list[tuple[str, TimeFunction]] = []
+
+    def table(self, name: str, function: TimeFunction | None) -> int:
+        """Return the number of a function; -1 for none, and for the constant zero."""
+        if function is None or function.source == 0:
+            return -1
+        self.functions.append((name, function))
+        return len(self.functions) - 1
+
+    def motion(self) -> list[tuple[int, int]]:
+        return [
+            (i, self.table(f"joint {link.joint.name!r}: motion", link.joint.motion))
+            for i, link in enumerate(self.packed.links)
+            if self.packed.types[i] in PRESCRIBED
+        ]
+
+    def hinges(self) -> tuple[list, list]:
+        at, constants = [], []
+        for joint in self.system.joints:
+            places = _coordinates(self.packed, joint.name)
+            for element, (x, u) in zip(joint.elements, places, strict=bool(joint.elements)):
+                at.append((x, u, self.table(f"joint {joint.name!r}: drive", element.drive)))
+                constants.append(np.array(element.constants))
+        return at, constants
+
+    def end(self, text: str) -> tuple[int, int]:
+        """Return link and interface of ``body.interface``; -1, 0 for the ground."""
+        found = locate(self.system.bodies, text, text)
+        return (self.packed.link_of(found[0]), found[1]) if found else (-1, 0)
+
+    def point(self, load: PointForce) -> list[int]:
+        name = f"force {load.name!r}"
+        tables = [self.table(name, function) for function in (*load.force, *load.torque)]
+        return [*self.end(load.at), int(load.axes == "body"), *tables]
+
+    def spread(self, load: DistributedForce) -> tuple:
+        body, link = self.system.bodies[load.body], self.packed.link_of(load.body)
+        to_link = self.packed.align(link).T
+        follows = load.axes == "body"
+        force = load.force @ to_link.T if follows else load.force
+        shape = np.einsum("ac,pci->pai", to_link, body.shape)
+        first = np.einsum("pa,pb->ab", body.points @ to_link.T, force)
+        modes = np.einsum("pai,pb->iab", shape, force).reshape(body.n, 9)
+        at = [link, int(follows), self.table(f"force {load.name!r}", load.factor)]
+        return at, np.array([*force.sum(axis=0), *first.ravel()]), modes
+
+    def spring(self, load: AxialSpring) -> tuple:
+        at = [*self.end(load.between[0]), *self.end(load.between[1]), self.table(f"spring {load.name!r}", load.pull)]
+        return at, np.array([load.stiffness, load.damping, load.length, *load.position, *load.position])
+
+    def bushing(self, load: Bushing) -> tuple:
+        row = np.zeros(BUSHING)
+        row[:6], row[6:REST_POSITION] = load.stiffness, load.damping
+        row[REST_POSITION:REST_ROTATION], row[GROUND:GROUND_ROTATION] = load.rest_position, load.position
+        row[REST_ROTATION:GROUND], row[GROUND_ROTATION:] = load.rest_rotation.ravel(), load.rotation.ravel()
+        return [*self.end(load.between[0]), *self.end(load.between[1])], row
+
+
+def _coordinates(packed: Packed, joint: str) -> list[tuple[int, int]]:
+    """Return coordinate (-1: none of its own) and speed of everything that a joint can move."""
+    found = []
+    for i in packed.links_of(joint):
+        kind, row = packed.types[i], packed.tree.ints[i]
+        own = kind not in (SPHERICAL, FREE)
+        found += [(int(row[X]) if own else -1, int(row[U]) + k) for k in range(SPEEDS[kind])]
+    return found
+
+
+def _ints(rows: Sequence, width: int) -> np.ndarray:
+    return np.array(rows, dtype=np.int64).reshape(len(rows), width)
+
+
+def _floats(rows: Sequence, shape: tuple[int, ...]) -> np.ndarray:
+    return np.array(rows, dtype=float).reshape(len(rows), *shape)

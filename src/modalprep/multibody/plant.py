@@ -1,0 +1,179 @@
+"""A system at one state, for the analyses: its accelerations, the forces that accelerations need, its scales."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.errors import InputError, SimulationError
+from modalprep.multibody import kernel
+from modalprep.multibody.constraints import retract
+from modalprep.multibody.layout import (
+    COORDINATES,
+    FREE,
+    PRISMATIC,
+    REVOLUTE,
+    SPEEDS,
+    SPHERICAL,
+    UQ,
+    XQ,
+    Packed,
+    U,
+    X,
+    pack,
+    workspace,
+)
+from modalprep.multibody.loading import Loading
+from modalprep.multibody.newton_euler import required_forces
+from modalprep.multibody.system import System
+
+LEAST_REACH = 1e-6  # of the mode that moves most
+AHEAD = 1.0  # s after the time of interest for which functions of time are tabulated
+
+
+def start_state(packed: Packed) -> np.ndarray:
+    """Return the state (nx + nu,) that the joints say, modes at rest.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.system import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
+    >>> start_state(pack(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))))
+    array([0.5, 0. , 0. , 0. ])
+    """
+    y = np.zeros(packed.nx + packed.nu)
+    for i, (link, kind) in enumerate(zip(packed.links, packed.types, strict=True)):
+        joint, x, u = link.joint, packed.tree.ints[i, X], packed.nx + packed.tree.ints[i, U]
+        place = sum(packed.types[k] == kind for k in packed.links_of(joint.name) if k < i)
+        if kind in (REVOLUTE, PRISMATIC):
+            value, rate = (joint.angle, joint.rate) if kind == REVOLUTE else (joint.displacement, joint.speed)
+            y[x], y[u] = np.resize(value, 2)[place], np.resize(rate, 2)[place]
+        if kind == FREE:
+            y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
+            x, u = x + 3, u + 3
+        if kind in (FREE, SPHERICAL):
+            y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
+            y[u : u + 3] = joint.spin
+    return y
+
+
+class Plant:
+    """A packed system and its loads at one time.
+
+    Attributes
+    ----------
+    scale : (nu,)
+        Size of a change of each coordinate: 1 rad, the largest body (m), a deflection of the body's own size.
+    turns : (nu,) bool
+        Whether the coordinate is an angle.
+    owner : list of (str, str)
+        What each speed belongs to: ``("joint", name)`` or ``("body", name)``.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.system import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> plant = Plant(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), gravity=np.array([0, -10.0, 0])))
+    >>> y = start_state(plant.packed)
+    >>> float(plant.required(y, np.zeros(2))[0])  # 12 kg, centre at 5 m
+    600.0
+    """
+
+    def __init__(self, system: System, t: float = 0.0) -> None:
+        if system.closures:
+            raise InputError(
+                f"closed loops are not analysed: {system.closures[0].name!r} closes one; replace it by stiff bushings"
+            )
+        self.system, self.t, self.packed = system, t, pack(system)
+        self.nx, self.nu = self.packed.nx, self.packed.nu
+        self.W, self.F = workspace(self.packed.tree, self.packed.flex)
+        self.loading = Loading(system, self.packed, t + AHEAD)
+        begin, end = next(s for s in self.loading.stretches if t < s[1])
+        self.loading.enter(begin, end)
+        self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
+        self.turns = np.zeros(self.nu, dtype=bool)
+        self._measure()
+
+    def _measure(self) -> None:
+        ints = self.packed.tree.ints
+        sizes = {name: _size(body) for name, body in self.system.bodies.items()}
+        largest = max(sizes.values())
+        for i, link in enumerate(self.packed.links):
+            kind, u = self.packed.types[i], ints[i, U]
+            self.owner[u : u + SPEEDS[kind]] = [("joint", link.joint.name)] * SPEEDS[kind]
+            travels = {PRISMATIC: 1, FREE: 3}.get(kind, 0)
+            self.scale[u : u + travels] = largest
+            self.turns[u + travels : u + SPEEDS[kind]] = True
+            if link.body:
+                body, first = self.system.bodies[link.body], ints[i, UQ]
+                self.owner[first : first + body.n] = [("body", link.body)] * body.n
+                self.scale[first : first + body.n] = sizes[link.body] / _reach(body)
+
+    def coordinates(self, kind: str, name: str) -> list[int]:
+        """Return the places in y of the coordinates of a joint or a body's modes."""
+        ints = self.packed.tree.ints
+        if kind == "body":
+            first, n = ints[self.packed.link_of(name), XQ], self.system.bodies[name].n
+            return list(range(first, first + n))
+        links = self.packed.links_of(name)
+        return [int(ints[i, X]) + k for i in links for k in range(COORDINATES[self.packed.types[i]])]
+
+    def load(self, y: np.ndarray, *, moving: bool = True) -> None:
+        """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""
+        motion = self.loading.prescribe(self.t)
+        if not moving:
+            motion[:, 1:] = 0.0
+        kernel.outward(self.packed.tree, self.packed.flex, self.W, self.F, y, motion)
+        self.loading.apply(self.W, self.F, y, self.t)
+
+    def required(self, y: np.ndarray, udot: np.ndarray, *, moving: bool = True) -> np.ndarray:
+        """Return the generalised forces (nu,), beyond all loads, that accelerations ``udot (nu,)`` need."""
+        out = np.zeros(self.nu)
+        self.load(y, moving=moving)
+        required_forces(self.packed.tree, self.packed.flex, self.W, self.F, udot, out)
+        return out - self.loading.tau
+
+    def mass(self, y: np.ndarray) -> np.ndarray:
+        """Return the mass matrix (nu, nu)."""
+        rest = self.required(y, np.zeros(self.nu))
+        return np.column_stack([self.required(y, e) - rest for e in np.eye(self.nu)])
+
+    def accelerations(self, y: np.ndarray, tau: np.ndarray) -> np.ndarray:
+        """Return ``udot (nu,)`` under hinge forces ``tau (nu,)`` besides the loads, after `load`.
+
+        Raises
+        ------
+        SimulationError
+            When the mass matrix is not positive.
+        """
+        udot, tree = np.zeros(self.nu), self.packed.tree
+        status = kernel.inward(tree, self.packed.flex, self.W, self.F, tau + self.loading.tau, None, 0.0, 0.0)
+        if status >= 0:
+            name = next(link.body for link in self.packed.links[status:] if link.body)
+            raise SimulationError(f"the mass matrix of body {name!r} is not positive: its deflection is too large")
+        kernel.forward(tree, self.packed.flex, self.W, self.F, tau + self.loading.tau, udot)
+        return udot
+
+    def rates(self, y: np.ndarray, ydot: np.ndarray) -> None:
+        """Write the time derivatives of the coordinates to ``ydot (nx + nu,)``."""
+        kernel.kinematic(self.packed.tree, y, ydot)
+
+    def moved(self, y: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return y with its coordinates moved as speeds ``step (nu,)`` would in unit time."""
+        y = y.copy()
+        retract(self.packed.tree, y, np.array(step, dtype=float), np.zeros(len(y)))
+        return y
+
+
+def _size(body) -> float:
+    """Size of a body by its points and interfaces, m."""
+    return float(np.ptp(np.vstack([body.points, body.interface_position]), axis=0).max()) or 1.0
+
+
+def _reach(body) -> np.ndarray:
+    """Largest displacement of any point, or turn of an interface times the size, per modal coordinate (n,)."""
+    turns = _size(body) * body.psi
+    largest = np.abs(np.vstack([body.shape, body.phi, turns])).max(axis=(0, 1), initial=0.0)
+    return np.maximum(largest, LEAST_REACH * largest.max(initial=0.0)) if np.any(largest) else np.ones(body.n)

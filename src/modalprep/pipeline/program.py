@@ -1,0 +1,52 @@
+"""Which program makes a file: versions, and a hash of its own sources."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from modalprep import __version__
+
+NUMERICAL = ("numpy", "scipy", "mkl")  # packages whose version may change the last digits
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file; empty when it is not there.
+
+    Examples
+    --------
+    >>> file_digest(Path("no.toml"))
+    ''
+    """
+    if not path.is_file():
+        return ""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+@cache
+def program() -> dict[str, str]:
+    """Return the versions of modalprep, Python and the numerical packages, and the hash of modalprep's sources.
+
+    Examples
+    --------
+    >>> {"modalprep", "numpy", "python", "sources_sha256"} <= set(program())
+    True
+    """
+    found = {"modalprep": __version__, "sources_sha256": _sources(), "python": platform.python_version()}
+    for name in NUMERICAL:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return dict(sorted(found.items()))
+
+
+def _sources() -> str:
+    root, total = Path(__file__).parent.parent, hashlib.sha256()
+    for file in sorted(root.rglob("*.py")):
+        total.update(f"{file.relative_to(root).as_posix()} {file_digest(file)}\n".encode())
+    return total.hexdigest()

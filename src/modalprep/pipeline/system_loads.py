@@ -1,0 +1,187 @@
+"""From the tables of a pipeline file to functions of time, hinge elements and loads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.multibody.hinge import HingeElement
+from modalprep.multibody.loads import (
+    AxialSpring,
+    Bushing,
+    CentralGravity,
+    DistributedForce,
+    Load,
+    PointForce,
+)
+from modalprep.multibody.system import TRAVELS, TURNS
+from modalprep.multibody.timefunction import FOREVER, TimeFunction
+from modalprep.pipeline.build import rotation_matrix
+from modalprep.pipeline.load import naming
+from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.system_schema import (
+    AxialSpringTable,
+    BushingTable,
+    CentralTable,
+    ForceTable,
+    JointTable,
+    LimitsTable,
+    PieceTable,
+    PointsTable,
+    Time,
+)
+from modalprep.suggest import suggestion
+
+BY_TRAVEL_AND_TURN = {"spherical": (0, 3), "free": (3, 3)}
+
+
+def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | None:
+    """Return the function of time that a key of a pipeline file holds; its files are relative to `folder`.
+
+    Examples
+    --------
+    >>> time_function("torque", "2*t", Path())(3.0)
+    (6.0, 2.0, 0.0)
+    """
+    with naming(key):
+        if value is None:
+            return None
+        if isinstance(value, PointsTable):
+            t, values = (value.t, value.values) if value.file is None else _points(folder / value.file)
+            return TimeFunction.table(t, values)
+        if isinstance(value, list):
+            return TimeFunction([(FOREVER if p.until is None else p.until, p.value) for p in value])
+        return TimeFunction(value)
+
+
+def _points(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    if not path.is_file():
+        raise InputError(f"table of time {path} does not exist")
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    try:
+        rows = [[float(word) for word in line.split(",")] for line in lines[_header(lines) :] if line.strip()]
+        t, values = np.array(rows, dtype=float).reshape(len(rows), 2).T
+    except ValueError:
+        raise InputError(f"table of time {path}: needs rows of two numbers, 't, value'") from None
+    return t, values
+
+
+def _header(lines: list[str]) -> int:
+    """Return 1 when the first line is a header."""
+    first = lines[0].split(",")[0].strip() if lines else ""
+    return int(bool(first) and not first.lstrip("+-.")[:1].isdigit())
+
+
+def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
+    """Return one hinge element for each speed of a joint, or none when nothing acts in it.
+
+    Raises
+    ------
+    InputError
+        When a list has not one value for each speed.
+    """
+    travels, turns = BY_TRAVEL_AND_TURN.get(table.type, (TRAVELS.get(table.type, 0), TURNS.get(table.type, 0)))
+    drives = _list("force", table.force, travels) + _list("torque", table.torque, turns)
+    keys = ("stiffness", "rest", "damping", "friction", "limits")
+    if not any(getattr(table, key) for key in keys) and drives == [None] * len(drives):
+        return ()
+    columns = [_list(key, getattr(table, key), travels + turns) for key in keys]
+    return tuple(
+        HingeElement(
+            stiffness=stiffness or 0.0,
+            rest=rest or 0.0,
+            damping=damping or 0.0,
+            drive=time_function("drive", drive, folder),
+            **_friction(friction),
+            **_limits(limits),
+        )
+        for stiffness, rest, damping, friction, limits, drive in zip(*columns, drives, strict=True)
+    )
+
+
+def _list(key: str, value: Any, count: int) -> list:
+    """Return one value for each of `count` coordinates; pieces of a function of time are one value."""
+    if value is None or value == 0.0:
+        return [value] * count
+    several = isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
+    values = value if several else [value]
+    if len(values) != count:
+        raise InputError(f"{key} has {len(values)} value(s), but the joint has {count} coordinate(s) to take it")
+    return values
+
+
+def _friction(value: Any) -> dict[str, float]:
+    if not value or isinstance(value, float):
+        return {"friction": value or 0.0}
+    return {"friction": value.level, "sliding": value.sliding}
+
+
+def _limits(table: LimitsTable | None) -> dict[str, float]:
+    if table is None:
+        return {}
+    given = {key: value for key, value in (("lower", table.lower), ("upper", table.upper)) if value is not None}
+    return {**given, "limit_stiffness": table.stiffness, "limit_damping": table.damping}
+
+
+def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[Load, ...]:
+    """Return the forces, springs, bushings and central gravity of a pipeline file."""
+    loads: list[Load] = []
+    for name, table in pipeline.forces.items():
+        with naming(f"force {name!r}"):
+            loads.append(_force(name, table, bodies, folder))
+    for name, table in pipeline.springs.items():
+        with naming(f"spring {name!r}"):
+            loads.append(_spring(name, table, folder))
+    for name, table in pipeline.bushings.items():
+        with naming(f"bushing {name!r}"):
+            loads.append(_bushing(name, table))
+    gravity = pipeline.environment.gravity
+    if isinstance(gravity, CentralTable):
+        loads.append(CentralGravity(mu=gravity.mu, centre=np.array(gravity.centre)))
+    return tuple(loads)
+
+
+def _force(name: str, table: ForceTable, bodies: dict[str, FlexibleBody], folder: Path) -> Load:
+    if table.at is not None:
+        three = {key: tuple(time_function(key, v, folder) for v in getattr(table, key)) for key in ("force", "torque")}
+        return PointForce(name=name, at=table.at, axes=table.axes, **three)
+    if table.body not in bodies:
+        raise InputError(f"body {table.body!r} does not exist; {suggestion(table.body, bodies, 'known are')}")
+    points = bodies[table.body].points
+    corners = np.sort(table.box, axis=0) if table.box is not None else np.array([[-np.inf] * 3, [np.inf] * 3])
+    inside = np.all((points >= corners[0]) & (points <= corners[1]), axis=1)
+    if not np.any(inside):
+        low, high = points.min(axis=0), points.max(axis=0)
+        raise InputError(f"no point of body {table.body!r} lies in the box; they lie between {low} and {high} m")
+    shared = np.where(inside[:, None], np.array(table.force) / inside.sum(), 0.0)
+    factor = time_function("factor", table.factor, folder)
+    return DistributedForce(name=name, body=table.body, force=shared, factor=factor, axes=table.axes)
+
+
+def _spring(name: str, table: AxialSpringTable, folder: Path) -> AxialSpring:
+    return AxialSpring(
+        name=name,
+        between=tuple(table.between),
+        stiffness=table.stiffness,
+        damping=table.damping,
+        length=table.length,
+        position=np.array(table.position),
+        pull=time_function("pull", table.pull, folder),
+    )
+
+
+def _bushing(name: str, table: BushingTable) -> Bushing:
+    return Bushing(
+        name=name,
+        between=tuple(table.between),
+        stiffness=np.array(table.stiffness),
+        damping=np.array(table.damping),
+        rest_position=np.array(table.rest_position),
+        rest_rotation=rotation_matrix(table.rest_rotation),
+        position=np.array(table.position),
+        rotation=rotation_matrix(table.rotation),
+    )

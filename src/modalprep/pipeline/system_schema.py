@@ -1,0 +1,203 @@
+"""What a pipeline file may say of a system: bodies, joints, forces, gravity, simulation."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from modalprep.multibody.system import JointType
+from modalprep.pipeline.reduction_schema import RotationTable
+from modalprep.pipeline.tables import Angle, Table, Vector
+
+Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
+Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
+ENDS = "'body.interface' twice, or one and 'ground'"
+EACH = "; a list for a joint of several coordinates, travels before turns"
+
+
+class BodyTable(Table):
+    """A body of the system: a modal file, or the pipeline that makes it."""
+
+    file: str | None = Field(None, description="modal file")
+    pipeline: str | None = Field(None, description="pipeline file, run when its modal file is missing or out of date")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> BodyTable:
+        if (self.file is None) == (self.pipeline is None):
+            raise ValueError("a body needs either 'file' or 'pipeline'")
+        return self
+
+
+class PieceTable(Table):
+    """A piece of a function of time."""
+
+    value: str | float = Field(description="number, or expression of t (s)")
+    until: float | None = Field(None, description="s; the last piece has none")
+
+
+class PointsTable(Table):
+    """A function of time as a smooth curve through points; a time named twice is a jump."""
+
+    t: list[float] | None = Field(None, description="s")
+    values: list[float] | None = None
+    file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
+
+    @model_validator(mode="after")
+    def _points_or_file(self) -> PointsTable:
+        given = [key for key in ("t", "values") if getattr(self, key) is not None]
+        if given != ([] if self.file else ["t", "values"]):
+            raise ValueError("a table of time needs both 't' and 'values', or 'file'")
+        return self
+
+
+def _form(value: Any) -> str:
+    """Tell the forms of a value apart, so that an error speaks of the one that was meant."""
+    forms = {str: "text", list: "list"}
+    return "table" if isinstance(value, (dict, Table)) else forms.get(type(value), "number")
+
+
+Time = Annotated[
+    Annotated[str, Tag("text")]
+    | Annotated[float, Tag("number")]
+    | Annotated[list[PieceTable], Tag("list")]
+    | Annotated[PointsTable, Tag("table")],
+    Discriminator(_form),
+]
+TIME = "number, expression of t (s), pieces [{ value, until }, ...], or points { t, values } or { file }"
+
+
+class StartTable(Table):
+    """Start values of a joint; lists for a joint with two turns or two travels."""
+
+    angle: Angle | Annotated[list[Angle], Field(min_length=2, max_length=2)] = Field(0.0, description="of the turn")
+    rate: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(0.0, description="rad/s")
+    displacement: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
+        0.0, description="of the travel, m"
+    )
+    speed: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(0.0, description="m/s")
+    velocity: Vector = Field([0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
+    spin: Vector = Field([0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s")
+
+
+class FrictionTable(Table):
+    """Coulomb friction ``-level tanh(rate / sliding)``."""
+
+    level: float = Field(ge=0, description="N or N m")
+    sliding: float = Field(1e-3, gt=0, description="rate from which it slides, m/s or rad/s")
+
+
+class LimitsTable(Table):
+    """One-sided springs that hold a coordinate between limits."""
+
+    lower: Angle | None = Field(None, description="m or rad")
+    upper: Angle | None = Field(None, description="m or rad")
+    stiffness: float = Field(gt=0, description="N/m or N m/rad")
+    damping: float = Field(0.0, ge=0, description="s/m or s/rad: a blow at v returns at about v / (1 + 2/3 damping v)")
+
+
+Constant = Annotated[float, Field(ge=0)]
+Friction = Annotated[Annotated[Constant, Tag("number")] | Annotated[FrictionTable, Tag("table")], Discriminator(_form)]
+
+
+class JointTable(Table):
+    """A joint of the tree, and what acts in it."""
+
+    type: JointType
+    parent: str = Field("ground", description="'ground' or 'body.interface'")
+    child: str = Field(description="'body.interface'")
+    axis: Vector = Field([0.0, 0.0, 1.0], description="hinge axis in the parent's frame; normal of a planar joint")
+    second_axis: Vector | None = Field(
+        None, description="of a universal joint; first direction of travel of a planar one"
+    )
+    position: Vector = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
+    rotation: RotationTable | None = None
+    start: StartTable = StartTable()
+    hold: bool = Field(False, description="keep the start values where closed loops allow it")
+    motion: Time | None = Field(None, description="prescribed angle (rad) or displacement (m): " + TIME)
+    stiffness: Constant | list[Constant] = Field(0.0, description="N/m or N m/rad" + EACH)
+    rest: Angle | list[Angle] = Field(0.0, description="where the spring is free, m or rad" + EACH)
+    damping: Constant | list[Constant] = Field(0.0, description="N s/m or N m s/rad" + EACH)
+    friction: Friction | list[Friction] = Field(0.0, description="Coulomb friction: level, or a table" + EACH)
+    limits: LimitsTable | list[LimitsTable | None] | None = Field(None, description="of the coordinate" + EACH)
+    force: Time | list[Time] | None = Field(None, description="of an actuator in the travels, N: " + TIME)
+    torque: Time | list[Time] | None = Field(None, description="of an actuator in the turns, N m: " + TIME)
+
+
+class ForceTable(Table):
+    """A force on an interface, or shared by the points of a body."""
+
+    at: str | None = Field(None, description="'body.interface'")
+    body: str | None = Field(None, description="instead: body whose mesh points share the force equally")
+    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="of `body`: only points between two opposite corners, body frame, m; default all"
+    )
+    force: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
+        [0.0, 0.0, 0.0], description="N, each component: " + TIME
+    )
+    torque: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
+        [0.0, 0.0, 0.0], description="of `at`, N m, each component as those of the force"
+    )
+    factor: Time = Field(1.0, description="of `body`: what its force is multiplied by, " + TIME)
+    axes: Literal["inertial", "body"] = Field("inertial", description="body: follows the interface, or the body")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> ForceTable:
+        if (self.at is None) == (self.body is None):
+            raise ValueError("a force needs either 'at' or 'body'")
+        if self.body is not None and not all(isinstance(value, float) for value in self.force):
+            raise ValueError("the force on the points of a body is three numbers; let 'factor' say how it changes")
+        return self
+
+
+class AxialSpringTable(Table):
+    """An axial spring and damper between two points."""
+
+    between: Ends = Field(description=ENDS)
+    stiffness: Constant = Field(0.0, description="N/m")
+    damping: Constant = Field(0.0, description="N s/m")
+    length: Constant = Field(0.0, description="at which it is free, m")
+    position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
+    pull: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
+
+
+class BushingTable(Table):
+    """Six springs and dampers between two frames, in the axes of the first."""
+
+    between: Ends = Field(description=ENDS)
+    stiffness: Six = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
+    damping: Six = Field([0.0] * 6, description="N s/m and N m s/rad")
+    rest_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first, where free, m")
+    rest_rotation: RotationTable | None = Field(None, description="its axes to those of the first, there")
+    position: Vector = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
+    rotation: RotationTable | None = Field(None, description="of the frame on the ground")
+
+
+class CentralTable(Table):
+    """Gravity of a planet, with its gradient over each body."""
+
+    mu: float = Field(gt=0, description="m^3/s^2; 3.986004418e14 for the Earth")
+    centre: Vector = Field([0.0, 0.0, 0.0], description="m")
+
+
+class EnvironmentTable(Table):
+    """What acts on every body."""
+
+    gravity: Annotated[Annotated[Vector, Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(_form)] = (
+        Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
+    )
+
+
+class SimulationTable(Table):
+    """How the system is integrated."""
+
+    t_end: float = Field(gt=0, description="s")
+    output_step: float = Field(0.01, gt=0, description="s")
+    rtol: float = Field(1e-7, ge=1e-13, le=1e-2, description="relative tolerance")
+    atol: float = Field(1e-10, gt=0, description="absolute tolerance of coordinates and speeds")
+    method: Literal["auto", "explicit", "generalized_alpha", "rosenbrock"] = Field(
+        "auto", description="auto: implicit for stiff modes"
+    )
+    geometric_stiffness: bool = True
+    compare_conventional: bool = Field(False, description="run also without geometric stiffness, plot both")
+    output: list[str] = Field([], description="channels for the CSV file; default all")

@@ -1,0 +1,458 @@
+"""Equilibrium, linearisation, modes, inverse dynamics, simpler theories, free flight: closed forms and identities."""
+
+import numpy as np
+import pytest
+from multibody.trees import random_body, random_state, random_tree
+
+import modalprep as mp
+from modalprep.body.simplified import frozen_stiffness, ruthless
+from modalprep.examples import uniform_beam
+from modalprep.formats.resultfile import read_csv
+from modalprep.multibody.dense import mass_and_force
+from modalprep.multibody.equilibrium import static_equilibrium
+from modalprep.multibody.free_flyer import closure_defect, fly_free
+from modalprep.multibody.inverse import hinge_forces, inverse_dynamics
+from modalprep.multibody.linearise import frequency_response, linearise
+from modalprep.multibody.modes import system_modes
+from modalprep.multibody.plant import Plant
+from modalprep.multibody.simulate import start_channels
+
+L, EI, WEIGHT = 10.0, 1.4e4, 12.0  # the spin-up beam
+DOWN = np.array([0.0, -1.0, 0.0])
+
+
+def weld(child="beam"):
+    return mp.Joint(name="wall", type="weld", parent="ground", child=child)
+
+
+def rigid(mass=2.0, centre=(0.5, 0, 0), inertia=(0.1, 0.2, 0.3), **interfaces):
+    ends = {"root": np.zeros(3)} | {name: np.array(at, dtype=float) for name, at in interfaces.items()}
+    return mp.rigid_body("part", mass=mass, centre=np.array(centre), inertia=np.diag(inertia), interfaces=ends)
+
+
+def carried(body, **joint):
+    return mp.System(
+        bodies={"part": body}, joints=(mp.Joint(name="joint", parent="ground", child="part", **joint),), gravity=10 * DOWN
+    )
+
+
+# ---- equilibrium ----
+
+
+@pytest.mark.parametrize("start", [0.0, 1.0, -2.5])
+def test_pendulum_with_a_torsion_spring_rests_where_moments_balance(start):
+    spring = mp.HingeElement(stiffness=30.0, rest=0.2)
+    found = static_equilibrium(carried(rigid(), type="revolute", angle=start, elements=spring))
+    angle = found.joints["joint"][0]
+    assert 30 * (angle - 0.2) + 10 * np.cos(angle) == pytest.approx(0, abs=1e-11)  # 2 kg at 0.5 m; of 10 N m
+    assert found.stable
+
+
+@pytest.mark.parametrize("start", [0.0, 1.57, -3.0])
+def test_heavy_pendulum_hangs(start):
+    angle = static_equilibrium(carried(rigid(), type="revolute", angle=start)).joints["joint"][0]
+    assert np.cos(angle) == pytest.approx(0, abs=1e-12)
+    assert np.sin(angle) == pytest.approx(-1, abs=1e-12)
+
+
+def test_cantilever_sags_by_its_weight():
+    beam, g = uniform_beam(modes=3, truncation=("inertia",)), 1e-4
+    found = static_equilibrium(mp.System(bodies={"beam": beam}, joints=(weld(),), gravity=g * DOWN))
+    sag = WEIGHT * g * L**3 / (8 * EI)
+    shear = WEIGHT * g * L / (2 * 1e7)  # the elements are Timoshenko's
+    # second order is (sag / L)^2 = 1e-12
+    assert -beam.phi[1, 1] @ found.modal["beam"] == pytest.approx(sag + shear, rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9])
+def test_column_below_buckling_magnifies_a_side_force(share):
+    P, Q = share * np.pi**2 * EI / (4 * L**2), 1e-6
+    k = np.sqrt(P / EI)
+    beam = uniform_beam(modes=8, truncation=("interfaces",))
+    force = mp.PointForce(name="load", at="beam.tip", force=(-P, Q, 0))
+    found = static_equilibrium(mp.System(bodies={"beam": beam}, joints=(weld(),), loads=(force,)))
+    side = Q * (np.tan(k * L) - k * L) / (k * P)
+    # shear lowers the critical load by 3.5e-5, modes and elements err by 1e-5 of it; magnified by 1 / (1 - share)
+    assert beam.phi[1, 1] @ found.modal["beam"] == pytest.approx(side, rel=1e-4 / (1 - share))
+    assert found.stable
+
+
+def test_column_beyond_buckling_is_not_stable():
+    P = 1.05 * np.pi**2 * EI / (4 * L**2)
+    force = mp.PointForce(name="load", at="beam.tip", force=(-P, 0, 0))
+    body = uniform_beam(modes=3, truncation=("interfaces",))
+    system = mp.System(bodies={"beam": body}, joints=(weld(),), loads=(force,))
+    roots = system_modes(system).eigenvalue
+    away = roots[roots.real > 1e-6]
+    omega = 2 * np.pi * body.frequency[0]
+    # the first mode as that of the column: omega^2 (1 - P / critical); mode shape and shear change it by a few percent
+    np.testing.assert_allclose(away, [omega * np.sqrt(0.05)], rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("joint", "words"),
+    [
+        ({"type": "prismatic", "axis": -DOWN}, "20 N in joint 'joint'"),
+        ({"type": "revolute", "axis": DOWN, "elements": mp.HingeElement(drive=3.0)}, "3 N m in joint 'joint'"),
+        ({"type": "free"}, "20 N in joint 'joint'"),
+    ],
+)
+def test_mechanism_under_load_is_named(joint, words):
+    with pytest.raises(mp.SimulationError, match=f"no static equilibrium: nothing balances {words}"):
+        static_equilibrium(carried(rigid(), **joint))
+
+
+# ---- linearisation ----
+
+
+@pytest.mark.parametrize("spin", [(0, 0, 0.0), (0, 0, 6.0), (0, 2.0, 0), (1.0, 0, 0)])
+def test_modes_about_a_steady_spin_are_those_of_the_body(spin):
+    body, rate = uniform_beam(modes=6), float(np.linalg.norm(spin))
+    axis = np.array(spin) / rate if rate else np.array([0, 0, 1.0])
+    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam", axis=axis,
+                   motion=mp.TimeFunction(f"{rate}*t"))  # fmt: skip
+    system = mp.System(bodies={"beam": body}, joints=(hub,))
+    rest = static_equilibrium(system, steady=True)
+    expected = mp.spin_modes(body, np.array(spin))
+    np.testing.assert_allclose(rest.modal["beam"], expected.q0, rtol=1e-9, atol=1e-12)
+    # round-off of the highest root, which is 60 times the lowest, squared
+    np.testing.assert_allclose(system_modes(system, rest.y).frequency, expected.frequency, rtol=1e-9)
+
+
+def test_linear_equations_are_the_derivative_on_random_trees():
+    """Along a random direction the nonlinear equations change by A times the direction, to second order."""
+    for seed in range(4):
+        system = random_tree(seed, root=["free", "spherical", "revolute", "universal"][seed])
+        plant, y = Plant(system, 0.3), random_state(system, seed)
+        for row in plant.packed.tree.ints:  # unit quaternions
+            x = row[4] + (3 if row[2] == 4 else 0)
+            if row[2] in (3, 4):
+                y[x : x + 4] /= np.linalg.norm(y[x : x + 4])
+        linear, rng = linearise(system, y, 0.3), np.random.default_rng(seed)
+        z, nu = rng.standard_normal(2 * plant.nu), plant.nu
+        h = 1e-5
+
+        def rates(size, plant=plant, y=y, z=z, nu=nu):
+            state = plant.moved(y, size * z[:nu])
+            state[plant.nx :] += size * z[nu:]
+            plant.load(state)
+            return plant.accelerations(state, np.zeros(nu))
+
+        slope = (rates(h) - rates(-h)) / (2 * h)
+        assert np.abs(linear.A[nu:] @ z - slope).max() < 1e-7 * np.abs(slope).max()  # h^2 and round-off / h
+        assert linear.error < 1e-9
+
+
+@pytest.mark.parametrize("kind", ["spherical", "free"])
+def test_torque_free_spin_has_eulers_frequency(kind):
+    """A body spinning about its largest axis: sqrt((C - A) (C - B) / (A B)) times the spin."""
+    A, B, C, spin = 2.0, 2.4, 3.0, 1.7
+    body = rigid(centre=(0, 0, 0), inertia=(A, B, C))
+    system = carried(body, type=kind, spin=np.array([0, 0, spin])).with_(gravity=np.zeros(3))
+    roots = system_modes(system).eigenvalue.imag
+    wanted = spin * np.sqrt((C - A) * (C - B) / (A * B))
+    assert np.abs(roots - wanted).min() < 1e-9
+    assert np.abs(roots - spin).min() < 1e-9  # the axis fixed in space, seen from the turning body
+
+
+def test_two_masses_answer_as_in_the_book():
+    """Two sliders with springs k1 to the wall, k2 and c2 between: the closed form of the response of each to a force."""
+    m1, m2, k1, k2, c1, c2 = 2.0, 1.0, 50.0, 30.0, 0.7, 0.3
+    x = np.array([1.0, 0, 0])
+    joints = (
+        mp.Joint(name="one", type="prismatic", parent="ground", child="a", axis=x,
+                 elements=mp.HingeElement(stiffness=k1, damping=c1)),
+        mp.Joint(name="two", type="prismatic", parent="a.root", child="b", axis=x,
+                 elements=mp.HingeElement(stiffness=k2, damping=c2)),
+    )  # fmt: skip
+    system = mp.System(bodies={"a": rigid(m1), "b": rigid(m2)}, joints=joints)
+    outputs = ["a.root.position.x", "b.root.position.x", "b.root.acceleration.x", "two.displacement"]
+    linear = linearise(system, inputs=["b.root.force.x", "two"], outputs=outputs)
+    f = np.linspace(0.1, 3.0, 40)
+    H = frequency_response(linear, f)
+    for k, w in enumerate(2 * np.pi * f):
+        d1, d2 = k1 + 1j * w * c1, k2 + 1j * w * c2
+        Z = np.array([[d1 + d2 - w**2 * m1, -d2], [-d2, d2 - w**2 * m2]])
+        pull, between = np.linalg.solve(Z, [0, 1]), np.linalg.solve(Z, [-1, 1])
+        expected = [[p[0], p[1], -(w**2) * p[1], p[1] - p[0]] for p in (pull, between)]
+        np.testing.assert_allclose(H[k].T, expected, rtol=1e-9)
+    found = system_modes(system)
+    roots = np.roots([m1 * m2, m2 * (c1 + c2) + m1 * c2, m1 * k2 + m2 * (k1 + k2) + c1 * c2, c1 * k2 + c2 * k1, k1 * k2])
+    roots = roots[roots.imag > 0][np.argsort(np.abs(roots[roots.imag > 0]))]
+    np.testing.assert_allclose(found.frequency, np.abs(roots) / (2 * np.pi), rtol=1e-9)
+    np.testing.assert_allclose(found.damping, -roots.real / np.abs(roots), rtol=1e-8)
+
+
+def test_flexible_beam_answers_as_its_modes():
+    beam = uniform_beam(modes=4)
+    beam = beam.with_(D=2 * 0.01 * np.sqrt(beam.K))
+    system = mp.System(bodies={"beam": beam}, joints=(weld(),))
+    outputs = ["beam.tip.position.y", "beam.tip.rotation.z", "beam.tip.velocity.y"]
+    linear = linearise(system, inputs=["beam.tip.force.y", "beam.tip.torque.z"], outputs=outputs)
+    f = np.geomspace(0.1, 20, 30)
+    w = 2 * np.pi * f[:, None]
+    gain = 1 / (beam.K + 1j * w * beam.D - w**2)
+    up, turn = beam.phi[1, 1], beam.psi[1, 2]
+    H = frequency_response(linear, f)
+    scale = np.abs(H).max(axis=0)
+    np.testing.assert_allclose(H[:, 0, 0], gain @ (up * up), atol=1e-10 * scale[0, 0])
+    np.testing.assert_allclose(H[:, 1, 0], gain @ (up * turn), atol=1e-10 * scale[1, 0])
+    np.testing.assert_allclose(H[:, 0, 1], gain @ (up * turn), atol=1e-10 * scale[0, 1])
+    np.testing.assert_allclose(H[:, 2, 0], (1j * w * gain) @ (up * up), atol=1e-10 * scale[2, 0])
+    shape = system_modes(system).motion["beam.tip"][1]
+    np.testing.assert_allclose(np.abs(shape[np.abs(up) > 1e-9] / up[np.abs(up) > 1e-9]).std(), 0, atol=1e-6)
+
+
+def test_rigid_motions_of_a_free_satellite_are_zero():
+    bus = rigid(40.0, (0.1, 0, 0), (5, 9, 9), edge=(2, 0, 0))
+    joints = (mp.Joint(name="flight", type="free", parent="ground", child="bus"), weld("panel").with_(parent="bus.edge"))
+    modes = system_modes(mp.System(bodies={"bus": bus, "panel": uniform_beam(modes=3)}, joints=joints))
+    assert np.count_nonzero(modes.frequency == 0) == 6
+    assert len(modes.frequency) == 9
+    assert np.abs(modes.damping[6:]).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        ({"inputs": ["jiont"]}, "name a joint"),
+        ({"inputs": ["joint.7"]}, "has 1 speeds"),
+        ({"outputs": ["joint.angel"]}, "joint has"),
+        ({"outputs": ["part.modal.1"]}, "name 'joint.angle'"),
+        ({"outputs": ["part.nose.position.x"]}, "names no interface"),
+        ({"outputs": ["ground.position.x"]}, "ground does not move"),
+    ],
+)
+def test_unknown_names_are_refused(names, words):
+    with pytest.raises(mp.InputError, match=words):
+        linearise(carried(rigid(), type="revolute"), **names)
+
+
+# ---- inverse dynamics ----
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_inverse_dynamics_inverts_forward_dynamics(seed):
+    system = random_tree(seed, root=["free", "revolute", "planar", "universal"][seed % 4])
+    plant, y = Plant(system, 0.3), random_state(system, seed)
+    hinges = np.array([kind == "joint" for kind, _ in plant.owner])
+    tau = np.where(hinges, np.random.default_rng(seed).standard_normal(plant.nu), 0.0)
+    plant.load(y)
+    udot = plant.accelerations(y, tau)
+    M, f = mass_and_force(system, y, plant.loading.motion)
+    scale = (np.abs(M) @ np.abs(udot)).max() + np.abs(f).max()  # what cancels to tau
+    assert np.abs(hinge_forces(system, y, udot, 0.3) - tau).max() < 1e-10 * scale
+
+
+def test_prescribed_history_asks_for_the_torque_that_simulation_reports():
+    law = "0.5*(1 - cos(2*t))"
+    joint = mp.Joint(name="joint", type="revolute", parent="ground", child="beam")
+    system = mp.System(bodies={"beam": uniform_beam(modes=1)}, joints=(joint,), gravity=DOWN)
+    times = np.linspace(0, 1, 6)
+    found = inverse_dynamics(system, {"joint": law}, times)
+    driven = system.with_(joints=(joint.with_(motion=mp.TimeFunction(law)),))
+    run = mp.simulate(driven, t_end=1.0, output_step=0.2, rtol=1e-10, atol=1e-13, method="explicit")
+    # both integrate the mode at 1e-9; the torque holds its acceleration, 1e2 times larger
+    np.testing.assert_allclose(found.force["joint"][:, 0], run["joint.drive"], rtol=1e-6)
+    np.testing.assert_allclose(found.modal["beam"], run["beam.modal"], atol=1e-7)
+    # quasi-static: for a slow motion, what is left out is of the order of (2 / omega)^2 = 0.28; at rest it is exact
+    still = inverse_dynamics(system, {"joint": "0.3"}, np.array([0.0]), modes="quasi_static")
+    rest = static_equilibrium(system.with_(joints=(joint.with_(motion=mp.TimeFunction(0.3)),)))
+    np.testing.assert_allclose(still.modal["beam"][0], rest.modal["beam"], rtol=1e-9, atol=1e-12)
+
+
+def test_histories_that_cannot_be_are_refused():
+    system = carried(rigid(), type="spherical")
+    with pytest.raises(mp.InputError, match="leave it out"):
+        inverse_dynamics(system, {"joint": "t"}, np.array([0.0]))
+    with pytest.raises(mp.InputError, match="no joint 'knee'"):
+        inverse_dynamics(system, {"knee": "t"}, np.array([0.0]))
+    with pytest.raises(mp.InputError, match="has no history, so nothing rests"):
+        inverse_dynamics(system, {}, np.array([0.0]), modes="quasi_static")
+
+
+# ---- simpler theories ----
+
+
+def test_errors_of_simpler_theories_are_of_second_order_in_the_spin():
+    """Lag frequency at Omega / omega = e: consistent 1 + .0967 e^2, conventional 1 - .5 e^2, ruthless 1 (CASES 6.3)."""
+    body = uniform_beam(modes=12, keep="effective_mass > 0%", truncation=("inertia",))
+    body = body.with_(D=np.zeros(body.n))
+    still = body.frequency[0]
+    found = {}
+    for e in (0.05, 0.1):
+        spin = np.array([0, 0, e * 2 * np.pi * still])
+        theories = {"consistent": body, "conventional": body.conventional(), "ruthless": ruthless(body)}
+        found[e] = {name: mp.spin_modes(b, spin).frequency[0] / still - 1 for name, b in theories.items()}
+    assert found[0.05]["consistent"] / 0.05**2 == pytest.approx(0.0967, rel=0.02)  # e^4 and stretch
+    assert found[0.05]["conventional"] / 0.05**2 == pytest.approx(-0.5, rel=0.02)
+    assert abs(found[0.1]["ruthless"]) < 1e-12
+    for name in ("consistent", "conventional"):
+        order = np.log2(found[0.1][name] / found[0.05][name])
+        assert order == pytest.approx(2.0, abs=0.05)
+
+
+def test_ruthless_inertia_is_wrong_by_the_second_order_of_the_deflection():
+    body, plain = random_body(np.random.default_rng(5), 3, geometric=False), None
+    plain = ruthless(body)
+    errors = []
+    for size in (0.02, 0.01):
+        y = size * np.ones(3)
+        system = mp.System(bodies={"part": body}, joints=(mp.Joint(name="j", type="revolute", parent="ground", child="part"),))
+        state = np.concatenate([[0.0], y, np.zeros(4)])
+        M, R = (mass_and_force(s, state)[0][0, 0] for s in (system, system.with_(bodies={"part": plain})))
+        errors.append(abs(M - R))
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=1e-6)
+
+
+def test_ruthless_system_keeps_its_energy():
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam", rate=0.5)
+    system = mp.System(bodies={"beam": uniform_beam(modes=2)}, joints=(hinge,), gravity=DOWN).ruthless()
+    run = mp.simulate(system, t_end=1.0, output_step=0.25, rtol=1e-10, method="explicit")
+    assert run.stats["energy_error"] < 1e-8
+
+
+def test_frozen_stiffness_is_right_at_its_spin_alone():
+    body, spin = uniform_beam(modes=5), np.array([0, 0, 6.0])
+    frozen = frozen_stiffness(body, spin)
+    same = [mp.spin_modes(b, spin).frequency for b in (body, frozen)]
+    other = [mp.spin_modes(b, spin / 3).frequency for b in (body, frozen)]
+    np.testing.assert_allclose(*same, rtol=1e-10)
+    assert other[1][0] > 1.3 * other[0][0]
+    with pytest.raises(mp.InputError, match="buckles"):
+        frozen_stiffness(body, np.zeros(3), np.array([1000.0, 0, 0]))
+
+
+# ---- free flight ----
+
+
+def particles(rng, count=3):
+    """A rigid hub and particles on springs, each free in all directions: w x phi stays within the modes."""
+    x, m, n = rng.standard_normal((count, 3)), rng.uniform(0.5, 1, count), 3 * count
+    shape = np.zeros((count, 3, n))
+    for p in range(count):
+        shape[p, :, 3 * p : 3 * p + 3] = np.eye(3) / np.sqrt(m[p])
+    return rigid(5 + m.sum()).with_(
+        s0=m @ x,
+        E0=np.diag([1, 2, 1.5]) + np.einsum("p,pa,pb->ab", m, x, x),
+        S=np.einsum("p,pai->ai", m, shape),
+        H=np.einsum("p,pb,pai->abi", m, x, shape),
+        P=np.einsum("p,pai,pbj->abij", m, shape, shape),
+        Kg_A=np.zeros((3, n, n)), Kg_W=np.zeros((3, 3, n, n)), Kg_F=np.zeros((1, 3, n, n)), Kg_T=np.zeros((1, 3, n, n)),
+        phi=np.zeros((1, 3, n)), psi=np.zeros((1, 3, n)), K=rng.uniform(20, 40, n), D=np.zeros(n), frequency=np.ones(n),
+        points=x, shape=shape,
+    )  # fmt: skip
+
+
+def test_momenta_fly_as_the_recursion_does():
+    body, times = random_body(np.random.default_rng(0), 4), np.linspace(0, 2, 5)
+    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8])}
+    found = fly_free(body, times, **start, gravity=DOWN)
+    free = carried(body, type="free", **start).with_(gravity=DOWN)
+    run = mp.simulate(free, t_end=2.0, output_step=0.5, rtol=1e-11, atol=1e-13, method="explicit")
+    for mine, other in ((found.q, "part.modal"), (found.position, "part.origin"), (found.linear, "momentum.linear"),
+                        (found.angular, "momentum.angular")):  # fmt: skip
+        np.testing.assert_allclose(mine, run[other], atol=1e-8)
+
+
+def test_efficient_variables_are_exact_for_closed_modes():
+    rng, times = np.random.default_rng(2), np.linspace(0, 2, 5)
+    body = particles(rng)
+    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8]), "q": 0.1 * rng.standard_normal(9)}
+    exact, efficient = (fly_free(body, times, **start, variables=name) for name in ("momentum", "efficient"))
+    assert closure_defect(body) < 1e-12
+    for name in ("q", "position", "quaternion", "linear", "angular"):
+        np.testing.assert_allclose(getattr(efficient, name), getattr(exact, name), atol=1e-8)
+    for name in ("linear", "angular"):
+        drift = getattr(efficient, name) - getattr(efficient, name)[0]
+        assert np.abs(drift).max() < 1e-8
+
+
+def test_efficient_variables_refuse_modes_that_are_not_closed():
+    beam = uniform_beam(modes=2)
+    with pytest.raises(mp.InputError, match="geometric stiffness"):
+        fly_free(beam, np.array([0.0, 1.0]), variables="efficient")
+    with pytest.raises(mp.InputError, match="miss a share of"):
+        fly_free(beam.conventional(), np.array([0.0, 1.0]), variables="efficient")
+
+
+# ---- results ----
+
+
+@pytest.fixture(scope="module")
+def double():
+    """Two beams: the upper hinge driven, the lower with a spring."""
+    spring = mp.HingeElement(stiffness=400.0, damping=3.0)
+    joints = (
+        mp.Joint(name="hip", type="revolute", parent="ground", child="upper", motion=mp.TimeFunction("0.3*sin(t)**2")),
+        mp.Joint(name="knee", type="revolute", parent="upper.tip", child="lower", elements=spring),
+    )
+    beam = uniform_beam(modes=1)
+    system = mp.System(bodies={"upper": beam, "lower": beam}, joints=joints, gravity=DOWN)
+    return mp.simulate(system, t_end=1.0, output_step=1e-3, rtol=1e-9, method="explicit")
+
+
+def test_accelerations_are_the_rates_of_velocities(double):
+    h = 1e-3
+    v, a = double["lower.tip.velocity"], double["lower.tip.acceleration"]
+    slope = (8 * (v[3:-1] - v[1:-3]) - (v[4:] - v[:-4])) / (12 * h)
+    np.testing.assert_allclose(slope, a[2:-2], atol=1e-5 * np.abs(a).max())  # h^4 and interpolation between steps
+
+
+def test_force_at_the_wall_is_the_rate_of_momentum_less_the_weight(double):
+    h, p, force = 1e-3, double["momentum.linear"], double["hip.force"][2:-2]
+    slope = (8 * (p[3:-1] - p[1:-3]) - (p[4:] - p[:-4])) / (12 * h)
+    np.testing.assert_allclose(force + 2 * WEIGHT * DOWN, slope, atol=1e-5 * np.abs(force).max())
+    np.testing.assert_allclose(double["hip.torque.z"], double["hip.drive"], rtol=1e-9)
+
+
+def test_wrench_of_a_joint_is_in_the_axes_of_the_parents_interface():
+    """A weight on an arm welded upright: its force and its lever, seen from the turned arm."""
+    turn = np.array([[0, -1.0, 0], [1, 0, 0], [0, 0, 1]])  # the arm's x points up
+    joints = (
+        mp.Joint(name="wall", type="weld", parent="ground", child="arm", rotation=turn),
+        mp.Joint(name="grip", type="weld", parent="arm.end", child="load"),
+    )
+    bodies = {"arm": rigid(1.0, end=(1, 0, 0)), "load": rigid(3.0, (0, -0.2, 0.4))}
+    run = start_channels(mp.System(bodies=bodies, joints=joints, gravity=10 * DOWN), 1.0)
+    np.testing.assert_allclose(run["grip.force"][0], [30, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(run["grip.torque"][0], [0, 12, 6], atol=1e-12)  # r x the force
+    np.testing.assert_allclose(run["wall.force"][0], [0, 40, 0], atol=1e-12)
+
+
+def test_hinge_torque_is_its_springs(double):
+    spring = -400 * double["knee.angle"] - 3 * double["knee.rate"]
+    np.testing.assert_allclose(double["knee.drive"], spring, atol=1e-9 * np.abs(spring).max())
+    np.testing.assert_allclose(double["knee.torque.z"], spring, atol=1e-7 * np.abs(double["hip.torque"]).max())
+
+
+def test_power_is_the_rate_of_work(double):
+    h, work = 1e-3, double["energy.work"]
+    slope = (8 * (work[3:-1] - work[1:-3]) - (work[4:] - work[:-4])) / (12 * h)
+    np.testing.assert_allclose(slope, double["power.in"][2:-2], atol=1e-5 * np.abs(slope).max())
+    assert np.abs(double["energy.error"]).max() < 1e-6 * np.abs(double["energy.kinetic"]).max()
+
+
+def test_channels_survive_files(double, tmp_path):
+    back = mp.read_result(mp.write_result(double, tmp_path / "run.h5"))
+    assert back.channels.keys() == double.channels.keys()
+    for name, values in double.channels.items():
+        np.testing.assert_array_equal(back[name], values)
+    table = read_csv(mp.write_csv(double, tmp_path / "run.csv"))
+    assert table.channels.keys() == double.channels.keys()
+    for name, values in double.channels.items():
+        np.testing.assert_allclose(table[name], values, rtol=1e-9, atol=1e-300)  # ten digits
+
+
+def test_data_frame_has_every_component(double):
+    pytest.importorskip("pandas")
+    frame = double.to_dataframe(["knee.force", "knee.angle"])
+    assert list(frame.columns) == ["knee.force.x", "knee.force.y", "knee.force.z", "knee.angle"]
+    np.testing.assert_array_equal(frame["knee.angle"], double["knee.angle"])
+    assert frame.index.name == "time"
+
+
+def test_data_frame_without_pandas_says_what_to_install(double, monkeypatch):
+    monkeypatch.setattr("modalprep.multibody.result.find_spec", lambda name: None)
+    with pytest.raises(mp.InputError, match="pip install pandas"):
+        double.to_dataframe()
