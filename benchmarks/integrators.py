@@ -19,10 +19,13 @@ def link(length: float, modes: int, thickness: float) -> mp.FlexibleBody:
     return mp.flexible_body(model, mp.craig_bampton(model, modes=modes - 6, truncation=()), name="link")
 
 
-def chain(body: mp.FlexibleBody, count: int) -> mp.System:
-    """Chain on the ground that starts level and swings."""
+def chain(body: mp.FlexibleBody, count: int, angle: float = 0.0) -> mp.System:
+    """Chain on the ground that starts straight and swings; level, it whips its modes out of their range after 3 s."""
     parents = ["ground", *(f"b{i}.tip" for i in range(count - 1))]
-    joints = tuple(mp.Joint(name=f"j{i}", type="revolute", parent=p, child=f"b{i}") for i, p in enumerate(parents))
+    joints = tuple(
+        mp.Joint(name=f"j{i}", type="revolute", parent=p, child=f"b{i}", angle=0.0 if i else angle)
+        for i, p in enumerate(parents)
+    )
     bodies = {f"b{i}": body for i in range(count)}
     return mp.System(bodies=bodies, joints=joints, gravity=np.array([0, -9.81, 0]))
 
@@ -36,16 +39,16 @@ def timed(system: mp.System, **options) -> tuple[float, mp.Result]:
 
 def main() -> None:
     """Print seconds, steps and errors."""
-    ten = chain(link(0.5, 12, 0.02), 10)
+    ten = chain(link(0.5, 12, 0.02), 10, angle=-1.0)
     print(f"ten bodies of {ten.bodies['b0'].n} modes, top {max(ten.bodies['b0'].frequency):.0f} Hz")
     mp.simulate(ten, t_end=0.001, output_step=0.001)
-    for options in ({"method": "explicit", "rtol": 1e-6}, {"method": "generalized_alpha", "rtol": 1e-4},
+    for options in ({"method": "generalized_alpha", "rtol": 1e-4},
                     {"method": "generalized_alpha", "step": 1e-3, "rtol": 1e-5},
                     {"method": "rosenbrock", "rtol": 1e-4}, {"method": "rosenbrock", "step": 1e-3},
-                    {"rtol": 1e-4}, {}):  # fmt: skip
-        wall, run = timed(ten, t_end=1.0, output_step=0.1, **options)
+                    {"rtol": 1e-4}, {"method": "explicit", "rtol": 1e-4}):  # fmt: skip
+        wall, run = timed(ten, t_end=10.0, output_step=10.0, **options)
         rate = 1e6 * wall / run.stats["evaluations"]
-        print(f"  {options}: {1.0 / wall:.2f} x real time, {rate:.1f} us per evaluation at most, {run.message}, "
+        print(f"  {options}: {10.0 / wall:.2f} x real time, {rate:.1f} us per evaluation at most, {run.message}, "
               f"{run.stats['steps']:.0f} steps, energy error {run.stats['energy_error']:.0e}")  # fmt: skip
     swing = chain(link(0.5, 12, 0.02), 5)
     reference = mp.simulate(swing, t_end=0.4, output_step=0.4, method="explicit", rtol=1e-10, atol=1e-13)

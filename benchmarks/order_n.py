@@ -3,11 +3,11 @@
     python benchmarks/order_n.py [--quick]
 
 Chains of hinged links. Rigid ones against Pinocchio (a general joint library, which keeps more of its results than
-the accelerations): in a compiled loop, and with both called from Python. Flexible ones with 3, 6 and 12 modes each, in
-a compiled loop. Medians, the peers alternating in one run. The last line is JSON: `slope_bodies` (exponent of
-the cost between the two longest chains, worst over the mode counts), `us_per_body` by mode count,
-`rigid_vs_pinocchio` and `rigid_vs_pinocchio_python` (Pinocchio's time over ours, the smallest over the chains; null
-where it is not installed).
+the accelerations): in a compiled loop, and with both called from Python; medians, the two alternating. Flexible ones
+with 3, 6 and 12 modes each in a compiled loop; the quickest round, as on an idle core. The last line is JSON:
+`slope_bodies` (exponent of the cost between the two longest chains, worst over the mode counts), `us_per_body` by mode
+count, `rigid_vs_pinocchio` and `rigid_vs_pinocchio_python` (Pinocchio's time over ours, the smallest over the chains;
+null where it is not installed).
 """
 
 from __future__ import annotations
@@ -115,8 +115,8 @@ def pinocchio(count: int) -> Callable[[int], None] | None:
     return call
 
 
-def medians(calls: list[Callable[[int], None]], rounds: int, count: int) -> list[float]:
-    """Median microseconds per evaluation, the calls alternating, `count` evaluations at a time."""
+def timed(calls: list[Callable[[int], None]], rounds: int, count: int) -> list[list[float]]:
+    """Microseconds per evaluation in every round, the calls alternating, `count` evaluations at a time."""
     for call in calls:
         call(1)
     spent: list[list[float]] = [[] for _ in calls]
@@ -125,7 +125,7 @@ def medians(calls: list[Callable[[int], None]], rounds: int, count: int) -> list
             begin = time.perf_counter()
             call(count)
             times.append((time.perf_counter() - begin) / count * 1e6)
-    return [statistics.median(times) for times in spent]
+    return spent
 
 
 def flexible(counts: tuple[int, ...], rounds: int) -> tuple[float, dict[str, float]]:
@@ -134,7 +134,8 @@ def flexible(counts: tuple[int, ...], rounds: int) -> tuple[float, dict[str, flo
     for modes in (0, 3, 6, 12):
         body = uniform_beam(modes=modes) if modes else LINK
         chains = [compiled(chain(body, n)) for n in counts]
-        spent = [medians([call], rounds, max(1, 2000 // n))[0] for call, n in zip(chains, counts, strict=True)]
+        # the quickest round: a neighbour on the same core doubles the rest
+        spent = [min(timed([call], rounds, max(1, 200 // n))[0]) for call, n in zip(chains, counts, strict=True)]
         slopes.append(np.log(spent[-1] / spent[-2]) / np.log(counts[-1] / counts[-2]))
         costs[str(modes)] = round(spent[-2] / counts[-2], 3)
         each = ", ".join(f"{n}: {t / n:.3f}" for n, t in zip(counts, spent, strict=True))
@@ -149,9 +150,8 @@ def rigid(counts: tuple[int, ...], rounds: int) -> tuple[float | None, float | N
         peer = pinocchio(n)
         if peer is None:
             return None, None
-        loop, python, theirs = medians(
-            [compiled(chain(LINK, n)), from_python(chain(LINK, n)), peer], rounds, max(1, 4000 // n)
-        )
+        calls = [compiled(chain(LINK, n)), from_python(chain(LINK, n)), peer]
+        loop, python, theirs = map(statistics.median, timed(calls, rounds, max(1, 4000 // n)))
         ratios.append((theirs / loop, theirs / python))
         print(f"rigid chain of {n}: Pinocchio takes {ratios[-1][0]:.2f} times our compiled loop, {ratios[-1][1]:.2f} "
               "times our call from Python")  # fmt: skip

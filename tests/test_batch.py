@@ -65,7 +65,7 @@ def test_grid(project, tmp_path, capsys):
         assert mp.read_body(made).m == pytest.approx(mass)
         assert mp.read_body(made).name == "beam"
         assert main(["run", str(made.with_suffix(".toml")), "--output", str(tmp_path / "alone")]) == 0
-        assert same_body(made, alone, rtol=0, atol=0)
+        assert same_body(made, alone, tolerance=0)
     assert json.loads((tmp_path / "output" / "batch.json").read_text()) == done
 
 
@@ -138,7 +138,7 @@ def test_the_cache_lies_beside_the_outputs(inline, project, tmp_path, capsys):
     assert list((tmp_path / "other" / ".cache").glob("*.stage"))
     for name in ("beam-modes=2", "beam-modes=3"):
         made = (tmp_path / place / name / f"{name}.h5" for place in ("output", "other"))
-        assert same_body(*made, rtol=1e-9, atol=1e-9)
+        assert same_body(*made, tolerance=1e-9)
 
 
 def test_list(project, tmp_path, capsys):

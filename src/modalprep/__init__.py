@@ -38,6 +38,10 @@ _HOME = {
     "AxialSpring": "multibody.loads", "Bushing": "multibody.loads", "CentralGravity": "multibody.loads",
     "Callback": "multibody.loads", "Closure": "multibody.closures", "Coupler": "multibody.closures",
     "Event": "multibody.events", "Result": "multibody.result", "simulate": "multibody.simulate", "spin_modes": "multibody.spin",
+    "static_equilibrium": "multibody.equilibrium", "linearise": "multibody.linearise",
+    "frequency_response": "multibody.linearise", "system_modes": "multibody.modes",
+    "inverse_dynamics": "multibody.inverse", "hinge_forces": "multibody.inverse", "fly_free": "multibody.free_flyer",
+    "frozen_stiffness": "body.frozen", "read_csv": "formats.resultfile", "animate_system": "report.system_animation",
     "ModalprepError": "errors", "InputError": "errors", "MechanismError": "errors", "AccuracyError": "errors",
     "SimulationError": "errors", "RenderError": "errors",
 }  # fmt: skip

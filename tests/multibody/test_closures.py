@@ -20,7 +20,7 @@ from modalprep.multibody.loading import Loading
 GRAVITY = np.array([0, -9.81, 0])
 
 
-def four_bar(a=1.0, b=1.0, c=1.0, d=1.0, *, angle=1.0, knee=-1.0, rocker=1.0, closure="revolute", **options):
+def four_bar(a=1.0, b=1.0, c=1.0, d=1.0, *, angle=1.0, knee=-1.0, rocker=1.0, closure="revolute", more=None):
     """Crank a from the origin, coupler b, rocker c from (d, 0); uniform rods of 1 kg per bar."""
     bodies = {
         name: link(name, 1.0, (length / 2, 0), length**2 / 12, end=(length, 0))
@@ -34,7 +34,8 @@ def four_bar(a=1.0, b=1.0, c=1.0, d=1.0, *, angle=1.0, knee=-1.0, rocker=1.0, cl
         ),
     )
     pin = Closure(name="pin", type=closure, a="rocker.end", b="coupler.end")
-    return mp.System(bodies=bodies, joints=joints, closures=(pin,), gravity=GRAVITY, **options)
+    closures = (pin, Closure(**more)) if more else (pin,)
+    return mp.System(bodies=bodies, joints=joints, closures=closures, gravity=GRAVITY)
 
 
 def assembled(system, t_end=1.0):
@@ -58,7 +59,8 @@ def test_parallelogram_swings_as_one_pendulum():
     assert expected[-1] > 1.0
     np.testing.assert_allclose(run["a.rate"] ** 2, expected, atol=1e-7 * expected.max())
     assert run.stats["energy_error"] < 1e-8
-    assert run["pin.violation"].max() < 1e-8  # of the samples, between steps
+    assert run["pin.violation"].max() < 1e-10
+    assert "displacement of rocker.end to coupler.end along (0, 0, 1)" in run.message  # redundant, and said so
 
 
 def test_assembly_of_a_four_bar_is_freudensteins_equation():
@@ -267,8 +269,8 @@ def closed_chain(n):
 
 
 def test_cost_of_a_loop_is_linear_in_the_bodies():
-    """Three rows, 100 to 900 bodies: exponent of the time of an evaluation."""
-    sizes, times = [100, 300, 900], []
+    """Three rows, 60 to 540 bodies: exponent of the time of an evaluation."""
+    sizes, times = [60, 180, 540], []
     for n in sizes:
         packed = pack(system := closed_chain(n))
         loading = Loading(system, packed, 1.0)
@@ -285,7 +287,7 @@ def test_cost_of_a_loop_is_linear_in_the_bodies():
             best = min(best, time.perf_counter() - begin)
         times.append(best)
     exponent = np.polyfit(np.log(sizes), np.log(times), 1)[0]
-    assert 0.6 < exponent < 1.25  # calls from Python weigh on the small ones
+    assert 0.5 < exponent < 1.25  # calls from Python weigh on the small ones
 
 
 @pytest.mark.parametrize(
@@ -303,11 +305,9 @@ def test_cost_of_a_loop_is_linear_in_the_bodies():
     ],
 )
 def test_closures_that_make_no_sense(values, message):
+    given = {"name": "x", "type": "spherical", "a": "crank.end", "b": "ground"} | values
     with pytest.raises(InputError, match=message):
-        system = four_bar()
-        system.with_(
-            closures=(Closure(**({"name": "x", "type": "spherical", "a": "crank.end", "b": "ground"} | values)),)
-        )
+        four_bar(more=given)
 
 
 @pytest.mark.parametrize(

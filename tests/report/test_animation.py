@@ -65,7 +65,7 @@ def test_animation_needs_two_frames(block, tmp_path):
 
 @needs_drawing
 def test_failed_write_leaves_nothing(block, tmp_path, monkeypatch):
-    def fail(images, path):
+    def fail(images, path, period):
         path.write_bytes(b"half")
         raise OSError(28, "No space left on device")
 

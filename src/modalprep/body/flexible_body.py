@@ -124,6 +124,16 @@ class FlexibleBody(Record):
         names = ("Kg_A", "Kg_W", "Kg_F", "Kg_T")
         return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names})
 
+    def ruthless(self) -> FlexibleBody:
+        """Return the ruthlessly linearised body: no second order of q in its inertia, no geometric stiffness.
+
+        Without P the moment of inertia is of first order in q, the angular-elastic coupling is constant, and the modes
+        feel neither centrifugal softening nor Coriolis forces: ``q'' + D q' + K q = -(S_a A_a + W_ab H_ab)``. The mass
+        matrix stays that of an energy, so balances close. For spins well below the first frequency, where stress
+        stiffening does not matter (book section 6.7).
+        """
+        return self.conventional().with_(P=np.zeros_like(self.P))
+
     def __repr__(self) -> str:
         """Name, size, mass and frequency range."""
         band = f"{self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz" if self.n else "rigid"

@@ -82,7 +82,8 @@ def read_csv(path: str | Path) -> Result:
     Examples
     --------
     >>> import tempfile
-    >>> run = Result(time=np.arange(2.0), channels={"a.tip.position": np.arange(6.0).reshape(2, 3)}, status="", message="")
+    >>> moved = {"a.tip.position": np.arange(6.0).reshape(2, 3)}
+    >>> run = Result(time=np.arange(2.0), channels=moved, status="", message="")
     >>> read_csv(write_csv(run, Path(tempfile.mkdtemp()) / "run.csv"))["a.tip.position"].tolist()
     [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
     """

@@ -73,8 +73,10 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.hinge import HingeElement
     >>> from modalprep.multibody.system import Joint
-    >>> bob = rigid_body("bob", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
-    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="bob", elements=HingeElement(stiffness=20.0))
+    >>> ends = {"root": np.zeros(3)}
+    >>> bob = rigid_body("bob", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces=ends)
+    >>> spring = HingeElement(stiffness=20.0)
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="bob", elements=spring)
     >>> rest = static_equilibrium(System(bodies={"bob": bob}, joints=(hinge,), gravity=np.array([0, -10.0, 0])))
     >>> angle = rest.joints["hinge"][0]
     >>> round(float(20 * angle + 10 * np.cos(angle)), 12)

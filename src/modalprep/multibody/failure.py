@@ -37,8 +37,8 @@ def failure(run: Integration, t: float) -> SimulationError:
     if cause >= 0 or (cause != NOT_CONVERGED and _nearly_singular(run, t)):
         name = body_of(run, cause) if cause >= 0 else softest(run)
         return SimulationError(
-            f"{begin}the mass matrix of body {name!r} is no longer positive, its deflection is too large for its modes; "
-            "keep fewer modes, leave out the inertia truncation vectors, or cut the body into smaller ones"
+            f"{begin}the mass matrix of body {name!r} is no longer positive, its deflection is too large for its "
+            "modes; keep fewer modes, leave out the inertia truncation vectors, or cut the body into smaller ones"
         )
     if cause == NOT_CONVERGED:
         return SimulationError(

@@ -11,8 +11,8 @@ in free flight. Efficient variables go on: with ``sigma = q' + w_c G_c q`` (G_c 
 
     h = h0 + (G_c q).pi ;   (p, h0, pi) = M(0) (v, w, sigma) ;   pi' = -w_c G_c pi - K q - D q'
 
-exact when ``w x phi`` stays within the modes (`closure_defect` zero), as with all displacements of each particle. Modes of
-finite elements do not have that property (a bending mode has a defect of 1): projected on them even the
+exact when ``w x phi`` stays within the modes (`closure_defect` zero), as with all displacements of each particle.
+Modes of finite elements do not have that property (a bending mode has a defect of 1): projected on them even the
 centrifugal load ``W_ab H_ab`` changes, so such a body is refused.
 
 In the order-n recursion neither pays. It never forms M: it eliminates modes and hinges link by link, and what children

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -30,8 +30,8 @@ class InverseDynamics(Record):
     ----------
     time : (nt,)
     force : dict of (nt, k)
-        Force (N) or torque (N m) of an actuator in each coordinate of the joints with a history, springs and other loads
-        of the system already at work.
+        Force (N) or torque (N m) of an actuator in each coordinate of the joints with a history, springs and other
+        loads of the system already at work.
     modal : dict of (nt, n)
         Modal coordinates of each body.
     y, udot : (nt, nx + nu), (nt, nu)
@@ -56,7 +56,7 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
     >>> from modalprep.multibody.system import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
-    >>> hinge_forces(arm, np.zeros(4), np.array([1.0, 0.0]))[:1].round(6)  # moment of inertia 12 kg 100 m^2 / 3, and the section
+    >>> hinge_forces(arm, np.zeros(4), np.array([1.0, 0.0]))[:1].round(6)  # 12 kg 100 m^2 / 3, and the section's own
     array([400.006])
     """
     return Plant(system, t).required(np.asarray(y, dtype=float), np.asarray(udot, dtype=float))
@@ -99,7 +99,8 @@ def inverse_dynamics(
     >>> from modalprep.multibody.system import Joint
     >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=2 * np.eye(3), interfaces={"root": np.zeros(3)})
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="disc")
-    >>> found = inverse_dynamics(System(bodies={"disc": disc}, joints=(hinge,)), {"hinge": "3*t**2"}, np.array([0, 0.5]))
+    >>> system = System(bodies={"disc": disc}, joints=(hinge,))
+    >>> found = inverse_dynamics(system, {"hinge": "3*t**2"}, np.array([0, 0.5]))
     >>> found.force["hinge"][:, 0].tolist()
     [12.0, 12.0]
     """
@@ -138,8 +139,8 @@ class _Guided:
         packed, places = self.plant.packed, self.plant.coordinates("joint", name)
         if any(packed.types[i] in (SPHERICAL, FREE) for i in packed.links_of(name)) or not places:
             raise InputError(
-                f"inverse dynamics: joint {name!r} has no coordinate that a function of time can say; leave it out, and "
-                "it follows"
+                f"inverse dynamics: joint {name!r} has no coordinate that a function of time can say; leave it out, "
+                "and it follows"
             )
         laws = [TimeFunction.of(f) for f in (functions if _several(functions) else [functions])]
         if len(laws) != len(places):
@@ -156,7 +157,8 @@ class _Guided:
 
     def guide(self, t: float, y: np.ndarray) -> np.ndarray:
         """Write the histories into state y at time t; returns the accelerations (nu,) with zeros for the rest."""
-        udot, self.plant.t = np.zeros(self.plant.nu), t
+        udot = np.zeros(self.plant.nu)
+        self.plant.at(t)
         for x, u, law in self.laws:
             y[x], y[self.plant.nx + u], udot[u] = law(t)
         return udot
@@ -200,7 +202,8 @@ class _Guided:
         passive = [name for kind, name in (self.plant.owner[u] for u in self.left) if kind == "joint"]
         if passive:
             raise InputError(
-                f"inverse dynamics: joint {passive[0]!r} has no history, so nothing rests; give it one or use dynamic modes"
+                f"inverse dynamics: joint {passive[0]!r} has no history, so nothing rests; give it one, or use dynamic "
+                "modes"
             )
         y, states = self.start.copy(), []
         y[self.plant.nx :] = 0.0
@@ -214,6 +217,7 @@ class _Guided:
         udot, scale = self.guide(t, y := y.copy()), self.plant.scale[self.left]
         lift = np.eye(plant.nu)[:, left] * scale
         for _ in range(MOST):
+
             def lack(z: np.ndarray, y: np.ndarray = y) -> np.ndarray:
                 return scale * plant.required(plant.moved(y, lift @ z), udot)[left]
 
@@ -226,5 +230,5 @@ class _Guided:
 
 
 def _several(functions: Any) -> bool:
-    """Whether it is one function for each coordinate, not one in pieces."""
-    return isinstance(functions, Sequence) and not isinstance(functions, str | tuple) and not isinstance(functions[0], tuple)
+    """Whether it is a function for each coordinate, not one in pieces ``(until, expression)``."""
+    return isinstance(functions, list) and not isinstance(functions[0], tuple)

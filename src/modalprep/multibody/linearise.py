@@ -24,8 +24,8 @@ PLACE_STEP, SPEED_STEP = 0.05, 1.0  # first differences, in scales of the coordi
 class StateSpace(Record):
     """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of [coordinates | speeds].
 
-    Coordinates are minimal: a spherical joint's three are the rotation vector of the child relative to the reference, in
-    its axes; a free joint's six the displacement and that rotation, in the body's axes. The reference moves on
+    Coordinates are minimal: a spherical joint's three are the rotation vector of the child relative to the reference,
+    in its axes; a free joint's six the displacement and that rotation, in the body's axes. The reference moves on
     with its speeds where they are not zero.
 
     Attributes

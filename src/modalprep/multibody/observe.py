@@ -22,7 +22,8 @@ PLACES, RATES = {REVOLUTE: "angle", PRISMATIC: "displacement"}, {REVOLUTE: "rate
 class Effort:
     """An input: a hinge force, or a component of a force or torque on an interface, inertial axes.
 
-    ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N), ``.torque.z`` (N m).
+    ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N), ``.torque.z``
+    (N m).
 
     Raises
     ------
@@ -42,7 +43,8 @@ class Effort:
             self.wrench[3 * (parts[1] == "torque") + AXES.index(parts[2])] = 1.0
         else:
             raise InputError(
-                f"input {name!r}: name a joint ('hinge', 'hinge.2'), 'body.interface.force.x' or 'body.interface.torque.x'"
+                f"input {name!r}: name a joint ('hinge', 'hinge.2'), 'body.interface.force.x' or "
+                "'body.interface.torque.x'"
             )
 
     def apply(self, size: float) -> np.ndarray:
@@ -57,8 +59,8 @@ def output(plant: Plant, name: str, y: np.ndarray) -> Callable[[np.ndarray], flo
     """Return the function of the state that an output's name means; rotations are counted from state y.
 
     ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
-    ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.spin``, ``.acceleration``, ``.angular_acceleration``,
-    inertial axes; to be called after `Plant.accelerations`.
+    ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.spin``, ``.acceleration`` and
+    ``.angular_acceleration`` in inertial axes; to be called after `Plant.accelerations`.
 
     Raises
     ------

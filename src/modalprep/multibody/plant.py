@@ -86,12 +86,11 @@ class Plant:
             raise InputError(
                 f"closed loops are not analysed: {system.closures[0].name!r} closes one; replace it by stiff bushings"
             )
-        self.system, self.t, self.packed = system, t, pack(system)
+        self.system, self.packed = system, pack(system)
         self.nx, self.nu = self.packed.nx, self.packed.nu
         self.W, self.F = workspace(self.packed.tree, self.packed.flex)
         self.loading = Loading(system, self.packed, t + AHEAD)
-        begin, end = next(s for s in self.loading.stretches if t < s[1])
-        self.loading.enter(begin, end)
+        self.at(t)
         self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
         self.turns = np.zeros(self.nu, dtype=bool)
         self._measure()
@@ -110,6 +109,11 @@ class Plant:
                 body, first = self.system.bodies[link.body], ints[i, UQ]
                 self.owner[first : first + body.n] = [("body", link.body)] * body.n
                 self.scale[first : first + body.n] = sizes[link.body] / _reach(body)
+
+    def at(self, t: float) -> None:
+        """Take functions of time at t (s), not after that of the start."""
+        self.t = t
+        self.loading.enter(*next(stretch for stretch in self.loading.stretches if t < stretch[1]))
 
     def coordinates(self, kind: str, name: str) -> list[int]:
         """Return the places in y of the coordinates of a joint or a body's modes."""

@@ -38,9 +38,7 @@ def joint_wrenches(
     return found
 
 
-def interface_accelerations(
-    system: System, packed: Packed, W: np.ndarray, F: Scratch | None
-) -> dict[str, np.ndarray]:
+def interface_accelerations(system: System, packed: Packed, W: np.ndarray, F: Scratch | None) -> dict[str, np.ndarray]:
     """Return ``body.interface.acceleration`` (m/s^2, inertial), after `kernel.forward` and `kernel.world`."""
     found = {}
     for name, body in system.bodies.items():

@@ -91,7 +91,9 @@ class Result(Record):
         ['a.angle']
         """
         if find_spec("pandas") is None:
-            raise InputError("a data frame needs the package pandas (pip install pandas); channels are arrays without it")
+            raise InputError(
+                "a data frame needs the package pandas (pip install pandas); channels are arrays without it"
+            )
         import pandas
 
         return pandas.DataFrame(self.table(channels), index=pandas.Index(self.time, name="time"))

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.multibody import kernel
@@ -15,20 +14,15 @@ from modalprep.multibody.events import Event
 from modalprep.multibody.forces import Energies
 from modalprep.multibody.integrators import METHODS, Integration
 from modalprep.multibody.layout import (
-    FREE,
     PRESCRIBED,
     PRESCRIBED_REVOLUTE,
-    PRISMATIC,
-    REVOLUTE,
-    SPHERICAL,
     UQ,
     XQ,
-    U,
-    X,
     pack,
     workspace,
 )
 from modalprep.multibody.loading import Loading
+from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
 from modalprep.multibody.result import Result
 from modalprep.multibody.system import System
@@ -128,7 +122,9 @@ def simulate(
         twin=_twin(system, run.loading) if dense else None,
     )  # fmt: skip
     outcome = integration.run(record, progress)
-    found = recorder.result(np.array(times), outcome.status, outcome.message, outcome.stats)
+    notes = run.loading.loops.notes if run.loading.loops else []
+    message = "; ".join([outcome.message, *notes])
+    found = recorder.result(np.array(times), outcome.status, message, outcome.stats)
     return found.with_(events=outcome.events)
 
 
@@ -171,29 +167,15 @@ class _Run:
 
     def start(self) -> np.ndarray:
         """Joint coordinates and speeds as the joints say, modes at rest, no work done."""
-        y = np.zeros(self.nx + self.nu + 1)
-        for joint in self.system.joints:
-            travels = zip(np.resize(joint.displacement, 2), np.resize(joint.speed, 2), strict=True)
-            turns = zip(np.resize(joint.angle, 2), np.resize(joint.rate, 2), strict=True)
-            for i in self.packed.links_of(joint.name):
-                row, kind = self.packed.tree.ints[i], self.packed.types[i]
-                x, u = row[X], self.nx + row[U]
-                if kind in (REVOLUTE, PRISMATIC):
-                    y[x], y[u] = next(turns if kind == REVOLUTE else travels)
-                if kind == FREE:
-                    y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
-                    x, u = x + 3, u + 3
-                if kind in (FREE, SPHERICAL):
-                    y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
-                    y[u : u + 3] = joint.spin
-        return y
+        return np.append(start_state(self.packed), 0.0)
 
     def closed(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Return a state of the dense output with its loops closed."""
-        if self.loading.loops:
-            y = y.copy()
-            self.loading.loops.settle(self.W, self.F, y[:-1], self.loading.prescribe(t), t)
-        return y
+        """Return a state between steps, brought back onto the closed loops."""
+        if self.loading.loops is None:
+            return y
+        found = y.copy()
+        self.loading.loops.settle(self.W, self.F, found[:-1], self.loading.prescribe(t), t)
+        return found
 
     def derivative(self, t: float, y: np.ndarray) -> np.ndarray:
         """Time derivative of [coordinates | speeds | work]; NaN where the mass matrix is not positive."""

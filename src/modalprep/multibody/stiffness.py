@@ -8,12 +8,12 @@ import numpy as np
 
 from modalprep.multibody.driver import ALPHA, EXPLICIT, ROSENBROCK
 from modalprep.multibody.evaluate import GOOD, Model, evaluate
-from modalprep.multibody.laws import LOWER, UPPER
+from modalprep.multibody.layout import MODES, NX, UQ
 from modalprep.multibody.loading import Loading
-from modalprep.multibody.stepping import FIXED, RTOL, Run, move
+from modalprep.multibody.stepping import FIXED, RTOL, SIZES, Run, move
 
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
-EQUAL_COST = 0.5  # times 1 / sqrt(rtol): see `_automatic`
+LEAST_AMPLITUDE = 0.01  # of the smallest deflection that counts
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
 ITERATIONS = 30  # of a power iteration: the frequency to a few per cent, which is all that is asked
 NUDGE = 1e-7  # of the largest coordinate
@@ -61,23 +61,31 @@ def top_frequency(model: Model, run: Run) -> float:
 def _automatic(model: Model, run: Run, top: float, steps: float) -> Choice:
     """Implicit where stability, not accuracy, would hold the explicit step.
 
-    A step of order 2 or 3 resolves a mode of frequency w and amplitude a to ``(h w)^3 a / 12``. Amplitudes of modes
-    that a load excites fall with ``1 / w^2``, and those below the tolerance need not be resolved, so that
-    ``h = 2.3 sqrt(rtol) / w1``, w1 the lowest frequency. An explicit step costs 12 evaluations and is at most
-    ``6 / top``, an implicit one 2 to 5: equal cost at ``top / w1 = 0.5 / sqrt(rtol)``.
+    An implicit step h leaves ``(h w)^3 a / 12`` of error in a mode of frequency w and amplitude a; taken for a is the
+    static answer to the start's accelerations, at least LEAST_AMPLITUDE of the smallest deflection that counts,
+    falling with ``1 / w^2``. An explicit step costs 12 evaluations and is at most ``6 / top``, an implicit one about 4.
     """
     if run.clock[FIXED] > 0.0:
         explicit = run.clock[FIXED] * top < STABLE
-        return Choice(EXPLICIT if explicit else ALPHA, steps, _because("the step against the highest frequency"))
-    stiffness = model.linear[0][model.linear[0] > 0.0]
-    lowest = np.sqrt(stiffness.min()) if len(stiffness) else top
-    limit = EQUAL_COST / np.sqrt(run.clock[RTOL])
-    found = f"highest over lowest frequency {top / lowest if lowest else 1.0:.3g}"
-    if top <= limit * lowest or steps < FEW_STEPS:
-        return Choice(EXPLICIT, steps, _because(f"{found}, or few steps" if steps < FEW_STEPS else found))
-    smooth = model.cons is None and not np.any(np.isfinite(model.loads.hinge[:, [LOWER, UPPER]]))
-    return Choice(ROSENBROCK if smooth else ALPHA, steps, _because(f"{found}, above {limit:.3g}"))
+        return Choice(EXPLICIT if explicit else ALPHA, steps, ", chosen by the step against the highest frequency")
+    explicit, implicit = 12.0 * top / STABLE, 4.0 * _accurate_rate(model, run)
+    costs = f"{explicit:.2g} evaluations of the equations a second against {implicit:.2g}"
+    if explicit <= implicit or steps < FEW_STEPS:
+        return Choice(EXPLICIT, steps, f", chosen for {costs}" if steps >= FEW_STEPS else "")
+    return Choice(ALPHA, steps, f", chosen for {implicit:.2g} evaluations a second against {explicit:.2g}")
 
 
-def _because(why: str) -> str:
-    return f", chosen by {why}"
+def _accurate_rate(model: Model, run: Run) -> float:
+    """Return the steps a second that an implicit method needs to meet the tolerance in every mode."""
+    nx, ydot = model.tree.ints[0, NX], np.zeros(len(run.y))
+    if evaluate(model, 0.0, run.y, ydot) != GOOD:
+        return 0.0
+    rate = 0.0
+    for i, row in enumerate(model.tree.ints):
+        modes = slice(row[UQ], row[UQ] + row[MODES])
+        K = model.linear[0, modes]
+        if len(K) and K.min() > 0.0:
+            size = run.size[SIZES + 2 * i]
+            amplitude = np.maximum(np.abs(ydot[nx:][modes]) / K / size, LEAST_AMPLITUDE * K.min() / K)
+            rate = max(rate, float(np.max(np.sqrt(K) * np.cbrt(amplitude / (12.0 * run.clock[RTOL])))))
+    return rate

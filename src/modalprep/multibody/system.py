@@ -8,7 +8,6 @@ from typing import Literal, get_args
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.simplified import ruthless
 from modalprep.errors import InputError
 from modalprep.multibody.closures import Closure, Coupler, check_closures
 from modalprep.multibody.hinge import HingeElement
@@ -252,5 +251,5 @@ class System(Record):
         return self.with_(bodies={name: body.conventional() for name, body in self.bodies.items()})
 
     def ruthless(self) -> System:
-        """Return the system with ruthlessly linearised bodies: see `body.simplified.ruthless`."""
-        return self.with_(bodies={name: ruthless(body) for name, body in self.bodies.items()})
+        """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`."""
+        return self.with_(bodies={name: body.ruthless() for name, body in self.bodies.items()})

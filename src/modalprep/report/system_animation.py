@@ -84,7 +84,9 @@ class _Film:
         bends = {name: [self._deflection(name, k) for k in range(len(result.time))] for name in system.bodies}
         last = _last_shown(system, bends)
         self.rows = np.unique(np.linspace(0, last, frames).round().astype(int))
-        self.largest = max((np.linalg.norm(bends[name][k], axis=1).max() for name in bends for k in self.rows), default=0)
+        self.largest = max(
+            (np.linalg.norm(bends[name][k], axis=1).max() for name in bends for k in self.rows), default=0
+        )
         self.bends = bends
         grounded = [joint for joint in system.joints if joint.parent == GROUND and joint.type != "free"]
         self.ground = np.array([joint.position for joint in grounded]).reshape(-1, 3)
@@ -166,7 +168,9 @@ def _last_shown(system: System, bends: dict[str, list[np.ndarray]]) -> int:
     return max(last, 0)
 
 
-def _add_body(plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, largest: float, radius: float) -> None:
+def _add_body(
+    plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, largest: float, radius: float
+) -> None:
     """Add a body in place of its last picture; a flexible one coloured by its deflection, 0 to `largest`."""
     from modalprep.report.surface import surface, tubes
 

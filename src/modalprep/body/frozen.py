@@ -1,4 +1,4 @@
-"""Bodies of simpler theories, to learn what the full one is needed for."""
+"""Geometric stiffness linearised about one steady motion."""
 
 from __future__ import annotations
 
@@ -9,29 +9,7 @@ from modalprep.errors import InputError
 from modalprep.vectors import skew
 
 
-def ruthless(body: FlexibleBody) -> FlexibleBody:
-    """Return the ruthlessly linearised body: no second order of the modal coordinates in its inertia, no Kg.
-
-    Without P the moment of inertia is of first order in q, the angular-elastic coupling constant, and the modes feel
-    neither centrifugal softening nor Coriolis forces: ``q'' + D q' + K q = -(S_a A_a + W_ab H_ab)``. The mass matrix
-    stays the derivative of an energy, so that balances close. The relative error of a frequency at spin Omega is of
-    order ``(Omega / omega)^2``, as that of the coordinates left out; the conventional theory, which keeps P alone, is
-    wrong by the same order with a larger factor and diverges above the first frequency (book section 6.7).
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.spin import spin_modes
-    >>> body = ruthless(uniform_beam(modes=2))
-    >>> bool(np.allclose(spin_modes(body, np.array([0, 0, 6.0])).frequency, body.frequency))
-    True
-    """
-    return body.conventional().with_(P=np.zeros_like(body.P))
-
-
-def frozen_stiffness(
-    body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None
-) -> FlexibleBody:
+def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None) -> FlexibleBody:
     """Return the body with the geometric stiffness of one steady motion, linearised: constant, in modes that hold it.
 
     ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
