@@ -53,8 +53,8 @@ class Joint(Record):
     displacement, speed : float, or (2,) of a planar joint
         Start of the travel of a prismatic, cylindrical or planar joint, m and m/s.
     velocity, spin : (3,)
-        Start of a free body: velocity of its root and angular velocity, relative to the parent, in its own frame; `spin`
-        also of a spherical joint.
+        Start of a free body: velocity of its root and angular velocity, relative to the parent, in its own frame;
+        `spin` also of a spherical joint.
     motion : TimeFunction or None
         Prescribed angle of a revolute joint, or displacement of a prismatic one; value and rate without jumps.
     elements : tuple of HingeElement
@@ -134,9 +134,7 @@ class Joint(Record):
             return first / np.linalg.norm(first)
         second = self._direction("second_axis")
         if np.linalg.norm(np.cross(axis, second)) < 1e-6:
-            raise InputError(
-                f"joint {self.name!r}: second_axis {second.tolist()} is parallel to axis {axis.tolist()}"
-            )
+            raise InputError(f"joint {self.name!r}: second_axis {second.tolist()} is parallel to axis {axis.tolist()}")
         across = second - (second @ axis) * axis
         return second if self.type == "universal" else across / np.linalg.norm(across)
 
