@@ -3,16 +3,17 @@
 import numpy as np
 import pytest
 from multibody.trees import random_body, random_state, random_tree
+from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.body.frozen import frozen_stiffness
 from modalprep.examples import uniform_beam
 from modalprep.formats.resultfile import read_csv
-from modalprep.multibody.dense import mass_and_force
+from modalprep.multibody.dense import mass_and_force, quaternion_matrix
 from modalprep.multibody.equilibrium import static_equilibrium
 from modalprep.multibody.free_flyer import closure_defect, fly_free
 from modalprep.multibody.inverse import hinge_forces, inverse_dynamics
-from modalprep.multibody.linearise import frequency_response, linearise
+from modalprep.multibody.linearise import frequency_response, linearise, transport
 from modalprep.multibody.modes import system_modes
 from modalprep.multibody.plant import Plant
 from modalprep.multibody.simulate import start_channels
@@ -155,6 +156,26 @@ def test_torque_free_spin_has_eulers_frequency(kind):
     wanted = spin * np.sqrt((C - A) * (C - B) / (A * B))
     assert np.abs(roots - wanted).min() < 1e-9
     assert np.abs(roots - spin).min() < 1e-9  # the axis fixed in space, seen from the turning body
+
+
+@pytest.mark.parametrize("kind", ["spherical", "free"])
+def test_changes_of_pose_are_carried_by_the_reference(kind):
+    """Two motions of equal body speeds from neighbouring poses: their relative pose, seen from the first, changes."""
+    plant = Plant(carried(rigid(), type=kind))
+    y, h = random_state(plant.system, 3), 1e-4
+    y[plant.nx - 4 : plant.nx] /= np.linalg.norm(y[plant.nx - 4 : plant.nx])
+    change = 1e-4 * np.random.default_rng(1).standard_normal(plant.nu)
+    other, u = plant.moved(y, change), y[plant.nx :]
+
+    def apart(t):
+        a, b = plant.moved(y, t * u), plant.moved(other, t * u)
+        Ra, Rb = (quaternion_matrix(state[plant.nx - 4 : plant.nx]) for state in (a, b))
+        turn = Rotation.from_matrix(Ra.T @ Rb).as_rotvec()
+        return np.concatenate([Ra.T @ (b - a)[:3], turn]) if kind == "free" else turn
+
+    rate = (apart(h) - apart(-h)) / (2 * h)
+    wanted = transport(plant, y) @ change
+    assert np.abs(rate - wanted).max() < 1e-3 * np.abs(wanted).max()  # second order of the change
 
 
 def test_two_masses_answer_as_in_the_book():
@@ -422,6 +443,12 @@ def test_wrench_of_a_joint_is_in_the_axes_of_the_parents_interface():
     np.testing.assert_allclose(run["grip.force"][0], [30, 0, 0], atol=1e-12)
     np.testing.assert_allclose(run["grip.torque"][0], [0, 12, 6], atol=1e-12)  # r x the force
     np.testing.assert_allclose(run["wall.force"][0], [0, 40, 0], atol=1e-12)
+
+
+def test_modal_channel_is_the_deflection(double):
+    np.testing.assert_allclose(
+        double["upper.tip.deflection.y"], double["upper.modal"][:, 0] * uniform_beam(modes=1).phi[1, 1, 0], atol=1e-9
+    )
 
 
 def test_hinge_torque_is_its_springs(double):

@@ -122,8 +122,7 @@ def _motion(plant: Plant, link: int, node: int, what: str, axis: int, y: np.ndar
     tree, flex, W, F = plant.packed.tree, plant.packed.flex, plant.W, plant.F
     if what in ("acceleration", "angular_acceleration"):
         turn = what == "angular_acceleration"
-        gravity = 0.0 if turn else plant.system.gravity[axis]
-        return lambda y: kernel.node_acceleration(tree, flex, W, F, link, node, 1.0)[turn][axis] + gravity
+        return lambda y: kernel.node_acceleration(tree, flex, W, F, link, node, 1.0)[turn][axis]  # gravity is constant
     place = ("position", "rotation", "velocity", "spin").index(what)
 
     def state() -> tuple:

@@ -141,15 +141,18 @@ class _Film:
                 plotter.add_mesh(pyvista.MultipleLines(tip), color=PATH, line_width=2, reset_camera=False)
 
     def _picture(self, plotter, k: int) -> np.ndarray:
+        coloured = None
         for name, body in self.system.bodies.items():
             amount = np.linalg.norm(self.bends[name][k], axis=1) if body.n else None
-            _add_body(plotter, name, body, self.points(name, k), amount, self.largest, self.radius)
+            drawn = _add_body(plotter, name, body, self.points(name, k), amount, self.largest, self.radius)
+            coloured = drawn if body.n else coloured
             balls = _balls(self.interfaces(name, k), self.radius)
             plotter.add_mesh(balls, name=f"{name} balls", color=MARK, ambient=0.4, reset_camera=False)
-        if k == self.rows[0] and self.largest > 0:
+        if k == self.rows[0] and self.largest > 0 and coloured:
             plotter.add_scalar_bar(
-                "deflection, m", color="black", n_labels=2, fmt="%.3g", vertical=False, title_font_size=18,
-                label_font_size=18, position_x=0.58, position_y=0.02, width=0.39, height=0.085,
+                "deflection, m",
+                mapper=coloured.mapper, color="black", n_labels=2, fmt="%.3g", vertical=False, title_font_size=18,
+                label_font_size=18, position_x=0.52, position_y=0.02, width=0.36, height=0.085,
             )  # fmt: skip
         text = f"t = {self.result.time[k]:.2f} s"
         where = {"position": (0.025, 0.92), "viewport": True}
@@ -168,10 +171,8 @@ def _last_shown(system: System, bends: dict[str, list[np.ndarray]]) -> int:
     return max(last, 0)
 
 
-def _add_body(
-    plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, largest: float, radius: float
-) -> None:
-    """Add a body in place of its last picture; a flexible one coloured by its deflection, 0 to `largest`."""
+def _add_body(plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, largest: float, radius: float):
+    """Add a body in place of its last picture, a flexible one coloured by its deflection; returns what was drawn."""
     from modalprep.report.surface import surface, tubes
 
     style = {**STYLE, "color": BODY_COLOUR}
@@ -181,10 +182,12 @@ def _add_body(
     parts = {"skin": surface(body, points, amount), "beams": tubes(body, points, thick, amount)}
     if not any(part is not None for part in parts.values()) and len(points) > 1:
         parts = {"rods": _rods(points, thick)}
+    drawn = None
     for kind, part in parts.items():
         if part is not None:
             sharp = {"split_sharp_edges": True} if kind == "skin" else {}
-            plotter.add_mesh(part, name=f"{name} {kind}", **sharp, **style)
+            drawn = plotter.add_mesh(part, name=f"{name} {kind}", **sharp, **style)
+    return drawn
 
 
 def _rods(points: np.ndarray, radius: float):
