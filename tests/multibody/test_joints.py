@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import modalprep as mp
+from modalprep.errors import InputError
+from modalprep.examples import uniform_beam
 from modalprep.multibody.layout import turn_to
 
 
@@ -112,3 +114,12 @@ def test_free_joint_on_a_body_feels_nothing_of_it():
 
 def test_axis_along_minus_z():
     np.testing.assert_array_equal(turn_to(np.array([0.0, 0, -1])) @ [0, 0, 1], [0, 0, -1])
+
+
+def test_gravity_is_three_numbers():
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    arm = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), gravity=[0, -9.81, 0])
+    assert arm.gravity.tolist() == [0.0, -9.81, 0.0]
+    for wrong in (-9.81, [0, np.nan, 0]):
+        with pytest.raises(InputError, match="is not three numbers"):
+            arm.with_(gravity=wrong)

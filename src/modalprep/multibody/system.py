@@ -172,6 +172,10 @@ class System(Record):
 
     def __post_init__(self) -> None:
         """Check the tree and what loads it."""
+        gravity = np.asarray(self.gravity, dtype=float)
+        if gravity.shape != (3,) or not np.all(np.isfinite(gravity)):
+            raise InputError(f"gravity {self.gravity!r} is not three numbers in m/s^2")
+        object.__setattr__(self, "gravity", gravity)
         super().__post_init__()
         if not self.bodies:
             raise InputError("the system has no bodies; name at least one under [bodies]")
