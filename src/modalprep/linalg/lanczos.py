@@ -12,6 +12,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
+from modalprep.linalg.blas import inner, product, subtract
 from modalprep.linalg.factor import Factor
 
 TOLERANCE = 1e-10  # of 1/(w^2 - shift): residual of a converged pair
@@ -62,10 +63,10 @@ class Krylov:
         m, old = self.size, self.V[:, : self.size]
         coefficient = np.zeros((m, W.shape[1]))
         close = old[:, m - near :]
-        coefficient[m - near :] = close.T @ (self.M @ W)
-        W = W - close @ coefficient[m - near :]
+        coefficient[m - near :] = inner(close, self.M @ W)
+        W = subtract(W, close, coefficient[m - near :])
         W, MW, beta = _orthonormal(W, self.M, np.einsum("ij,ij->j", coefficient, coefficient))
-        W = W - old @ (old.T @ MW)
+        W = subtract(W, old, inner(old, MW))
         W, self.M_last, gamma = _orthonormal(W, self.M, np.ones(W.shape[1]))
         new = W.shape[1]
         self.V[:, m : m + new] = W
@@ -92,12 +93,12 @@ def _orthonormal(W: np.ndarray, M: csr_array, before: np.ndarray) -> tuple[np.nd
     Directions below `DEPENDENT` of what W was are dropped; `before` is the squared norm that was taken from it.
     """
     MW = M @ W
-    gram = W.T @ MW
+    gram = inner(W, MW)
     D = 1 / np.sqrt(np.maximum(before + gram.diagonal(), np.finfo(float).tiny))
     share, Y = eigh(gram * D * D[:, None])
     new = share > DEPENDENT
     Z = D[:, None] * (Y[:, new] / np.sqrt(share[new]))
-    return W @ Z, MW @ Z, Z.T @ gram
+    return product(W, Z), product(MW, Z), Z.T @ gram
 
 
 def block_lanczos(
@@ -146,7 +147,7 @@ def block_lanczos(
         theta, S, residual, tail = _expand(space, factor, n, capacity)
         done = residual[:n] <= TOLERANCE * np.abs(theta[:n])
         if len(theta) >= n and np.all(done):
-            phi = space.V[:, : S.shape[0]] @ S[:, :n]
+            phi = product(space.V[:, : S.shape[0]], S[:, :n])
             return 1 / theta[:n] + shift, phi
         if tail == 0:
             break

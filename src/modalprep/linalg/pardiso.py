@@ -50,7 +50,7 @@ class PardisoFactor:
         self._scale, self._dtype = equilibrium(A), dtype
         self._n, (self._entries, self._rows, self._columns) = A.shape[0], _upper(A, self._scale, dtype)
         self._handle, self._options = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
-        library().pardisoinit(_at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), _at(self._options))
+        library().pardisoinit(at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), at(self._options))
         self._options[REFINEMENT] = 0  # only where pivots had to be perturbed
         self._options[ZERO_BASED], self._options[SINGLE] = 1, dtype is np.float32
         weakref.finalize(self, _release, self._handle, self._options)
@@ -79,9 +79,9 @@ def _pardiso(handle, options, phase: int, n: int, matrix=(None, None, None), col
     """Call the library; raise RuntimeError with its reason when it fails."""
     one, error = byref(c_int32(1)), c_int32(0)
     sizes = [byref(c_int32(v)) for v in (SYMMETRIC_INDEFINITE, phase, n)]
-    a, ia, ja = (_at(part) for part in matrix)
-    tail = (None, byref(c_int32(columns)), _at(options), byref(c_int32(0)), _at(B), _at(X), byref(error))
-    library().pardiso(_at(handle), one, one, *sizes, a, ia, ja, *tail)
+    a, ia, ja = (at(part) for part in matrix)
+    tail = (None, byref(c_int32(columns)), at(options), byref(c_int32(0)), at(B), at(X), byref(error))
+    library().pardiso(at(handle), one, one, *sizes, a, ia, ja, *tail)
     if error.value:
         raise RuntimeError(ERRORS.get(error.value, f"PARDISO error {error.value}"))
 
@@ -102,7 +102,14 @@ def _upper(A: csr_array, scale: np.ndarray, dtype: type) -> tuple[np.ndarray, np
     return (A.data[keep] * scale[rows] * scale[columns]).astype(dtype), starts.astype(np.int32), columns
 
 
-def _at(array: np.ndarray | None) -> c_void_p | None:
+def at(array: np.ndarray | None) -> c_void_p | None:
+    """Return where an array lies, for the library.
+
+    Examples
+    --------
+    >>> at(None) is None
+    True
+    """
     return None if array is None else array.ctypes.data_as(c_void_p)
 
 

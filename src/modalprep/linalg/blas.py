@@ -1,0 +1,69 @@
+"""Products of tall matrices by the library that also factorizes.
+
+NumPy's OpenBLAS and oneMKL keep threads of their own; called in turns, each waits for cores on which the other's
+threads still spin.
+"""
+
+from __future__ import annotations
+
+from ctypes import byref, c_char, c_double, c_int32
+
+import numpy as np
+
+from modalprep.linalg.pardiso import at, library
+
+
+def inner(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Return ``A^T B (m, k)`` of ``A (n, m)`` and ``B (n, k)``.
+
+    Examples
+    --------
+    >>> inner(np.eye(3)[:, :2], np.arange(6.0).reshape(3, 2))
+    array([[0., 1.],
+           [2., 3.]])
+    """
+    if library() is None:
+        return A.T @ B
+    A, B = np.asfortranarray(A), np.asfortranarray(B)
+    C = np.empty((A.shape[1], B.shape[1]), order="F")
+    return _gemm(b"T", 1.0, A, B, 0.0, C)
+
+
+def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Return ``A B (n, k)`` of ``A (n, m)`` and ``B (m, k)``.
+
+    Examples
+    --------
+    >>> product(np.eye(2), np.array([[1.0], [2.0]])).ravel()
+    array([1., 2.])
+    """
+    if library() is None:
+        return A @ B
+    A, B = np.asfortranarray(A), np.asfortranarray(B)
+    return _gemm(b"N", 1.0, A, B, 0.0, np.empty((A.shape[0], B.shape[1]), order="F"))
+
+
+def subtract(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Return ``W - A B (n, k)`` of ``A (n, m)`` and ``B (m, k)``.
+
+    Examples
+    --------
+    >>> subtract(np.ones((2, 1)), np.eye(2), np.array([[1.0], [2.0]])).ravel()
+    array([ 0., -1.])
+    """
+    if library() is None:
+        return W - A @ B
+    return _gemm(b"N", -1.0, np.asfortranarray(A), np.asfortranarray(B), 1.0, np.array(W, order="F"))
+
+
+def _gemm(turned: bytes, alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.ndarray) -> np.ndarray:
+    """``C = alpha op(A) B + beta C``, all stored by columns."""
+    if C.size == 0 or B.shape[0] == 0:
+        C[:] = beta * C if beta else 0.0
+        return C
+    sizes = [byref(c_int32(v)) for v in (*C.shape, B.shape[0])]
+    leading = [byref(c_int32(M.strides[1] // M.itemsize if M.shape[1] > 1 else M.shape[0])) for M in (A, B, C)]
+    one, other = byref(c_double(alpha)), byref(c_double(beta))
+    library().dgemm(byref(c_char(turned)), byref(c_char(b"N")), *sizes, one, at(A), leading[0], at(B), leading[1],
+                    other, at(C), leading[2])  # fmt: skip
+    return C
