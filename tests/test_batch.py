@@ -65,7 +65,7 @@ def test_grid(project, tmp_path, capsys):
         assert mp.read_body(made).m == pytest.approx(mass)
         assert mp.read_body(made).name == "beam"
         assert main(["run", str(made.with_suffix(".toml")), "--output", str(tmp_path / "alone")]) == 0
-        assert same_body(made, alone, tolerance=0)
+        assert same_body(made, alone, tolerance=1e-9)  # a worker's BLAS has fewer threads: other sums, same numbers
     assert json.loads((tmp_path / "output" / "batch.json").read_text()) == done
 
 
