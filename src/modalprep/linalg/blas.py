@@ -1,4 +1,4 @@
-"""Products of tall matrices by the library that also factorizes.
+"""Products of tall matrices, and eigenvalues, by the library that also factorizes.
 
 NumPy's OpenBLAS and oneMKL keep threads of their own; called in turns, each waits for cores on which the other's
 threads still spin.
@@ -9,8 +9,12 @@ from __future__ import annotations
 from ctypes import byref, c_char, c_double, c_int32
 
 import numpy as np
+from scipy.linalg import LinAlgError
+from scipy.linalg import eigh as scipy_eigh
 
 from modalprep.linalg.pardiso import at, library
+
+BY_COLUMNS = 102  # LAPACKE's name of Fortran's order
 
 
 def inner(A: np.ndarray, B: np.ndarray) -> np.ndarray:
@@ -54,6 +58,27 @@ def subtract(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     if library() is None:
         return W - A @ B
     return _gemm(b"N", -1.0, np.asfortranarray(A), np.asfortranarray(B), 1.0, np.array(W, order="F"))
+
+
+def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the eigenvalues (n,), ascending, and orthonormal eigenvectors (n, n) of a symmetric matrix.
+
+    Raises
+    ------
+    LinAlgError
+        When it does not converge: A is not finite.
+
+    Examples
+    --------
+    >>> eigh(np.diag([2.0, 1.0]))[0]
+    array([1., 2.])
+    """
+    if library() is None or not A.size:
+        return scipy_eigh(A)
+    vectors, values, n = np.array(A, dtype=float, order="F"), np.empty(len(A)), c_int32(len(A))
+    if library().LAPACKE_dsyevd(c_int32(BY_COLUMNS), c_char(b"V"), c_char(b"L"), n, at(vectors), n, at(values)):
+        raise LinAlgError("eigenvalues of a symmetric matrix did not converge")
+    return values, vectors
 
 
 def _gemm(turned: bytes, alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.ndarray) -> np.ndarray:

@@ -8,11 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import eigh
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
-from modalprep.linalg.blas import inner, product, subtract
+from modalprep.linalg.blas import eigh, inner, product, subtract
 from modalprep.linalg.factor import Factor
 
 TOLERANCE = 1e-10  # of 1/(w^2 - shift): residual of a converged pair
@@ -20,6 +19,7 @@ DEPENDENT = 1e-10  # squared norm that is left of a new vector, over its own
 RESTARTS = 60
 MEMORY = 2e9  # bytes of the basis, where it needs so much
 ROWS = 20_000
+CAUTION = 0.6  # of the vectors that modes still to converge would need at the rate so far
 
 
 @dataclass
@@ -38,6 +38,7 @@ class Krylov:
     size: int = 0
     V: np.ndarray = field(init=False)
     M_last: np.ndarray = field(init=False)  # M times the newest vectors
+    M_near: np.ndarray = field(init=False)  # M times the last vectors, those to which an answer is not orthogonal
     H: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -50,25 +51,25 @@ class Krylov:
         k = len(theta)
         self.V[:, :k] = phi
         self.H[np.arange(k), np.arange(k)] = theta
-        self.size = k
+        self.size, self.M_near, self.M_last = k, self.M @ self.V[:, :k], np.zeros((len(phi), 0))
 
-    def append(self, W: np.ndarray, near: int) -> tuple[np.ndarray, np.ndarray]:
+    def append(self, W: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Orthonormalise W against the basis and itself and append what is new.
 
-        In exact arithmetic only the last `near` vectors are not orthogonal to it already: they go first, then all
-        of them take what round-off and the division by a small remainder have brought back.
+        In exact arithmetic only the last block and its own are not orthogonal to the answer to the last block (after a
+        restart all are): they go first, then all of them take what round-off and the division by a small remainder
+        have brought back.
 
         Returns the coefficients of W on the old basis, ``(size, b)``, and on the new vectors.
         """
-        m, old = self.size, self.V[:, : self.size]
+        m, old, near = self.size, self.V[:, : self.size], self.size - self.M_near.shape[1]
         coefficient = np.zeros((m, W.shape[1]))
-        close = old[:, m - near :]
-        coefficient[m - near :] = inner(close, self.M @ W)
-        W = subtract(W, close, coefficient[m - near :])
+        coefficient[near:] = inner(self.M_near, W)
+        W = subtract(W, old[:, near:], coefficient[near:])
         W, MW, beta = _orthonormal(W, self.M, np.einsum("ij,ij->j", coefficient, coefficient))
         W = subtract(W, old, inner(old, MW))
-        W, self.M_last, gamma = _orthonormal(W, self.M, np.ones(W.shape[1]))
-        new = W.shape[1]
+        W, MW, gamma = _orthonormal(W, self.M, np.ones(W.shape[1]))
+        self.M_near, self.M_last, new = np.hstack([self.M_last, MW]), MW, W.shape[1]
         self.V[:, m : m + new] = W
         self.size += new
         return coefficient, gamma @ beta
@@ -84,7 +85,7 @@ class Krylov:
         self.H[np.arange(k), np.arange(k)] = theta
         self.H[k : k + tail, :k] = coupling
         self.H[:k, k : k + tail] = coupling.T
-        self.size = k + tail
+        self.size, self.M_near = k + tail, self.M @ self.V[:, : k + tail]
 
 
 def _orthonormal(W: np.ndarray, M: csr_array, before: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -136,13 +137,13 @@ def block_lanczos(
     >>> w2
     array([1., 2., 3.])
     """
-    block = block or int(np.clip(n // 12, 6, 16))
+    block = block or int(np.clip(n // 9, 6, 16))
     w2, phi = known or (np.zeros(0), np.zeros((M.shape[0], 0)))
     capacity = min((capacity or _capacity(M.shape[0], n, block)) + len(w2), M.shape[0])
     space = Krylov(M, capacity + block)
     space.lock(1 / (w2 - shift), phi)
     start = np.random.default_rng(len(w2)).standard_normal((M.shape[0], block))
-    space.append(factor.solve(M @ start), len(w2))
+    space.append(factor.solve(M @ start))
     for _ in range(RESTARTS):
         theta, S, residual, tail = _expand(space, factor, n, capacity)
         done = residual[:n] <= TOLERANCE * np.abs(theta[:n])
@@ -164,25 +165,24 @@ def _capacity(size: int, n: int, block: int) -> int:
 def _expand(space: Krylov, factor: Factor, n: int, capacity: int) -> tuple:
     """Grow the basis until the modes have converged or it is full; return Ritz values, vectors and residuals.
 
-    The last block has not been multiplied yet; `m` counts the vectors that have. After a restart its first answer
-    has a share of every vector, later ones only of their own and the preceding block.
+    The last block has not been multiplied yet; `m` counts the vectors that have.
     """
-    first, checked, near = space.size + 1.5 * n, 0, space.size
+    check, seen = space.size + 1.5 * n, (space.size, 0)
     while True:
         m, tail = space.size, space.M_last.shape[1]
-        coefficient, beta = space.append(factor.solve(space.M_last), near)
+        coefficient, beta = space.append(factor.solve(space.M_last))
         new = len(beta)
         space.H[:m, m - tail : m] = coefficient
         space.H[m - tail : m, :m] = coefficient.T
         space.H[m : m + new, m - tail : m] = beta
         space.H[m - tail : m, m : m + new] = beta.T
-        near = tail + new
         full = new == 0 or space.size >= capacity
-        if full or (m >= first and m - checked >= max(n // 8, 2 * tail)):
-            checked = m
+        if full or m >= check:
             theta, S = eigh((space.H[:m, :m] + space.H[:m, :m].T) / 2)
-            order = np.argsort(-theta)
-            theta, S = theta[order], S[:, order]
+            theta, S = theta[::-1], S[:, ::-1]
             residual = np.linalg.norm(beta @ S[m - tail : m], axis=0)
-            if full or np.all(residual[:n] <= TOLERANCE * np.abs(theta[:n])):
+            count = int(np.sum(residual[:n] <= TOLERANCE * np.abs(theta[:n])))
+            if full or count == n:
                 return theta, S, residual, new
+            slope = max(count - seen[1], 1) / (m - seen[0])
+            check, seen = m + np.clip(CAUTION * (n - count) / slope, 2 * tail, n / 2), (m, count)
