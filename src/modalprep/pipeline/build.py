@@ -14,6 +14,7 @@ from modalprep import __version__
 from modalprep.body.build import flexible_body
 from modalprep.body.checks import check_body, check_model
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.rigid import rigid_body
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError, InputError
 from modalprep.formats.modalfile import read_body, write_body
@@ -26,6 +27,7 @@ from modalprep.pipeline.reduce import reduce_model, wanted_damping
 from modalprep.pipeline.reduction_schema import RotationTable
 from modalprep.pipeline.schema import BodyTable, Pipeline
 from modalprep.pipeline.stages import remembering
+from modalprep.pipeline.system_schema import inertia_tensor
 from modalprep.reduction.damping import modal_damping
 
 LIGHT, HEAVY = 1e-6, 2.3e4  # kg over the cube of the size, kg/m^3: a thread, and more than a cube of osmium
@@ -109,7 +111,11 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
 
 def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> dict[str, FlexibleBody]:
     """Return the bodies of a pipeline file, read or built: those under [bodies], and the one of its own [mesh]."""
-    bodies = {name: _body(table, path, output, reporter) for name, table in pipeline.bodies.items()}
+    made: dict[int, FlexibleBody] = {}  # the segments of a chain share one table
+    for name, table in pipeline.bodies.items():
+        if id(table) not in made:
+            made[id(table)] = _body(name, table, path, output, reporter)
+    bodies = {name: made[id(table)] for name, table in pipeline.bodies.items()}
     if pipeline.has_body:
         name = pipeline.name or path.stem
         if name in bodies:
@@ -118,7 +124,11 @@ def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
     return bodies
 
 
-def _body(table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
+def _body(name: str, table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
+    if table.mass is not None:
+        places = {key: np.array(place) for key, place in table.interfaces.items()}
+        inertia = inertia_tensor(table.inertia)
+        return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=places)
     if table.file is not None:
         return read_body(path.parent / table.file)
     source = path.parent / str(table.pipeline)

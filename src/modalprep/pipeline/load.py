@@ -37,7 +37,8 @@ def load_pipeline(path: str | Path) -> Pipeline:
         raise InputError(_sentence(path, text, error)) from None
     if pipeline.grid:
         raise InputError(f"{path} has a [grid] of several jobs: write modalprep batch {path}")
-    return pipeline
+    with naming(path):
+        return pipeline.with_chains()
 
 
 def read_toml(path: Path) -> tuple[str, dict[str, Any]]:

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.formats.export import EXPORTS
+from modalprep.pipeline.chain import ChainTable, with_chains
 from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
 from modalprep.pipeline.fe_schema import (
     AnyMaterial,
@@ -99,6 +100,7 @@ class Pipeline(Table):
     welds: dict[str, WeldTable] = Field({}, description="how [synthesis] joins the bodies")
     synthesis: SynthesisTable | None = None
     joints: dict[str, JointTable] = Field({})
+    chains: dict[str, ChainTable] = Field({}, description="many equal bodies, each hinged to the one before")
     forces: dict[str, ForceTable] = Field({})
     springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
     bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
@@ -122,6 +124,11 @@ class Pipeline(Table):
             if self.matrices is not None and getattr(self, name):
                 raise ValueError(f"[{name}] does not go with [matrices], which hold the whole structure; leave one out")
         return self
+
+    def with_chains(self) -> Pipeline:
+        """Return the file with the bodies and joints of its chains written out."""
+        bodies, joints = with_chains(self.chains, self.bodies, self.joints)
+        return self.model_copy(update={"bodies": bodies, "joints": joints, "chains": {}})
 
     @model_validator(mode="after")
     def _has_work(self) -> Pipeline:

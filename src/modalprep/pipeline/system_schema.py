@@ -4,29 +4,74 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+import numpy as np
+from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from modalprep.multibody.system import JointType
 from modalprep.pipeline.reduction_schema import RotationTable
 from modalprep.pipeline.tables import Angle, Table, Vector
 
+INERTIA_ROUNDING = 1e-6
 Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
 Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
 ENDS = "'body.interface' twice, or one and 'ground'"
 EACH = "; a list for a joint of several coordinates, travels before turns"
 
 
+def _three_or_six(inertia: list[float]) -> list[float]:
+    if len(inertia) not in (3, 6):
+        raise ValueError(f"inertia has {len(inertia)} numbers; give xx, yy, zz, or also xy, xz, yz")
+    return inertia
+
+
+Inertia = Annotated[list[float], AfterValidator(_three_or_six)]
+
+
 class BodyTable(Table):
-    """A body of the system: a modal file, or the pipeline that makes it."""
+    """A body of the system: a modal file, the pipeline that makes it, or a rigid body."""
 
     file: str | None = Field(None, description="modal file")
     pipeline: str | None = Field(None, description="pipeline file, run when its modal file is missing or out of date")
+    mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
+    centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
+    inertia: Inertia = Field(
+        [0.0, 0.0, 0.0], description="of a rigid body about its centre of mass: xx, yy, zz (, xy, xz, yz), kg m^2"
+    )
+    interfaces: Annotated[dict[str, Vector], Field(min_length=1)] = Field(
+        {"root": [0.0, 0.0, 0.0]}, description="of a rigid body, m; the first is its root"
+    )
 
     @model_validator(mode="after")
     def _one_source(self) -> BodyTable:
-        if (self.file is None) == (self.pipeline is None):
-            raise ValueError("a body needs either 'file' or 'pipeline'")
+        if sum(source is not None for source in (self.file, self.pipeline, self.mass)) != 1:
+            raise ValueError("a body needs either 'file', 'pipeline' or, if it is rigid, 'mass'")
+        if self.mass is None and self.model_fields_set & {"centre", "inertia", "interfaces"}:
+            raise ValueError("centre, inertia and interfaces are those of a rigid body, which has a 'mass'")
         return self
+
+    @model_validator(mode="after")
+    def _possible_inertia(self) -> BodyTable:
+        size = np.linalg.eigvalsh(inertia_tensor(self.inertia))
+        if 2 * size.max() > size.sum() * (1 + INERTIA_ROUNDING):
+            raise ValueError(
+                f"inertia {self.inertia} belongs to no body: of its principal moments {size.round(6).tolist()} the "
+                "largest exceeds the sum of the others"
+            )
+        return self
+
+
+def inertia_tensor(inertia: list[float]) -> np.ndarray:
+    """Return the tensor (3, 3) of ``xx, yy, zz (, xy, xz, yz)``.
+
+    Examples
+    --------
+    >>> inertia_tensor([1.0, 2.0, 3.0])
+    array([[1., 0., 0.],
+           [0., 2., 0.],
+           [0., 0., 3.]])
+    """
+    xx, yy, zz, xy, xz, yz = [*inertia, 0.0, 0.0, 0.0][:6]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 class PieceTable(Table):
@@ -100,12 +145,10 @@ Constant = Annotated[float, Field(ge=0)]
 Friction = Annotated[Annotated[Constant, Tag("number")] | Annotated[FrictionTable, Tag("table")], Discriminator(_form)]
 
 
-class JointTable(Table):
-    """A joint of the tree, and what acts in it."""
+class HingeTable(Table):
+    """What a joint does, and what acts in it."""
 
     type: JointType
-    parent: str = Field("ground", description="'ground' or 'body.interface'")
-    child: str = Field(description="'body.interface'")
     axis: Vector = Field([0.0, 0.0, 1.0], description="hinge axis in the parent's frame; normal of a planar joint")
     second_axis: Vector | None = Field(
         None, description="of a universal joint; first direction of travel of a planar one"
@@ -122,6 +165,13 @@ class JointTable(Table):
     limits: LimitsTable | list[LimitsTable | None] | None = Field(None, description="of the coordinate" + EACH)
     force: Time | list[Time] | None = Field(None, description="of an actuator in the travels, N: " + TIME)
     torque: Time | list[Time] | None = Field(None, description="of an actuator in the turns, N m: " + TIME)
+
+
+class JointTable(HingeTable):
+    """A joint of the tree."""
+
+    parent: str = Field("ground", description="'ground' or 'body.interface'")
+    child: str = Field(description="'body.interface'")
 
 
 class ForceTable(Table):
