@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.atomic import atomic_path
+from modalprep.body.faces import FACES
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.contractions import inertia, moment
@@ -15,14 +16,6 @@ from modalprep.vectors import skew
 
 ROTATION = "NodeType.RotationEulerParameters"
 ARM = 0.05  # of the body's size: from an interface to the six nodes that carry its rotation
-FACES = {  # corner nodes around each face, seen from outside
-    "triangle": ((0, 1, 2),),
-    "quad": ((0, 1, 2, 3),),
-    "tetra": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
-    "pyramid": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
-    "wedge": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
-    "hexahedron": ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 3, 2, 1), (4, 5, 6, 7)),
-}
 
 
 def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:

@@ -7,25 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from modalprep.body.faces import EDGES, FACES
 from modalprep.errors import RenderError
 
 CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
-FACES = {  # corners around each face; of the hexahedron in the order of the nodes in the middle of its faces
-    "triangle": ((0, 1, 2),),
-    "quad": ((0, 1, 2, 3),),
-    "tetra": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)),
-    "pyramid": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
-    "wedge": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
-    "hexahedron": ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 3, 2, 1), (4, 5, 6, 7)),
-}
-EDGES = {  # corners at the ends of each edge, in the order of the mid-side nodes
-    "triangle": ("01", "12", "02"),
-    "quad": ("01", "12", "23", "03"),
-    "tetra": ("01", "12", "02", "03", "13", "23"),
-    "pyramid": ("01", "12", "23", "03", "04", "14", "24", "34"),
-    "wedge": ("01", "12", "02", "34", "45", "35", "03", "14", "25"),
-    "hexahedron": ("01", "12", "23", "03", "45", "56", "67", "47", "04", "15", "26", "37"),
-}
 LINE = {"line": [0, 1], "line3": [0, 2, 1]}  # meshio puts the middle node last
 # a ring is a row of nine nodes: four corners, the middles after each, the centre; -1 where there is none
 PATTERN = {  # (corners, with middles, with centre): triangles of places in the ring
