@@ -1,0 +1,74 @@
+"""Two bodies compared as physical systems."""
+
+import numpy as np
+import pytest
+from scipy.stats import special_ortho_group
+
+from modalprep.body.difference import compare_bodies
+from modalprep.examples import uniform_beam
+
+
+def differences(a, b):
+    return {check.name: check.value for check in compare_bodies(a, b)}
+
+
+def rotated(body, pair, rng):
+    """The same body with the modes of a repeated root turned into each other, and others flipped."""
+    Q = np.diag(rng.choice([-1.0, 1.0], body.n))
+    Q[np.ix_(pair, pair)] = special_ortho_group.rvs(2, random_state=rng)
+    turned = {name: getattr(body, name) @ Q for name in ("S", "H", "phi", "psi", "shape")}
+    turned |= {name: Q.T @ getattr(body, name) @ Q for name in ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")}
+    return body.with_(**turned)
+
+
+@pytest.fixture(scope="module")
+def beam():
+    return uniform_beam(modes=6)
+
+
+def test_basis_does_not_count(beam):
+    """Modes of a repeated root are no one's: rotations and signs leave round-off of 1e-9 at most."""
+    twice = {name: np.r_[getattr(beam, name)[[0, 0]], getattr(beam, name)[2:]] for name in ("K", "D", "frequency")}
+    beam = beam.with_(**twice)
+    other = rotated(beam, [0, 1], np.random.default_rng(1))
+    assert not np.allclose(other.phi, beam.phi)
+    assert max(differences(beam, other).values()) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("field", "name", "share"),
+    [
+        ("m", "mass", 1.0),
+        ("s0", "first moment", 0.5),  # of a beam, over mass times length
+        ("E0", "inertia", 1.0),
+        ("D", "damping", 1.0),
+        ("S", "inertia coupling", 0.0),
+        ("P", "mass integrals", 1.0),
+        ("Kg_W", "geometric stiffness of accelerations", 0.0),
+        ("Kg_F", "geometric stiffness of interface loads", 0.0),
+        ("K", "flexibility", 1.0),
+    ],
+)
+def test_a_change_shows_where_it_is(beam, field, name, share):
+    """A property larger by 1e-3 differs by that share of 1e-3 (0: only by some), to first order."""
+    beam = beam.with_(D=np.ones(beam.n))
+    found = differences(beam, beam.with_(**{field: 1.001 * getattr(beam, field)}))
+    assert found[name] > 1e-5
+    if share:
+        assert found[name] == pytest.approx(share * 1e-3, rel=3e-3)
+    others = {other for other, value in found.items() if value > 1e-9} - {name}
+    assert not others or field == "K"
+
+
+def test_fewer_modes(beam):
+    fewer = uniform_beam(modes=4)
+    found = differences(beam, fewer)
+    assert found["frequencies"] == np.inf
+    assert found["mass"] < 1e-12
+    assert found["space of mode shapes"] < 1e-9  # the smaller space lies in the larger
+
+
+def test_other_interfaces(beam):
+    found = differences(beam, beam.with_(interface_name=("root", "end")))
+    assert found["interfaces"] == np.inf
+    assert "flexibility" not in found
