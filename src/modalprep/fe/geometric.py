@@ -12,9 +12,11 @@ from modalprep.fe.block import Block
 from modalprep.fe.kernels import in_threads, products
 from modalprep.fe.links import PlacedLink, transferred
 from modalprep.fe.pattern import Pattern
+from modalprep.fe.solid import SolidBlock
 
-COLUMNS, ROWS = 32, 2048  # of the basis and of the matrices at a time
+COLUMNS, ROWS = 32, 512  # of the basis and of the matrices at a time
 BYTES = 3e8  # of the matrices of a batch of prestresses
+AT_ONCE = 500_000  # numbers of element matrices held in memory: 4 MB, which caches keep
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +32,8 @@ class GeometricStiffness:
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
         """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
-        data = self.pattern.zeros()
-        for block in self.blocks:
-            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1)
-            values = block.geometric_stiffness(own)
-            if values is not None:
-                self.pattern.add(data, block.nodes, values)
-        return (self.pattern.csr(data) + self.of_links(self.K @ d - load)).tocsr()
+        total = self.pattern.csr(self._over_dofs(self.blocks, d))
+        return (total + self.of_links(self.K @ d - load)).tocsr()
 
     def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
         """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load.
@@ -45,42 +42,42 @@ class GeometricStiffness:
         once. Solids have one matrix over nodes for all three displacement components: a ninth of the full one.
         """
         out = np.zeros((loads.shape[1], Phi.shape[1], Phi.shape[1]))
-        for some in self._batches(np.flatnonzero(np.any(loads, axis=0))):
-            scalar, rest = self._sums(static[:, some])
-            if scalar is not None:
-                graph = self.pattern.graph
-                out[some] += _projected(graph.indptr, graph.indices, scalar, self.dof[:, :3], Phi)
-            if rest is not None:
-                rows = np.arange(len(Phi))[:, None]
-                out[some] += _projected(self.pattern.indptr, self.pattern.indices, rest, rows, Phi)
-            for k in some if self.links else ():
-                links = self.of_links(self.K @ static[:, k] - loads[:, k])
-                turn = np.flatnonzero(np.diff(links.indptr))
-                out[k] += Phi[turn].T @ (links[turn][:, turn] @ Phi[turn])
+        active = np.flatnonzero(np.any(loads, axis=0))
+        solid = [block for block in self.blocks if hasattr(block, "geometric_scalar")]
+        other = [block for block in self.blocks if not hasattr(block, "geometric_scalar")]
+        for some in _batches(active, self.pattern.graph.nnz) if solid else ():
+            data = self._over_nodes(solid, static[:, some])
+            graph = self.pattern.graph
+            out[some] += _projected(graph.indptr, graph.indices, data, self.dof[:, :3], Phi)
+        for some in _batches(active, len(self.pattern.indices)) if other else ():
+            data = np.stack([self._over_dofs(other, static[:, k]) for k in some], axis=1)
+            rows = np.arange(len(Phi))[:, None]
+            out[some] += _projected(self.pattern.indptr, self.pattern.indices, data, rows, Phi)
+        for k in active if self.links else ():
+            links = self.of_links(self.K @ static[:, k] - loads[:, k])
+            turn = np.flatnonzero(np.diff(links.indptr))
+            out[k] += Phi[turn].T @ (links[turn][:, turn] @ Phi[turn])
         return np.tril(out) + np.tril(out, -1).transpose(0, 2, 1)
 
-    def _batches(self, active: np.ndarray) -> Iterator[np.ndarray]:
-        entries = len(self.pattern.indices) if self.pattern else 1
-        size = max(1, int(BYTES / (8 * entries)))
-        return (active[k : k + size] for k in range(0, len(active), size))
+    def _over_nodes(self, blocks: list[SolidBlock], d: np.ndarray) -> np.ndarray:
+        """Return ``data (graph.nnz, k)`` over nodes of solids, for displacements ``d (n_dof, k)``."""
+        data = np.zeros((self.pattern.graph.nnz, d.shape[1]))
+        for block in blocks:
+            ne, nn = block.nodes.shape
+            step = max(1, int(AT_ONCE / (nn * nn * d.shape[1])))
+            for piece in (block.piece(slice(k, k + step)) for k in range(0, ne, step)):
+                self.pattern.add_scalar(data, piece.nodes, piece.geometric_scalar(d[self.dof[piece.nodes, :3]]))
+        return data
 
-    def _sums(self, d: np.ndarray) -> tuple[np.ndarray | None, np.ndarray | None]:
-        """Data ``(k, nnz)`` over nodes of the solids, and over DOFs of every other element, for ``d (n_dof, k)``."""
-        scalar = rest = None
-        for block in self.blocks:
-            solid = hasattr(block, "geometric_scalar")
-            for k in range(d.shape[1]):
-                own = d[self.dof[block.nodes, : block.components], k].reshape(len(block.nodes), -1)
-                values = block.geometric_scalar(own) if solid else block.geometric_stiffness(own)
-                if values is None:
-                    break
-                if solid:
-                    scalar = np.zeros((d.shape[1], self.pattern.graph.nnz)) if scalar is None else scalar
-                    self.pattern.add_scalar(scalar[k], block.nodes, values)
-                else:
-                    rest = np.zeros((d.shape[1], len(self.pattern.indices))) if rest is None else rest
-                    self.pattern.add(rest[k], block.nodes, values)
-        return scalar, rest
+    def _over_dofs(self, blocks: list[Block], d: np.ndarray) -> np.ndarray:
+        """Return the data (nnz,) over DOFs of any blocks, for the displacements ``d (n_dof,)``."""
+        data = self.pattern.zeros()
+        for block in blocks:
+            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1)
+            values = block.geometric_stiffness(own)
+            if values is not None:
+                self.pattern.add(data, block.nodes, values)
+        return data
 
     def of_links(self, held: np.ndarray) -> csr_array:
         """Return that of the links alone, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
@@ -97,6 +94,11 @@ class GeometricStiffness:
         return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
 
 
+def _batches(active: np.ndarray, entries: int) -> Iterator[np.ndarray]:
+    size = max(1, int(BYTES / (8 * entries)))
+    return (active[k : k + size] for k in range(0, len(active), size))
+
+
 def _link_force(link: PlacedLink, held: np.ndarray, total: np.ndarray) -> np.ndarray:
     """Force ``(k, 3)`` that the frame of a link exerts on its nodes; an rbe3 only needs the sum."""
     if link.kind == "rbe2":
@@ -111,17 +113,17 @@ def _link_force(link: PlacedLink, held: np.ndarray, total: np.ndarray) -> np.nda
 def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: np.ndarray, Phi: np.ndarray):
     """Return the lower triangles ``(k, n, n)`` of ``Phi^T A_k Phi``, in blocks of columns and rows.
 
-    ``data (k, nnz)`` of matrices of one pattern, each applied to every column of ``dofs (m, w)``, the rows of Phi.
+    ``data (nnz, k)`` of matrices of one pattern, each applied to every column of ``dofs (m, w)``, the rows of Phi.
     """
-    n = Phi.shape[1]
-    out = np.zeros((len(data), n, n))
+    n, k = Phi.shape[1], data.shape[1]
+    out = np.zeros((k, n, n))
     for J in (slice(j, min(j + COLUMNS, n)) for j in range(0, n, COLUMNS)):
         X = Phi[:, J][dofs]
         for first in range(0, len(dofs), ROWS):
             left = Phi[:, J.start :][dofs[first : first + ROWS]]
-            force = np.zeros((*left.shape[:2], len(data), X.shape[2]))
+            force = np.zeros((*left.shape[:2], k, X.shape[2]))
             in_threads(products, len(left), first, indptr, indices, data, X, force)
             left = left.reshape(-1, left.shape[2])
             product = left.T @ force.reshape(len(left), -1)
-            out[:, J.start :, J] += product.reshape(-1, len(data), X.shape[2]).transpose(1, 0, 2)
+            out[:, J.start :, J] += product.reshape(-1, k, X.shape[2]).transpose(1, 0, 2)
     return out

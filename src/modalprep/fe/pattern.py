@@ -62,7 +62,7 @@ class Pattern:
         )
 
     def add_scalar(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
-        """Add ``values (ne, nn, nn)`` to ``data (graph.nnz,)`` of a matrix whose rows are nodes."""
+        """Add ``values (ne, nn, nn, k)`` to ``data (graph.nnz, k)`` of k matrices whose rows are nodes."""
         in_threads(scatter_scalar, len(self.row), values, nodes, self.graph.indptr, self.graph.indices, data)
 
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:

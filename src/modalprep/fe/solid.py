@@ -7,7 +7,7 @@ kept for the recovery of stress.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -137,34 +137,38 @@ class SolidBlock:
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """`geometric_scalar` on each displacement component, ``(ne, 3 nn, 3 nn)``."""
-        scalar = self.geometric_scalar(d)
         ne, nn = self.nodes.shape
+        scalar = self.geometric_scalar(d.reshape(ne, nn, 3, 1))[..., 0]
         K = np.zeros((ne, nn, 3, nn, 3))
         for a in range(3):
             K[:, :, a, :, a] = scalar
         return K.reshape(ne, 3 * nn, 3 * nn)
 
     def geometric_scalar(self, d: np.ndarray) -> np.ndarray:
-        """``int sigma_kl N_I,k N_J,l (ne, nn, nn)``; sigma from the displacements ``d (ne, 3 nn)``."""
+        """``int sigma_kl N_I,k N_J,l (ne, nn, nn, k)``; sigma from each of the displacements ``d (ne, nn, 3, k)``."""
         degree = max(self.degree, PRESTRESS.get(self.kind, 0))
         grad, dx = self.gradients(degree)
-        S = np.empty((*self.nodes.shape, self.nodes.shape[1]))
-        in_threads(stress_stiffness, len(d), grad, self.stress(d, degree), dx, S)
+        S = np.empty((*self.nodes.shape, *d.shape[1::2]))
+        in_threads(stress_stiffness, len(d), grad, self._stress(d, grad, dx, degree), dx, S)
         return S
 
-    def stress(self, d: np.ndarray, degree: int | None = None) -> np.ndarray:
-        """Cauchy stress ``(ne, nq, 3, 3)`` in Pa at the quadrature points for nodal displacements ``d (ne, 3 nn)``."""
-        degree = self.degree if degree is None else degree
-        grad, dx = self.gradients(degree)
-        nodal = np.ascontiguousarray(d).reshape(len(d), -1, 3)
+    def stress(self, d: np.ndarray) -> np.ndarray:
+        """Cauchy stress ``(ne, nq, 3, 3, k)``, Pa, at the quadrature points for displacements ``d (ne, nn, 3, k)``."""
+        return self._stress(d, *self.gradients(self.degree), self.degree)
+
+    def _stress(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray, degree: int) -> np.ndarray:
         if self.kind == "hexahedron":
             grad = np.concatenate([grad, self._incompatible(degree)], axis=2)
-            internal = _internal(self._elastic(grad, dx), 24) @ d[:, :, None]
-            nodal = np.concatenate([nodal, internal.reshape(len(d), 3, 3)], axis=1)
-        mat, sigma = self.section.material, np.empty((*dx.shape, 3, 3))
+            internal = _internal(self._elastic(grad, dx), 24) @ d.reshape(len(d), 24, -1)
+            d = np.concatenate([d, internal.reshape(len(d), 3, 3, -1)], axis=1)
+        mat, sigma = self.section.material, np.empty((*dx.shape, 3, 3, d.shape[3]))
         lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
-        in_threads(isotropic_stress, len(d), grad, nodal, lam, mat.G, sigma)
+        in_threads(isotropic_stress, len(d), grad, np.ascontiguousarray(d), lam, mat.G, sigma)
         return sigma
+
+    def piece(self, some: slice) -> SolidBlock:
+        """Return the block of `some` of the elements."""
+        return replace(self, nodes=self.nodes[some], x=self.x[some])
 
     def _straight(self) -> bool:
         at = node_coordinates(self.kind)

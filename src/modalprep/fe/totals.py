@@ -9,6 +9,7 @@ from modalprep.fe.block import PAIRS, Block, MassObjects, RigidInertia
 from modalprep.fe.kernels import scatter_rows
 from modalprep.fe.pattern import Pattern
 
+ROWS = 2048  # of the basis at a time
 BLOCK = 16  # columns of a basis at a time: products with a sparse matrix are as quick as with all
 
 
@@ -62,11 +63,12 @@ class MassTensor:
             for J in column_blocks(n):
                 P[a, b][:, J] = Phi.T @ (matrix @ np.ascontiguousarray(Phi[:, J]))
         if self._scalar is not None:
-            for a in range(3):
-                u = Phi[self._dof[:, a]]  # a node without DOFs (-1) has no entries in the matrix
-                for b in range(a, 3):
-                    for J in column_blocks(n):
-                        P[a, b][:, J] += u.T @ (self._scalar @ Phi[self._dof[:, b], J])
+            for b in range(3):
+                u = Phi[self._dof[:, b]]  # a node without DOFs (-1) has no entries in the matrix
+                for rows in (slice(r, r + ROWS) for r in range(0, len(u), ROWS)):
+                    force = self._scalar[rows] @ u
+                    for a in range(b + 1):
+                        P[a, b] += Phi[self._dof[rows, a]].T @ force
         for a, b in PAIRS:
             P[b, a] = P[a, b].T
         return P
@@ -109,7 +111,7 @@ class Totals:
         self._add_linear(block, mass)
         if mass.scalar is not None:
             self.scalar = np.zeros(self.pattern.graph.nnz) if self.scalar is None else self.scalar
-            self.pattern.add_scalar(self.scalar, block.nodes, mass.scalar)
+            self.pattern.add_scalar(self.scalar[:, None], block.nodes, mass.scalar[..., None])
             return
         self.pattern.add(self.M, block.nodes, mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2])
         for ab, values in mass.pairs.items():
