@@ -37,7 +37,7 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = N
     found, top = np.zeros((len(W), 0)) if rigid is None else rigid, 0.0
     w2 = [np.zeros(found.shape[1])]
     while W.shape[1]:
-        for _ in range(2):
+        for _ in range(2 if found.shape[1] else 0):
             W = W - found @ (found.T @ (M @ W))
         flexibility, Y = _flexibility(W.T @ (K @ W), W.T @ (M @ W))
         top = max(top, flexibility[0])
@@ -45,7 +45,8 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = N
             break
         soft = flexibility > SOFT * flexibility[0]
         w2.append(1 / flexibility[soft])
-        found = np.hstack([found, W @ (Y[:, soft] / np.sqrt(flexibility[soft]))])
+        new = W @ (Y[:, soft] / np.sqrt(flexibility[soft]))
+        found = np.hstack([found, new]) if found.shape[1] else new
         W = W @ Y[:, ~soft]
     return np.concatenate(w2), _orthonormal(found, M)
 

@@ -85,16 +85,22 @@ class Clamped:
     def static_free(self, f: np.ndarray) -> np.ndarray:
         """Return `static` among the independent DOFs: displacements ``(n_free, k)`` under ``f (n_free, k)``."""
         shapes, flexibility, loose = self._released
-        f = f - self.M @ (loose @ (loose.T @ f))
+        if loose.shape[1]:
+            f = f - self.M @ (loose @ (loose.T @ f))
         x = shapes @ (flexibility[:, None] * (shapes.T @ f))
-        x[self.i] += self.factor.solve(f[self.i])
+        inside = f[self.i]
+        loaded = np.flatnonzero(np.any(inside, axis=0))  # loads on fixed interfaces are not
+        if len(loaded):
+            x[np.ix_(self.i, loaded)] += self.factor.solve(inside[:, loaded])
         return x
 
-    def expand(self, x_i: np.ndarray) -> np.ndarray:
-        """Put vectors of interior DOFs ``(n_i, k)`` among the independent ones ``(n_free, k)``."""
-        x = np.zeros((self.K.shape[0], x_i.shape[1]))
-        x[self.i] = x_i
-        return x
+    def expand(self, *x_i: np.ndarray) -> np.ndarray:
+        """Put vectors of interior DOFs, each ``(n_i, k)``, side by side among the independent DOFs."""
+        ends = np.cumsum([0, *(x.shape[1] for x in x_i)])
+        out = np.zeros((self.K.shape[0], ends[-1]))
+        for x, start, end in zip(x_i, ends[:-1], ends[1:], strict=True):
+            out[self.i, start:end] = x
+        return out
 
 
 def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Clamped:

@@ -85,15 +85,15 @@ def craig_bampton(
     wanted = _named(F, truncation)
     w2, Phi, counted = algebra.lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor, solver=solver)
     table = _candidates(held, w2, Phi, keep, np.hstack(list(F.values())))
-    kept = table.kept
-    w2_t, X = truncation_vectors(held, wanted, w2[kept], Phi[:, kept])
+    kept = Phi[:, table.kept]
+    w2_t, X = truncation_vectors(held, wanted, w2[table.kept], kept)
     notes = (
         *completeness(w2, counted, FIXED),
         *more_modes(keep, table, modes),
         *pseudo_resonances(table, w2_t),
         *interface_boundaries(model, truncation),
     )
-    W = np.concatenate([held.constraint_shapes, held.expand(Phi[:, kept]), held.expand(X)], axis=1)
+    W = np.concatenate([held.constraint_shapes, held.expand(kept, X)], axis=1)
     return reduced("craig_bampton", held, W, _with_static_rows(table, held, w2_t, X), notes)
 
 
