@@ -185,3 +185,21 @@ def test_taut_string():
     w2 = eigh(*(submatrix(B, inner).toarray() for B in (model.K + Kg, model.M)), eigvals_only=True)
     exact = np.repeat(np.arange(1, 4), 2) * np.pi / length * np.sqrt(tension / (RHO * A))
     np.testing.assert_allclose(np.sqrt(w2[:6]), exact, rtol=4e-3)  # linear shapes: (n pi / 32)^2 / 24 = 3.6e-3
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_many_prestresses_at_once(kind, monkeypatch):
+    """Projected together, piece by piece, they are those of the assembled matrices one by one."""
+    monkeypatch.setattr("modalprep.fe.geometric.AT_ONCE", 1)  # one element at a time
+    monkeypatch.setattr("modalprep.fe.geometric.ROWS", 7)
+    points, cells = box(kind, (2, 2, 2), distort=0.3, seed=9)
+    model = solid_model(points, cells, kind, STEEL)
+    random = np.random.default_rng(4)
+    static, loads = random.standard_normal((2, model.n_dof, 3))
+    loads[:, 1] = 0.0  # nothing acts: left out
+    Phi = random.standard_normal((model.n_dof, 35))  # more than one block of columns
+    found = model.geometric_stiffness.project(static, loads, Phi)
+    assert not np.any(found[1])
+    for k in (0, 2):
+        exact = Phi.T @ (model.geometric_stiffness(static[:, k], loads[:, k]) @ Phi)
+        np.testing.assert_allclose(found[k], exact, atol=1e-12 * np.abs(exact).max())  # order of the sums

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.fe.block import Block
-from modalprep.fe.kernels import in_threads, products
+from modalprep.fe.kernels import ahead, products
 from modalprep.fe.links import PlacedLink, transferred
 from modalprep.fe.pattern import Pattern
 from modalprep.fe.solid import SolidBlock
+from modalprep.linalg.blas import inner_alone
 
 COLUMNS, ROWS = 32, 512  # of the basis and of the matrices at a time
 BYTES = 3e8  # of the matrices of a batch of prestresses
@@ -53,10 +55,12 @@ class GeometricStiffness:
             data = np.stack([self._over_dofs(other, static[:, k]) for k in some], axis=1)
             rows = np.arange(len(Phi))[:, None]
             out[some] += _projected(self.pattern.indptr, self.pattern.indices, data, rows, Phi)
-        for k in active if self.links else ():
-            links = self.of_links(self.K @ static[:, k] - loads[:, k])
-            turn = np.flatnonzero(np.diff(links.indptr))
-            out[k] += Phi[turn].T @ (links[turn][:, turn] @ Phi[turn])
+        if self.links:
+            held = self.K @ static - loads
+            for k in active:
+                links = self.of_links(held[:, k])
+                turn = np.flatnonzero(np.diff(links.indptr))
+                out[k] += Phi[turn].T @ (links[turn][:, turn] @ Phi[turn])
         return np.tril(out) + np.tril(out, -1).transpose(0, 2, 1)
 
     def _over_nodes(self, blocks: list[SolidBlock], d: np.ndarray) -> np.ndarray:
@@ -118,12 +122,16 @@ def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: 
     n, k = Phi.shape[1], data.shape[1]
     out = np.zeros((k, n, n))
     for J in (slice(j, min(j + COLUMNS, n)) for j in range(0, n, COLUMNS)):
-        X = Phi[:, J][dofs]
-        for first in range(0, len(dofs), ROWS):
-            left = Phi[:, J.start :][dofs[first : first + ROWS]]
-            force = np.zeros((*left.shape[:2], k, X.shape[2]))
-            in_threads(products, len(left), first, indptr, indices, data, X, force)
-            left = left.reshape(-1, left.shape[2])
-            product = left.T @ force.reshape(len(left), -1)
-            out[:, J.start :, J] += product.reshape(-1, k, X.shape[2]).transpose(1, 0, 2)
+        share = partial(_share, indptr, indices, data, Phi[:, J][dofs], dofs, Phi[:, J.start :])
+        for part in ahead(share, range(0, len(dofs), ROWS)):
+            out[:, J.start :, J] += part.transpose(1, 0, 2)
     return out
+
+
+def _share(indptr, indices, data, X, dofs, Phi, first: int) -> np.ndarray:
+    """Return what `ROWS` rows from `first` on add to ``Phi^T A_k X (n, k, b)``, by the calling thread alone."""
+    left = Phi[dofs[first : first + ROWS]]
+    force = np.zeros((*left.shape[:2], data.shape[1], X.shape[2]))
+    products(0, len(left), first, indptr, indices, data, X, force)
+    left = left.reshape(-1, left.shape[2])
+    return inner_alone(left, force.reshape(len(left), -1)).reshape(-1, *force.shape[2:])

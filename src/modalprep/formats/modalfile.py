@@ -93,7 +93,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
 
 
 def _store(file: h5py.File, name: str, value: Any, packed: bool = True) -> None:
-    """Mode shapes and energies are not packed: that takes ten times as long and saves a seventh of their size."""
+    """Mode shapes and energies are not packed: it takes seven times as long and saves a seventh of their size."""
     value = np.asarray(value)
     options = {"compression": "gzip", "shuffle": True} if packed and value.size > 1000 else {}
     file.create_dataset(name, data=value, **options)

@@ -33,6 +33,26 @@ def inner(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     return _gemm(b"T", 1.0, A, B, 0.0, C)
 
 
+def inner_alone(A: np.ndarray, B: np.ndarray) -> np.ndarray:
+    """Return ``A^T B (m, k)`` of ``A (n, m)`` and ``B (n, k)``, stored by rows, by the calling thread alone.
+
+    For callers that share the work among threads of their own.
+
+    Examples
+    --------
+    >>> inner_alone(np.eye(3)[:, :2], np.arange(6.0).reshape(3, 2))
+    array([[0., 1.],
+           [2., 3.]])
+    """
+    if library() is None:
+        return A.T @ B
+    A, B = np.ascontiguousarray(A), np.ascontiguousarray(B)
+    before = library().MKL_Set_Num_Threads_Local(1)
+    C = _gemm(b"N", 1.0, B.T, A.T, 0.0, np.empty((B.shape[1], A.shape[1]), order="F"), b"T").T
+    library().MKL_Set_Num_Threads_Local(before)
+    return C
+
+
 def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     """Return ``A B (n, k)`` of ``A (n, m)`` and ``B (m, k)``.
 
@@ -81,14 +101,17 @@ def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values, vectors
 
 
-def _gemm(turned: bytes, alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.ndarray) -> np.ndarray:
-    """``C = alpha op(A) B + beta C``, all stored by columns."""
-    if C.size == 0 or B.shape[0] == 0:
+def _gemm(
+    turned: bytes, alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.ndarray, other_turned: bytes = b"N"
+) -> np.ndarray:
+    """``C = alpha op(A) op(B) + beta C``, all stored by columns."""
+    length = B.shape[0 if other_turned == b"N" else 1]
+    if C.size == 0 or length == 0:
         C[:] = beta * C if beta else 0.0
         return C
-    sizes = [byref(c_int32(v)) for v in (*C.shape, B.shape[0])]
+    sizes = [byref(c_int32(v)) for v in (*C.shape, length)]
     leading = [byref(c_int32(M.strides[1] // M.itemsize if M.shape[1] > 1 else M.shape[0])) for M in (A, B, C)]
     one, other = byref(c_double(alpha)), byref(c_double(beta))
-    library().dgemm(byref(c_char(turned)), byref(c_char(b"N")), *sizes, one, at(A), leading[0], at(B), leading[1],
-                    other, at(C), leading[2])  # fmt: skip
+    flags = [byref(c_char(flag)) for flag in (turned, other_turned)]
+    library().dgemm(*flags, *sizes, one, at(A), leading[0], at(B), leading[1], other, at(C), leading[2])
     return C
