@@ -14,8 +14,10 @@ from modalprep.multibody import kernel
 from modalprep.multibody.closures import Closure, Coupler
 from modalprep.multibody.dense_constraints import reduced_accelerations
 from modalprep.multibody.hinge import HingeElement
+from modalprep.multibody.integrators import Integration
 from modalprep.multibody.layout import UQ, XQ, U, X, pack, workspace
 from modalprep.multibody.loading import Loading
+from modalprep.multibody.record import Recorder
 
 GRAVITY = np.array([0, -9.81, 0])
 
@@ -146,29 +148,20 @@ def test_elastic_slider_crank():
     y[nx + rows["crank"][U]], y[nx + rows["knee"][U]] = 150.0, -74.9957670 - 150.0
     y[modes] = np.linalg.solve(V, [0, 0, 0.103339863e-4, 0.169327969e-4])
     y[rates] = np.linalg.solve(V, [0.444896105, 0.463434311e-2, -0.178591076e-5, -0.268938672e-5])
-    from modalprep.multibody.integrators import Integration
-
-    loading, found = Loading(system, packed, 0.1), []
-    Integration(
-        system, packed, loading, y, np.array([0.0, 0.1]), np.zeros(nx), method="explicit", rtol=1e-10, atol=1e-13,
-        step=None, rho=0.9, events=(), twin=None,
-    ).run(lambda t, y: found.append(y.copy()), None)  # fmt: skip
-    z = found[-1]
+    run = Integration(
+        system, packed, Loading(system, packed, 0.1), y, np.array([0.0, 0.1]), np.zeros(nx), method="explicit",
+        rtol=1e-10, atol=1e-13, step=None, rho=0.9, events=(), twin=None,
+    )  # fmt: skip
+    recorder = Recorder(run, 2)
+    run.run(recorder.add, None)
+    z, found = run.steps.y, recorder.result("", "", {})
     phi2 = z[rows["crank"][X]] + z[rows["knee"][X]]
     assert np.angle(np.exp(1j * phi2)) == pytest.approx(-0.331173498825626, rel=1e-8)
     assert z[rows["slide"][X]] == pytest.approx(0.169737332842786, rel=1e-8)
     expected = [1.893192899613509e-4, 2.375751249879174e-5, -5.323896770569702e-6, -8.363313279112129e-6]
     np.testing.assert_allclose(V @ z[modes], expected, rtol=1e-7)
-    W, F = workspace(packed.tree, packed.flex)
-    udot, state, tau = np.zeros(packed.nu), z[:-1].copy(), np.zeros(packed.nu)
-    kernel.outward(packed.tree, packed.flex, W, F, state, loading.prescribe(0.1))
-    loading.loops.residual(W, F, state, loading.motion, 0.1)
-    kernel.inward(packed.tree, packed.flex, W, F, tau, None, 0.0, 0.0)
-    kernel.forward(packed.tree, packed.flex, W, F, tau, udot)
-    loading.loops.correct(W, F, udot)
-    forces = loading.loops.channels()
-    np.testing.assert_allclose(forces["pin.force"][:2], [-163.7920993367306, 62.32935833287916], rtol=1e-7)
-    assert forces["drive.multiplier"] == pytest.approx(-25.29857947066878, rel=1e-7)
+    np.testing.assert_allclose(found["pin.force"][-1, :2], [-163.7920993367306, 62.32935833287916], rtol=1e-7)
+    assert found["drive.multiplier"][-1] == pytest.approx(-25.29857947066878, rel=1e-7)
 
 
 def cut_joint(kind, *, closed):

@@ -270,6 +270,22 @@ def quaternion_rotation(e):
 
 
 @compile_inline
+def rotation_quaternion(R):
+    """Quaternion (w, x, y, z) of a rotation matrix, by its largest component, which is positive (Shepperd 1978)."""
+    trace = R[0] + R[4] + R[8]
+    if trace >= max(R[0], R[4], R[8]):
+        e = (1.0 + trace, R[7] - R[5], R[2] - R[6], R[3] - R[1])
+    elif R[0] >= max(R[4], R[8]):
+        e = (R[7] - R[5], 1.0 + 2.0 * R[0] - trace, R[1] + R[3], R[2] + R[6])
+    elif R[4] >= R[8]:
+        e = (R[2] - R[6], R[1] + R[3], 1.0 + 2.0 * R[4] - trace, R[5] + R[7])
+    else:
+        e = (R[3] - R[1], R[2] + R[6], R[5] + R[7], 1.0 + 2.0 * R[8] - trace)
+    f = 1.0 / np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
+    return f * e[0], f * e[1], f * e[2], f * e[3]
+
+
+@compile_inline
 def quaternion_rate(e, w):
     """Time derivative of a quaternion from the angular velocity in the turned frame."""
     return (

@@ -50,7 +50,7 @@ from modalprep.multibody.system import System
 
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
 LOADED, CALLBACK, TWIN = range(3)  # columns of Model.flags
-POWER, CALLBACK_POWER, RAISED = range(3)  # columns of Model.shared
+POWER, SPRINGS, POTENTIAL, CALLBACK_POWER, RAISED, SHARED = range(6)  # columns of Model.shared
 
 
 class Model(NamedTuple):
@@ -70,7 +70,7 @@ class Model(NamedTuple):
     flags: np.ndarray  # (3,) int: whether there are loads; addresses of Python's loads and accelerations, or 0
     state: np.ndarray  # (nx + nu,) what Python sees of the state
     twin: np.ndarray  # (nu,) accelerations of the dense twin
-    shared: np.ndarray  # (3,) power (W), that of callbacks, whether a callback raised
+    shared: np.ndarray  # (5,) power (W), energy in springs and a central field (J), power of callbacks, one raised
     cons: Constraints | None  # closed loops
     work: Work | None  # their scratch
 
@@ -88,8 +88,8 @@ def build_model(system: System, packed: Packed, loading: Loading) -> Model:
     loops = loading.loops
     return Model(
         tree, packed.flex, loading.arrays, W, F, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
-        place, np.array([loading.active, 0, 0], dtype=np.int64), np.zeros(packed.nx + nu), np.zeros(nu), np.zeros(3),
-        loops.arrays if loops else None, loops.work if loops else None,
+        place, np.array([loading.active, 0, 0], dtype=np.int64), np.zeros(packed.nx + nu), np.zeros(nu),
+        np.zeros(SHARED), loops.arrays if loops else None, loops.work if loops else None,
     )  # fmt: skip
 
 
@@ -113,7 +113,8 @@ def load(model, t, y):
         world(tree, W)
         constraint_residual(model.cons, tree, flex, W, F, y, model.motion, t, model.work)
     if model.flags[LOADED]:
-        model.shared[POWER] = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope).power
+        energies = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope)
+        model.shared[POWER], model.shared[SPRINGS], model.shared[POTENTIAL] = energies
     if model.flags[CALLBACK]:
         model.state[:] = y[: len(model.state)]
         call_address(model.flags[CALLBACK], t)

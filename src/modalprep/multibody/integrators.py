@@ -46,6 +46,7 @@ NAMES = {
 }
 CHUNK = 256  # steps between two reports of progress
 SAMPLES = 256  # states in the buffer
+Record = Callable[[np.ndarray, np.ndarray], None]
 SMALL_DEFLECTION = 0.01  # of the body's size: deflections below are not resolved relative to themselves
 
 
@@ -131,8 +132,8 @@ class Integration:
         found = np.zeros((CHUNK * driver.PROBES * count, 2))
         return Watch(np.ascontiguousarray(times), samples, size, hook, values, np.zeros(count), sense, found)
 
-    def run(self, record: Callable[[float, np.ndarray], None], progress: Callable[[float], None] | None) -> Outcome:
-        """Integrate to the last output time; `record` gets the output times and states.
+    def run(self, record: Record, progress: Callable[[float], None] | None) -> Outcome:
+        """Integrate to the last output time; `record` gets output times (k,) and states (k, nx + nu + 1).
 
         Raises
         ------
@@ -159,32 +160,34 @@ class Integration:
 
     def _begin(self, begin: float, end: float) -> None:
         status = driver.begin(self.model, self.steps, self.choice.method, begin, end)
-        self._raise_callback()
+        self.raise_callback()
         if status != GOOD or not np.all(np.isfinite(self.steps.ydot)):
             self.steps.count[CAUSE] = status
             raise failure(self, begin)
         if self.events and begin == 0.0:
             driver.ask(self.model, self.steps, self.watch, begin, self.steps.y)
-            self._raise_callback()
+            self.raise_callback()
             self.watch.before[:] = self.watch.values
 
-    def _drain(self, record: Callable[[float, np.ndarray], None]) -> None:
+    def _drain(self, record: Record) -> None:
         count, done = self.steps.count[SAMPLED], self.steps.count[OUTPUT]
-        for t, y in zip(self.watch.times[done - count : done], self.watch.samples[:count], strict=True):
-            record(float(t), y)
+        if count:
+            record(self.watch.times[done - count : done], self.watch.samples[:count])
+            self.raise_callback()
         self.steps.count[SAMPLED] = 0
 
     def _refuse(self, code: int) -> None:
-        self._raise_callback()
+        self.raise_callback()
         if code == driver.COLLAPSED:
             raise failure(self, float(self.steps.clock[T]))
 
-    def _raise_callback(self) -> None:
+    def raise_callback(self) -> None:
+        """Raise what a function of the user raised in compiled code."""
         for pointer in self.pointers.values():
             if pointer and pointer.error:
                 raise pointer.error
 
-    def _outcome(self, code: int, found: list[tuple[int, float]], record: Callable) -> Outcome:
+    def _outcome(self, code: int, found: list[tuple[int, float]], record: Record) -> Outcome:
         t = float(self.steps.clock[T])
         while code in (driver.STOPPED, driver.DIVERGED):  # samples up to the end
             full = not driver.sample(self.model, self.steps, self.watch)
@@ -199,7 +202,8 @@ class Integration:
             names = [e.name for e in self.events if e.terminal and t in times[e.name]]
             message = f"event {names[0]!r} ended the run at t = {t:.6g} s"
             if t > self.watch.times[self.steps.count[OUTPUT] - 1]:
-                record(t, self.steps.y)
+                record(np.array([t]), self.steps.y[None])
+                self.raise_callback()
         return Outcome(status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, self._stats(), t)
 
     def _stats(self) -> dict[str, float]:

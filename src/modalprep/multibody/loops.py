@@ -6,8 +6,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody import constraints, kernel
-from modalprep.multibody.closures import Coupler
-from modalprep.multibody.constraints import ANGLE, COUPLER, DISTANCE, KIND, POINT, TABLE, TORQUE_B, VALUE
+from modalprep.multibody.constraints import ANGLE, COUPLER, DISTANCE, KIND, POINT, TABLE, VALUE
 from modalprep.multibody.layout import (
     FREE,
     IA,
@@ -87,17 +86,6 @@ class Loops:
         tree, flex = self.packed.tree, self.packed.flex
         constraints.constraint_accelerations(self.arrays, tree, flex, W, F, self.work, *baumgarte, udot)
 
-    def settle(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
-        """Project a state between steps in place, stiff modes moving least; False when it cannot be closed."""
-        tree, flex, none = self.packed.tree, self.packed.flex, np.zeros(self.packed.nu)
-        args = (self.arrays, tree, flex, W, F, y, motion, t, self.work, none, self._softest(), CLOSED, MOST_STEPS)
-        return constraints.settle(*args) >= 0
-
-    @property
-    def power(self) -> float:
-        """Power of the prescribed values at the last `correct`, W."""
-        return float(constraints.constraint_power(self.work))
-
     def assemble(
         self, W: np.ndarray, F: Scratch | None, y: np.ndarray, motion: np.ndarray, t: float = 0.0
     ) -> np.ndarray:
@@ -114,7 +102,7 @@ class Loops:
         self.notes.clear()
         self._as_at_start(W, F, y, motion, t)
         held = self._held(W, F, y, motion)
-        soft = self._softest()
+        soft = self.softest()
         for hinge, stiff in ((held, HELD * soft), (held, soft), (0 * held, soft)):
             found = y.copy()
             if self._closed(W, F, found, motion, t, hinge, stiff):
@@ -122,27 +110,6 @@ class Loops:
                 self._note_redundant()
                 return found
         raise InputError(self._gap(W, F, y, motion, t))
-
-    def channels(self) -> dict[str, np.ndarray]:
-        """Return channels of the last `correct`.
-
-        ``name.force`` (N) and ``name.torque`` (N m) that a closure exerts on b, at b, in a's axes; the opposite force
-        acts on a at the same place. ``name.multiplier`` of a coupler. ``name.violation``: the largest of its rows,
-        m or rad.
-        """
-        found: dict[str, np.ndarray] = {}
-        for k, closure in enumerate(self.system.closures):
-            rows = self.closing.of(k)
-            size = self.work.multiplier[rows]
-            found[f"{closure.name}.violation"] = np.abs(self.work.phi[rows]).max()
-            if isinstance(closure, Coupler):
-                found[f"{closure.name}.multiplier"] = size[0]
-                continue
-            to_a = self._axes(2 * k).T
-            lines = self.work.lines[rows]
-            found[f"{closure.name}.force"] = to_a @ (size @ lines[:, :3])
-            found[f"{closure.name}.torque"] = to_a @ (size @ lines[:, TORQUE_B:])
-        return found
 
     def _closed(self, W, F, y, motion, t, hinge, stiff) -> bool:
         args = (self.arrays, self.packed.tree, self.packed.flex, W, F, y)
@@ -190,7 +157,7 @@ class Loops:
                 hinge[u : u + SPEEDS[kind]] = HELD * np.abs(W[i, columns[kind]]).max()
         return hinge
 
-    def _softest(self) -> float:
+    def softest(self) -> float:
         """Return 1 / K of the softest mode, 0 without modes."""
         stiffness = np.concatenate([body.K for body in self.system.bodies.values()])
         return 1 / stiffness[stiffness > 0].min() if np.any(stiffness > 0) else 0.0
@@ -218,7 +185,7 @@ class Loops:
 
     def _gap(self, W, F, y, motion, t) -> str:
         """Say which closure stays open, and by how much."""
-        found, free, soft = y.copy(), np.zeros(self.packed.nu), self._softest()
+        found, free, soft = y.copy(), np.zeros(self.packed.nu), self.softest()
         args = (self.arrays, self.packed.tree, self.packed.flex, W, F, found)
         reached = constraints.project_positions(*args, motion, t, self.work, free, soft, CLOSED, MOST_STEPS) >= 0
         if reached and self._other_way_round():

@@ -7,20 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody import kernel
 from modalprep.multibody.dense_constraints import closed_accelerations
 from modalprep.multibody.dense_loads import loaded_accelerations
 from modalprep.multibody.events import Event
-from modalprep.multibody.forces import Energies
 from modalprep.multibody.integrators import METHODS, Integration
-from modalprep.multibody.layout import (
-    PRESCRIBED,
-    PRESCRIBED_REVOLUTE,
-    UQ,
-    XQ,
-    pack,
-    workspace,
-)
+from modalprep.multibody.layout import XQ, Packed, pack
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
@@ -108,24 +99,44 @@ def simulate(
         raise InputError(f"simulation step = {step:g} must be positive")
     if not 0 <= rho_inf <= 1:
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
-    run = _Run(system, t_end)
-    recorder = Recorder(system, run)
-    times: list[float] = []
-
-    def record(t: float, y: np.ndarray) -> None:
-        times.append(t)
-        recorder.add(t, run.closed(t, y))
-
-    integration = Integration(
-        system, run.packed, run.loading, run.start(), np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1)),
-        run.size, method="explicit" if dense else method, rtol=rtol, atol=atol, step=step, rho=rho_inf, events=events,
-        twin=_twin(system, run.loading) if dense else None,
+    times = np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1))
+    integration = _integration(
+        system, times, dense=dense, method="explicit" if dense else method, rtol=rtol, atol=atol, step=step,
+        rho=rho_inf, events=events,
     )  # fmt: skip
-    outcome = integration.run(record, progress)
-    notes = run.loading.loops.notes if run.loading.loops else []
-    message = "; ".join([outcome.message, *notes])
-    found = recorder.result(np.array(times), outcome.status, message, outcome.stats)
-    return found.with_(events=outcome.events)
+    recorder = Recorder(integration, len(times) + 1)  # and the end, where an event ends the run
+    outcome = integration.run(recorder.add, progress)
+    loops = integration.loading.loops
+    message = "; ".join([outcome.message, *(loops.notes if loops else ())])
+    return recorder.result(outcome.status, message, outcome.stats).with_(events=outcome.events)
+
+
+def start_channels(system: System, t_end: float) -> Result:
+    """Return every channel at the start only: which names a run to `t_end` will have, before it runs."""
+    times = np.array([0.0, t_end])
+    integration = _integration(system, times, method="explicit", rtol=1.0, atol=1.0, step=None, rho=0.0, events=())
+    recorder = Recorder(integration, 1)
+    recorder.add(times[:1], integration.steps.y[None])
+    integration.raise_callback()
+    return recorder.result("start", "", {})
+
+
+def _integration(system: System, times: np.ndarray, *, dense: bool = False, **options) -> Integration:
+    """Return an integration from the joints' start values, modes at rest, no work done."""
+    packed = pack(system)
+    loading = Loading(system, packed, float(times[-1]))
+    start, twin = np.append(start_state(packed), 0.0), _twin(system, loading) if dense else None
+    return Integration(system, packed, loading, start, times, _deflections(system, packed), twin=twin, **options)
+
+
+def _deflections(system: System, packed: Packed) -> np.ndarray:
+    """Return the largest deflection per modal coordinate, in sizes of its body (nx,)."""
+    found = np.zeros(packed.nx)
+    for name, body in system.bodies.items():
+        first = packed.tree.ints[packed.link_of(name), XQ]
+        extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)
+        found[first : first + body.n] = np.abs(body.shape).max(axis=(0, 1), initial=0.0) / extent
+    return found
 
 
 def _twin(system: System, loading: Loading) -> Callable:
@@ -134,73 +145,3 @@ def _twin(system: System, loading: Loading) -> Callable:
         return lambda y, motion, t: loaded_accelerations(system, y, motion, t)
     closing = loading.loops.closing
     return lambda y, motion, t: closed_accelerations(system, closing, y, motion, t)[0]
-
-
-def start_channels(system: System, t_end: float) -> Result:
-    """Return every channel at the start only: which names a run to `t_end` will have, before it runs."""
-    run = _Run(system, t_end)
-    recorder = Recorder(system, run)
-    recorder.add(0.0, run.start())
-    return recorder.result(np.zeros(1), "start", "", {})
-
-
-class _Run:
-    """A packed system, its scratch and counters."""
-
-    def __init__(self, system: System, t_end: float) -> None:
-        self.system = system
-        self.packed = pack(system)
-        self.W, self.F = workspace(self.packed.tree, self.packed.flex)
-        self.loading = Loading(system, self.packed, t_end)
-        self.nx, self.nu = self.packed.nx, self.packed.nu
-        self.prescribed = np.flatnonzero(np.isin(self.packed.types, PRESCRIBED))
-        self.along = np.where(self.packed.types[self.prescribed] == PRESCRIBED_REVOLUTE, 5, 2)
-        self.reactions = np.zeros((len(self.packed.links), 6))
-        self.status = -1
-        self.energies = Energies(0.0, 0.0, 0.0)
-        self.damping, self.size = np.zeros(self.nu), np.zeros(self.nx)
-        for name, body in system.bodies.items():
-            row = self.packed.tree.ints[self.packed.link_of(name)]
-            self.damping[row[UQ] : row[UQ] + body.n] = body.D
-            extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)
-            self.size[row[XQ] : row[XQ] + body.n] = np.abs(body.shape).max(axis=(0, 1), initial=0.0) / extent
-
-    def start(self) -> np.ndarray:
-        """Joint coordinates and speeds as the joints say, modes at rest, no work done."""
-        return np.append(start_state(self.packed), 0.0)
-
-    def closed(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Return a state between steps, brought back onto the closed loops."""
-        if self.loading.loops is None:
-            return y
-        found = y.copy()
-        self.loading.loops.settle(self.W, self.F, found[:-1], self.loading.prescribe(t), t)
-        return found
-
-    def derivative(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Time derivative of [coordinates | speeds | work]; NaN where the mass matrix is not positive."""
-        tree, flex, tau = self.packed.tree, self.packed.flex, self.loading.tau
-        motion, ydot, state = self.loading.prescribe(t), np.zeros(len(y)), y[:-1]
-        if not np.all(np.isfinite(state)):  # a trial of the implicit method, nothing for callbacks
-            return np.full(len(y), np.nan)
-        kernel.outward(tree, flex, self.W, self.F, state, motion)
-        self.energies = self.loading.apply(self.W, self.F, state, t)
-        if self.loading.loops:
-            self.loading.loops.residual(self.W, self.F, state, motion, t)
-        self.status = kernel.inward(tree, flex, self.W, self.F, tau, None, 0.0, 0.0)
-        if self.status >= 0:
-            return np.full(len(y), np.nan)
-        kernel.forward(tree, flex, self.W, self.F, tau, ydot[self.nx : -1])
-        if self.loading.loops:
-            self.loading.loops.correct(self.W, self.F, ydot[self.nx : -1])
-        kernel.kinematic(tree, state, ydot)
-        kernel.reactions(tree, self.W, self.reactions)
-        ydot[-1] = self.drive @ motion[self.prescribed, 1] + self.energies.power
-        ydot[-1] -= self.damping @ state[self.nx :] ** 2
-        ydot[-1] += self.loading.loops.power if self.loading.loops else 0.0
-        return ydot
-
-    @property
-    def drive(self) -> np.ndarray:
-        """Torque or force of each prescribed hinge."""
-        return self.reactions[self.prescribed, self.along]
