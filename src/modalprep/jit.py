@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterator
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 from numba import njit
@@ -60,22 +60,30 @@ def compile_merged(function: Callable) -> Callable:
 def _stamp(function: Callable) -> str:
     """Fingerprint of all that the compiled code depends on; kept on the function for its callers."""
     parts = [_file(function.__code__.co_filename)] if hasattr(function, "__code__") else []
-    parts += [getattr(used, STAMP, None) or repr(used) for used in _named(function)]
+    parts += [getattr(used, STAMP, None) or repr(used) for used in _known(function)]
     stamp = hashlib.sha256("|".join(parts).encode()).hexdigest()
     if hasattr(function, "__code__"):
         setattr(function, STAMP, stamp)
     return stamp
 
 
-def _named(function: Callable) -> Iterator[Any]:
-    """Yield the constants and compiled functions that a function names, also by ``module.name``."""
-    names = getattr(getattr(function, "__code__", None), "co_names", ())
-    found = [function.__globals__[name] for name in names if name in function.__globals__]
-    modules = [value for value in found if isinstance(value, ModuleType)]
-    found += [getattr(module, name) for module in modules for name in names if hasattr(module, name)]
-    for value in found:
-        if isinstance(value, bool | int | float | tuple) or hasattr(getattr(value, "py_func", value), STAMP):
-            yield getattr(value, "py_func", value)
+def _known(function: Callable) -> Iterator[Any]:
+    """Yield all constants and compiled functions of the function's file so far, imported modules' functions too.
+
+    Not only those that it names: functions that stand below it in the file, which it may call, are not known yet, but
+    all that they use of other files is imported.
+    """
+    values = list(getattr(function, "__globals__", {}).values())
+    for value in [*values, *(v for module in values if isinstance(module, ModuleType) for v in vars(module).values())]:
+        compiled = getattr(value, "py_func", value)
+        if isinstance(compiled, FunctionType) and hasattr(compiled, STAMP):
+            yield compiled
+    yield from (value for value in values if _constant(value))
+
+
+def _constant(value: Any) -> bool:
+    """Whether compiled code takes a global in by its value: a number, or tuples of them."""
+    return isinstance(value, bool | int | float) or (isinstance(value, tuple) and all(map(_constant, value)))
 
 
 @lru_cache
