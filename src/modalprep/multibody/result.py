@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Result(Record):
-    """Time histories by name.
+    """Time histories by name; those of a simulation are columns of one array.
 
     Attributes
     ----------
