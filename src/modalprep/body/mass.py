@@ -1,11 +1,83 @@
-"""Mass matrix of a modal body: rigid part, coupling and its growth with the deflection, FORMULATION section 4."""
+"""Mass matrix of a modal body: rigid part, coupling and its growth with the deflection, FORMULATION section 4.
+
+The mass matrix is the Gram matrix of the partial velocities of the particles, so it cannot be indefinite, however large
+the deflection, as long as every product of partial velocities is kept. With the displacement ``phi q + q u2 q / 2`` the
+partial velocity of a mode is ``phi + u2 q``. The S(q), L(q) of FORMULATION section 4 are its moments; beside them that
+section keeps the identity in the modal block, which lacks the products of ``u2 q``. It shows when ``Kg q`` reaches the
+size of S and H: for a mode of wave number k at deflections of 1 / (k^2 L), a thousandth of the length L for the twelfth
+mode of a beam.
+
+The products need the field u2, of which the body knows only the moments ``int rho u2_a = Kg_A`` and
+``int rho x_b u2_a = Kg_W``. Of all fields with these moments the affine one, ``u2_a = c_a + d_ab x_b``, has the least
+kinetic energy: the body takes that one. With four functions X_r, (1, x, y, z) made orthonormal in the mass, and the
+rest ``phi'`` of the modes, orthogonal to them, the position of a particle is
+
+    r = X_r p_r(q) + phi' q       p_r(q) = p_r(0) + B_r q + q D_r q / 2       dp_r = B_r + D_r q
+
+B_r are the moments S and H of the modes in that basis, D_r those of u2: Kg_A and Kg_W. ``P' = P - B^T B`` is the mass
+tensor of the rest. A body moves like an affine one (Cohen and Muncaster, The Theory of Pseudo-rigid Bodies, 1988) plus
+a linear rest, and with ``X_1 = m^(-1/2)``
+
+    s_a = m^(1/2) p_1a                            S_a = m^(1/2) dp_1a
+    E_ab = p_a.p_b + q P'_ab q                    L_ab = dp_a.p_b + P'_ab q
+    M_ff = (1 - B^T B) + dp^T dp                  (dots and dp^T dp: the sum over r, in dp^T dp over a too)
+
+To first order in q the equations of motion are those of FORMULATION section 4: ``q''`` is small with q, so that the
+growth of M_ff is of second order. Without geometric stiffness they are the same altogether. What is lost is the motion
+of u2 that is not affine; it could only add to M_ff.
+"""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.vectors import skew
+
+FLAT = 1e-12  # of the moments about the origin: a smaller one about the centre is round-off, the body flat or a line
+
+
+class AffinePart(NamedTuple):
+    """Motion of a modal body split into its affine part and the rest; axes a first, then the function r.
+
+    A direction in which the body has no extent has a function that is zero.
+
+    Attributes
+    ----------
+    place : (3, 4)
+        ``p_r(0)``, m sqrt(kg); its first column is the centre of mass times sqrt(m).
+    first : (3, 4, n)
+        B.
+    second : (3, 4, n, n)
+        D.
+    rest : (3, 3, n, n)
+        ``P'``.
+    mass : (n, n)
+        ``1 - B^T B``.
+    root_mass : float
+        sqrt(m).
+    """
+
+    place: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    rest: np.ndarray
+    mass: np.ndarray
+    root_mass: float
+
+
+class Deflected(NamedTuple):
+    """Moments of a body at a deflection q: p(q), dp(q), then the letters of FORMULATION section 4."""
+
+    p: np.ndarray  # (3, 4)
+    dp: np.ndarray  # (3, 4, n)
+    s: np.ndarray  # (3,)
+    E: np.ndarray  # (3, 3)
+    S: np.ndarray  # (3, n)
+    L: np.ndarray  # (3, 3, n)
+    M_ff: np.ndarray  # (n, n)
 
 
 def rigid_mass_matrix(m: float, s0: np.ndarray, E0: np.ndarray) -> np.ndarray:
@@ -31,11 +103,57 @@ def cross_moment(H: np.ndarray) -> np.ndarray:
     return np.array([H[2, 1] - H[1, 2], H[0, 2] - H[2, 0], H[1, 0] - H[0, 1]])
 
 
+def affine_part(body: FlexibleBody) -> AffinePart:
+    """Split the motion of a body.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> part = affine_part(uniform_beam(modes=1))
+    >>> (part.place @ part.place.T).diagonal().round(3)  # E0
+    array([4.0e+02, 6.0e-03, 2.4e-02])
+    """
+    root, centre = np.sqrt(body.m), body.s0 / body.m
+    moments, axes = np.linalg.eigh(body.E0 - body.m * np.outer(centre, centre))
+    thick = moments > FLAT * np.trace(body.E0)
+    scale = np.sqrt(moments, where=thick, out=np.zeros(3))
+    inverse = np.divide(1.0, scale, where=thick, out=np.zeros(3))
+
+    def coordinates(total: np.ndarray, by_x: np.ndarray) -> np.ndarray:
+        """Affine coordinates (3, 4, ...) of a field by ``int rho u_a`` and ``int rho x_b u_a``."""
+        about = by_x - np.einsum("a...,b->ab...", total, centre)
+        return np.concatenate([total[:, None] / root, np.einsum("ab...,br,r->ar...", about, axes, inverse)], axis=1)
+
+    first = coordinates(body.S, body.H)
+    place = np.column_stack([root * centre, axes * scale])
+    rest = body.P - np.einsum("ari,brj->abij", first, first)
+    mass = np.eye(body.n) - np.einsum("ari,arj->ij", first, first)
+    return AffinePart(place, first, coordinates(body.Kg_A, body.Kg_W), rest, mass, root)
+
+
+def deflected(part: AffinePart, q: np.ndarray) -> Deflected:
+    """Return the moments at a deflection ``q (n,)``, m sqrt(kg).
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> tip = deflected(affine_part(uniform_beam(modes=1)), np.array([1.0]))
+    >>> bool(tip.s[0] < 60)  # the bent beam is shorter
+    True
+    """
+    dp, rest = part.first + part.second @ q, part.rest @ q
+    p = part.place + 0.5 * (part.first + dp) @ q
+    E = p @ p.T + rest @ q
+    L = np.einsum("arn,br->abn", dp, p) + rest
+    M_ff = part.mass + np.einsum("ari,arj->ij", dp, dp)
+    return Deflected(p, dp, part.root_mass * p[:, 0], E, part.root_mass * dp[:, 0], L, M_ff)
+
+
 def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     """Return ``M(q) (6 + n, 6 + n)`` for velocity and spin of the frame (in B) and the modal rates.
 
-    ``[[m, -s~, S(q)], [s~, J(q), C(q)], [S^T, C^T, 1]]``: FORMULATION section 4. ``T = V^T M(q) V / 2`` is the kinetic
-    energy, exactly so for the linear displacements ``phi q`` of a body without geometric stiffness.
+    ``[[m, -s~, S], [s~, J, C], [S^T, C^T, M_ff]]`` at q, never indefinite. ``T = V^T M(q) V / 2`` is the
+    kinetic energy, exactly so for the linear displacements ``phi q`` of a body without geometric stiffness.
 
     Parameters
     ----------
@@ -48,9 +166,10 @@ def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     >>> mass_matrix(uniform_beam(modes=2), np.zeros(2)).diagonal().round(1)[[0, 4, 7]]
     array([ 12., 400.,   1.])
     """
-    PW = body.P + body.Kg_W
-    S, L = body.S + body.Kg_A @ q, body.H + PW @ q
-    half = body.H @ q + 0.5 * (PW @ q) @ q
-    s = body.s0 + body.S @ q + 0.5 * (body.Kg_A @ q) @ q
-    cross = np.vstack([S, cross_moment(L)])
-    return np.block([[rigid_mass_matrix(body.m, s, body.E0 + half + half.T), cross], [cross.T, np.eye(body.n)]])
+    return assembled(body.m, deflected(affine_part(body), q))
+
+
+def assembled(m: float, at: Deflected) -> np.ndarray:
+    """Return the mass matrix of a body of mass m at a deflection."""
+    cross = np.vstack([at.S, cross_moment(at.L)])
+    return np.block([[rigid_mass_matrix(m, at.s, at.E), cross], [cross.T, at.M_ff]])

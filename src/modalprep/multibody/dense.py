@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import affine_part, assembled, deflected
 from modalprep.multibody.layout import (
     ARM0,
     COORDINATES,
-    EPSILON,
     FREE,
     JOINT,
     NODE,
@@ -61,10 +61,10 @@ class BodyState:
 
 
 def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mass matrix (6 + n, 6 + n) and bias (6 + n,) of FORMULATION section 4.
+    """Return the mass matrix (6 + n, 6 + n) and bias (6 + n,) of FORMULATION section 4, its M(q) made positive.
 
-    The torque row holds ``eps_cab q' Kg_W[b, a] q'`` besides the terms printed there: the derivative of
-    ``C_c(q) q'``, without which energy is not conserved.
+    With the coordinates of body/mass.py, ``Omega_r = w~ w~ p_r + 2 w~ p_r' + q' D_r q'`` is what the particles of the
+    affine part accelerate by when A, alpha and q'' are zero.
 
     Examples
     --------
@@ -74,23 +74,17 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
     >>> round(float(M[0, 0]), 9), float(abs(b).max())
     (12.0, 0.0)
     """
-    w = V[3:]
-    W2 = skew(w) @ skew(w)
-    PW = body.P + body.Kg_W
-    S = body.S + body.Kg_A @ q
-    L = body.H + PW @ q
-    s = body.s0 + body.S @ q + 0.5 * (body.Kg_A @ q) @ q
-    half = body.H @ q + 0.5 * (PW @ q) @ q
-    E = body.E0 + half + half.T
-    J = np.trace(E) * np.eye(3) - E
-    C = np.einsum("cab,ban->cn", EPSILON, L)
-    Y = L @ qd
-    n = body.n
-    M = np.block([[body.m * np.eye(3), -skew(s), S], [skew(s), J, C], [S.T, C.T, np.eye(n)]])
-    force = W2 @ s + 2 * skew(w) @ (S @ qd) + (body.Kg_A @ qd) @ qd
-    torque = skew(w) @ J @ w + 2 * (np.trace(Y) * w - Y @ w) + np.einsum("cab,ba->c", EPSILON, (body.Kg_W @ qd) @ qd)
-    modal = np.einsum("ab,abn->n", W2, L) + 2 * np.einsum("ab,abn->n", skew(w), body.P @ qd) + body.K * q + body.D * qd
-    return M, np.concatenate([force, torque, modal])
+    part = affine_part(body)
+    at, w, spin = deflected(part, q), V[3:], skew(V[3:])
+    rest, W2 = part.rest @ q, spin @ spin
+    E, Y = rest @ q, rest @ qd
+    Omega = W2 @ at.p + 2 * spin @ (at.dp @ qd) + (part.second @ qd) @ qd
+    force = part.root_mass * Omega[:, 0]
+    torque = np.cross(at.p, Omega, axis=0).sum(axis=1)
+    torque += np.cross(w, np.trace(E) * w - E @ w) + 2 * (np.trace(Y) * w - Y @ w)
+    modal = np.einsum("ar,arn->n", Omega, at.dp) + np.einsum("ab,abn->n", W2, rest)
+    modal += 2 * np.einsum("ab,abn->n", spin, part.rest @ qd) + body.K * q + body.D * qd
+    return assembled(body.m, at), np.concatenate([force, torque, modal])
 
 
 def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np.ndarray):

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
+from modalprep.body.mass import affine_part, deflected
 from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.layout import EPSILON, FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
@@ -180,16 +181,13 @@ def _central(load: CentralGravity, s: BodyState) -> DenseLoads:
     symmetric = sum(np.einsum(f"{index}->abc", one, d) for index in ("ab,c", "ac,b", "bc,a"))
     second = 3 * load.mu * symmetric / R**5 - 15 * load.mu * np.einsum("a,b,c->abc", d, d, d) / R**7
     body, q = s.body, s.q
-    PW = body.P + body.Kg_W
-    half = body.H @ q + 0.5 * (PW @ q) @ q
-    E = body.E0 + half + half.T
-    first = body.s0 + body.S @ q + 0.5 * (body.Kg_A @ q) @ q
-    force = body.m * g + Gamma @ first + np.einsum("abc,ab->c", second, E) / 2
-    torque = np.cross(first, g) + np.einsum("cab,ad,bd->c", EPSILON, E, Gamma)
-    modal = g @ (body.S + body.Kg_A @ q) + np.einsum("ab,abn->n", Gamma, body.H + PW @ q)
+    at = deflected(affine_part(body), q)
+    force = body.m * g + Gamma @ at.s + np.einsum("abc,ab->c", second, at.E) / 2
+    torque = np.cross(at.s, g) + np.einsum("cab,ad,bd->c", EPSILON, at.E, Gamma)
+    modal = g @ at.S + np.einsum("ab,abn->n", Gamma, at.L)
     f = s.J.T @ np.concatenate([force, torque])
     f[s.rows] += modal
-    return DenseLoads(f, 0.0, 0.0, float(-load.mu * body.m / R - g @ first - np.sum(Gamma * E) / 2))
+    return DenseLoads(f, 0.0, 0.0, float(-load.mu * body.m / R - g @ at.s - np.sum(Gamma * at.E) / 2))
 
 
 def _hinges(system: System, packed: Packed, y: np.ndarray, t: float) -> DenseLoads:

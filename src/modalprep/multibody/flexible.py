@@ -11,6 +11,7 @@ from modalprep.multibody.algebra import (
     add3,
     add6,
     add8,
+    add9,
     add12,
     axpy3,
     axpy6,
@@ -27,23 +28,21 @@ from modalprep.multibody.algebra import (
     get8,
     get12,
     inertia_times,
+    product_transposed,
     put3,
     put6,
     put8,
     put9,
     row8,
-    symmetric_times,
     take6,
     take9,
     take12,
     times,
 )
 from modalprep.multibody.layout import (
-    FIRST,
     H_,
     HAS_KG,
     IA,
-    INERTIA,
     J_,
     KIND,
     MASS,
@@ -59,57 +58,143 @@ from modalprep.multibody.layout import (
 
 
 @compile_inline
+def expand(tree, flex, F, i):
+    """Write dp(q), ``D q'``, ``P' q`` and the gyroscopic products with q' of link i's body to F; return p(q) (12)."""
+    k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
+    for r in range(12 * n):
+        F.dp[r], F.Dqd[r] = flex.base[k, r], 0.0
+    for r in range(9 * n):
+        F.rest[r] = 0.0
+    for r in range(3 * n):
+        F.gyro[r] = 0.0
+    for b in range(0, n, 4):  # rows are filled up with zeros; four at once spare the loads and stores of the sums
+        f0, f1, f2, f3 = F.q[s, b], F.q[s, b + 1], F.q[s, b + 2], F.q[s, b + 3]
+        g0, g1, g2, g3 = F.qd[s, b], F.qd[s, b + 1], F.qd[s, b + 2], F.qd[s, b + 3]
+        if tree.ints[i, HAS_KG]:
+            for r in range(12 * n):
+                d0, d1, d2, d3 = (
+                    flex.by_q[k, b, r],
+                    flex.by_q[k, b + 1, r],
+                    flex.by_q[k, b + 2, r],
+                    flex.by_q[k, b + 3, r],
+                )
+                F.dp[r] += f0 * d0 + f1 * d1 + f2 * d2 + f3 * d3
+                F.Dqd[r] += g0 * d0 + g1 * d1 + g2 * d2 + g3 * d3
+        for r in range(9 * n):
+            F.rest[r] += f0 * flex.rest[k, b, r] + f1 * flex.rest[k, b + 1, r]
+            F.rest[r] += f2 * flex.rest[k, b + 2, r] + f3 * flex.rest[k, b + 3, r]
+        for r in range(3 * n):
+            F.gyro[r] += g0 * flex.gyro[k, b, r] + g1 * flex.gyro[k, b + 1, r]
+            F.gyro[r] += g2 * flex.gyro[k, b + 2, r] + g3 * flex.gyro[k, b + 3, r]
+    p = get12(flex.place, k, 0)
+    for a in range(n):
+        p = axpy12(p, 0.5 * F.q[s, a], add12(get12(flex.base, k, 12 * a), take12(F.dp, 12 * a)))
+    return p
+
+
+@compile_inline
+def mode_moments(tree, flex, F, i, p, a):
+    """Return S_a(q) (3) and L_ab(q) (9) of mode a of link i's body, after `expand`, which gave p."""
+    d, e, root = take12(F.dp, 12 * a), take9(F.rest, 9 * a), flex.place[tree.ints[i, KIND], 12]
+    L = product_transposed((d[0], d[3], d[6], d[1], d[4], d[7], d[2], d[5], d[8]),
+                           (p[0], p[3], p[6], p[1], p[4], p[7], p[2], p[5], p[8]))  # fmt: skip
+    x, y, z = d[9], d[10], d[11]
+    last = (x * p[9], x * p[10], x * p[11], y * p[9], y * p[10], y * p[11], z * p[9], z * p[10], z * p[11])
+    return (root * d[0], root * d[1], root * d[2]), add9(add9(L, last), e)
+
+
+@compile_inline
 def own_flexible(tree, flex, W, F, i, nx, y):
-    """Write link i's own inertia and bias to W and F: the equations of one body of FORMULATION section 4."""
+    """Write link i's own inertia and bias to W and F: the equations of one body, see body/mass.py and dense.py."""
     k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
     for a in range(n):
         F.q[s, a] = y[tree.ints[i, XQ] + a]
         F.qd[s, a] = y[nx + tree.ints[i, UQ] + a]
         F.load[s, a] = 0.0
-    w = get3(W, i, OMEGA)
-    ww = dot3(w, w)
-    for r in range(12 * n):
-        F.L[r] = flex.base[k, r]
-    for r in range(9 * n):
-        F.B[r] = 0.0
-    for b in range(n):
-        f, g = F.q[s, b], F.qd[s, b]
-        for r in range(12 * n):
-            F.L[r] += f * flex.by_q[k, b, r]
-        for r in range(9 * n):
-            F.B[r] += g * flex.by_qd[k, b, r]
-    half, rates, second = ZERO12, ZERO12, ZERO9
+    w, m, root = get3(W, i, OMEGA), tree.fixed[i, MASS], flex.place[k, 12]
+    p, rates, second, E, Y = expand(tree, flex, F, i), ZERO12, ZERO12, ZERO9, ZERO9
     for a in range(n):
-        L, B = take12(F.L, 12 * a), take9(F.B, 9 * a)
-        half = axpy12(half, 0.5 * F.q[s, a], add12(get12(flex.base, k, 12 * a), L))
-        rates = axpy12(rates, F.qd[s, a], L)
-        second = axpy9(second, F.qd[s, a], B)
-        # w~ w~ = w w^T - w.w, C_c = eps_cab L_ba, 2 w~_ab P_ab q' = 2 w_c G_c q'
-        f = w[0] * (w[0] * L[0] + w[1] * L[1] + w[2] * L[2])
-        f += w[1] * (w[0] * L[3] + w[1] * L[4] + w[2] * L[5])
-        f += w[2] * (w[0] * L[6] + w[1] * L[7] + w[2] * L[8]) - ww * (L[0] + L[4] + L[8])
-        f += 2.0 * (w[0] * B[3] + w[1] * B[4] + w[2] * B[5])
+        rest = take9(F.rest, 9 * a)
+        rates, second = (
+            axpy12(rates, F.qd[s, a], take12(F.dp, 12 * a)),
+            axpy12(second, F.qd[s, a], take12(F.Dqd, 12 * a)),
+        )
+        E, Y = axpy9(E, F.q[s, a], rest), axpy9(Y, F.qd[s, a], rest)
+    f0, t0 = _affine_force(w, p[:3], rates[:3], second[:3])
+    f1, t1 = _affine_force(w, p[3:6], rates[3:6], second[3:6])
+    f2, t2 = _affine_force(w, p[6:9], rates[6:9], second[6:9])
+    f3, t3 = _affine_force(w, p[9:], rates[9:], second[9:])
+    ww = dot3(w, w)
+    for a in range(n):
+        d, e = take12(F.dp, 12 * a), take9(F.rest, 9 * a)
+        # w~ w~ = w w^T - w.w, 2 w~_ab P'_ab q' = 2 w_c eps_cab P'_ba q'
+        f = w[0] * (w[0] * e[0] + w[1] * e[1] + w[2] * e[2])
+        f += w[1] * (w[0] * e[3] + w[1] * e[4] + w[2] * e[5])
+        f += w[2] * (w[0] * e[6] + w[1] * e[7] + w[2] * e[8]) - ww * (e[0] + e[4] + e[8])
+        f += 2.0 * (w[0] * F.gyro[3 * a] + w[1] * F.gyro[3 * a + 1] + w[2] * F.gyro[3 * a + 2])
+        f += dot3(f0, d[:3]) + dot3(f1, d[3:6]) + dot3(f2, d[6:9]) + dot3(f3, d[9:])
         f += flex.diagonal[k, a, 0] * F.q[s, a] + flex.diagonal[k, a, 1] * F.qd[s, a]
-        put8(F.Z, s, a, 0, (L[9], L[10], L[11], L[7] - L[5], L[2] - L[6], L[3] - L[1], f, 0.0))
-        for b in range(1, 1 + (n + 7 >> 3)):
-            put8(F.Z, s, a, b, ZERO8)
-        F.Z[s, a, 1 + (a >> 3), a & 7] = 1.0
-    E, Y = half, rates
-    m, s0, J = tree.fixed[i, MASS], get3(tree.fixed, i, FIRST), get6(tree.fixed, i, INERTIA)
-    c = (s0[0] + E[9], s0[1] + E[10], s0[2] + E[11])
-    J = (
-        J[0] + 2.0 * (E[4] + E[8]), J[1] - E[1] - E[3], J[2] - E[2] - E[6],
-        J[3] + 2.0 * (E[0] + E[8]), J[4] - E[5] - E[7], J[5] + 2.0 * (E[0] + E[4]),
-    )  # fmt: skip
+        c = add3(add3(cross(p[:3], d[:3]), cross(p[3:6], d[3:6])), add3(cross(p[6:9], d[6:9]), cross(p[9:], d[9:])))
+        c = add3(c, (e[7] - e[5], e[2] - e[6], e[3] - e[1]))
+        put8(F.Z, s, a, 0, (root * d[0], root * d[1], root * d[2], c[0], c[1], c[2], f, 0.0))
+    _own_modal_mass(tree, flex, F, i)
+    torque = add3(add3(add3(t0, t1), add3(t2, t3)), _rest_torque(w, E, Y))
+    E = (
+        E[0] + p[0] * p[0] + p[3] * p[3] + p[6] * p[6] + p[9] * p[9],
+        E[1] + p[0] * p[1] + p[3] * p[4] + p[6] * p[7] + p[9] * p[10],
+        E[2] + p[0] * p[2] + p[3] * p[5] + p[6] * p[8] + p[9] * p[11],
+        E[4] + p[1] * p[1] + p[4] * p[4] + p[7] * p[7] + p[10] * p[10],
+        E[5] + p[1] * p[2] + p[4] * p[5] + p[7] * p[8] + p[10] * p[11],
+        E[8] + p[2] * p[2] + p[5] * p[5] + p[8] * p[8] + p[11] * p[11],
+    )
     put6(W, i, IA, (m, 0.0, 0.0, m, 0.0, m))
-    put9(W, i, H_, (0.0, c[2], -c[1], -c[2], 0.0, c[0], c[1], -c[0], 0.0))
-    put6(W, i, J_, J)
-    f = add3(cross(w, axpy3(cross(w, c), 2.0, (Y[9], Y[10], Y[11]))), (second[0], second[1], second[2]))
-    Yw = times((Y[0], Y[1], Y[2], Y[3], Y[4], Y[5], Y[6], Y[7], Y[8]), w)
-    trace = 2.0 * (Y[0] + Y[4] + Y[8])
-    t = axpy3(axpy3(cross(w, symmetric_times(J, w)), trace, w), -2.0, Yw)
-    put3(W, i, PA, f)
-    put3(W, i, PA + 3, add3(t, (second[6], second[7], second[8])))
+    put9(
+        W, i, H_,
+        (0.0, root * p[2], -root * p[1], -root * p[2], 0.0, root * p[0], root * p[1], -root * p[0], 0.0),
+    )  # fmt: skip
+    put6(W, i, J_, (E[3] + E[5], -E[1], -E[2], E[0] + E[5], -E[4], E[0] + E[3]))
+    put3(W, i, PA, (root * f0[0], root * f0[1], root * f0[2]))
+    put3(W, i, PA + 3, torque)
+
+
+@compile_inline
+def _affine_force(w, p, rate, second):
+    """Acceleration of one affine coordinate when A, alpha, q'' are zero, and its moment about the origin."""
+    f = add3(cross(w, axpy3(cross(w, p), 2.0, rate)), second)
+    return f, cross(p, f)
+
+
+@compile_inline
+def _rest_torque(w, E, Y):
+    """Torque ``w x J w + 2 (tr(Y) - Y) w`` of the rest of the motion, ``J = tr(E) - E``."""
+    return axpy3(axpy3(cross(times(E, w), w), 2.0 * (Y[0] + Y[4] + Y[8]), w), -2.0, times(Y, w))
+
+
+@compile_inline
+def _own_modal_mass(tree, flex, F, i):
+    """Write link i's own M_ff to F.Z: ``1 - B^T B + dp^T dp``, 1 without geometric stiffness."""
+    k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
+    blocks = n + 7 >> 3
+    if not tree.ints[i, HAS_KG]:
+        for a in range(n):
+            for b in range(blocks):
+                put8(F.Z, s, a, 1 + b, ZERO8)
+            F.Z[s, a, 1 + (a >> 3), a & 7] = 1.0
+        return
+    for a in range(n):
+        for c in range(12):
+            F.dpT[k, c, a >> 3, a & 7] = F.dp[12 * a + c]
+    for a in range(n):
+        d = take12(F.dp, 12 * a)
+        for b in range(a >> 3, blocks):
+            row = get8(flex.mass, k, a, b)
+            row = axpy8(axpy8(row, d[0], get8(F.dpT, k, 0, b)), d[1], get8(F.dpT, k, 1, b))
+            row = axpy8(axpy8(row, d[2], get8(F.dpT, k, 2, b)), d[3], get8(F.dpT, k, 3, b))
+            row = axpy8(axpy8(row, d[4], get8(F.dpT, k, 4, b)), d[5], get8(F.dpT, k, 5, b))
+            row = axpy8(axpy8(row, d[6], get8(F.dpT, k, 6, b)), d[7], get8(F.dpT, k, 7, b))
+            row = axpy8(axpy8(row, d[8], get8(F.dpT, k, 8, b)), d[9], get8(F.dpT, k, 9, b))
+            row = axpy8(axpy8(row, d[10], get8(F.dpT, k, 10, b)), d[11], get8(F.dpT, k, 11, b))
+            put8(F.Z, s, a, 1 + b, row)
 
 
 @compile_inline

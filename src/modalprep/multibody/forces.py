@@ -15,17 +15,16 @@ from modalprep.multibody.algebra import (
     get6,
     get9,
     put6,
-    take12,
     times,
     transposed_times,
 )
+from modalprep.multibody.flexible import expand, mode_moments
 from modalprep.multibody.kernel import add_wrench, node_state
 from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, gravity_law, hinge_law, spring_law
 from modalprep.multibody.layout import (
     BODY,
     H_,
     J_,
-    KIND,
     MASS,
     MODES,
     NX,
@@ -219,23 +218,10 @@ def _central(loads, i, tree, flex, W, F):
     f, m, g, n, q, U = gravity_law(loads.centre[0], d, tree.fixed[i, MASS], (H[5], H[6], H[1]), get6(W, i, J_))
     _add_at_root(W, i, 1.0, f, m)
     if flex is not None:
-        s, k = tree.ints[i, SLOT], tree.ints[i, KIND]
+        s = tree.ints[i, SLOT]
         if s >= 0:
-            first_order(flex, F, s, k, tree.ints[i, MODES])
+            P = expand(tree, flex, F, i)
             for a in range(tree.ints[i, MODES]):
-                L = take12(F.L, 12 * a)
-                nLn = dot3(n, times((L[0], L[1], L[2], L[3], L[4], L[5], L[6], L[7], L[8]), n))
-                gradient = q * (3.0 * nLn - L[0] - L[4] - L[8])
-                F.load[s, a] += dot3(g, (L[9], L[10], L[11])) + gradient
+                S, L = mode_moments(tree, flex, F, i, P, a)
+                F.load[s, a] += dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])
     return U
-
-
-@compile_kernel
-def first_order(flex, F, s, k, n):
-    """Write ``L_ab(q)`` (9) and ``S(q)`` (3) of each mode to F.L."""
-    for r in range(12 * n):
-        F.L[r] = flex.base[k, r]
-    for b in range(n):
-        f = F.q[s, b]
-        for r in range(12 * n):
-            F.L[r] += f * flex.by_q[k, b, r]

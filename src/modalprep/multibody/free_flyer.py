@@ -29,8 +29,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import affine_part, assembled, deflected, mass_matrix
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody.dense import body_equations, quaternion_matrix
+from modalprep.multibody.dense import quaternion_matrix
 from modalprep.multibody.layout import EPSILON
 from modalprep.records import Record
 from modalprep.vectors import skew
@@ -158,11 +159,11 @@ def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
     R, u = quaternion_matrix(e), momenta.speeds(q, P)
     v, w, qd = u[:3], u[3:6], u[6:]
     g = R.T @ g
-    s = body.s0 + body.S @ q + 0.5 * (body.Kg_A @ q) @ q
+    at = deflected(momenta.part, q)
     turn = np.block([[0.0, -w], [w[:, None], -skew(w)]]) @ e / 2
     linear = -np.cross(w, P[:3]) + body.m * g
-    angular = -np.cross(w, P[3:6]) - np.cross(v, P[:3]) + np.cross(s, g)
-    modal = momenta.modal_rate(q, u, P) + (body.S + body.Kg_A @ q).T @ g - body.K * q - body.D * qd
+    angular = -np.cross(w, P[3:6]) - np.cross(v, P[:3]) + np.cross(at.s, g)
+    modal = momenta.modal_rate(q, u, P) + at.S.T @ g - body.K * q - body.D * qd
     return np.concatenate([R @ v, turn, qd, linear, angular, modal])
 
 
@@ -178,11 +179,10 @@ class _Momentum:
     """Momenta of (v, w, q') with the mass matrix of the deflected body."""
 
     def __init__(self, body: FlexibleBody) -> None:
-        self.body = body
-        self.turned = np.einsum("cab,baij->cij", EPSILON, body.P + body.Kg_W)
+        self.body, self.part = body, affine_part(body)
 
     def mass(self, q: np.ndarray) -> np.ndarray:
-        return body_equations(self.body, np.zeros(6), q, np.zeros(self.body.n))[0]
+        return assembled(self.body.m, deflected(self.part, q))
 
     def of(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Momenta of speeds ``u = (v, w, q')``."""
@@ -194,20 +194,21 @@ class _Momentum:
 
     def modal_rate(self, q: np.ndarray, u: np.ndarray, P: np.ndarray) -> np.ndarray:
         """Derivative of the kinetic energy by q (n,)."""
-        b, v, w, qd = self.body, u[:3], u[3:6], u[6:]
-        L = b.H + (b.P + b.Kg_W) @ q
-        rate = (b.S + b.Kg_A @ q).T @ np.cross(v, w) - np.einsum("ab,abn->n", skew(w) @ skew(w), L)
-        rate += np.einsum("a,aij,j->i", v, b.Kg_A, qd)
-        return rate + np.einsum("c,cij,i->j", w, self.turned, qd)
+        part, at = self.part, deflected(self.part, q)
+        v, w, qd = u[:3], u[3:6], u[6:]
+        velocity = np.outer(v, [part.root_mass, 0, 0, 0]) + skew(w) @ at.p + at.dp @ qd  # of the affine part
+        partial = np.einsum("ab,brn->arn", skew(w), at.dp) + part.second @ qd
+        rate = np.einsum("ar,arn->n", velocity, partial)
+        rest = np.einsum("ab,abij->ij", skew(w), part.rest)
+        return rate + rest.T @ qd - np.einsum("ab,abij,j->i", skew(w) @ skew(w), part.rest, q)
 
 
 class _Efficient:
     """Momenta of (v, w, sigma) with the mass matrix of the undeflected body."""
 
     def __init__(self, body: FlexibleBody) -> None:
-        self.body, self.G = body, coriolis(body)
-        n = body.n
-        self.M0 = body_equations(body, np.zeros(6), np.zeros(n), np.zeros(n))[0]
+        self.body, self.part, self.G = body, affine_part(body), coriolis(body)
+        self.M0 = mass_matrix(body, np.zeros(body.n))
         self.factor = cho_factor(self.M0)
 
     def of(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:

@@ -19,6 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import affine_part
 from modalprep.multibody.system import Joint, System
 
 WELD, REVOLUTE, PRISMATIC, SPHERICAL, FREE, PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC = range(7)
@@ -64,13 +65,17 @@ class Tree(NamedTuple):
 class Flex(NamedTuple):
     """Constants of the flexible bodies in their links' frames, modes padded to the largest number N.
 
-    The numbers of one mode i stand together: in `base` H (9) and S (3); in `by_q` (factors of q_j) P_ab + Kg_W_ab (9)
-    and Kg_A (3); in `by_qd` (of q'_j) Kg_A (3), G_c = eps_cab P_ba (3) and the symmetric part of eps_cab Kg_W_ba (3).
+    The affine part and the rest of a body's motion are those of body/mass.py. The numbers of one mode i stand together,
+    functions r first, then axes: in `base` B (12); in `by_q` (factors of q_j and q'_j) D (12); in `rest` (of q_j) P'_ab
+    (9); in `gyro` (of q'_j) ``eps_cab P'_ba`` (3). Rows j are filled up with zeros to N4, a multiple of four.
     """
 
+    place: np.ndarray  # (nk, 13) p(0), sqrt(m)
     base: np.ndarray  # (nk, 12 N)
-    by_q: np.ndarray  # (nk, N, 12 N)
-    by_qd: np.ndarray  # (nk, N, 9 N)
+    by_q: np.ndarray  # (nk, N4, 12 N)
+    rest: np.ndarray  # (nk, N4, 9 N)
+    gyro: np.ndarray  # (nk, N4, 3 N)
+    mass: np.ndarray  # (nk, N, N / 8, 8) 1 - B^T B by blocks of eight
     diagonal: np.ndarray  # (nk, N, 2) K, D
     shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
     Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
@@ -79,16 +84,19 @@ class Flex(NamedTuple):
 class Scratch(NamedTuple):
     """Scratch of the flexible bodies; rows of eight are filled up with zeros."""
 
-    q: np.ndarray  # (nf, N)
-    qd: np.ndarray  # (nf, N)
+    q: np.ndarray  # (nf, N4)
+    qd: np.ndarray  # (nf, N4)
     load: np.ndarray  # (nf, N) external modal forces
     qdd: np.ndarray  # (nf, N / 8, 8)
     Z: np.ndarray  # (nf, N, 1 + N / 8, 8): [S C | b_f | 1 / pivot], then M_ff by blocks of eight; eliminated in place
     Phi: np.ndarray  # (links on flexible parents + 1, N, 8): [Phi_k] by mode; the last for passing use
     PhiT: np.ndarray  # (links on flexible parents + 1, 6, N / 8, 8): the same by component
-    L: np.ndarray  # (12 N,) one body's L(q), S(q); then the products with q', one interface's phi(q), psi(q), and so on
-    B: np.ndarray  # (9 N,)
-    phi: np.ndarray  # (6 N,)
+    dp: np.ndarray  # (12 N,) one body's dp(q); then D q', P' q, the gyroscopic products with q'
+    Dqd: np.ndarray  # (12 N,)
+    rest: np.ndarray  # (9 N,)
+    gyro: np.ndarray  # (3 N,)
+    dpT: np.ndarray  # (nk, 12, N / 8, 8): dp(q) by component
+    phi: np.ndarray  # (6 N,) one interface's phi(q), psi(q) and their rates
     turn: np.ndarray  # (6 N,)
 
 
@@ -151,10 +159,12 @@ def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None
         return W, None
     N, slots = flex.diagonal.shape[1], int(tree.ints[:, SLOT].max()) + 1
     attached, blocks = int(tree.ints[:, PHI].max()) + 2, -(-N // 8)
-    rows = [np.zeros((slots, N)) for _ in range(3)]
+    rows = [np.zeros((slots, size)) for size in (flex.by_q.shape[1], flex.by_q.shape[1], N)]
     return W, Scratch(
         *rows, np.zeros((slots, blocks, 8)), np.zeros((slots, N, 1 + blocks, 8)), np.zeros((attached, N, 8)),
-        np.zeros((attached, 6, blocks, 8)), *(np.zeros(k * N) for k in (12, 9, 6, 6)),
+        np.zeros((attached, 6, blocks, 8)), *(np.zeros(k * N) for k in (12, 12, 9, 3)),
+        np.zeros((len(flex.base), 12, blocks, 8)),
+        *(np.zeros(6 * N) for _ in range(2)),
     )  # fmt: skip
 
 
@@ -302,33 +312,38 @@ class _Bodies:
             return None
         N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
         first = {kind: node for node, kind in self.found.values()}
+        N4 = N + -N % 4
+        of_kind = ((13,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, -(-N // 8), 8), (N, 2))
         out = Flex(
-            *(np.zeros((kinds, *shape)) for shape in ((12 * N,), (N, 12 * N), (N, 9 * N), (N, 2))),
+            *(np.zeros((kinds, *shape)) for shape in of_kind),
             *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N))),
         )
         for k, (body, align) in enumerate(self.flexible):
             rows = slice(first[k], first[k] + len(body.interface_name))
             for number, (array, value) in enumerate(zip(out, _modes(body, align), strict=True)):
-                place = k if number < 4 else rows
+                place = k if number < len(of_kind) else rows
                 array[place][(..., *(slice(size) for size in value.shape[-(array.ndim - 1) :]))] = value
         return out
 
 
 def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
     """Return the arrays of `Flex` of one body, its axes turned by Q; see there."""
-    n, PW = body.n, body.P + body.Kg_W
-    Kg_c, G = (np.einsum("cab,baij->cij", EPSILON, x) for x in (body.Kg_W, body.P))
-    Kg_A, G, Kg_c = (np.einsum("aij,ab->jib", x, Q) for x in (body.Kg_A, G, (Kg_c + Kg_c.transpose(0, 2, 1)) / 2))
-    base = np.concatenate([np.einsum("abn,ac,bd->ncd", body.H, Q, Q).reshape(n, 9), body.S.T @ Q], axis=1)
-    PW = np.einsum("abij,ac,bd->jicd", PW, Q, Q).reshape(n, n, 9)
+    n, part = body.n, affine_part(body)
+    base, by_q = (np.einsum("ar...,ac->...rc", x, Q) for x in (part.first, part.second))
+    rest = np.einsum("abij,ac,bd->jicd", part.rest, Q, Q)
+    gyro = np.einsum("cab,jiba->jic", EPSILON, rest)
+    mass = np.pad(part.mass, ((0, 0), (0, -n % 8)))
     node = [np.concatenate([x @ Q, y @ Q], axis=-1) for x, y in (
         (body.phi.transpose(0, 2, 1), body.psi.transpose(0, 2, 1)),
         (body.Kg_F.transpose(0, 3, 2, 1), body.Kg_T.transpose(0, 3, 2, 1)),
     )]  # fmt: skip
     return (
+        np.append(part.place.T @ Q, part.root_mass),
         base.ravel(),
-        np.concatenate([PW, Kg_A], axis=-1).reshape(n, 12 * n),
-        np.concatenate([Kg_A, G, Kg_c], axis=-1).reshape(n, 9 * n),
+        by_q.swapaxes(0, 1).reshape(n, 12 * n),
+        rest.reshape(n, 9 * n),
+        gyro.reshape(n, 3 * n),
+        mass.reshape(n, -1, 8),
         np.stack([body.K, body.D], axis=1),
         node[0].reshape(len(body.phi), 6 * n),
         node[1].reshape(len(body.phi), n, 6 * n),
