@@ -23,6 +23,7 @@ from modalprep.multibody.algebra import (
     cross,
     dot3,
     dot8,
+    dot12,
     get3,
     get6,
     get8,
@@ -174,27 +175,15 @@ def _rest_torque(w, E, Y):
 def _own_modal_mass(tree, flex, F, i):
     """Write link i's own M_ff to F.Z: ``1 - B^T B + dp^T dp``, 1 without geometric stiffness."""
     k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
-    blocks = n + 7 >> 3
-    if not tree.ints[i, HAS_KG]:
+    for a in range(n):
+        for b in range(n + 7 >> 3):
+            put8(F.Z, s, a, 1 + b, ZERO8)
+        F.Z[s, a, 1 + (a >> 3), a & 7] = 1.0
+    if tree.ints[i, HAS_KG]:
         for a in range(n):
-            for b in range(blocks):
-                put8(F.Z, s, a, 1 + b, ZERO8)
-            F.Z[s, a, 1 + (a >> 3), a & 7] = 1.0
-        return
-    for a in range(n):
-        for c in range(12):
-            F.dpT[k, c, a >> 3, a & 7] = F.dp[12 * a + c]
-    for a in range(n):
-        d = take12(F.dp, 12 * a)
-        for b in range(a >> 3, blocks):
-            row = get8(flex.mass, k, a, b)
-            row = axpy8(axpy8(row, d[0], get8(F.dpT, k, 0, b)), d[1], get8(F.dpT, k, 1, b))
-            row = axpy8(axpy8(row, d[2], get8(F.dpT, k, 2, b)), d[3], get8(F.dpT, k, 3, b))
-            row = axpy8(axpy8(row, d[4], get8(F.dpT, k, 4, b)), d[5], get8(F.dpT, k, 5, b))
-            row = axpy8(axpy8(row, d[6], get8(F.dpT, k, 6, b)), d[7], get8(F.dpT, k, 7, b))
-            row = axpy8(axpy8(row, d[8], get8(F.dpT, k, 8, b)), d[9], get8(F.dpT, k, 9, b))
-            row = axpy8(axpy8(row, d[10], get8(F.dpT, k, 10, b)), d[11], get8(F.dpT, k, 11, b))
-            put8(F.Z, s, a, 1 + b, row)
+            d = take12(F.dp, 12 * a)
+            for b in range(a, n):
+                F.Z[s, a, 1 + (b >> 3), b & 7] = flex.mass[k, a, b] + dot12(d, take12(F.dp, 12 * b))
 
 
 @compile_inline

@@ -75,7 +75,7 @@ class Flex(NamedTuple):
     by_q: np.ndarray  # (nk, N4, 12 N)
     rest: np.ndarray  # (nk, N4, 9 N)
     gyro: np.ndarray  # (nk, N4, 3 N)
-    mass: np.ndarray  # (nk, N, N / 8, 8) 1 - B^T B by blocks of eight
+    mass: np.ndarray  # (nk, N, N) 1 - B^T B
     diagonal: np.ndarray  # (nk, N, 2) K, D
     shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
     Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
@@ -95,7 +95,6 @@ class Scratch(NamedTuple):
     Dqd: np.ndarray  # (12 N,)
     rest: np.ndarray  # (9 N,)
     gyro: np.ndarray  # (3 N,)
-    dpT: np.ndarray  # (nk, 12, N / 8, 8): dp(q) by component
     phi: np.ndarray  # (6 N,) one interface's phi(q), psi(q) and their rates
     turn: np.ndarray  # (6 N,)
 
@@ -163,7 +162,6 @@ def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None
     return W, Scratch(
         *rows, np.zeros((slots, blocks, 8)), np.zeros((slots, N, 1 + blocks, 8)), np.zeros((attached, N, 8)),
         np.zeros((attached, 6, blocks, 8)), *(np.zeros(k * N) for k in (12, 12, 9, 3)),
-        np.zeros((len(flex.base), 12, blocks, 8)),
         *(np.zeros(6 * N) for _ in range(2)),
     )  # fmt: skip
 
@@ -313,7 +311,7 @@ class _Bodies:
         N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
         first = {kind: node for node, kind in self.found.values()}
         N4 = N + -N % 4
-        of_kind = ((13,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, -(-N // 8), 8), (N, 2))
+        of_kind = ((13,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2))
         out = Flex(
             *(np.zeros((kinds, *shape)) for shape in of_kind),
             *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N))),
@@ -332,7 +330,6 @@ def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
     base, by_q = (np.einsum("ar...,ac->...rc", x, Q) for x in (part.first, part.second))
     rest = np.einsum("abij,ac,bd->jicd", part.rest, Q, Q)
     gyro = np.einsum("cab,jiba->jic", EPSILON, rest)
-    mass = np.pad(part.mass, ((0, 0), (0, -n % 8)))
     node = [np.concatenate([x @ Q, y @ Q], axis=-1) for x, y in (
         (body.phi.transpose(0, 2, 1), body.psi.transpose(0, 2, 1)),
         (body.Kg_F.transpose(0, 3, 2, 1), body.Kg_T.transpose(0, 3, 2, 1)),
@@ -343,7 +340,7 @@ def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
         by_q.swapaxes(0, 1).reshape(n, 12 * n),
         rest.reshape(n, 9 * n),
         gyro.reshape(n, 3 * n),
-        mass.reshape(n, -1, 8),
+        part.mass,
         np.stack([body.K, body.D], axis=1),
         node[0].reshape(len(body.phi), 6 * n),
         node[1].reshape(len(body.phi), n, 6 * n),
