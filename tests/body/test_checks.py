@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from body.solids import horn, horn_model
+from body.solids import horn_model
 
 import modalprep as mp
 from modalprep.body.checks import CheckReport, check_body, deflections

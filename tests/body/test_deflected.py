@@ -9,6 +9,8 @@ import modalprep as mp
 from modalprep.body.mass import affine_part, cross_moment, mass_matrix, rigid_mass_matrix
 from modalprep.examples import uniform_beam
 from modalprep.multibody.dense import body_equations
+from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.model import assemble_pipeline
 
 LEVELS = (0.001, 0.01, 0.05, 0.2)  # of the body's size
 
@@ -60,17 +62,91 @@ def section_four(body, q):
     return np.block([[rigid_mass_matrix(body.m, s, body.E0 + half + half.T), cross], [cross.T, np.eye(body.n)]])
 
 
-@pytest.fixture(scope="module")
-def bodies(bracket_body):
-    panel = _panel()
-    return {
-        "beam": uniform_beam(modes=12),
-        "beam with inertia vectors": uniform_beam(modes=6, truncation=("interfaces", "inertia")),
-        "panel": panel,
-        "bracket": bracket_body,
-        "horn": horn(modes=0),
-    }
+@pytest.fixture(scope="module", params=["beam", "beam with static answers", "panel", "bracket", "horn"])
+def body(request, project, bracket_body):
+    if request.param == "bracket":
+        return bracket_body
+    if request.param == "horn":
+        return horn(modes=0)
+    if request.param == "panel":
+        mesh = mp.read_mesh(project / "meshes" / "panel.msh")
+        model = assemble_pipeline(load_pipeline(project / "pipelines" / "panel.toml"), mesh)
+        return mp.flexible_body(model, mp.craig_bampton(model, modes=12), name="panel")
+    given = {"modes": 12} if request.param == "beam" else {"modes": 6, "truncation": ("interfaces", "inertia")}
+    return uniform_beam(**given)
 
 
-def _panel():
-    from structured import rectangle  # noqa: F401
+def deflections(body, level, count=60):
+    """Random deflections whose largest displacement is `level` of the size; half of them soft modes foremost."""
+    rng, size = np.random.default_rng(3), np.ptp(body.points, axis=0).max()
+    q = rng.standard_normal((count, body.n))
+    q[::2] /= np.sqrt(body.K)
+    reach = np.linalg.norm(body.shape @ q.T, axis=1).max(axis=0)
+    return level * size * q / reach[:, None]
+
+
+@pytest.mark.parametrize("level", LEVELS)
+def test_mass_matrix_is_positive_at_every_deflection(body, level):
+    for q in deflections(body, level):
+        M = mass_matrix(body, q)
+        scale = 1 / np.sqrt(M.diagonal())
+        assert np.linalg.eigvalsh(M * scale * scale[:, None])[0] > 1e-8  # round-off is 1e-14, M(0) has 1e-6 to 1e-3
+        np.linalg.cholesky(M)
+
+
+def test_section_four_as_printed_is_not(bracket_body):
+    """Its modal block is constant: at 1 % of the size M(q) is indefinite."""
+    assert all(np.linalg.eigvalsh(section_four(bracket_body, q))[0] < 0 for q in deflections(bracket_body, 0.01))
+
+
+def test_first_order_is_that_of_section_four(body):
+    """All but the modal block: rigid rows to first order, moments of mass to second."""
+    q = deflections(body, 0.05)[0]
+    sizes = np.array([1.0, 0.5])
+    gaps = [mass_matrix(body, h * q) - section_four(body, h * q) for h in sizes]
+    for rows, order in ((np.s_[:6, :6], 3), (np.s_[:6, 6:], 2), (np.s_[6:, 6:], 1)):
+        first, second = (np.linalg.norm(gap[rows]) for gap in gaps)
+        # the next order's share, or nothing but round-off where u2 has no part
+        assert first < 1e-12 * body.m or np.log2(first / second) > order - 0.4
+
+
+def test_without_geometric_stiffness_it_is_that_of_section_four(body):
+    linear = body.conventional()
+    for q in deflections(body, 0.2)[:5]:
+        wanted = section_four(linear, q)
+        np.testing.assert_allclose(mass_matrix(linear, q), wanted, atol=1e-12 * np.abs(wanted).max())
+
+
+def test_a_line_has_no_moments_across_it():
+    """Particles on a line, as of trusses: three of the four functions remain, or one of a single particle."""
+    body = uniform_beam(modes=3)
+    line = np.diag([1.0, 0, 0])
+    thin = body.with_(E0=line * body.E0, Kg_W=body.Kg_W * [[[[1.0]], [[0.0]], [[0.0]]]])
+    part = affine_part(thin)
+    assert np.sum(np.abs(part.place).max(axis=0) > 0) == 2
+    np.testing.assert_allclose(part.place @ part.place.T, thin.E0, atol=1e-9)
+    assert np.all(np.isfinite(mass_matrix(thin, np.ones(3))))
+
+
+def chain(body, count):
+    """Bodies on hinges whose axes alternate, falling from the horizontal."""
+    tip = body.interface_name[1]
+    joints = tuple(
+        mp.Joint(
+            name=f"hinge{i}",
+            type="revolute",
+            parent=f"b{i - 1}.{tip}" if i else "ground",
+            child=f"b{i}",
+            axis=np.eye(3)[2 - i % 2],
+        )
+        for i in range(count)
+    )
+    return mp.System(bodies={f"b{i}": body for i in range(count)}, joints=joints, gravity=np.array([0, -5.0, -9.81]))
+
+
+@pytest.mark.parametrize(("modes", "count", "t_end"), [(6, 1, 0.5), (3, 10, 0.5)])
+def test_soft_bodies_on_hinges_run(modes, count, t_end):
+    """A beam that sags by a tenth of its length under its own weight; energy balances to the integrator's tolerance."""
+    run = mp.simulate(chain(uniform_beam(modes=modes), count), t_end=t_end, output_step=t_end / 10, rtol=1e-6)
+    assert run.status == "done"
+    assert run.stats["energy_error"] < 1e-4

@@ -130,8 +130,8 @@ def body(request, bracket_body):
 def test_equations_of_motion_are_ours(body, tmp_path):
     """MBDyn has all orders of the inertia but its geometric stiffness in the modal row only.
 
-    So the conventional theories agree everywhere; with geometric stiffness the modal rows do to first order in q and q',
-    and the rigid rows lack what its transpose puts there: Kg_A q in S, Kg_W q in C.
+    So the conventional theories agree everywhere; with geometric stiffness the modal rows do to first order in q
+    and q', and the rigid rows lack what its transpose puts there: Kg_A q in S, Kg_W q in C.
     """
     assert body.has_geometric_stiffness
     fem = read_mbdyn(write_mbdyn(body, tmp_path / "body.fem"))
