@@ -12,7 +12,10 @@ from typing import Any
 from numba import njit
 
 # no flag that assumes finite numbers: a NaN must stay a NaN
-OPTIONS = {"fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True}
+OPTIONS = {
+    "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "_nrt": False,
+    "no_cfunc_wrapper": True,
+}  # fmt: skip
 STAMP = "modalprep_stamp"
 
 
@@ -33,10 +36,15 @@ def compile_kernel(function: Callable, **options: Any) -> Callable:
     return kernel
 
 
+def compile_allocating(function: Callable) -> Callable:
+    """Return `compile_kernel` of a function that makes arrays of its own."""
+    return compile_kernel(function, _nrt=True)
+
+
 def compile_inline(function: Callable) -> Callable:
     """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
     _stamp(function)
-    return njit(forceinline=True, **OPTIONS)(function)
+    return njit(forceinline=True, no_cpython_wrapper=True, **OPTIONS)(function)
 
 
 def compile_pass(function: Callable) -> Callable:
@@ -54,7 +62,7 @@ def compile_merged(function: Callable) -> Callable:
     Every compiled function links and optimises all that it calls once more; a merged one does not.
     """
     _stamp(function)
-    return njit(inline="always", **OPTIONS)(function)
+    return njit(inline="always", no_cpython_wrapper=True, **OPTIONS)(function)
 
 
 def _stamp(function: Callable) -> str:

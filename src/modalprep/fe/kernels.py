@@ -15,7 +15,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_allocating
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -47,7 +47,7 @@ def ahead(function: Callable, items: Iterable) -> Iterator:
             yield waiting.popleft().result()
 
 
-@compile_kernel
+@compile_allocating
 def gradients(lo, hi, x, dN, weight, grad, dx):
     """Global gradients ``grad (ne, nq, nf, 3)`` and measure ``dx (ne, nq)`` of isoparametric shapes.
 
@@ -72,7 +72,7 @@ def gradients(lo, hi, x, dN, weight, grad, dx):
                     )
 
 
-@compile_kernel
+@compile_allocating
 def measures(lo, hi, x, dN, weight, dx):
     """Measure ``dx (ne, nq)`` of isoparametric shapes, as `gradients` gives it."""
     J = np.empty((3, 3))
@@ -87,7 +87,7 @@ def measures(lo, hi, x, dN, weight, dx):
             dx[e, q] = weight[q] * _invert(J, inverse)
 
 
-@compile_kernel
+@compile_allocating
 def _invert(J, inverse):
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
@@ -102,7 +102,7 @@ def _invert(J, inverse):
     return det
 
 
-@compile_kernel
+@compile_allocating
 def elastic(lo, hi, grad, dx, lam, mu, K):
     """``K_(Ii)(Jj) = sum_q dx [lam N_I,i N_J,j + mu (N_I,j N_J,i + delta_ij N_I,k N_J,k)]``, exactly symmetric."""
     nq, nf = grad.shape[1], grad.shape[2]
@@ -129,7 +129,7 @@ def elastic(lo, hi, grad, dx, lam, mu, K):
                     K[e, 3 * i + a, 3 * i + b] = K[e, 3 * i + b, 3 * i + a]
 
 
-@compile_kernel
+@compile_allocating
 def isotropic_stress(lo, hi, grad, u, lam, mu, sigma):
     """Cauchy stress ``sigma (ne, nq, 3, 3, k)`` of k displacements ``u (ne, nf, 3, k)`` of shapes with gradients."""
     H = np.empty((3, 3, u.shape[3]))
@@ -150,7 +150,7 @@ def isotropic_stress(lo, hi, grad, u, lam, mu, sigma):
                     sigma[e, q, a, a, k] += lam * (H[0, 0, k] + H[1, 1, k] + H[2, 2, k])
 
 
-@compile_kernel
+@compile_allocating
 def stress_stiffness(lo, hi, grad, sigma, dx, S):
     """``S (ne, nn, nn, k) = sum_q dx sigma_kl N_I,k N_J,l`` of k stresses, exactly symmetric."""
     flux = np.empty((3, S.shape[3]))
@@ -172,7 +172,7 @@ def stress_stiffness(lo, hi, grad, sigma, dx, S):
                 S[e, j, i] = S[e, i, j]
 
 
-@compile_kernel
+@compile_allocating
 def quadratic(lo, hi, B, C, dx, K):
     """``K = sum_q dx B^T C B`` for strain rows ``B (ne, nq, ns, nl)``, moduli ``C (ne or 1, ns, ns)``; symmetric."""
     nq, ns, nl = B.shape[1], B.shape[2], B.shape[3]
@@ -197,7 +197,7 @@ def quadratic(lo, hi, B, C, dx, K):
                 K[e, j, i] = K[e, i, j]
 
 
-@compile_kernel
+@compile_allocating
 def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
     """Column numbers of the rows of nodes ``lo <= node < hi``: the DOFs of each neighbour; arrays as in `scatter`."""
     for node in range(lo, hi):
@@ -208,7 +208,7 @@ def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
                     indices[at + d] = first + d
 
 
-@compile_kernel
+@compile_allocating
 def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
     """Add element matrices ``values (ne, nn * width, nn * width)`` to the rows of the nodes ``lo <= node < hi``.
 
@@ -233,7 +233,7 @@ def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
                             data[row[node, a] + place + b] += values[e, 6 * i + a, 6 * j + b]
 
 
-@compile_kernel
+@compile_allocating
 def products(lo, hi, first, indptr, indices, data, X, force):
     """Add the rows `first + lo` ... of ``A_k X`` to ``force (rows, w, k, b)``.
 
@@ -258,7 +258,7 @@ def products(lo, hi, first, indptr, indices, data, X, force):
                         force[r, w, k, b] += data[p, k] * x[w, b]
 
 
-@compile_kernel
+@compile_allocating
 def scatter_rows(rows, values, data):
     """Add ``values (k, m)`` to the `rows (k,)` of ``data (n, m)``, one after the other."""
     for k in range(len(rows)):
@@ -266,7 +266,7 @@ def scatter_rows(rows, values, data):
             data[rows[k], m] += values[k, m]
 
 
-@compile_kernel
+@compile_allocating
 def scatter_scalar(lo, hi, values, nodes, indptr, neighbour, data):
     """Add ``values (ne, nn, nn, k)`` to k matrices whose rows are nodes, ``data (nnz, k)``."""
     nn = nodes.shape[1]
@@ -280,7 +280,7 @@ def scatter_scalar(lo, hi, values, nodes, indptr, neighbour, data):
                         data[place, k] += values[e, i, j, k]
 
 
-@compile_kernel
+@compile_allocating
 def spread_scalar(lo, hi, scalar, indptr, column, row, data):
     """Add a matrix whose rows are nodes to the three displacement components of a matrix whose rows are DOFs."""
     for node in range(lo, hi):
@@ -289,7 +289,7 @@ def spread_scalar(lo, hi, scalar, indptr, column, row, data):
                 data[row[node, c] + column[k] + c] += scalar[k]
 
 
-@compile_kernel
+@compile_allocating
 def diagonal(lo, hi, indptr, neighbour, column, row, width, data, out):
     """Diagonal ``out (n_nodes, 6)`` of a matrix whose rows are DOFs, 0 where a node has none."""
     for node in range(lo, hi):
@@ -299,7 +299,7 @@ def diagonal(lo, hi, indptr, neighbour, column, row, width, data, out):
                 out[node, a] = data[row[node, a] + place + a]
 
 
-@compile_kernel
+@compile_allocating
 def _find(sorted_array, lo, hi, wanted):
     while hi - lo > 1:
         middle = (lo + hi) // 2

@@ -57,6 +57,13 @@ def put9(A, i, c, v):
 
 
 @compile_inline
+def copy(v, out):
+    """Write the numbers of v to `out (n,)`, as many as it has room for: a slice would check shapes and may allocate."""
+    for k in range(len(out)):
+        out[k] = v[k]
+
+
+@compile_inline
 def add3(a, b):
     """Return ``a + b``."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.algebra import ZERO3, axpy3, cross, dot3, get3, get9, put3, put9, times
+from modalprep.multibody.algebra import ZERO3, axpy3, copy, cross, dot3, get3, get9, put3, put9, times
 from modalprep.multibody.kernel import (
     add_wrench,
     clear_wrenches,
@@ -414,7 +414,7 @@ def project_positions(cons, tree, flex, W, F, y, motion, t, work, hinge, stiff, 
         if k == most or not np.isfinite(worst):
             return -1
         work.step[:] = 0.0
-        work.wanted[:] = work.phi
+        copy(work.phi, work.wanted)
         if not _move(cons, tree, flex, W, F, work, hinge, stiff, work.step):
             return -1
         if worst > last:  # overshot: a shorter step
@@ -428,7 +428,7 @@ def project_positions(cons, tree, flex, W, F, y, motion, t, work, hinge, stiff, 
 @compile_kernel
 def project_velocities(cons, tree, flex, W, F, y, work, hinge, stiff):
     """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `constraint_residual`; False on failure."""
-    work.wanted[:] = work.rate
+    copy(work.rate, work.wanted)
     return _move(cons, tree, flex, W, F, work, hinge, stiff, y[tree.ints[0, NX] :])
 
 

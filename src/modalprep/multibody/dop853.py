@@ -9,6 +9,7 @@ from __future__ import annotations
 from scipy.integrate import DOP853
 
 from modalprep.jit import compile_kernel, compile_merged
+from modalprep.multibody.algebra import copy
 from modalprep.multibody.evaluate import GOOD, evaluate
 from modalprep.multibody.stepping import EVALUATIONS, set_weights
 
@@ -24,7 +25,7 @@ A_DENSE, C_DENSE, DENSE = DOP853.A_EXTRA.copy(), DOP853.C_EXTRA.copy(), DOP853.D
 def explicit_step(model, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance."""
     K = run.K
-    K[0] = run.ydot
+    copy(run.ydot, K[0])
     for s in range(1, STAGES):
         _combine(run.y, K, A_[s], s, h, run.new)
         run.count[EVALUATIONS] += 1
@@ -36,7 +37,7 @@ def explicit_step(model, run, t, h):
     status = evaluate(model, t + h, run.new, K[STAGES])
     if status != GOOD:
         return status, 0.0
-    run.newdot[:] = K[STAGES]
+    copy(K[STAGES], run.newdot)
     set_weights(model.tree, run, run.new, False)
     return GOOD, _error(run, h)
 
@@ -44,7 +45,7 @@ def explicit_step(model, run, t, h):
 @compile_kernel
 def _combine(y, K, a, stages, h, out):
     """Write ``y + h sum a_j K_j`` to `out`."""
-    out[:] = y
+    copy(y, out)
     for j in range(stages):
         f = h * a[j]
         if f != 0.0:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel, compile_merged
+from modalprep.multibody.algebra import copy
 from modalprep.multibody.callbacks import call_address
 from modalprep.multibody.constraints import settle
 from modalprep.multibody.dop853 import explicit_rows, explicit_step
@@ -61,7 +62,8 @@ class Watch(NamedTuple):
     size: np.ndarray  # (nx,) deflection per modal coordinate, in sizes of the body
     hook: np.ndarray  # (1,) int, address of the function that writes `values`; 0 without events
     values: np.ndarray  # (events,) event functions at the state of the model
-    before: np.ndarray  # (events,) at the last place looked at
+    now: np.ndarray  # (events,) at the place looked at
+    before: np.ndarray  # (events,) at the last one
     sense: np.ndarray  # (events, 2) int: direction (-1, 0, 1), whether it ends the run
     found: np.ndarray  # (rows, 2) event, time
 
@@ -71,7 +73,7 @@ def begin(model, run, method, t, stop):
     """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
     normalise(model.tree, run.y)
     run.clock[T], run.clock[BEGIN], run.clock[LAST], run.clock[ERROR] = t, t, 0.0, 1.0
-    run.old[:] = run.y
+    copy(run.y, run.old)
     run.rows[:] = 0.0
     run.count[EVALUATIONS] += 1
     status = evaluate(model, t, run.y, run.ydot)
@@ -91,7 +93,7 @@ def _first_size(model, run, order, left):
     d0, d1 = norm(run, run.y), norm(run, run.ydot)
     h = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
     h = min(h, left)
-    run.new[:] = run.y
+    copy(run.y, run.new)
     for k in range(len(run.y)):
         run.new[k] += h * run.ydot[k]
     run.count[EVALUATIONS] += 1
@@ -176,9 +178,9 @@ def _accept(model, run, watch, method, h, t):
     run.count[STEPS] += 1
     run.clock[BEGIN], run.clock[LAST], run.clock[POWER_BEFORE] = run.clock[T], h, run.ydot[-1]
     run.clock[T] = t
-    run.old[:] = run.y
-    run.y[:] = run.new
-    run.ydot[:] = run.newdot
+    copy(run.y, run.old)
+    copy(run.new, run.y)
+    copy(run.newdot, run.ydot)
     normalise(model.tree, run.y)
     if model.cons is not None:
         prescribe(model.loads, t, model.motion)
@@ -250,7 +252,7 @@ def _too_far(tree, watch, run):
 @compile_kernel
 def ask(model, run, watch, t, y):
     """Let Python write the event functions at a state; False when it raised."""
-    model.state[:] = y[: len(model.state)]
+    copy(y, model.state)
     call_address(watch.hook[0], t)
     return model.shared[CALLBACK_RAISED] == 0.0
 
@@ -266,9 +268,9 @@ def _events(model, run, watch):
         interpolate(model.tree, run, b, y)
         if not ask(model, run, watch, b, y):
             return RAISED
-        values = watch.values.copy()
-        for e in range(len(values)):
-            fa, fb = watch.before[e], values[e]
+        copy(watch.values, watch.now)  # `_crossing` asks for others
+        for e in range(len(watch.now)):
+            fa, fb = watch.before[e], watch.now[e]
             rising = fa < 0.0 and fb >= 0.0
             falling = fa > 0.0 and fb <= 0.0
             if (rising and watch.sense[e, 0] >= 0) or (falling and watch.sense[e, 0] <= 0):
@@ -280,7 +282,7 @@ def _events(model, run, watch):
             watch.before[e] = fb
         if until < np.inf:
             interpolate(model.tree, run, until, y)
-            run.y[:] = y
+            copy(y, run.y)
             run.clock[T] = until
             return STOPPED
     return RUNNING

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel, compile_pass
-from modalprep.multibody.algebra import get6, get9, inertia_times
+from modalprep.multibody.algebra import copy, get6, get9, inertia_times
 from modalprep.multibody.callbacks import call_address
 from modalprep.multibody.constraints import (
     Constraints,
@@ -116,7 +116,7 @@ def load(model, t, y):
         energies = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope)
         model.shared[POWER], model.shared[SPRINGS], model.shared[POTENTIAL] = energies
     if model.flags[CALLBACK]:
-        model.state[:] = y[: len(model.state)]
+        copy(y, model.state)
         call_address(model.flags[CALLBACK], t)
         model.shared[POWER] += model.shared[CALLBACK_POWER]
         return model.shared[RAISED] == 0.0
@@ -137,9 +137,9 @@ def evaluate(model, t, y, ydot):
     kinematic(tree, y, ydot)
     ydot[nx + nu] = power(model, y)
     if model.flags[TWIN]:
-        model.state[:] = y[: nx + nu]
+        copy(y, model.state)
         call_address(model.flags[TWIN], t)
-        ydot[nx : nx + nu] = model.twin
+        copy(model.twin, ydot[nx : nx + nu])
     return GOOD
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_merged
+from modalprep.multibody.algebra import copy
 from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, evaluate, hinge_slopes, load, solve_implicit
 from modalprep.multibody.kernel import kinematic
 from modalprep.multibody.layout import NX
@@ -44,7 +45,7 @@ def rosenbrock_step(model, run, t, h):
         if status != GOOD:
             return status, 0.0
     error = run.rows[0]
-    run.new[:] = run.y
+    copy(run.y, run.new)
     error[:] = 0.0
     for i in range(STAGES):
         for k in range(len(run.y)):
@@ -62,7 +63,7 @@ def _stage(model, run, t, h, i):
     """Solve stage i for its row of K."""
     nx, nu = model.tree.ints[0, NX], len(model.tau)
     y, rest, force = run.new, run.rows[1], run.newdot[:nu]
-    y[:] = run.y
+    copy(run.y, y)
     rest[:] = 0.0
     for j in range(i):
         for k in range(nx + nu):
