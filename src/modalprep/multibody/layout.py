@@ -238,6 +238,7 @@ def _ints(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, 
     ints = np.full((len(links), INTS), -1, dtype=np.int64)
     bodies, x, u, slot, phi = _Bodies(), 0, 0, 0, 0
     place = {link.body: i for i, link in enumerate(links) if link.body}
+    order = {name: i for i, name in enumerate(system.order)}
     for i, (link, (kind, _, align)) in enumerate(zip(links, frames, strict=True)):
         row = ints[i]
         row[JOINT], row[X], row[U], row[MODES], row[NODE], row[HAS_KG] = kind, x, u, 0, 0, 0
@@ -251,7 +252,7 @@ def _ints(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, 
                 row[PHI], phi = phi, phi + 1
         if link.body:
             body = system.bodies[link.body]
-            row[BODY], row[MODES], row[HAS_KG] = system.order.index(link.body), body.n, body.has_geometric_stiffness
+            row[BODY], row[MODES], row[HAS_KG] = order[link.body], body.n, body.has_geometric_stiffness
             row[NODES], row[KIND] = bodies.add(body, align)
             if body.n:
                 row[SLOT], slot = slot, slot + 1

@@ -15,7 +15,7 @@ from modalprep.multibody.stepping import FIXED, RTOL, SIZES, Run, move
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
 LEAST_AMPLITUDE = 0.01  # of the smallest deflection that counts
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
-ITERATIONS = 30  # of a power iteration: the frequency to a few per cent, which is all that is asked
+ITERATIONS, SETTLED = 30, 5e-3  # of a power iteration: the frequency to a few per cent, which is all that is asked
 NUDGE = 1e-7  # of the largest coordinate
 
 
@@ -51,9 +51,11 @@ def top_frequency(model: Model, run: Run) -> float:
         if evaluate(model, 0.0, near, moved) != GOOD:
             return 0.0
         force = base[nx:-1] - moved[nx:-1]
-        square = float(np.linalg.norm(force) / np.linalg.norm(d))
+        before, square = square, float(np.linalg.norm(force) / np.linalg.norm(d))
         if square == 0.0 or not np.isfinite(square):
             return 0.0
+        if abs(square - before) < SETTLED * square:
+            break
         d = force
     return float(np.sqrt(square))
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, get_args
 
 import numpy as np
@@ -179,10 +181,10 @@ class System(Record):
         super().__post_init__()
         if not self.bodies:
             raise InputError("the system has no bodies; name at least one under [bodies]")
-        carried = [self.child(joint) for joint in self.joints]
+        carried = Counter(self.child(joint) for joint in self.joints)
         for name in self.bodies:
-            if carried.count(name) != 1:
-                raise InputError(f"body {name!r} is the child of {carried.count(name)} joints; it needs exactly one")
+            if carried[name] != 1:
+                raise InputError(f"body {name!r} is the child of {carried[name]} joints; it needs exactly one")
         for joint in self.joints:
             self.parent(joint)
             self._refuse_other_frame(joint)
@@ -228,20 +230,27 @@ class System(Record):
 
     def carrier(self, body: str) -> Joint:
         """Return the joint that carries a body."""
-        return next(joint for joint in self.joints if self.child(joint) == body)
+        return self._carriers[body]
 
-    @property
+    @cached_property
+    def _carriers(self) -> dict[str, Joint]:
+        return {self.child(joint): joint for joint in self.joints}
+
+    @cached_property
     def order(self) -> tuple[str, ...]:
         """Bodies with every parent before its children."""
-        parents = {self.child(joint): (self.parent(joint) or (None,))[0] for joint in self.joints}
-        placed: dict[str | None, None] = {None: None}
-        while len(placed) <= len(self.bodies):
-            ready = [b for b in self.bodies if b not in placed and parents[b] in placed]
-            if not ready:
-                left = ", ".join(b for b in self.bodies if b not in placed)
-                raise InputError(f"bodies {left} hang on each other in a loop; one of them needs a joint to the ground")
-            placed |= dict.fromkeys(ready)
-        return tuple(placed)[1:]
+        number, children = {name: i for i, name in enumerate(self.bodies)}, {}
+        for name, joint in self._carriers.items():
+            children.setdefault((self.parent(joint) or (None,))[0], []).append(name)
+        placed, level = {}, children.get(None, [])
+        while level:
+            level = sorted(level, key=number.__getitem__)
+            placed |= dict.fromkeys(level)
+            level = [child for name in level for child in children.get(name, ())]
+        if len(placed) < len(self.bodies):
+            left = ", ".join(name for name in self.bodies if name not in placed)
+            raise InputError(f"bodies {left} hang on each other in a loop; one of them needs a joint to the ground")
+        return tuple(placed)
 
     @property
     def coordinate_counts(self) -> dict[str, int]:
