@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.errors import SimulationError
+from modalprep.multibody.chart import Chart
 from modalprep.multibody.differences import jacobian
-from modalprep.multibody.plant import Plant, start_state
+from modalprep.multibody.plant import Plant
 from modalprep.multibody.system import System
 from modalprep.records import Record
 
@@ -18,6 +19,7 @@ MOST = 200  # steps: at LARGEST, ten turns or sixty body sizes
 TRIALS = 12  # of one line search
 SLACK = 0.8  # of the force along the step that may be left at its end: Crisfield (1991), section 9.2
 FLAT = 1e-10  # of the largest stiffness: less counts as none
+MOVING = 1e-9  # 1/s, rate of a loop's gap by its size: more is motion
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,27 +32,34 @@ class Equilibrium(Record):
         State as `layout` packs it, speeds zero.
     stable : bool
         Whether the stiffness is positive in every direction; False also where it is indifferent.
-    stiffness : (nu, nu)
-        Derivative of the restoring forces by the coordinates.
+    stiffness : (n, n)
+        Derivative of the restoring forces by the independent coordinates.
+    independent : (n,) int
+        Which of the nu coordinates; all without closed loops.
     joints : dict of (k,)
         Coordinates of each joint (m, rad).
     modal : dict of (n,)
         Modal coordinates of each body.
+    closures : dict
+        ``name.force`` (N), ``name.torque`` (N m) on b in a's axes, ``name.multiplier``, as channels of a run.
     steps : int
     """
 
     y: np.ndarray
     stable: bool
     stiffness: np.ndarray
+    independent: np.ndarray
     joints: dict[str, np.ndarray]
     modal: dict[str, np.ndarray]
+    closures: dict[str, np.ndarray]
     steps: int
 
 
 def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) -> Equilibrium:
     """Return where the system rests under its loads at time t, all speeds and accelerations zero.
 
-    Newton's method from the start values of the joints on the inverse dynamics of the system, so that no mass enters;
+    Newton's method from the start values of the joints on the inverse dynamics of the system, so that no mass enters,
+    in the coordinates that closed loops leave independent, which are chosen anew at each step;
     where the stiffness is not positive it is shifted until the step goes with the force, so that the search
     leaves unstable equilibria. The line search keeps the force along the step from growing against it.
 
@@ -64,9 +73,9 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     Raises
     ------
     SimulationError
-        When nothing balances the load; the sentence names the joint.
+        When nothing balances the load; the sentence names the joint. When closed loops move in the steady motion.
     InputError
-        When the system has closed loops.
+        When a loop cannot be closed.
 
     Examples
     --------
@@ -83,20 +92,49 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     0.0
     """
     plant = Plant(system, t)
-    y, scale = start_state(plant.packed), plant.scale
+    y = plant.start.copy()
     y[plant.nx :] = 0.0
-
-    def force(y: np.ndarray) -> np.ndarray:
-        return -scale * plant.required(y, np.zeros(plant.nu), moving=steady)
-
+    _refuse_moving_loops(plant, y, steady)
     for steps in range(MOST):
-        g = force(y)
-        K = -jacobian(lambda z, y=y: force(plant.moved(y, scale * z)), np.full(plant.nu, 1e-2))[0]
+        at = _Place(Chart(plant, y), steady)
+        g = at.force(np.zeros(at.n))
+        K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
         step, lowest = _step(K, g)
-        y = plant.moved(y, scale * _length(plant, force, y, step, g) * step)
+        y = at.y(_length(at, step, g) * step)
         if np.abs(step).max(initial=0.0) <= CONVERGED:
-            return _found(plant, y, K / np.outer(scale, scale), lowest > 0, steps)
-    raise SimulationError(_no_balance(plant, force(y)))
+            return _found(at, K / np.outer(at.scale, at.scale), lowest > 0, steps)
+    raise SimulationError(_no_balance(at, g))
+
+
+class _Place:
+    """A state at rest, and those about it by changes ``z (n,)`` of its independent coordinates in their scales."""
+
+    def __init__(self, chart: Chart, steady: bool) -> None:
+        self.chart, self.plant, self.steady = chart, chart.plant, steady
+        self.scale, self.n = chart.plant.scale[chart.independent], len(chart.independent)
+
+    def y(self, z: np.ndarray) -> np.ndarray:
+        return self.chart.moved(self.scale * z)
+
+    def force(self, z: np.ndarray) -> np.ndarray:
+        """Generalised forces of the independent coordinates, times their scales."""
+        y = self.y(z)
+        return -self.scale * (self.chart.tangent(y).T @ self.required(y))
+
+    def required(self, y: np.ndarray) -> np.ndarray:
+        return self.plant.required(y, np.zeros(self.plant.nu), moving=self.steady)
+
+
+def _refuse_moving_loops(plant: Plant, y: np.ndarray, steady: bool) -> None:
+    """In a steady motion nothing but prescribed hinges turns, so that loops must turn as a whole."""
+    if plant.loops and steady:
+        rate = np.abs(plant.gaps(y)[1])
+        if rate.max() > MOVING:
+            name = plant.system.closures[plant.loops.closing.rows[int(np.argmax(rate))].closure].name
+            raise SimulationError(
+                f"no steady motion: the prescribed motions move the loop that {name!r} closes; ask for the equilibrium "
+                "at one time"
+            )
 
 
 def _step(K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
@@ -112,33 +150,44 @@ def _step(K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
     return step * min(1.0, LARGEST / max(np.abs(step).max(), LARGEST)), float(lowest)
 
 
-def _length(plant: Plant, force, y: np.ndarray, step: np.ndarray, g: np.ndarray) -> float:
-    """Part of the step at whose end the force along it is no larger against it than `SLACK` of that at its start."""
-    length = 1.0
+def _length(at: _Place, step: np.ndarray, g: np.ndarray) -> float:
+    """Part of the step at whose end the force along it is no larger against it than `SLACK` of that at its start.
+
+    It is no longer than loops can follow.
+    """
+    length, closed = 1.0, False
     for _ in range(TRIALS):
-        if force(plant.moved(y, plant.scale * length * step)) @ step >= -SLACK * abs(g @ step):
-            break
+        try:
+            closed = True
+            if at.force(length * step) @ step >= -SLACK * abs(g @ step):
+                break
+        except SimulationError:
+            closed = False
         length /= 2
-    return length
+    return length if closed else 0.0
 
 
-def _found(plant: Plant, y: np.ndarray, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
+def _found(at: _Place, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
+    y, plant = at.chart.y, at.plant
     return Equilibrium(
         y=y,
         stable=stable,
         stiffness=stiffness,
+        independent=at.chart.independent,
         joints={joint.name: y[plant.coordinates("joint", joint.name)] for joint in plant.system.joints},
         modal={name: y[plant.coordinates("body", name)] for name in plant.system.bodies},
+        closures=plant.exerted(y, at.required(y)),
         steps=steps,
     )
 
 
-def _no_balance(plant: Plant, g: np.ndarray) -> str:
-    moves = np.array([kind == "joint" for kind, _ in plant.owner])
+def _no_balance(at: _Place, g: np.ndarray) -> str:
+    owner = [at.plant.owner[k] for k in at.chart.independent]
+    moves = np.array([kind == "joint" for kind, _ in owner])
     worst = int(np.argmax(np.abs(g) * (moves if moves.any() else 1)))
-    kind, name = plant.owner[worst]
-    unit = "N m" if plant.turns[worst] else "N"
-    left = f"{abs(g[worst] / plant.scale[worst]):.3g} {unit}" if kind == "joint" else "its load"
+    kind, name = owner[worst]
+    unit = "N m" if at.plant.turns[at.chart.independent[worst]] else "N"
+    left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "its load"
     return (
         f"no static equilibrium: nothing balances {left} in {kind} {name!r} within {MOST} steps; "
         "hold it with a spring, a weld or a prescribed motion"

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.differences import jacobian
 from modalprep.multibody.layout import FREE, SPEEDS, SPHERICAL, U
-from modalprep.multibody.plant import Plant, start_state
+from modalprep.multibody.plant import Plant
 from modalprep.multibody.system import System
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
@@ -59,7 +59,16 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
     >>> hinge_forces(arm, np.zeros(4), np.array([1.0, 0.0]))[:1].round(6)  # 12 kg 100 m^2 / 3, and the section's own
     array([400.006])
     """
-    return Plant(system, t).required(np.asarray(y, dtype=float), np.asarray(udot, dtype=float))
+    return _tree(system, t).required(np.asarray(y, dtype=float), np.asarray(udot, dtype=float))
+
+
+def _tree(system: System, t: float) -> Plant:
+    if system.closures:
+        raise InputError(
+            f"inverse dynamics: {system.closures[0].name!r} closes a loop, so that hinge forces are not determined; "
+            "drive a joint by a coupler with a value and simulate: its multiplier is the force"
+        )
+    return Plant(system, t)
 
 
 def inverse_dynamics(
@@ -89,7 +98,8 @@ def inverse_dynamics(
     Raises
     ------
     InputError
-        When a joint is unknown, prescribed already, spherical or free, or the times do not ascend.
+        When a joint is unknown, prescribed already, spherical or free, the times do not ascend, or there are closed
+        loops.
     SimulationError
         When what follows cannot be integrated, or no quasi-static deflection is found.
 
@@ -124,8 +134,8 @@ class _Guided:
     """A system whose joints partly follow histories: `given` are their speeds, `left` the others."""
 
     def __init__(self, system: System, motion: Mapping[str, Any], times: np.ndarray) -> None:
-        self.plant = Plant(system, float(times[-1]))
-        self.start = start_state(self.plant.packed)
+        self.plant = _tree(system, float(times[-1]))
+        self.start = self.plant.start
         self.laws: list[tuple[int, int, TimeFunction]] = []
         for name, functions in motion.items():
             self._add(system, name, functions)

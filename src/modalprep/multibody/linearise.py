@@ -9,10 +9,11 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody import kernel
+from modalprep.multibody.chart import Chart
 from modalprep.multibody.differences import jacobian
 from modalprep.multibody.layout import FREE, SPHERICAL, U
 from modalprep.multibody.observe import Effort, output
-from modalprep.multibody.plant import Plant, start_state
+from modalprep.multibody.plant import Plant
 from modalprep.multibody.system import System
 from modalprep.records import Record
 from modalprep.vectors import skew
@@ -22,18 +23,22 @@ PLACE_STEP, SPEED_STEP = 0.05, 1.0  # first differences, in scales of the coordi
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class StateSpace(Record):
-    """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of [coordinates | speeds].
+    """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of n independent [coordinates | speeds].
 
-    Coordinates are minimal: a spherical joint's three are the rotation vector of the child relative to the reference,
+    Coordinates are minimal: closed loops leave n of the nu of the tree independent, without loops all are; a spherical joint's three are the rotation vector of the child relative to the reference,
     in its axes; a free joint's six the displacement and that rotation, in the body's axes. The reference moves on
     with its speeds where they are not zero.
 
     Attributes
     ----------
-    A, B, C, D : (2 nu, 2 nu), (2 nu, ni), (no, 2 nu), (no, ni)
+    A, B, C, D : (2 n, 2 n), (2 n, ni), (no, 2 n), (no, ni)
     inputs, outputs : tuple of str
     owner : tuple of (str, str)
         What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
+    independent : (n,) int
+        Which of them z has.
+    R : (nu, n)
+        Changes of all coordinates by those.
     y : (nx + nu,)
         The state.
     udot : (nu,)
@@ -49,6 +54,8 @@ class StateSpace(Record):
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     owner: tuple[tuple[str, str], ...]
+    independent: np.ndarray
+    R: np.ndarray
     y: np.ndarray
     udot: np.ndarray
     error: float
@@ -70,7 +77,8 @@ def linearise(
     Parameters
     ----------
     y : (nx + nu,)
-        State as `layout` packs it, such as `static_equilibrium(system).y`; default: the start of the joints.
+        State as `layout` packs it, such as `static_equilibrium(system).y`; default: the start of the joints. Loops
+        that it leaves open are closed.
     t : float
         s, at which functions of time are taken; prescribed hinges move as they do then.
     inputs, outputs : sequence of str
@@ -79,9 +87,9 @@ def linearise(
     Raises
     ------
     InputError
-        When a name says nothing of the system, the state has another size, or the system has closed loops.
+        When a name says nothing of the system, the state has another size, or a loop cannot be closed.
     SimulationError
-        When the mass matrix is not positive.
+        When the mass matrix is not positive, or closed loops are in a singular position.
 
     Examples
     --------
@@ -96,35 +104,38 @@ def linearise(
     ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
     """
     plant = Plant(system, t)
-    y = start_state(plant.packed) if y is None else np.array(y, dtype=float)
+    y = plant.start if y is None else np.array(y, dtype=float)
     if y.shape != (plant.nx + plant.nu,) or not np.all(np.isfinite(y)):
         raise InputError(f"the state needs {plant.nx + plant.nu} finite numbers; it has {y.size}")
+    chart = Chart(plant, y := plant.closed(y))
     efforts, read = [Effort(plant, name) for name in inputs], [output(plant, name, y) for name in outputs]
-    nu, ni = plant.nu, len(inputs)
+    free, n, ni = chart.independent, len(chart.independent), len(inputs)
 
     def answer(z: np.ndarray) -> np.ndarray:
-        state = plant.moved(y, z[:nu])
-        state[plant.nx :] += z[nu : 2 * nu]
+        state = chart.moved(z[:n], z[n : 2 * n])
         plant.load(state)
         kernel.world(plant.packed.tree, plant.W)
-        tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * nu :], strict=True)), np.zeros(nu))
+        tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * n :], strict=True)), np.zeros(plant.nu))
         return np.concatenate([plant.accelerations(state, tau), [function(state) for function in read]])
 
-    rest = answer(np.zeros(2 * nu + ni))
-    steps = np.concatenate([PLACE_STEP * plant.scale, SPEED_STEP * plant.scale, np.ones(ni)])
-    J, error = jacobian(answer, steps)
-    top = np.hstack([transport(plant, y), np.eye(nu), np.zeros((nu, ni))])
+    rest = answer(np.zeros(2 * n + ni))
+    scale = plant.scale[free]
+    J, error = jacobian(answer, np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, np.ones(ni)]))
+    top = np.hstack([(transport(plant, y) @ chart.R)[free], np.eye(n), np.zeros((n, ni))])
+    seen = np.arange(plant.nu, len(J))
     return StateSpace(
-        A=np.vstack([top[:, : 2 * nu], J[:nu, : 2 * nu]]),
-        B=np.vstack([top[:, 2 * nu :], J[:nu, 2 * nu :]]),
-        C=J[nu:, : 2 * nu],
-        D=J[nu:, 2 * nu :],
+        A=np.vstack([top[:, : 2 * n], J[free, : 2 * n]]),
+        B=np.vstack([top[:, 2 * n :], J[free, 2 * n :]]),
+        C=J[seen, : 2 * n],
+        D=J[seen, 2 * n :],
         inputs=tuple(inputs),
         outputs=tuple(outputs),
         owner=tuple(plant.owner),
+        independent=free,
+        R=chart.R,
         y=y,
-        udot=rest[:nu],
-        error=max((_relative(error[rows], J[rows]) for rows in (slice(nu), slice(nu, None))), default=0.0),
+        udot=rest[: plant.nu],
+        error=max(_relative(error[rows], J[rows]) for rows in (free, seen)),
     )
 
 
@@ -165,7 +176,8 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0)
+    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
+    ...            independent=np.arange(1), R=np.eye(1))
     >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
     ...                         D=np.zeros((1, 1)), **one)
     >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()

@@ -28,7 +28,7 @@ class SystemModes(Record):
     damping : (n,)
         ``-Re / |eigenvalue|``: 1 for an overdamped motion, negative for an unstable one, 0 without stiffness.
     shape : (nu, n) complex
-        Coordinates of `linearise`, the largest of each in its scale 1.
+        All coordinates of the tree, those that closed loops make dependent too; the largest of each is 1.
     motion : dict of (6, n) complex
         ``body.interface``: displacement (m) and rotation (rad) in inertial axes.
     modal : dict of (k, n) complex
@@ -68,19 +68,19 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     values, vectors = eig(linear.A)
     kept = _once(values)
     values, vectors = values[kept], vectors[:, kept]
-    n = len(linear.owner)
-    largest = np.argmax(np.abs(vectors[:n]), axis=0)
-    vectors = vectors / vectors[largest, np.arange(len(kept))]
+    shape = linear.R @ vectors[: len(linear.independent)]
+    largest = shape[np.argmax(np.abs(shape), axis=0), np.arange(len(kept))]
+    vectors, shape = vectors / largest, shape / largest
     motion = (linear.C @ vectors).reshape(len(ends), 6, -1)
     size = np.where(values == 0, 1.0, np.abs(values))
     return SystemModes(
         eigenvalue=values,
         frequency=np.abs(values) / (2 * np.pi),
         damping=-values.real / size,
-        shape=vectors[:n],
+        shape=shape,
         motion=dict(zip(ends, motion, strict=True)),
-        modal={name: vectors[_rows(linear.owner, ("body", name))] for name in system.bodies},
-        joints={joint.name: vectors[_rows(linear.owner, ("joint", joint.name))] for joint in system.joints},
+        modal={name: shape[_rows(linear.owner, ("body", name))] for name in system.bodies},
+        joints={joint.name: shape[_rows(linear.owner, ("joint", joint.name))] for joint in system.joints},
     )
 
 

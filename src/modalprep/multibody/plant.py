@@ -1,13 +1,13 @@
-"""A system at one state, for the analyses: its accelerations, the forces that accelerations need, its scales."""
+"""A system at one state, for the analyses: accelerations, the forces that accelerations need, closed loops, scales."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from modalprep.errors import InputError, SimulationError
+from modalprep.errors import SimulationError
 from modalprep.multibody import kernel
-from modalprep.multibody.constraints import retract
+from modalprep.multibody.constraints import UNIT, retract
 from modalprep.multibody.layout import (
     COORDINATES,
     FREE,
@@ -63,6 +63,8 @@ class Plant:
 
     Attributes
     ----------
+    start : (nx + nu,)
+        State that the joints say, closed loops closed.
     scale : (nu,)
         Size of a change of each coordinate: 1 rad, the largest body (m), a deflection of the body's own size.
     turns : (nu,) bool
@@ -82,18 +84,39 @@ class Plant:
     """
 
     def __init__(self, system: System, t: float = 0.0) -> None:
-        if system.closures:
-            raise InputError(
-                f"closed loops are not analysed: {system.closures[0].name!r} closes one; replace it by stiff bushings"
-            )
         self.system, self.packed = system, pack(system)
         self.nx, self.nu = self.packed.nx, self.packed.nu
         self.W, self.F = workspace(self.packed.tree, self.packed.flex)
         self.loading = Loading(system, self.packed, t + AHEAD)
-        self.at(t)
+        self.loops = self.loading.loops
+        self.start = self._started(t)
         self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
         self.turns = np.zeros(self.nu, dtype=bool)
         self._measure()
+
+    def _started(self, t: float) -> np.ndarray:
+        """Return the start, lengths and sums "as at the start" taken at zero, closed again at t."""
+        y = start_state(self.packed)
+        if self.loops is None:
+            self.at(t)
+            return y
+        self.at(0.0)
+        y = self.loops.assemble(self.W, self.F, y, self.loading.prescribe(0.0))
+        self.at(t)
+        return self.closed(y) if t else y
+
+    def closed(self, y: np.ndarray) -> np.ndarray:
+        """Return a state brought onto the closed loops.
+
+        Raises
+        ------
+        SimulationError
+            When they cannot be closed from there.
+        """
+        found = y.copy()
+        if self.loops and not self.loops.settle(self.W, self.F, found, self.loading.prescribe(self.t), self.t):
+            raise SimulationError(f"the closed loops cannot be closed at t = {self.t:g} s from the state given")
+        return found
 
     def _measure(self) -> None:
         ints = self.packed.tree.ints
@@ -131,9 +154,58 @@ class Plant:
             motion[:, 1:] = 0.0
         kernel.outward(self.packed.tree, self.packed.flex, self.W, self.F, y, motion)
         self.loading.apply(self.W, self.F, y, self.t)
+        if self.loops:
+            self.loops.residual(self.W, self.F, y, motion, self.t)
+
+    def gaps(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what the loops leave open (m,), lengths by the size of the system, and its rate (m,)."""
+        self._track(y, self.loading.prescribe(self.t))
+        unit = self.loops.arrays.constants[:, UNIT]
+        return unit * self.loops.work.phi, unit * self.loops.work.rate
+
+    def _track(self, y: np.ndarray, motion: np.ndarray) -> None:
+        kernel.outward(self.packed.tree, self.packed.flex, self.W, self.F, y, motion)
+        self.loops.residual(self.W, self.F, y, motion, self.t)
+
+    def jacobian(self, y: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the gaps' rates by the speeds (m, nu), exactly: they are linear."""
+        if self.loops is None:
+            return np.zeros((0, self.nu))
+        motion = self.loading.prescribe(self.t)
+        motion[:, 1:] = 0.0
+        state, rows = y.copy(), []
+        for speeds in np.eye(self.nu):
+            state[self.nx :] = speeds
+            self._track(state, motion)
+            rows.append(self.loops.work.rate + self.loops.work.push)
+        return self.loops.arrays.constants[:, UNIT, None] * np.column_stack(rows)
+
+    def kept_rows(self, y: np.ndarray) -> np.ndarray:
+        """Return which conditions of the loops do not follow from others at a state (int)."""
+        if self.loops is None:
+            return np.zeros(0, dtype=int)
+        self.load(y)
+        self.accelerations(y, np.zeros(self.nu))
+        return np.sort(self.loops.work.order[: self.loops.work.rank[0]])
+
+    def exerted(self, y: np.ndarray, required: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what the closures exert to be the generalised forces ``required (nu,)``, named as in `Loops.channels`.
+
+        Conditions that follow from others take no part.
+        """
+        if self.loops is None:
+            return {}
+        kept, multiplier = self.kept_rows(y), self.loops.work.multiplier
+        G = self.jacobian(y)[kept]
+        multiplier[:] = 0.0
+        multiplier[kept] = np.linalg.lstsq(G.T, required)[0] * self.loops.arrays.constants[kept, UNIT]
+        return {name: value for name, value in self.loops.channels().items() if not name.endswith(".violation")}
 
     def required(self, y: np.ndarray, udot: np.ndarray, *, moving: bool = True) -> np.ndarray:
-        """Return the generalised forces (nu,), beyond all loads, that accelerations ``udot (nu,)`` need."""
+        """Return the generalised forces (nu,), beyond all loads, that accelerations ``udot (nu,)`` need.
+
+        Those that closed loops exert are among them.
+        """
         out = np.zeros(self.nu)
         self.load(y, moving=moving)
         required_forces(self.packed.tree, self.packed.flex, self.W, self.F, udot, out)
@@ -158,6 +230,8 @@ class Plant:
             name = next(link.body for link in self.packed.links[status:] if link.body)
             raise SimulationError(f"the mass matrix of body {name!r} is not positive: its deflection is too large")
         kernel.forward(tree, self.packed.flex, self.W, self.F, tau + self.loading.tau, udot)
+        if self.loops:
+            self.loops.correct(self.W, self.F, udot)
         return udot
 
     def rates(self, y: np.ndarray, ydot: np.ndarray) -> None:
