@@ -19,6 +19,7 @@ TIGHT = 1e-15  # of lengths by the size of the system, and of angles: nothing is
 CLOSED = 1e-11  # what must be reached
 SLOW = 0.3  # of the gap left by a step: the Jacobian of the reference is too old
 MOST = 60  # steps
+PROBE, BRANCHES = 1e-2, 1e-3  # step in scales; gap of redundant conditions after it, by its square
 WORST = 1e12  # condition of the dependent columns
 SINGULAR = "the closed loops do not close near this state: they are in, or near, a singular position"
 
@@ -30,10 +31,17 @@ class Chart:
     ----------
     y : (nx + nu,)
         The reference, closed.
+    kept : (k,) int
+        Conditions of the loops that do not follow from others.
     independent : (n,) int
         Which of the nu coordinates.
     R : (nu, n)
         Changes of all coordinates by those, at the reference.
+
+    Raises
+    ------
+    SimulationError
+        When the loops are in a singular position.
 
     Examples
     --------
@@ -58,6 +66,15 @@ class Chart:
         self.dependent, self.independent = np.sort(order[: len(G)]), np.sort(order[len(G) :])
         self.inverse = np.linalg.inv(G[:, self.dependent])
         self.R = self.tangent(y)
+        if len(G) < plant.gap_count:
+            self._probe()
+
+    def _probe(self) -> None:
+        """Refuse a state where conditions follow from others at this place only: the loops are about to branch."""
+        mixed = PROBE * np.cos(np.arange(len(self.independent)))
+        left = self.plant.gaps(self.moved(mixed * self.plant.scale[self.independent]))[0]
+        if np.abs(left).max() > BRANCHES * PROBE**2:
+            raise SimulationError(SINGULAR)
 
     def _jacobian(self, y: np.ndarray) -> np.ndarray:
         return self.plant.jacobian(y)[self.kept]

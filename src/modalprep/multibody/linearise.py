@@ -25,9 +25,9 @@ PLACE_STEP, SPEED_STEP = 0.05, 1.0  # first differences, in scales of the coordi
 class StateSpace(Record):
     """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of n independent [coordinates | speeds].
 
-    Coordinates are minimal: closed loops leave n of the nu of the tree independent, without loops all are; a spherical joint's three are the rotation vector of the child relative to the reference,
-    in its axes; a free joint's six the displacement and that rotation, in the body's axes. The reference moves on
-    with its speeds where they are not zero.
+    Coordinates are minimal: closed loops leave n of the tree's nu independent, without loops all are. A spherical
+    joint's three are the rotation vector of the child relative to the reference, in its axes; a free joint's six the
+    displacement and that rotation, in the body's axes. The reference moves on with its speeds where they are not zero.
 
     Attributes
     ----------

@@ -157,6 +157,11 @@ class Plant:
         if self.loops:
             self.loops.residual(self.W, self.F, y, motion, self.t)
 
+    @property
+    def gap_count(self) -> int:
+        """Number of conditions that the loops make."""
+        return len(self.loops.arrays.rows) if self.loops else 0
+
     def gaps(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return what the loops leave open (m,), lengths by the size of the system, and its rate (m,)."""
         self._track(y, self.loading.prescribe(self.t))
