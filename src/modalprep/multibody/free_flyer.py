@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.linalg import cho_factor, cho_solve
+from scipy.spatial.transform import Rotation
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part, assembled, deflected, mass_matrix
@@ -52,6 +53,11 @@ class Flight(Record):
     q : (nt, n)
     linear, angular : (nt, 3)
         Momenta about the inertial origin, inertial axes.
+    speeds : (nt, 6 + n)
+        Velocity of the root and spin in the body's axes, modal rates.
+    energy : dict of (nt,)
+        ``kinetic``, ``strain``, ``gravity`` and what damping took, ``dissipated`` (J): their sum is constant.
+    steps : int
     """
 
     time: np.ndarray
@@ -60,6 +66,9 @@ class Flight(Record):
     q: np.ndarray
     linear: np.ndarray
     angular: np.ndarray
+    speeds: np.ndarray
+    energy: dict[str, np.ndarray]
+    steps: int
 
 
 def coriolis(body: FlexibleBody) -> np.ndarray:
@@ -88,6 +97,8 @@ def fly_free(
     body: FlexibleBody,
     times: np.ndarray,
     *,
+    position: np.ndarray | None = None,
+    rotation: np.ndarray | None = None,
     velocity: np.ndarray | None = None,
     spin: np.ndarray | None = None,
     q: np.ndarray | None = None,
@@ -95,12 +106,14 @@ def fly_free(
     variables: str = "momentum",
     rtol: float = 1e-10,
 ) -> Flight:
-    """Integrate the free flight of a body from the inertial origin and axes.
+    """Integrate the free flight of a body.
 
     Parameters
     ----------
     times : (nt,)
         s, ascending.
+    position, rotation : (3,), (3, 3)
+        Of the root at the start, inertial (m), and of the body's axes to inertial; default the origin, parallel.
     velocity, spin : (3,)
         Of the root, m/s, and of the frame, rad/s, in the body's axes.
     q : (n,)
@@ -141,21 +154,24 @@ def fly_free(
     q0 = np.zeros(n) if q is None else np.asarray(q, dtype=float)
     u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, spin)])
     momenta = (_Momentum if variables == "momentum" else _Efficient)(body)
-    start = np.concatenate([np.zeros(3), [1.0, 0, 0, 0], q0, momenta.of(q0, np.concatenate([u, np.zeros(n)]))])
+    turn = Rotation.from_matrix(np.eye(3) if rotation is None else rotation).as_quat(scalar_first=True)
+    place = np.zeros(3) if position is None else np.asarray(position, dtype=float)
+    start = np.concatenate([place, turn, q0, momenta.of(q0, np.concatenate([u, np.zeros(n)])), [0.0]])
     g = np.zeros(3) if gravity is None else np.asarray(gravity, dtype=float)
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
         return _rate(momenta, y, g)
 
-    run = solve_ivp(rate, times[[0, -1]], start, method="DOP853", t_eval=times, rtol=rtol, atol=1e-3 * rtol)
+    way = {"method": "DOP853", "t_eval": times, "rtol": rtol, "atol": 1e-3 * rtol, "dense_output": True}
+    run = solve_ivp(rate, times[[0, -1]], start, **way)
     if not run.success:
         raise SimulationError(f"free flight stopped at t = {run.t[-1]:g} s: {run.message}")
-    return _flight(n, times, run.y.T)
+    return _flight(momenta, times, run.y.T, g, len(run.sol.ts) - 1)
 
 
 def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
     body, n = momenta.body, momenta.body.n
-    e, q, P = y[3:7], y[7 : 7 + n], y[7 + n :]
+    e, q, P = y[3:7], y[7 : 7 + n], y[7 + n : -1]
     R, u = quaternion_matrix(e), momenta.speeds(q, P)
     v, w, qd = u[:3], u[3:6], u[6:]
     g = R.T @ g
@@ -164,15 +180,28 @@ def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
     linear = -np.cross(w, P[:3]) + body.m * g
     angular = -np.cross(w, P[3:6]) - np.cross(v, P[:3]) + np.cross(at.s, g)
     modal = momenta.modal_rate(q, u, P) + at.S.T @ g - body.K * q - body.D * qd
-    return np.concatenate([R @ v, turn, qd, linear, angular, modal])
+    return np.concatenate([R @ v, turn, qd, linear, angular, modal, [body.D @ qd**2]])
 
 
-def _flight(n: int, times: np.ndarray, y: np.ndarray) -> Flight:
+def _flight(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int) -> Flight:
+    body, n = momenta.body, momenta.body.n
+    q, P = y[:, 7 : 7 + n], y[:, 7 + n : -1]
+    speeds = np.array([momenta.speeds(*row) for row in zip(q, P, strict=True)])
     R = np.array([quaternion_matrix(e) for e in y[:, 3:7]])
     linear = np.einsum("tab,tb->ta", R, y[:, 7 + n : 10 + n])
     angular = np.cross(y[:, :3], linear) + np.einsum("tab,tb->ta", R, y[:, 10 + n : 13 + n])
     turns = y[:, 3:7] / np.linalg.norm(y[:, 3:7], axis=1)[:, None]
-    return Flight(time=times, position=y[:, :3], quaternion=turns, q=y[:, 7 : 7 + n], linear=linear, angular=angular)
+    moment = body.m * y[:, :3] + np.einsum("tab,tb->ta", R, [deflected(momenta.part, each).s for each in q])
+    energy = {
+        "kinetic": np.einsum("ti,ti->t", P, speeds) / 2,
+        "strain": q**2 @ body.K / 2,
+        "gravity": -moment @ g,
+        "dissipated": y[:, -1],
+    }
+    return Flight(
+        time=times, position=y[:, :3], quaternion=turns, q=q, linear=linear, angular=angular, speeds=speeds,
+        energy=energy, steps=steps,
+    )  # fmt: skip
 
 
 class _Momentum:

@@ -238,6 +238,13 @@ class EnvironmentTable(Table):
     )
 
 
+Theory = Literal["consistent", "no_geometric_stiffness", "ruthless"]
+THEORY = (
+    "no_geometric_stiffness: the conventional theory, softened by rotation; ruthless: also without second order of "
+    "the modes in the inertia (book section 6.7)"
+)
+
+
 class SimulationTable(Table):
     """How the system is integrated."""
 
@@ -248,6 +255,28 @@ class SimulationTable(Table):
     method: Literal["auto", "explicit", "generalized_alpha", "rosenbrock"] = Field(
         "auto", description="auto: implicit for stiff modes"
     )
-    geometric_stiffness: bool = True
+    variables: Literal["joint", "momentum", "efficient"] = Field(
+        "joint",
+        description="of one body in free flight instead: its momenta, or efficient ones with a constant mass matrix",
+    )
+    theory: Theory | None = Field(None, description="default consistent; " + THEORY)
+    geometric_stiffness: bool = Field(True, description="false: theory = 'no_geometric_stiffness'")
     compare_conventional: bool = Field(False, description="run also without geometric stiffness, plot both")
     output: list[str] = Field([], description="channels for the CSV file; default all")
+
+    @model_validator(mode="after")
+    def _one_theory(self) -> SimulationTable:
+        if not self.geometric_stiffness and self.theory == "consistent":
+            raise ValueError("geometric_stiffness = false contradicts theory = 'consistent'; leave one of them out")
+        return self
+
+    @model_validator(mode="after")
+    def _one_way(self) -> SimulationTable:
+        if self.variables != "joint" and self.method != "auto":
+            raise ValueError(f"variables = {self.variables!r} are integrated explicitly; leave out method")
+        return self
+
+    @property
+    def chosen_theory(self) -> Theory:
+        """The theory that `theory` and `geometric_stiffness` ask for."""
+        return self.theory or ("consistent" if self.geometric_stiffness else "no_geometric_stiffness")

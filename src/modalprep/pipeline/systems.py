@@ -10,6 +10,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
+from modalprep.multibody.flight import fly_system
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
@@ -19,9 +20,13 @@ from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_closures import read_closures
 from modalprep.pipeline.system_loads import hinge_elements, read_loads, time_function
-from modalprep.pipeline.system_schema import JointTable
+from modalprep.pipeline.system_schema import JointTable, SimulationTable, Theory
 
-WITH, WITHOUT = "with geometric stiffness", "conventional theory (without)"
+LABELS = {
+    "consistent": "with geometric stiffness",
+    "no_geometric_stiffness": "conventional theory (without)",
+    "ruthless": "ruthless linearisation",
+}
 
 
 @dataclass(frozen=True)
@@ -56,19 +61,34 @@ def simulate_pipeline(
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     system = read_system(pipeline, path, output, reporter)
     _refuse_unknown_channels(pipeline, system, path)
-    with_Kg = pipeline.simulation.geometric_stiffness and geometric_stiffness
-    variants = {WITH: system} if with_Kg else {WITHOUT: system.conventional()}
-    if pipeline.simulation.compare_conventional:
-        variants |= {WITHOUT: system.conventional()}
+    theory = pipeline.simulation.chosen_theory
+    if theory == "consistent" and not geometric_stiffness:
+        theory = "no_geometric_stiffness"
+    others = ["no_geometric_stiffness"] if pipeline.simulation.compare_conventional else []
+    variants = {LABELS[name]: in_theory(system, name) for name in [theory, *others]}
     runs = {label: _simulate(path, label, variant, pipeline, reporter, dense) for label, variant in variants.items()}
     main = next(iter(runs.values()))
-    others = {"conventional": runs[WITHOUT]} if len(runs) > 1 else {}
+    compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
-    files = [write_result(main, target, others)]
+    files = [write_result(main, target, compared)]
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
     for file in files:
         reporter.wrote(file)
     return Simulated(system, runs, files)
+
+
+def in_theory(system: System, theory: Theory) -> System:
+    """Return the system with its bodies as a theory of deformation takes them.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> in_theory(arm, "no_geometric_stiffness").bodies["arm"].has_geometric_stiffness
+    False
+    """
+    return {"consistent": lambda: system, "ruthless": system.ruthless}.get(theory, system.conventional)()
 
 
 def _csv_beside(target: Path) -> Path:
@@ -78,16 +98,11 @@ def _csv_beside(target: Path) -> Path:
 def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, reporter: Reporter, dense: bool) -> Result:
     s = pipeline.simulation
     with reporter.progress(f"{path.name}: {label}", s.t_end) as progress:
-        run = simulate(
-            system,
-            t_end=s.t_end,
-            output_step=s.output_step,
-            rtol=s.rtol,
-            atol=s.atol,
-            method=s.method,
-            dense=dense,
-            progress=progress,
-        )
+        span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
+        if s.variables == "joint":
+            run = simulate(system, **span, atol=s.atol, method=s.method, dense=dense, progress=progress)
+        else:
+            run = fly_system(system, **span, variables=s.variables)
     reporter.say(
         f"  {run.message}; {run.stats['steps']:.0f} steps, "
         f"energy balance to {run.stats['energy_error']:.0e} of its largest part"
@@ -97,10 +112,17 @@ def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, report
 
 def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> None:
     with naming(path):
-        known = start_channels(system, pipeline.simulation.t_end)
+        known = _first_channels(pipeline.simulation, system)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
         for name in [*pipeline.simulation.output, *plotted]:
             known[name]
+
+
+def _first_channels(table: SimulationTable, system: System) -> Result:
+    if table.variables == "joint":
+        return start_channels(system, table.t_end)
+    step = min(table.output_step, table.t_end)
+    return fly_system(in_theory(system, table.chosen_theory), t_end=step, output_step=step, variables=table.variables)
 
 
 def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System:
