@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 LEVELS = 9  # steps of a column: h, h/2, ... h/256
+SHORTER = 9  # trials of the largest step, each an eighth of the last
 GOOD = 1e-13  # of the largest entry of a column: no smaller step is tried
 
 
@@ -14,7 +15,8 @@ def jacobian(function: Callable, steps: np.ndarray) -> tuple[np.ndarray, np.ndar
     """Return the derivative of ``function(z) (m,)`` at z = 0, and its estimated error, both (m, len(steps)).
 
     Ridders (1982): the differences of halved steps are extrapolated to zero; each entry is the value of the table that
-    differs least from its neighbours. Exact up to round-off where the function is quadratic.
+    differs least from its neighbours. Exact up to round-off where the function is quadratic. Steps are shorter where it
+    is not finite; the error is infinite where it never is.
 
     Parameters
     ----------
@@ -26,6 +28,9 @@ def jacobian(function: Callable, steps: np.ndarray) -> tuple[np.ndarray, np.ndar
     >>> J, error = jacobian(lambda z: np.array([np.sin(z[0]), np.exp(2 * z[0])]), np.array([0.1]))
     >>> bool(np.abs(J[:, 0] - [1, 2]).max() < 1e-12), bool(error.max() < 1e-11)
     (True, True)
+    >>> J, error = jacobian(lambda z: z**3 + z if abs(z[0]) < 0.02 else z + np.nan, np.array([0.1]))
+    >>> J.round(12), bool(error.max() < 1e-12)
+    (array([[1.]]), True)
     """
     columns = [_column(function, step * unit, step) for step, unit in zip(steps, np.eye(len(steps)), strict=True)]
     if not columns:
@@ -34,17 +39,28 @@ def jacobian(function: Callable, steps: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _column(function: Callable, step: np.ndarray, size: float) -> tuple[np.ndarray, np.ndarray]:
-    row: list[np.ndarray] = []
-    best, error = np.zeros(0), np.full(1, np.inf)
-    for level in range(LEVELS):
-        h = 0.5**level
-        new = [(function(h * step) - function(-h * step)) / (2 * h * size)]
+    def slope(h: float) -> np.ndarray:
+        return (function(h * step) - function(-h * step)) / (2 * h * size)
+
+    longest, row = _longest(slope)
+    best, error = row[0], np.full(len(row[0]), np.inf)
+    for level in range(1, LEVELS):
+        new = [slope(0.5**level * longest)]
         for k, old in enumerate(row):
             new.append(new[k] + (new[k] - old) / (4.0 ** (k + 1) - 1))
             guess = np.maximum(np.abs(new[-1] - new[-2]), np.abs(new[-1] - old))
             better = guess < error
-            best, error = np.where(better, new[-1], best if len(best) else 0.0), np.where(better, guess, error)
+            best, error = np.where(better, new[-1], best), np.where(better, guess, error)
         row = new
-        if len(best) and error.max() <= GOOD * np.abs(best).max():
+        if error.max(initial=0.0) <= GOOD * np.abs(best).max(initial=0.0):
             break
     return best, error
+
+
+def _longest(slope: Callable) -> tuple[float, list[np.ndarray]]:
+    """Return the first of 1, 1/8, 1/64, ... at which the slope is finite, and that slope; or the last."""
+    for h in 0.125 ** np.arange(SHORTER):
+        first = slope(h)
+        if np.all(np.isfinite(first)):
+            break
+    return h, [first]

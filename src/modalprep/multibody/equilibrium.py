@@ -18,7 +18,8 @@ CONVERGED = 1e-12  # step
 MOST = 200  # steps: at LARGEST, ten turns or sixty body sizes
 TRIALS = 12  # of one line search
 SLACK = 0.8  # of the force along the step that may be left at its end: Crisfield (1991), section 9.2
-FLAT = 1e-10  # of the largest stiffness: less counts as none
+SOFT = 1e-7  # of the largest stiffness of a joint: softer coordinates are measured by this
+FLAT = 1e-5  # of the stiffness that a coordinate is measured by: less counts as none
 MOVING = 1e-9  # 1/s, rate of a loop's gap by its size: more is motion
 
 
@@ -99,7 +100,7 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
         at = _Place(Chart(plant, y), steady)
         g = at.force(np.zeros(at.n))
         K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
-        step, lowest = _step(K, g)
+        step, lowest = _step(at, K, g)
         y = at.y(_length(at, step, g) * step)
         if np.abs(step).max(initial=0.0) <= CONVERGED:
             return _found(at, K / np.outer(at.scale, at.scale), lowest > 0, steps)
@@ -121,6 +122,12 @@ class _Place:
         y = self.y(z)
         return -self.scale * (self.chart.tangent(y).T @ self.required(y))
 
+    def own_stiffness(self, K: np.ndarray) -> np.ndarray:
+        """Diagonal of the stiffness ``K (n, n)``, positive: at least a share of that in the joints."""
+        joints = [self.plant.owner[k][0] == "joint" for k in self.chart.independent]
+        largest = np.abs(K[joints]).max(initial=0.0) or np.abs(K).max() or 1.0
+        return np.maximum(np.abs(np.diag(K)), SOFT * largest)
+
     def required(self, y: np.ndarray) -> np.ndarray:
         return self.plant.required(y, np.zeros(self.plant.nu), moving=self.steady)
 
@@ -137,17 +144,20 @@ def _refuse_moving_loops(plant: Plant, y: np.ndarray, steady: bool) -> None:
             )
 
 
-def _step(K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the step along the force, and the lowest stiffness, zero where it is within round-off."""
+def _step(at: _Place, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the step along the force, and the lowest stiffness by the coordinates' own, zero where it is round-off.
+
+    Own stiffnesses are scales of their own: those of modes are many powers of ten above that of a pendulum.
+    """
     if not len(g):
         return g, 1.0
-    values = np.linalg.eigvalsh((K + K.T) / 2)
-    flat = FLAT * np.abs(values).max()
-    lowest = 0.0 if abs(values[0]) <= flat else values[0]
-    shift = 0.0 if lowest > 0 else -values[0] + np.linalg.norm(g) + flat
-    shift = shift or (0.0 if lowest > 0 else 1.0)  # neither stiffness nor force
-    step = np.linalg.solve(K + shift * np.eye(len(g)), g)
-    return step * min(1.0, LARGEST / max(np.abs(step).max(), LARGEST)), float(lowest)
+    d = np.sqrt(at.own_stiffness(K))
+    g, K = g / d, K / np.outer(d, d)
+    lowest = float(np.linalg.eigvalsh((K + K.T) / 2)[0])
+    lowest = 0.0 if abs(lowest) <= FLAT else lowest
+    shift = 0.0 if lowest > 0 else FLAT - lowest + np.linalg.norm(g)
+    step = np.linalg.solve(K + shift * np.eye(len(g)), g) / d
+    return step * min(1.0, LARGEST / max(np.abs(step).max(), LARGEST)), lowest
 
 
 def _length(at: _Place, step: np.ndarray, g: np.ndarray) -> float:

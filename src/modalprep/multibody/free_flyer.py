@@ -79,6 +79,8 @@ def coriolis(body: FlexibleBody) -> np.ndarray:
 def closure_defect(body: FlexibleBody) -> float:
     """Return how much of ``w x phi`` the modes cannot take up, at most, as a share of its mass-weighted square.
 
+    A ruthless body, without P, says nothing of it: 1.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -87,6 +89,8 @@ def closure_defect(body: FlexibleBody) -> float:
     """
     if body.n == 0:
         return 0.0
+    if not np.any(body.P):
+        return 1.0
     G = coriolis(body)
     whole = np.einsum("cd,aaij->cdij", np.eye(3), body.P) - np.einsum("dcij->cdij", body.P)
     lacking = whole - np.einsum("cki,dkj->cdij", G, G)
@@ -142,7 +146,7 @@ def fly_free(
     if variables == "efficient" and body.has_geometric_stiffness:
         raise InputError(
             f"body {body.name!r} has geometric stiffness, which a constant mass matrix cannot hold; use "
-            "variables = 'momentum', or body.conventional()"
+            "variables = 'momentum', or the body without it: theory = 'no_geometric_stiffness', body.conventional()"
         )
     defect = closure_defect(body) if variables == "efficient" else 0.0
     if defect > CLOSED:

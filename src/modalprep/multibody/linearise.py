@@ -1,64 +1,23 @@
-"""Linear equations about a state or a steady motion, and their response to harmonic inputs."""
+"""Linear equations about a state or a steady motion."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from modalprep.errors import InputError
+from modalprep.errors import InputError, SimulationError
 from modalprep.multibody import kernel
 from modalprep.multibody.chart import Chart
 from modalprep.multibody.differences import jacobian
 from modalprep.multibody.layout import FREE, SPHERICAL, U
 from modalprep.multibody.observe import Effort, output
 from modalprep.multibody.plant import Plant
+from modalprep.multibody.state_space import StateSpace
 from modalprep.multibody.system import System
-from modalprep.records import Record
 from modalprep.vectors import skew
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # first differences, in scales of the coordinates, and of them per second
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class StateSpace(Record):
-    """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of n independent [coordinates | speeds].
-
-    Coordinates are minimal: closed loops leave n of the tree's nu independent, without loops all are. A spherical
-    joint's three are the rotation vector of the child relative to the reference, in its axes; a free joint's six the
-    displacement and that rotation, in the body's axes. The reference moves on with its speeds where they are not zero.
-
-    Attributes
-    ----------
-    A, B, C, D : (2 n, 2 n), (2 n, ni), (no, 2 n), (no, ni)
-    inputs, outputs : tuple of str
-    owner : tuple of (str, str)
-        What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
-    independent : (n,) int
-        Which of them z has.
-    R : (nu, n)
-        Changes of all coordinates by those.
-    y : (nx + nu,)
-        The state.
-    udot : (nu,)
-        Accelerations there; zero at rest or in a steady motion.
-    error : float
-        Largest estimated error of an entry, relative to the largest entry of its matrix.
-    """
-
-    A: np.ndarray
-    B: np.ndarray
-    C: np.ndarray
-    D: np.ndarray
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    owner: tuple[tuple[str, str], ...]
-    independent: np.ndarray
-    R: np.ndarray
-    y: np.ndarray
-    udot: np.ndarray
-    error: float
 
 
 def linearise(
@@ -120,7 +79,14 @@ def linearise(
 
     rest = answer(np.zeros(2 * n + ni))
     scale = plant.scale[free]
-    J, error = jacobian(answer, np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, np.ones(ni)]))
+    J, error = jacobian(
+        _where_it_can(answer, len(rest)), np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, np.ones(ni)])
+    )
+    if not np.all(np.isfinite(error)):
+        raise SimulationError(
+            "no linear equations: next to this state a mass matrix is not positive, or a closed loop singular; "
+            "keep fewer modes and truncation vectors, or take another state"
+        )
     top = np.hstack([(transport(plant, y) @ chart.R)[free], np.eye(n), np.zeros((n, ni))])
     seen = np.arange(plant.nu, len(J))
     return StateSpace(
@@ -136,7 +102,20 @@ def linearise(
         y=y,
         udot=rest[: plant.nu],
         error=max(_relative(error[rows], J[rows]) for rows in (free, seen)),
+        doubt=np.vstack([np.zeros((n, 2 * n)), error[free, : 2 * n]]),
     )
+
+
+def _where_it_can(function: Callable, size: int) -> Callable:
+    """Return the function (size,) with NaN where the system cannot be: at too large a step."""
+
+    def tried(z: np.ndarray) -> np.ndarray:
+        try:
+            return function(z)
+        except SimulationError:
+            return np.full(size, np.nan)
+
+    return tried
 
 
 def _relative(error: np.ndarray, of: np.ndarray) -> float:
@@ -159,35 +138,3 @@ def transport(plant: Plant, y: np.ndarray) -> np.ndarray:
             N[first : first + 3, first : first + 3] = N[first + 3 : first + 6, first + 3 : first + 6] = -skew(u[3:])
             N[first : first + 3, first + 3 : first + 6] = -skew(u[:3])
     return N
-
-
-def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
-    """Return ``C (i omega - A)^-1 B + D`` (nf, no, ni): outputs per unit of harmonic inputs.
-
-    Parameters
-    ----------
-    frequency : (nf,)
-        Hz.
-
-    Raises
-    ------
-    InputError
-        When there are no inputs or no outputs, or a frequency is a pole.
-
-    Examples
-    --------
-    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
-    ...            independent=np.arange(1), R=np.eye(1))
-    >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
-    ...                         D=np.zeros((1, 1)), **one)
-    >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()
-    [[[0.333333333]]]
-    """
-    if not linear.inputs or not linear.outputs:
-        raise InputError("a frequency response needs inputs and outputs; name them to linearise")
-    omega = 2j * np.pi * np.asarray(frequency, dtype=float).reshape(-1, 1, 1)
-    try:
-        moved = np.linalg.solve(omega * np.eye(len(linear.A)) - linear.A, linear.B.astype(complex))
-    except np.linalg.LinAlgError:
-        raise InputError("a frequency is a pole of the undamped system; move it, or add damping") from None
-    return linear.C @ moved + linear.D

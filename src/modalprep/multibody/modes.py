@@ -9,10 +9,11 @@ from scipy.linalg import eig
 
 from modalprep.multibody.linearise import linearise
 from modalprep.multibody.observe import AXES
+from modalprep.multibody.state_space import StateSpace
 from modalprep.multibody.system import System
 from modalprep.records import Record
 
-RIGID = 1e-5  # of the highest frequency: double zero roots are found to the root of the accuracy of A
+UNSURE = 10.0  # times its estimated error: a root below this counts as zero
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,14 +60,15 @@ class SystemModes(Record):
 def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) -> SystemModes:
     """Return the modes of the linear equations about a state; arguments and errors as `linearise`.
 
-    About a steady motion the shapes are seen from the moving reference. Motions without stiffness, whose double root
-    is known to some 1e-5 of the highest frequency only, get an eigenvalue of zero and count once.
+    About a steady motion the shapes are seen from the moving reference. Motions without stiffness have double roots,
+    which round-off splits; a root within its first-order error (Wilkinson 1965, chapter 2: ``y E x / y x``, E the error
+    of A) counts as zero, and a pair of them once.
     """
     ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
     names = [f"{end}.{what}.{axis}" for end in ends for what in ("position", "rotation") for axis in AXES]
     linear = linearise(system, y, t, outputs=names)
-    values, vectors = eig(linear.A)
-    kept = _once(values)
+    values, left, vectors = eig(linear.A, left=True)
+    kept = _once(values, _error(linear, left, vectors))
     values, vectors = values[kept], vectors[:, kept]
     shape = linear.R @ vectors[: len(linear.independent)]
     largest = shape[np.argmax(np.abs(shape), axis=0), np.arange(len(kept))]
@@ -84,10 +86,16 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     )
 
 
-def _once(values: np.ndarray) -> np.ndarray:
-    """Set roots within round-off to zero; return one of each pair, by ascending size."""
-    largest = np.abs(values).max(initial=0.0)
-    values[np.abs(values) <= RIGID * largest] = 0.0
+def _error(linear: StateSpace, left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Error of each root, of first order in that of A and its round-off."""
+    E = linear.doubt + np.finfo(float).eps * np.abs(linear.A)
+    across = np.abs(np.sum(left.conj() * right, axis=0))
+    return np.sum(np.abs(left) * (E @ np.abs(right)), axis=0) / np.maximum(across, np.finfo(float).tiny)
+
+
+def _once(values: np.ndarray, error: np.ndarray) -> np.ndarray:
+    """Set roots within their error to zero; return one of each pair, by ascending size."""
+    values[np.abs(values) <= UNSURE * error] = 0.0
     values.imag[np.abs(values.imag) <= 1e-9 * np.abs(values)] = 0.0
     zero = np.flatnonzero(values == 0)[::2]
     kept = np.concatenate([zero, np.flatnonzero((values != 0) & (values.imag >= 0))])

@@ -92,7 +92,7 @@ class Result(Record):
         """
         if find_spec("pandas") is None:
             raise InputError(
-                "a data frame needs the package pandas (pip install pandas); channels are arrays without it"
+                "a data frame needs pandas: pip install 'modalprep[dataframe]'; without it channels are arrays"
             )
         import pandas
 

@@ -1,0 +1,72 @@
+"""State spaces on disk: MATLAB, NumPy and HDF5 files of A, B, C, D with the names of inputs and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+from scipy.io import savemat
+
+from modalprep.atomic import atomic_path
+from modalprep.errors import InputError
+from modalprep.multibody.state_space import StateSpace
+from modalprep.suggest import suggestion
+
+
+def _mat(path: Path, data: dict[str, np.ndarray]) -> None:
+    cells = {name: values.astype(object) if values.dtype.kind == "U" else values for name, values in data.items()}
+    savemat(path, cells, appendmat=False)
+
+
+def _npz(path: Path, data: dict[str, np.ndarray]) -> None:
+    with path.open("wb") as file:
+        np.savez(file, **data)
+
+
+def _h5(path: Path, data: dict[str, np.ndarray]) -> None:
+    with h5py.File(path, "w") as file:
+        file.attrs.update(format="modalprep state space", format_version=1, units="SI")
+        for name, values in data.items():
+            file[name] = values.astype(object) if values.dtype.kind == "U" else values
+
+
+WRITERS: dict[str, Callable[[Path, dict[str, np.ndarray]], None]] = {"mat": _mat, "npz": _npz, "h5": _h5}
+
+
+def write_state_space(linear: StateSpace, path: str | Path) -> Path:
+    """Write ``z' = A z + B i``, ``o = C z + D i`` to a ``.mat``, ``.npz`` or ``.h5`` file.
+
+    Besides the matrices it holds `inputs` and `outputs`, `states` (the joint or body of each of the n coordinates, then
+    of their speeds), `R`, `y` and `udot` of `StateSpace`.
+
+    Raises
+    ------
+    InputError
+        When the suffix is another.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> mass = StateSpace(
+    ...     A=np.array([[0, 1.0], [0, 0]]), B=np.array([[0], [0.5]]), C=np.eye(2)[:1], D=np.zeros((1, 1)),
+    ...     inputs=("slide",), outputs=("slide.displacement",), owner=(("joint", "slide"),), independent=np.arange(1),
+    ...     R=np.eye(1), y=np.zeros(2), udot=np.zeros(1), error=0.0, doubt=np.zeros((2, 2)))
+    >>> with np.load(write_state_space(mass, Path(tempfile.mkdtemp()) / "mass.npz")) as file:
+    ...     print(file["B"].ravel(), file["states"])
+    [0.  0.5] ['joint slide' 'joint slide rate']
+    """
+    path = Path(path)
+    kind = path.suffix.removeprefix(".")
+    if kind not in WRITERS:
+        raise InputError(
+            f"{path}: a state space has no {path.suffix!r} files; {suggestion(kind, WRITERS, 'known are')}"
+        )
+    states = [" ".join(linear.owner[k]) for k in linear.independent]
+    data = {name: getattr(linear, name) for name in ("A", "B", "C", "D", "R", "y", "udot")}
+    data |= {"inputs": np.array(linear.inputs, dtype=str), "outputs": np.array(linear.outputs, dtype=str)}
+    data["states"] = np.array(states + [f"{name} rate" for name in states], dtype=str)
+    with atomic_path(path) as temporary:
+        WRITERS[kind](temporary, data)
+    return path

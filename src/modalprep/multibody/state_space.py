@@ -1,0 +1,85 @@
+"""Linear equations with inputs and outputs, and their response to harmonic inputs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.records import Record
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class StateSpace(Record):
+    """``z' = A z + B i``, ``o = C z + D i`` about a state, z = changes of n independent [coordinates | speeds].
+
+    Coordinates are minimal: closed loops leave n of the tree's nu independent, without loops all are. A spherical
+    joint's three are the rotation vector of the child relative to the reference, in its axes; a free joint's six the
+    displacement and that rotation, in the body's axes. The reference moves on with its speeds where they are not zero.
+
+    Attributes
+    ----------
+    A, B, C, D : (2 n, 2 n), (2 n, ni), (no, 2 n), (no, ni)
+    inputs, outputs : tuple of str
+    owner : tuple of (str, str)
+        What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
+    independent : (n,) int
+        Which of them z has.
+    R : (nu, n)
+        Changes of all coordinates by those.
+    y : (nx + nu,)
+        The state.
+    udot : (nu,)
+        Accelerations there; zero at rest or in a steady motion.
+    error : float
+        Largest estimated error of an entry, relative to the largest entry of its matrix.
+    doubt : (2 n, 2 n)
+        Estimated error of each entry of A.
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    C: np.ndarray
+    D: np.ndarray
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    owner: tuple[tuple[str, str], ...]
+    independent: np.ndarray
+    R: np.ndarray
+    y: np.ndarray
+    udot: np.ndarray
+    error: float
+    doubt: np.ndarray
+
+
+def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
+    """Return ``C (i omega - A)^-1 B + D`` (nf, no, ni): outputs per unit of harmonic inputs.
+
+    Parameters
+    ----------
+    frequency : (nf,)
+        Hz.
+
+    Raises
+    ------
+    InputError
+        When there are no inputs or no outputs, or a frequency is a pole.
+
+    Examples
+    --------
+    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
+    ...            doubt=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
+    >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
+    ...                         D=np.zeros((1, 1)), **one)
+    >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()
+    [[[0.333333333]]]
+    """
+    if not linear.inputs or not linear.outputs:
+        raise InputError("a frequency response needs inputs and outputs; name them to linearise")
+    omega = 2j * np.pi * np.asarray(frequency, dtype=float).reshape(-1, 1, 1)
+    try:
+        moved = np.linalg.solve(omega * np.eye(len(linear.A)) - linear.A, linear.B.astype(complex))
+    except np.linalg.LinAlgError:
+        raise InputError("a frequency is a pole of the undamped system; move it, or add damping") from None
+    return linear.C @ moved + linear.D

@@ -1,0 +1,100 @@
+"""Modes and frequency responses of a system: a table for the terminal, a chart."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from modalprep.atomic import atomic_path
+from modalprep.multibody.modes import SystemModes
+from modalprep.multibody.state_space import StateSpace
+from modalprep.report import plots
+from modalprep.report.tables import hertz, percent
+
+
+def system_table(modes: SystemModes, count: int, console: Console) -> None:
+    """Print frequency, damping ratio in % and the joint or body that moves most of the lowest `count` modes.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.modes import system_modes
+    >>> from modalprep.multibody.system import Joint, System
+    >>> weld = Joint(name="wall", type="weld", parent="ground", child="beam")
+    >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(weld,)))
+    >>> system_table(found, 1, Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    Modes of the system
+            Hz   damping %   moves most...
+    1   0.6044           .   beam...
+    """
+    rich = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    rich.add_column("", justify="right")
+    for name in ("Hz", "damping %"):
+        rich.add_column(name, justify="right")
+    rich.add_column("moves most")
+    for k, moves in enumerate(most_moved(modes)[:count]):
+        rich.add_row(str(k + 1), hertz(modes.frequency[k]), percent(modes.damping[k]), Text(moves))
+    console.print(Text("Modes of the system", "bold"), soft_wrap=False)
+    console.print(rich, soft_wrap=False)
+
+
+def most_moved(modes: SystemModes) -> list[str]:
+    """Return the joint or body whose coordinate is the largest in each mode."""
+    parts = {name: rows for name, rows in (modes.joints | modes.modal).items() if len(rows)}
+    if not parts:
+        return []
+    sizes = np.array([np.abs(rows).max(axis=0) for rows in parts.values()])
+    return [list(parts)[k] for k in np.argmax(sizes, axis=0)]
+
+
+def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
+    """Draw amplitude and phase of responses ``H (nf, no, ni)`` over frequency (nf,), Hz.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
+    ...            doubt=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
+    >>> mass = StateSpace(A=np.zeros((2, 2)), B=np.zeros((2, 1)), C=np.zeros((1, 2)), D=np.ones((1, 1)), **one)
+    >>> response_plot(mass, np.array([1.0, 2.0]), np.ones((2, 1, 1)), Path(tempfile.mkdtemp()) / "x.png").name
+    'x.png'
+    """
+    figure = Figure(figsize=(9.0, 6.2), layout="constrained")
+    amplitude, phase = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+    for number, (label, values) in enumerate(_pairs(linear, H)):
+        style = {"linewidth": 2.0, "color": plots.CURVES[number % 6], "linestyle": plots.LINES[number // 6 % 4]}
+        amplitude.plot(frequency, np.abs(values), label=label, **style)
+        phase.plot(frequency, np.degrees(np.angle(values)), **style)
+    amplitude.set(xscale="log", yscale="log" if np.all(np.abs(H) > 0) else "linear", ylabel="output per unit input")
+    phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=range(-180, 181, 90))
+    plots._head(amplitude, "Frequency response")
+    for axes in (amplitude, phase):
+        plots._plain(axes, grid="both")
+    return plots._save(figure, path)
+
+
+def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
+    """Write real and imaginary part of every response over frequency (Hz) as columns of a CSV file."""
+    path, columns = Path(path), {"frequency": frequency}
+    for label, values in _pairs(linear, H):
+        columns |= {f"{label} re": values.real, f"{label} im": values.imag}
+    with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        writer.writerows(zip(*(np.char.mod("%.10g", c) for c in columns.values()), strict=True))
+    return path
+
+
+def _pairs(linear: StateSpace, H: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    return [
+        (f"{output} / {given}", H[:, o, i])
+        for o, output in enumerate(linear.outputs)
+        for i, given in enumerate(linear.inputs)
+    ]
