@@ -73,10 +73,22 @@ def test_system_block_runs(text, tmp_path):
     assert run["energy.stored"][0] > 0
 
 
+def test_analysis_block_runs(text, tmp_path):
+    """A boom on a wall, with the hinge and the names of the block."""
+    block = next(b for b in re.findall(r"```toml\n(.*?)```", text, re.DOTALL) if "[analysis]" in b)
+    mp.write_body(uniform_beam(modes=2), tmp_path / "boom.h5")
+    system = '[bodies.boom]\nfile = "boom.h5"\n[joints.hinge]\ntype = "revolute"\nchild = "boom.root"\nstiffness = 20\n'
+    (tmp_path / "job.toml").write_text(system + block)
+    assert main(["analyse", str(tmp_path / "job.toml")]) == 0
+    made = {file.name for file in (tmp_path / "output/job").iterdir()}
+    assert {"job-analysis.json", "job-response.png", "job-state-space.mat", "job-inverse.csv"} <= made
+
+
 def test_every_command_exists(text):
     shown = set(re.findall(r"bin/modalprep (\w+)", text))
     assert shown <= {command.name or command.callback.__name__ for command in app.registered_commands}
-    assert shown == {"run", "batch", "modes", "check", "render", "simulate", "mesh", "quality", "schema", "export"}
+    assert shown == {"run", "batch", "modes", "check", "render", "simulate", "mesh", "quality", "schema", "export",
+                     "analyse"}  # fmt: skip
 
 
 def test_every_file_named_exists(text, project):

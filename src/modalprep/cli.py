@@ -45,7 +45,7 @@ def _options(
 
 @app.command()
 def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
-    """Mesh to modal file, report and pictures; then the simulation, if the file has one."""
+    """Mesh to modal file, report and pictures; then analysis and simulation, if the file has them."""
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import run_pipeline
 
@@ -207,6 +207,18 @@ def simulate(
         _print_json({"runs": summary.runs(done), "files": [str(f) for f in reporter.files]})
     else:
         reporter.say(f"outputs are in {folder}")
+
+
+@app.command()
+def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
+    """Rest, modes, linear equations, frequency response and hinge forces: the [analysis] of a pipeline file."""
+    from modalprep.pipeline.analysis import analyse_pipeline
+    from modalprep.pipeline.console import Reporter
+
+    reporter = Reporter(quiet=as_json)
+    found = analyse_pipeline(file, output, reporter)
+    if as_json:
+        _print_json(found.summary() | {"files": [str(f) for f in reporter.files]})
 
 
 @app.command()

@@ -12,6 +12,7 @@ from modalprep.pipeline.load import load_pipeline
 from modalprep.pipeline.schema import Pipeline
 
 if TYPE_CHECKING:
+    from modalprep.pipeline.analysis import Analysed
     from modalprep.pipeline.built import Built
     from modalprep.pipeline.cache import Cache
     from modalprep.pipeline.synthesis import Synthesized
@@ -25,6 +26,7 @@ class Outcome:
     folder: Path
     built: Built | None = None
     synthesized: Synthesized | None = None
+    analysed: Analysed | None = None
     simulated: Simulated | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -55,6 +57,10 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
         _body(path, pipeline, outcome, reporter, cache)
     if pipeline.synthesis is not None:
         _synthesis(path, pipeline, output, outcome, reporter)
+    if pipeline.analysis is not None:
+        from modalprep.pipeline.analysis import analyse_pipeline
+
+        outcome.analysed = analyse_pipeline(path, output, reporter)
     if pipeline.simulation is not None:
         _simulation(path, pipeline, output, outcome, reporter)
     if outcome.built is not None:

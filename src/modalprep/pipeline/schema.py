@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.formats.export import EXPORTS
+from modalprep.pipeline.analysis_schema import AnalysisTable
 from modalprep.pipeline.chain import ChainTable, with_chains
 from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
 from modalprep.pipeline.fe_schema import (
@@ -96,7 +97,7 @@ class Pipeline(Table):
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
     output: OutputTable = Field(OutputTable())
-    bodies: dict[str, BodyTable] = Field({}, description="of the system that is simulated or synthesised")
+    bodies: dict[str, BodyTable] = Field({}, description="of the system that is simulated, analysed or synthesised")
     welds: dict[str, WeldTable] = Field({}, description="how [synthesis] joins the bodies")
     synthesis: SynthesisTable | None = None
     joints: dict[str, JointTable] = Field({})
@@ -108,6 +109,7 @@ class Pipeline(Table):
     couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
+    analysis: AnalysisTable | None = None
     plots: list[PlotTable] = Field([])
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         {}, description='for modalprep batch: values of keys such as "reduction.modes"; every combination is a job'
@@ -132,8 +134,9 @@ class Pipeline(Table):
 
     @model_validator(mode="after")
     def _has_work(self) -> Pipeline:
-        if not self.has_body and self.simulation is None and self.synthesis is None:
-            raise ValueError("nothing to do: the file needs [mesh], [simulation] or [synthesis]")
+        jobs = (self.simulation, self.analysis, self.synthesis)
+        if not self.has_body and jobs == (None, None, None):
+            raise ValueError("nothing to do: the file needs [mesh], [simulation], [analysis] or [synthesis]")
         return self
 
     @model_validator(mode="after")

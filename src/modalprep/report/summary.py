@@ -16,6 +16,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "mass": built.body.m if built else None,
         "checks": [vars(c) | {"passed": c.passed} for c in built.checks] if built else [],
         "system": outcome.synthesized.summary() if outcome.synthesized else {},
+        "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},
         "notes": outcome.notes,
     }
