@@ -8,10 +8,12 @@ import numpy as np
 
 from modalprep.multibody.closures import Coupler
 from modalprep.multibody.layout import (
+    FREE,
     PRESCRIBED,
     PRESCRIBED_REVOLUTE,
     PRISMATIC,
     REVOLUTE,
+    SPEEDS,
     SPHERICAL,
     Packed,
     U,
@@ -115,9 +117,10 @@ class Channels:
         if kind in PRESCRIBED:
             along = (REACTION, i, 5 if turns else 2)
             return [(place, (MOTION, i, 0)), (speed, (MOTION, i, 1)), ("drive", along)]
-        if kind == SPHERICAL:
-            turn = [("quaternion", (STATE, x + k, 0)) for k in range(4)]
-            return turn + [("spin", (STATE, self.packed.nx + u + k, 0)) for k in range(3)]
+        if kind in (SPHERICAL, FREE):
+            turn = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
+            first = self.packed.nx + u + SPEEDS[kind] - 3
+            return turn + [("spin", (STATE, first + k, 0)) for k in range(3)]
         return []
 
     def _wrenches(self) -> list[tuple]:

@@ -130,7 +130,9 @@ class Integration:
         sense = np.array([[e.direction, e.terminal] for e in self.events], dtype=np.int64).reshape(count, 2)
         samples = np.zeros((SAMPLES, len(self.steps.y)))
         found = np.zeros((CHUNK * driver.PROBES * count, 2))
-        return Watch(np.ascontiguousarray(times), samples, size, hook, values, np.zeros(count), np.zeros(count), sense, found)
+        return Watch(
+            np.ascontiguousarray(times), samples, size, hook, values, np.zeros(count), np.zeros(count), sense, found
+        )
 
     def run(self, record: Record, progress: Callable[[float], None] | None) -> Outcome:
         """Integrate to the last output time; `record` gets output times (k,) and states (k, nx + nu + 1).
