@@ -39,7 +39,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
     )  # fmt: skip
 
 
-KINDS = ("weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free")
+KINDS = ("weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free")
 
 
 def random_tree(seed, *, root="free", prescribed=True, gravity=True, damping=True, geometric=True, most=6):

@@ -200,6 +200,8 @@ def hinges(joint: Joint) -> list[tuple[int, np.ndarray]]:
     if joint.type == "universal":
         return [(REVOLUTE, joint.axis), (REVOLUTE, joint.second_axis)]
     first = joint.second_axis
+    if joint.type == "gimbal":
+        return [(REVOLUTE, axis) for axis in (joint.axis, first, np.cross(joint.axis, first))]
     return [(PRISMATIC, first), (PRISMATIC, np.cross(joint.axis, first)), (REVOLUTE, joint.axis)]
 
 

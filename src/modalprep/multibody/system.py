@@ -19,8 +19,10 @@ from modalprep.records import Record
 from modalprep.suggest import suggestion
 
 GROUND = "ground"
-JointType = Literal["weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free"]
-TURNS = {"revolute": 1, "cylindrical": 1, "universal": 2, "planar": 1}  # angles of a joint
+JointType = Literal[
+    "weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
+]
+TURNS = {"revolute": 1, "cylindrical": 1, "universal": 2, "gimbal": 3, "planar": 1}  # angles of a joint
 TRAVELS = {"prismatic": 1, "cylindrical": 1, "planar": 2}  # displacements
 SPEEDS = {kind: TRAVELS.get(kind, 0) + TURNS.get(kind, 0) for kind in get_args(JointType)}
 SPEEDS |= {"spherical": 3, "free": 6}
@@ -33,10 +35,11 @@ class Joint(Record):
     Attributes
     ----------
     name : str
-    type : {"weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "free"}
+    type : {"weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"}
         Cylindrical: travel along and turn about `axis`. Universal: turn about `axis` (fixed in the parent), then about
-        `second_axis` (fixed in the child). Planar: travel along `second_axis` and its normal in the plane, turn about
-        the plane's normal `axis`.
+        `second_axis` (fixed in the child). Gimbal: turn about `axis`, `second_axis` and the normal of both, for springs
+        in three directions; it locks where the second turn is a right angle. Planar: travel along `second_axis` and
+        its normal in the plane, turn about the plane's normal `axis`.
     parent : str
         ``ground`` or ``body.interface``.
     child : str
@@ -44,14 +47,14 @@ class Joint(Record):
     axis : (3,)
         Hinge axis in the parent's frame.
     second_axis : (3,) or None
-        Second axis of a universal joint, or first direction of a planar one (made normal to `axis`; None: any), in the
-        parent's frame at zero angles.
+        Second axis of a universal joint, of a gimbal or first direction of a planar joint (these made normal to `axis`;
+        None: any), in the parent's frame at zero angles.
     position : (3,)
         m: where a joint to the ground sits (inertial), or where the root of a free body starts, in the parent's frame.
     rotation : (3, 3)
         Child frame to parent frame at zero angle; of a spherical or free joint at the start.
-    angle, rate : float, or (2,) of a universal joint
-        Start of the turn of a revolute, cylindrical, universal or planar joint, rad and rad/s.
+    angle, rate : float, or (2,) of a universal joint, (3,) of a gimbal
+        Start of the turn of a revolute, cylindrical, universal, gimbal or planar joint, rad and rad/s.
     displacement, speed : float, or (2,) of a planar joint
         Start of the travel of a prismatic, cylindrical or planar joint, m and m/s.
     velocity, spin : (3,)
@@ -94,7 +97,7 @@ class Joint(Record):
         axis = self._direction("axis")
         if self.motion is not None and self.type not in ("revolute", "prismatic"):
             raise InputError(f"joint {self.name!r}: only a revolute or prismatic joint can have a prescribed motion")
-        if self.type in ("universal", "planar"):
+        if self.type in ("universal", "gimbal", "planar"):
             object.__setattr__(self, "second_axis", self._second(axis))
         for key, counts in (("angle", TURNS), ("rate", TURNS), ("displacement", TRAVELS), ("speed", TRAVELS)):
             self._refuse_count(key, counts.get(self.type, 0))

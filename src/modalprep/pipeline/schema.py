@@ -8,6 +8,7 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.formats.export import EXPORTS
 from modalprep.pipeline.analysis_schema import AnalysisTable
+from modalprep.pipeline.beam import BeamTable
 from modalprep.pipeline.chain import ChainTable, with_chains
 from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
 from modalprep.pipeline.fe_schema import (
@@ -102,6 +103,7 @@ class Pipeline(Table):
     synthesis: SynthesisTable | None = None
     joints: dict[str, JointTable] = Field({})
     chains: dict[str, ChainTable] = Field({}, description="many equal bodies, each hinged to the one before")
+    beams: dict[str, BeamTable] = Field({}, description="of large deflection, in rigid segments with springs")
     forces: dict[str, ForceTable] = Field({})
     springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
     bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
@@ -128,9 +130,10 @@ class Pipeline(Table):
         return self
 
     def with_chains(self) -> Pipeline:
-        """Return the file with the bodies and joints of its chains written out."""
+        """Return the file with the bodies and joints of its chains and beams written out."""
         bodies, joints = with_chains(self.chains, self.bodies, self.joints)
-        return self.model_copy(update={"bodies": bodies, "joints": joints, "chains": {}})
+        bodies, joints = with_chains({name: beam.chain() for name, beam in self.beams.items()}, bodies, joints)
+        return self.model_copy(update={"bodies": bodies, "joints": joints, "chains": {}, "beams": {}})
 
     @model_validator(mode="after")
     def _has_work(self) -> Pipeline:

@@ -113,10 +113,10 @@ TIME = "number, expression of t (s), pieces [{ value, until }, ...], or points {
 
 
 class StartTable(Table):
-    """Start values of a joint; lists for a joint with two turns or two travels."""
+    """Start values of a joint; lists for a joint with several turns or travels."""
 
-    angle: Angle | Annotated[list[Angle], Field(min_length=2, max_length=2)] = Field(0.0, description="of the turn")
-    rate: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(0.0, description="rad/s")
+    angle: Angle | Annotated[list[Angle], Field(min_length=2, max_length=3)] = Field(0.0, description="of the turn")
+    rate: float | Annotated[list[float], Field(min_length=2, max_length=3)] = Field(0.0, description="rad/s")
     displacement: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
         0.0, description="of the travel, m"
     )
@@ -151,7 +151,7 @@ class HingeTable(Table):
     type: JointType
     axis: Vector = Field([0.0, 0.0, 1.0], description="hinge axis in the parent's frame; normal of a planar joint")
     second_axis: Vector | None = Field(
-        None, description="of a universal joint; first direction of travel of a planar one"
+        None, description="of a universal joint or gimbal; first direction of travel of a planar one"
     )
     position: Vector = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
     rotation: RotationTable | None = None
