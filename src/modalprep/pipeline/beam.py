@@ -16,7 +16,7 @@ Positive = Annotated[float, Field(gt=0)]
 class BeamTable(Table):
     """A straight or curved uniform beam along x; a chain of bodies and joints ``<beam>1``, ``<beam>2``, ...
 
-    A joint bends and twists as one segment of length l does: its springs are EI/l and GJ/l. The clamp has the half
+    A joint gives way as one segment of length l does: its springs are EI/l, GJ/l, EA/l, GA/l. The clamp has the half
     segment next to it, 2 EI/l. Deflections and frequencies then converge with order two in l.
 
     Source: Banerjee (2016), Flexible Multibody Dynamics, chapter 10.
@@ -30,6 +30,8 @@ class BeamTable(Table):
         description="bending stiffness, N m^2: a number bends in the plane x y; two, about y and z, also out of it"
     )
     GJ: Positive | None = Field(None, description="twisting stiffness, N m^2, with two of EI; default: no twist")
+    EA: Positive | None = Field(None, description="stretching stiffness, N, with GA and one EI; default: no stretch")
+    GA: Positive | None = Field(None, description="shearing stiffness, shear factor included, N, with EA")
     curvature: float = Field(0.0, description="of the unloaded beam, in the plane x y, 1/m")
     damping: float = Field(0.0, ge=0, description="of the material: damping over stiffness, s")
     parent: str = Field("ground", description="what carries it: 'ground' or 'body.interface'")
@@ -41,6 +43,8 @@ class BeamTable(Table):
     def _makes_a_chain(self) -> BeamTable:
         if self.GJ is not None and not isinstance(self.EI, list):
             raise ValueError("GJ twists the beam out of its plane: give EI as two numbers, about y and z")
+        if (self.EA is None) != (self.GA is None) or (self.EA is not None and isinstance(self.EI, list)):
+            raise ValueError("EA and GA go together, with one EI: a beam stretches and shears in its plane only")
         try:
             self.chain()
         except ValidationError as error:
@@ -80,16 +84,17 @@ class BeamTable(Table):
         )
 
     def _joint(self, length: float) -> dict[str, Any]:
-        """Return the joint that bends and twists as this length of the beam; turns about z, y, x."""
-        EI = [*reversed(self.EI)] if isinstance(self.EI, list) else [self.EI]
-        stiffness = [c / length for c in EI + [self.GJ] * (self.GJ is not None)]
-        bend = [self.curvature * length, *[0.0] * (len(stiffness) - 1)]
+        """Return the joint that gives way as this length of the beam does; it travels along x, y, turns about z, y, x."""
+        travels = [c for c in (self.EA, self.GA) if c is not None]
+        turns = [*(self.EI[::-1] if isinstance(self.EI, list) else [self.EI]), *([self.GJ] if self.GJ else [])]
+        stiffness = [c / length for c in travels + turns]
+        bend = [self.curvature * length, *[0.0] * (len(turns) - 1)]
         return {
-            "type": ("revolute", "universal", "gimbal")[len(stiffness) - 1],
+            "type": "planar" if travels else ("revolute", "universal", "gimbal")[len(turns) - 1],
             "axis": [0.0, 0.0, 1.0],
-            **({"second_axis": [0.0, 1.0, 0.0]} if len(stiffness) > 1 else {}),
+            "second_axis": [1.0, 0.0, 0.0] if travels else [0.0, 1.0, 0.0],
             "stiffness": stiffness,
             "damping": [self.damping * k for k in stiffness],
-            "rest": bend,
-            "start": {"angle": bend if len(bend) > 1 else bend[0]},
+            "rest": [0.0] * len(travels) + bend,
+            "start": {"angle": bend if len(turns) > 1 else bend[0]},
         }
