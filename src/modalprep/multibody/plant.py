@@ -48,7 +48,7 @@ def start_state(packed: Packed) -> np.ndarray:
         place = sum(packed.types[k] == kind for k in packed.links_of(joint.name) if k < i)
         if kind in (REVOLUTE, PRISMATIC):
             value, rate = (joint.angle, joint.rate) if kind == REVOLUTE else (joint.displacement, joint.speed)
-            y[x], y[u] = np.resize(value, 2)[place], np.resize(rate, 2)[place]
+            y[x], y[u] = np.resize(value, 3)[place], np.resize(rate, 3)[place]
         if kind == FREE:
             y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
             x, u = x + 3, u + 3

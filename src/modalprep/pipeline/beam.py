@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from modalprep.pipeline.chain import ChainTable
-from modalprep.pipeline.system_schema import BodyTable, HingeTable
+from modalprep.pipeline.system_schema import BodyTable, HingeTable, JointTable
 from modalprep.pipeline.tables import Table, Vector
 
 Positive = Annotated[float, Field(gt=0)]
@@ -71,6 +71,23 @@ class BeamTable(Table):
             first=HingeTable.model_validate(self.root).model_dump() if "type" in self.root else clamp | self.root,
         )
 
+    def bodies(self, name: str) -> dict[str, BodyTable]:
+        """Return a table for each segment."""
+        return self.chain().bodies(name)
+
+    def joints(self, name: str) -> dict[str, JointTable]:
+        """Return a table for each joint; every second one turns in the reverse order.
+
+        Turns a, b in a row leave a twist of a b/2, an error of order one in l, which the reverse order takes back.
+        """
+        tables = self.chain().joints(name)
+        if isinstance(self.EI, list):
+            reverse = self._joint(self.length / self.segments, reverse=True)
+            for key in [f"{name}{i}" for i in range(2, self.segments + 1, 2)]:
+                ends = {"parent": tables[key].parent, "child": tables[key].child}
+                tables[key] = JointTable.model_validate(reverse | ends)
+        return tables
+
     def _segment(self) -> BodyTable:
         step = self.length / self.segments
         mass = self.mass_per_length * step
@@ -83,16 +100,21 @@ class BeamTable(Table):
             interfaces={"root": [0.0, 0.0, 0.0], "tip": [step, 0.0, 0.0]},
         )
 
-    def _joint(self, length: float) -> dict[str, Any]:
-        """Return the joint that gives way as this length of the beam does; it travels along x, y, turns about z, y, x."""
+    def _joint(self, length: float, *, reverse: bool = False) -> dict[str, Any]:
+        """Return the joint that gives way as this length does: travels along x, y, turns about z, y, x (or x, y, z)."""
         travels = [c for c in (self.EA, self.GA) if c is not None]
         turns = [*(self.EI[::-1] if isinstance(self.EI, list) else [self.EI]), *([self.GJ] if self.GJ else [])]
-        stiffness = [c / length for c in travels + turns]
         bend = [self.curvature * length, *[0.0] * (len(turns) - 1)]
+        axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]][: max(2, len(turns))]
+        if travels:
+            axes[1] = [1.0, 0.0, 0.0]
+        if reverse:
+            turns, bend, axes = turns[::-1], bend[::-1], axes[::-1]
+        stiffness = [c / length for c in travels + turns]
         return {
             "type": "planar" if travels else ("revolute", "universal", "gimbal")[len(turns) - 1],
-            "axis": [0.0, 0.0, 1.0],
-            "second_axis": [1.0, 0.0, 0.0] if travels else [0.0, 1.0, 0.0],
+            "axis": axes[0],
+            "second_axis": axes[1],
             "stiffness": stiffness,
             "damping": [self.damping * k for k in stiffness],
             "rest": [0.0] * len(travels) + bend,

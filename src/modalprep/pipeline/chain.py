@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from pydantic import Field, ValidationError, model_validator
 
 from modalprep.errors import InputError
 from modalprep.pipeline.system_schema import BodyTable, HingeTable, JointTable
 from modalprep.pipeline.tables import Table
+
+if TYPE_CHECKING:
+    from modalprep.pipeline.beam import BeamTable
 
 
 class ChainTable(Table):
@@ -50,8 +54,10 @@ class ChainTable(Table):
         return {f"{name}{i}": JointTable.model_validate(table) for i, table in enumerate(tables, 1)}
 
 
-def with_chains(chains: dict[str, ChainTable], bodies: dict[str, BodyTable], joints: dict[str, JointTable]) -> tuple:
-    """Return bodies and joints with those of the chains.
+def with_chains(
+    chains: Mapping[str, ChainTable | BeamTable], bodies: dict[str, BodyTable], joints: dict[str, JointTable]
+) -> tuple:
+    """Return bodies and joints with those of the chains or beams.
 
     Raises
     ------
@@ -62,6 +68,6 @@ def with_chains(chains: dict[str, ChainTable], bodies: dict[str, BodyTable], joi
     for name, chain in chains.items():
         for known, new in ((bodies, chain.bodies(name)), (joints, chain.joints(name))):
             for twice in known.keys() & new.keys():
-                raise InputError(f"chain {name!r} makes {twice!r}, which is already there; rename one")
+                raise InputError(f"{name!r} makes {twice!r}, which is already there; rename one")
             known |= new
     return bodies, joints

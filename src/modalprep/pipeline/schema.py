@@ -132,7 +132,7 @@ class Pipeline(Table):
     def with_chains(self) -> Pipeline:
         """Return the file with the bodies and joints of its chains and beams written out."""
         bodies, joints = with_chains(self.chains, self.bodies, self.joints)
-        bodies, joints = with_chains({name: beam.chain() for name, beam in self.beams.items()}, bodies, joints)
+        bodies, joints = with_chains(self.beams, bodies, joints)
         return self.model_copy(update={"bodies": bodies, "joints": joints, "chains": {}, "beams": {}})
 
     @model_validator(mode="after")
