@@ -98,13 +98,19 @@ def _outward(tree, flex, W, F, i, udot):
 @compile_kernel
 def _modal(tree, W, F, i, f, out):
     """Write the modal rows of link i to `out`; returns its inertia force with q''."""
-    s, at = tree.ints[i, SLOT], get6(W, i, A)
-    for a in range(tree.ints[i, MODES]):
-        row, qdd = get8(F.Z, s, a, 0), F.qdd[s, a >> 3, a & 7]
-        f = axpy6(f, qdd, (row[0], row[1], row[2], row[3], row[4], row[5]))
+    s, n, at, u = tree.ints[i, SLOT], tree.ints[i, MODES], get6(W, i, A), tree.ints[i, UQ]
+    for a in range(n):
+        row = get8(F.Z, s, a, 0)
         own = dot3((row[0], row[1], row[2]), (at[0], at[1], at[2]))
         own += dot3((row[3], row[4], row[5]), (at[3], at[4], at[5]))
-        out[tree.ints[i, UQ] + a] = own + qdd + row[6] - F.load[s, a]
+        out[u + a] = own + row[6] - F.load[s, a]
+    for a in range(n):
+        row, qdd = get8(F.Z, s, a, 0), F.qdd[s, a >> 3, a & 7]
+        f = axpy6(f, qdd, (row[0], row[1], row[2], row[3], row[4], row[5]))
+        out[u + a] += F.Z[s, a, 1 + (a >> 3), a & 7] * qdd
+        for b in range(a + 1, n):  # the upper half of M_ff
+            out[u + a] += F.Z[s, a, 1 + (b >> 3), b & 7] * F.qdd[s, b >> 3, b & 7]
+            out[u + b] += F.Z[s, a, 1 + (b >> 3), b & 7] * qdd
     return f
 
 
