@@ -8,6 +8,7 @@ import h5py
 import numpy as np
 import pytest
 from multibody.test_analysis import particles
+from multibody.trees import random_body
 from scipy.io import loadmat
 
 import modalprep as mp
@@ -117,6 +118,17 @@ def test_start_and_steady_are_other_states(folder):
     frequency = json.loads((folder / "output/job/job-analysis.json").read_text())["modes"]["frequency"]
     expected = mp.spin_modes(uniform_beam(modes=3), np.array([0, 0, 6.0])).frequency[:2]
     np.testing.assert_allclose(frequency, expected, rtol=1e-9)  # two are listed
+
+
+def test_rest_on_a_turning_hub_and_at_another_time(folder):
+    """``k (a - a0) = -w^2 m c sin a (r + c cos a)``; then a torque of its time."""
+    hub = '[bodies.hub]\nfile = "arm.h5"\n[joints.hub]\ntype = "revolute"\nchild = "hub.root"\naxis = [0, 1, 0]\n'
+    arm = SWING.replace('child = "arm.root"', 'child = "arm.root"\nparent = "hub.tip"')
+    assert job(folder, hub + 'motion = "3*t"\n' + arm + '[analysis]\nabout = "steady"\n', "analyse") == 0
+    a = angle_of(folder)
+    assert 30 * (a - 0.2) == pytest.approx(-9 * 2 * 0.5 * np.sin(a) * (1 + 0.5 * np.cos(a)), rel=1e-9)
+    assert job(folder, SWING + 'torque = "5*t"\n[analysis]\ntime = 0.4\n', "analyse") == 0
+    assert angle_of(folder) == pytest.approx(0.2 + 2 / 30, rel=1e-9)
 
 
 LOOP = """
@@ -318,6 +330,17 @@ def test_momenta_and_efficient_variables_fly_as_joints_do(folder, capsys):
             sign = np.sign(np.sum(exact * found[variables][name])) if name.endswith("orientation") else 1.0
             scale = max(np.abs(exact).max(), 1.0)
             np.testing.assert_allclose(sign * found[variables][name], exact, atol=1e-8 * scale, err_msg=name)
+
+
+def test_interfaces_of_a_flexible_body_in_momenta(folder):
+    """Random modes with geometric stiffness: where its interfaces go, second order of the deflection included."""
+    mp.write_body(random_body(np.random.default_rng(0), 4).with_(name="cloud"), folder / "cloud.h5")
+    runs = []
+    for variables in ("joint", "momentum"):
+        assert job(folder, f'{FLIGHT}variables = "{variables}"\n', "simulate") == 0
+        runs.append(mp.read_result(folder / "output/job/job-run.h5"))
+    for name in ("a.a.position", "a.b.position", "a.modal"):
+        np.testing.assert_allclose(runs[1][name], runs[0][name], atol=1e-7 * np.abs(runs[0][name]).max())
 
 
 @pytest.mark.parametrize(

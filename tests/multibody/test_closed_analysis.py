@@ -13,6 +13,7 @@ from modalprep.body.build import flexible_body
 from modalprep.examples import cantilever_model
 from modalprep.multibody.chart import Chart
 from modalprep.multibody.closures import Closure, Coupler
+from modalprep.multibody.dense import quaternion_matrix
 from modalprep.multibody.dense_constraints import closed_accelerations, dense_constraints, reduced_accelerations
 from modalprep.multibody.evaluate import GOOD, build_model, evaluate
 from modalprep.multibody.loading import Loading
@@ -252,6 +253,28 @@ def test_linear_equations_are_the_derivative_of_the_run(seed):
     assert np.abs(found - slope[free]).max() < 1e-6 * np.abs(slope).max()  # h^2, and round-off / h
     np.testing.assert_allclose(linear.udot, rates(0.0), atol=1e-9 * np.abs(linear.udot).max())
     assert linear.error < 1e-8
+
+
+def test_turning_reference_turns_the_changes_of_closed_bodies_back():
+    """Two neighbouring states of a spinning body on a rod move on by their speeds; how they part is the first rows."""
+    body = mp.rigid_body("top", mass=1.0, centre=np.array([0.2, 0, 0]), inertia=np.diag([1.0, 2, 2.5]),
+                         interfaces={"root": np.zeros(3), "end": np.array([1.0, 0.3, 0.2])})  # fmt: skip
+    joint = mp.Joint(name="ball", type="spherical", parent="ground", child="top", spin=np.array([2.0, -1, 3]))
+    rod = Closure(name="rod", type="distance", a="ground", b="top.end", position=np.array([0.5, 2.0, -0.4]))
+    system = mp.System(bodies={"top": body}, joints=(joint,), closures=(rod,))
+    plant = Plant(system)
+    chart, linear = Chart(plant, plant.start), mp.linearise(system)
+    z, w, h = 1e-4 * np.array([1.0, -2.0]), 1e-4 * np.array([0.5, 3.0]), 1e-4
+    states = chart.y, chart.moved(z, w)
+
+    def apart(t):
+        A, B = (quaternion_matrix(plant.moved(y, t * y[plant.nx :])[:4]) for y in states)
+        return Rotation.from_matrix(A.T @ B).as_rotvec()
+
+    rate = (apart(h) - apart(-h)) / (2 * h)
+    wanted = linear.A[:2] @ np.concatenate([z, w])
+    np.testing.assert_allclose(rate[linear.independent], wanted, atol=1e-3 * np.abs(wanted).max())  # second order
+    assert np.abs(wanted - w).max() > 0.3 * np.abs(w).max()
 
 
 def loose(seed):
