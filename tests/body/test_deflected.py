@@ -6,7 +6,7 @@ from body.solids import horn
 from multibody.trees import random_body
 
 import modalprep as mp
-from modalprep.body.mass import affine_part, cross_moment, mass_matrix, rigid_mass_matrix
+from modalprep.body.mass import affine_part, cross_moment, mass_matrix, rigid_mass_matrix, shortening
 from modalprep.examples import uniform_beam
 from modalprep.multibody.dense import body_equations
 from modalprep.pipeline.load import load_pipeline
@@ -40,11 +40,19 @@ def test_equations_are_those_of_particles(seed):
     rng = np.random.default_rng(seed)
     (mass, x, shape, u2), body = particles(rng)
     q, qd, w = rng.standard_normal(5), rng.standard_normal(5), rng.standard_normal(3)
-    r, partial = x + shape @ q + 0.5 * (u2 @ q) @ q, shape + u2 @ q
+    t, bent = 0.5 * (u2 @ q) @ q, u2 @ q
+    arm = x - mass @ x / mass.sum()
+    strain = mass[:, None] * arm / (mass @ (arm**2).sum(axis=1))
+    g, slope, curvature = shortening(np.sum(strain * t))
+    strains = np.einsum("pa,pai->i", strain, bent)
+    r, partial = x + shape @ q + g * t, shape + g * bent + slope * np.multiply.outer(t, strains)
     turn = np.stack([np.cross(unit, r) for unit in np.eye(3)], axis=-1)
     J = np.concatenate([np.broadcast_to(np.eye(3), turn.shape), turn, partial], axis=2)
     rate = partial @ qd
-    a = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, rate) + (u2 @ qd) @ qd
+    speed, second = strains @ qd, (u2 @ qd) @ qd
+    elastic = g * second + 2 * slope * speed * (bent @ qd)
+    elastic += (curvature * speed**2 + slope * np.sum(strain * second)) * t
+    a = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, rate) + elastic
     M, bias = body_equations(body, np.concatenate([np.zeros(3), w]), q, qd)
     bias[6:] -= body.K * q + body.D * qd
     wanted = np.einsum("p,pai,paj->ij", mass, J, J)

