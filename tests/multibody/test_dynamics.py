@@ -113,20 +113,6 @@ def test_rigid_chain_accelerations():
     np.testing.assert_allclose(order_n(chain, y, np.zeros((6, 3)))[0], expected, rtol=1e-9)  # ten digits given
 
 
-def test_double_pendulum_history():
-    """Point masses on massless rods from rest at pi/2, pi/2 after 1 s; the second angle is relative here."""
-    bob = mp.rigid_body("bob", mass=1.0, centre=np.array([0, -1.0, 0]), inertia=np.zeros((3, 3)),
-                        interfaces={"root": np.zeros(3), "end": np.array([0, -1.0, 0])})  # fmt: skip
-    joints = (
-        mp.Joint(name="a", type="revolute", parent="ground", child="one", angle=np.pi / 2),
-        mp.Joint(name="b", type="revolute", parent="one.end", child="two"),
-    )
-    system = mp.System(bodies={"one": bob, "two": bob}, joints=joints, gravity=np.array([0, -9.81, 0]))
-    run = mp.simulate(system, t_end=2.0, output_step=1.0, rtol=1e-11, atol=1e-12)
-    np.testing.assert_allclose(run["a.angle"][1:], [-0.625087700, -0.482971534], rtol=1e-7)
-    np.testing.assert_allclose(run["b.angle"][1:], [-1.034585086 + 0.625087700, -1.324048712 + 0.482971534], rtol=1e-7)
-
-
 @pytest.fixture(scope="module")
 def spinup():
     body = uniform_beam(modes=12, keep="effective_mass > 2.5%", truncation=("inertia",))

@@ -1,0 +1,21 @@
+"""The systems of the shipped pipeline files, read and run as `modalprep run` does."""
+
+from pathlib import Path
+
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.systems import Simulated, read_system, simulate_pipeline
+
+PIPELINES = Path(__file__).parents[2] / "pipelines"
+
+
+def shipped(name: str, folder: Path):
+    """System and [simulation] of a pipeline file; bodies it needs are made in `folder`."""
+    path = PIPELINES / f"{name}.toml"
+    pipeline = load_pipeline(path)
+    return read_system(pipeline, path, folder, Reporter(quiet=True)), pipeline.simulation
+
+
+def run_shipped(name: str, folder: Path) -> Simulated:
+    """Simulate a pipeline file as it stands."""
+    return simulate_pipeline(PIPELINES / f"{name}.toml", folder, Reporter(quiet=True))
