@@ -58,7 +58,7 @@ def richer(modes):
 def test_frequencies(beams, stiffness):
     found, expected = frequencies(beams, stiffness), PUBLISHED[stiffness]
     # three modes of each beam: the fourth frequency lies above their second
-    np.testing.assert_allclose(found[:3], expected[:3], rtol=1e-4, atol=1e-12)
+    np.testing.assert_allclose(found[:3], expected[:3], rtol=5e-5, atol=1e-12)
     np.testing.assert_allclose(found[3], expected[3], rtol=2e-3)
 
 
@@ -87,7 +87,7 @@ def test_knock_is_a_sum_of_modes(folder):
     size = {"rtol": 1e-9, "atol": 1e-12, "method": "DOP853", "max_step": 0.1}
     z = solve_ivp(rate, (0, run.time[-1]), np.zeros(len(linear.A)), t_eval=run.time, **size).y
     tip = run["outer.tip.position.y"]
-    assert np.abs(linear.C[0] @ z - tip).max() < 2e-3 * np.abs(tip).max()
+    assert np.abs(linear.C[0] @ z - tip).max() < 5e-4 * np.abs(tip).max()
 
 
 def test_recovered_torques_move_the_arm_as_prescribed(folder):
@@ -101,9 +101,10 @@ def test_recovered_torques_move_the_arm_as_prescribed(folder):
             for joint, drive in zip(found.system.joints, drives, strict=True)
         )
     )
+    # a torque wrong by the spline's 1e-8 and the integrator's 1e-9 leads the angles away with the square of the time
     again = mp.simulate(driven, t_end=8.0, output_step=0.02, rtol=1e-9, method="explicit")
     rows = slice(len(again.time))
     for name in ("shoulder", "elbow"):
         travel = np.abs(run[f"{name}.angle"][rows]).max()
-        assert np.abs(again[f"{name}.angle"] - run[f"{name}.angle"][rows]).max() < 1e-4 * travel
-    np.testing.assert_allclose(again["lower.tip.position"], run["lower.tip.position"][rows], atol=2e-3)
+        assert np.abs(again[f"{name}.angle"] - run[f"{name}.angle"][rows]).max() < 1e-6 * travel
+    np.testing.assert_allclose(again["lower.tip.position"], run["lower.tip.position"][rows], atol=2e-6)
