@@ -8,6 +8,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.records import Record
@@ -76,6 +77,27 @@ class Result(Record):
         vectors = {name: a.shape[1] for name, a in self.channels.items() if a.ndim == 2}
         return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
                 for name, k in vectors.items()}  # fmt: skip
+
+    def seen_from(self, body: str) -> Result:
+        """Return the run with every place, the channels ``.position`` and ``.origin``, in the frame of a body.
+
+        Raises
+        ------
+        InputError
+            When there is no such body.
+
+        Examples
+        --------
+        >>> turned = {"hub.origin": [[1.0, 0, 0]], "hub.orientation": [[0.5**0.5, 0, 0, 0.5**0.5]]}
+        >>> channels = {name: np.array(a) for name, a in turned.items()} | {"arm.tip.position": np.array([[1.0, 2, 0]])}
+        >>> run = Result(time=np.zeros(1), channels=channels, status="done", message="")
+        >>> run.seen_from("hub")["arm.tip.position"].round(9) + 0.0
+        array([[2., 0., 0.]])
+        """
+        origin, turn = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
+        places = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
+        seen = {name: turn.inv().apply(place - origin) for name, place in places.items()}
+        return self.with_(channels=self.channels | seen)
 
     def to_dataframe(self, channels: Sequence[str] = ()) -> pandas.DataFrame:
         """Return the named channels (all when none is named) as columns over time, one per component.

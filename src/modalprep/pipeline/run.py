@@ -130,7 +130,10 @@ def plot_runs(
         suffix = "" if len(pipeline.plots) == 1 else f"-{number}"
         target = folder / f"{path.stem}-history{suffix}.png"
         reference = [point.model_dump() for point in plot.reference]
-        history_plot(simulated.runs, plot.channels, target, title=plot.title, ylabel=plot.ylabel, reference=reference)
+        runs = simulated.runs
+        if plot.seen_from is not None:
+            runs = {label: run.seen_from(plot.seen_from) for label, run in runs.items()}
+        history_plot(runs, plot.channels, target, title=plot.title, ylabel=plot.ylabel, reference=reference)
         drawn.append((plot.title or ", ".join(plot.channels), reporter.wrote(target)))
     return drawn
 

@@ -69,6 +69,7 @@ class PlotTable(Table):
     y: str | list[str]
     title: str = ""
     ylabel: str = ""
+    seen_from: str | None = Field(None, description="body in whose frame positions are drawn; default inertial")
     reference: list[ReferenceTable] = Field([])
 
     @property

@@ -114,6 +114,7 @@ def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> 
     with naming(path):
         known = _first_channels(pipeline.simulation, system)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
+        plotted += [f"{plot.seen_from}.origin" for plot in pipeline.plots if plot.seen_from is not None]
         for name in [*pipeline.simulation.output, *plotted]:
             known[name]
 

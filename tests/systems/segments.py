@@ -1,0 +1,48 @@
+"""Pipelines of segmented beams with another number of segments, and where their tips rest."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.multibody.dense import body_states
+from modalprep.multibody.equilibrium import static_equilibrium
+from modalprep.multibody.layout import pack
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.load import load_pipeline
+from modalprep.pipeline.systems import read_system
+
+PIPELINES = Path(__file__).parents[2] / "pipelines"
+
+
+def with_segments(name, segments, folder):
+    """System of ``pipelines/<name>.toml`` with another number of segments."""
+    text = (PIPELINES / f"{name}.toml").read_text()
+    beam = re.search(r"\[beams\.(\w+)\]", text)[1]
+    count = int(re.search(r"segments = (\d+)", text)[1])
+    text = text.replace(f"segments = {count}", f"segments = {segments}")
+    return system_of(re.sub(rf"\b{beam}{count}\.", f"{beam}{segments}.", text), folder)
+
+
+def system_of(text, folder):
+    """System of the text of a pipeline file."""
+    path = folder / "beam.toml"
+    path.write_text(text)
+    return read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+
+
+def rest(system, t=0.0):
+    """Tip of the last body (3,) in equilibrium under the loads at time t."""
+    state = static_equilibrium(system, t=t)
+    assert state.stable
+    packed = pack(system)
+    last = body_states(system, packed, state.y, np.zeros((len(packed.links), 3)))[-1]
+    return last.p + last.R @ last.body.interface_position[1]
+
+
+def order(errors):
+    """Order of convergence from errors at n, 2 n, ... segments."""
+    errors = np.abs(np.asarray(errors, dtype=float))
+    return np.log2(errors[:-1] / errors[1:])
