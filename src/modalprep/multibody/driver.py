@@ -165,10 +165,10 @@ def _try(model, run, method, t, h):
 @compile_merged
 def _accept(model, run, watch, method, h, t):
     """Move on to the state `new` at time t, with dense output where it will be asked for."""
-    status, next_output = GOOD, run.count[OUTPUT]
+    status = GOOD
     if method != EXPLICIT:
         _add_work(run, h)
-    if watch.hook[0] or (next_output < len(watch.times) and watch.times[next_output] <= t):
+    if watch.hook[0] or _due(run, watch, t):
         if method == EXPLICIT:
             status = explicit_rows(model, run, run.clock[T], h)
         else:
@@ -188,6 +188,12 @@ def _accept(model, run, watch, method, h, t):
             status = evaluate(model, t, run.y, run.ydot)
     set_weights(model.tree, run, run.y, True)
     return status
+
+
+@compile_kernel
+def _due(run, watch, t):
+    """Whether an output falls on or before t, to round-off."""
+    return run.count[OUTPUT] < len(watch.times) and watch.times[run.count[OUTPUT]] <= t * (1.0 + 1e-14)
 
 
 @compile_kernel
@@ -226,8 +232,7 @@ def _next_size(run, method, h, error):
 @compile_kernel
 def sample(model, run, watch):
     """Write the samples of the last step; False when there is no more room."""
-    t = run.clock[T] * (1.0 + 1e-14)
-    while run.count[OUTPUT] < len(watch.times) and watch.times[run.count[OUTPUT]] <= t:
+    while _due(run, watch, run.clock[T]):
         if run.count[SAMPLED] == len(watch.samples):
             return False
         interpolate(model.tree, run, watch.times[run.count[OUTPUT]], watch.samples[run.count[SAMPLED]])
