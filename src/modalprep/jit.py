@@ -22,8 +22,8 @@ STAMP = "modalprep_stamp"
 def compile_kernel(function: Callable, **options: Any) -> Callable:
     """Return ``njit(cache=True)`` of the function; without a writable cache it compiles in every process.
 
-    The cached code is used only while the function's file, the kernels of other files that it calls, and the
-    constants that it names are as they were (numba alone looks at the function's own file).
+    The cached code is used only while the function's file and the kernels and constants that the file imports are as
+    they were (numba alone looks at the function's own file).
     """
     stamp = _stamp(function)
     try:

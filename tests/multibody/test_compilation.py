@@ -39,19 +39,17 @@ def test_no_writable_cache_is_no_error(monkeypatch):
     assert asked == [True, False]
 
 
+@pytest.mark.parametrize("further_down", [False, True])
 @pytest.mark.parametrize("change", ["return 3 * x", "return x * SCALE", "SCALE = 5"])
-def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change):
-    """The compiled caller is used again while its helper is the same, and compiled anew when that changes.
-
-    It calls the helper by a function that stands below it: one that is not known when it is decorated.
-    """
+def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, further_down):
+    """The compiled caller is used again while its helper is the same, and compiled anew when that changes."""
     head = "from modalprep.jit import compile_inline, compile_kernel\n"
     helper = head + "SCALE = 4\n@compile_inline\ndef scaled(x):\n    return 2 * x\n"
-    caller = head + (
-        "from helper import SCALE, scaled\n"
-        "@compile_kernel\ndef total(x):\n    return below(x) + 0\n"
-        "@compile_kernel\ndef below(x):\n    return scaled(x) + SCALE\n"
-    )
+    caller = [
+        "@compile_kernel\ndef total(x):\n    return add(x)\n",
+        "@compile_kernel\ndef add(x):\n    return scaled(x) + SCALE\n",
+    ]
+    caller = head + "from helper import SCALE, scaled\n" + "".join(caller if further_down else caller[::-1])
     run = "import caller; print(caller.total(1.0), sum(caller.total.stats.cache_hits.values()))"
     (tmp_path / "caller.py").write_text(caller)
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])

@@ -8,7 +8,11 @@ the recursion gives ``Y = M^-1 G^T`` and ``G M^-1 G^T`` in O(n m), their factor 
 One operation does it all, `impose`: change accelerations, speeds or coordinates by the least amount, in the metric of
 the last `inward`, that moves the rows by a wanted amount. The metric is M, or the effective mass of an implicit step.
 
-Order of calls: `outward`, `world`, `constraint_residual`; after `inward` and `forward` `constraint_accelerations`.
+Springs, dampers and bushings of an implicit step are rows that give way, ``multiplier = -(c1 D + c2 K) (G u' - aim)``:
+they add the compliance ``1 / (c1 D + c2 K)`` to their element of ``G M^-1 G^T``, which is Woodbury's formula.
+
+Order of calls: `outward`, `world`, `constraint_residual`; after `inward` and `forward` `constraint_accelerations`; of
+an implicit step `aim` before `inward`, `implicit_accelerations` after `forward`.
 Arguments as in kernel.py; `cons` Constraints, `work` Work. External wrenches of the evaluation are overwritten.
 """
 
@@ -30,13 +34,15 @@ from modalprep.multibody.kernel import (
     node_acceleration,
     node_state,
     outward,
+    spread,
     world,
 )
 from modalprep.multibody.layout import FREE, JOINT, MODES, NX, PA, SLOT, SPHERICAL, UQ, A, X
 from modalprep.multibody.tables import Tables, table
 
-# kinds of rows: e.(rb - ra), ea.eb, |rb - ra|, a sum of joint coordinates; each less its value
-POINT, ANGLE, DISTANCE, COUPLER = range(4)
+# kinds of rows: e.(rb - ra), ea.eb, |rb - ra|, a sum of joint coordinates, each less its value; of e.(wb - wa) only the
+# rate counts
+POINT, ANGLE, DISTANCE, COUPLER, ABOUT = range(5)
 # columns of Constraints.rows and .constants
 KIND, END_A, END_B, TABLE = range(4)
 IN_A, IN_B, VALUE, UNIT, FLOOR, CONSTANTS = 0, 3, 6, 7, 8, 9
@@ -56,6 +62,7 @@ class Constraints(NamedTuple):
     constants: np.ndarray  # (m, 9): directions in the ends' axes, value, 1 / unit, mobility that counts as none
     terms: np.ndarray  # (nt, 4) int: row, link, coordinate (-1: prescribed), speed
     factors: np.ndarray  # (nt,)
+    yielding: np.ndarray  # (m, 2): stiffness and damping of the rows that give way; of constraints infinity, 0
 
 
 class Work(NamedTuple):
@@ -69,6 +76,8 @@ class Work(NamedTuple):
     bias: np.ndarray  # (m,) Phi'' without accelerations of the ends
     push: np.ndarray  # (m,) rate of the prescribed values
     wanted: np.ndarray  # (m,) what `impose` takes away from the rows
+    goal: np.ndarray  # (m,) G u' that rows aim at
+    compliance: np.ndarray  # (m,) of the rows that give way in an implicit step, else 0
     multiplier: np.ndarray  # (m,) that of the last `impose`
     S: np.ndarray  # (m, m) G M^-1 G^T
     factor: np.ndarray  # (m, m) its pivoted factor, rows and columns scaled
@@ -118,15 +127,19 @@ def _line(cons, work, i):
     f, ta, tb = ZERO3, ZERO3, ZERO3
     if kind == DISTANCE:
         phi = np.sqrt(dot3(r, r))
-        f = (r[0] / phi, r[1] / phi, r[2] / phi)
+        g = 1.0 / phi if phi > 0.0 else 0.0
+        f = (g * r[0], g * r[1], g * r[2])
         across = axpy3(v, -dot3(f, v), f)
-        bias = dot3(across, across) / phi
+        bias = g * dot3(across, across)
     else:
         e = times(get9(work.ends, a, TURN), get3(cons.constants, i, IN_A))
         turned = cross(wa, e)
         if kind == POINT:
             f, ta = e, cross(e, r)
             phi, bias = dot3(e, r), 2.0 * dot3(turned, v) + dot3(cross(wa, turned), r)
+        elif kind == ABOUT:
+            ta, tb = (-e[0], -e[1], -e[2]), e
+            phi, bias = 0.0, dot3(turned, axpy3(wb, -1.0, wa))
         else:
             h = times(get9(work.ends, b, TURN), get3(cons.constants, i, IN_B))
             tb = cross(h, e)
@@ -302,14 +315,88 @@ def constraint_accelerations(cons, tree, flex, W, F, work, alpha, beta, udot):
     """
     if cons is None:
         return
-    for i in range(len(work.kept)):
-        for c in range(12):
-            work.kept[i, c] = W[i, PA + c]
+    _keep(W, work)
     _observe(cons, tree, flex, W, F, work, 1.0)
     for i in range(len(cons.rows)):
         acceleration = _along(cons, work, i, udot) + work.bias[i]
         work.wanted[i] = acceleration + 2.0 * alpha * work.rate[i] + beta * beta * work.phi[i]
+        work.compliance[i] = 0.0
+    _act(cons, tree, flex, W, F, work, udot)
+
+
+@compile_kernel
+def aim(cons, tree, flex, W, F, work, c1, c2, by_rate, by_place):
+    """Say what the rows aim at in an implicit step, after `constraint_residual` and before `inward`.
+
+    The step has the matrix ``M + c1 D + c2 K`` and the force ``-D by_rate - K by_place``, both (nu,), of springs and
+    bushings too. Constraints aim at ``Phi = 0`` where a further ``c2 u' + by_place`` takes the coordinates.
+    """
+    if cons is None:
+        return
+    spread(tree, flex, W, F, by_place)
+    _observe(cons, tree, flex, W, F, work, 0.0)
+    for i in range(len(cons.rows)):
+        along, stiffness = _along(cons, work, i, by_place), cons.yielding[i, 0]
+        if np.isinf(stiffness):
+            work.compliance[i], work.goal[i] = 0.0, -(along + work.phi[i]) / c2
+        else:
+            work.compliance[i] = 1.0 / (c1 * cons.yielding[i, 1] + c2 * stiffness)
+            work.goal[i] = -work.compliance[i] * stiffness * along
+    spread(tree, flex, W, F, by_rate)
+    _observe(cons, tree, flex, W, F, work, 0.0)
+    for i in range(len(cons.rows)):
+        work.goal[i] -= work.compliance[i] * cons.yielding[i, 1] * _along(cons, work, i, by_rate)
+
+
+@compile_kernel
+def implicit_accelerations(cons, tree, flex, W, F, work, places, udot):
+    """Let the rows act on the accelerations of `forward` in an implicit step, after `aim`; see there.
+
+    Where `places` is False, constraints hold their accelerations as in `constraint_accelerations`.
+    """
+    if cons is None:
+        return
+    _keep(W, work)
+    _observe(cons, tree, flex, W, F, work, 1.0)
+    for i in range(len(cons.rows)):
+        work.wanted[i] = _along(cons, work, i, udot) + work.bias[i]
+    spread(tree, flex, W, F, udot)
+    _observe(cons, tree, flex, W, F, work, 0.0)
+    for i in range(len(cons.rows)):
+        if places or work.compliance[i] > 0.0:
+            work.wanted[i] = _along(cons, work, i, udot) - work.goal[i]
+    _act(cons, tree, flex, W, F, work, udot)
+
+
+@compile_kernel
+def restrain(cons, tree, flex, W, F, work, change):
+    """Take off ``change (nu,)`` what the rows resist, with the responses of the last `implicit_accelerations`."""
+    if cons is None:
+        return
+    spread(tree, flex, W, F, change)
+    _observe(cons, tree, flex, W, F, work, 0.0)
+    for i in range(len(cons.rows)):
+        work.wanted[i] = _along(cons, work, i, change)
+    solve(work)
+    for j in range(len(cons.rows)):
+        for k in range(len(change)):
+            change[k] += work.multiplier[j] * work.Y[j, k]
+
+
+@compile_inline
+def _keep(W, work):
+    """Keep biases and accelerations of the links, for `_superpose`."""
+    for i in range(len(work.kept)):
+        for c in range(12):
+            work.kept[i, c] = W[i, PA + c]
+
+
+@compile_kernel
+def _act(cons, tree, flex, W, F, work, udot):
+    """Take `wanted` off the rows by multipliers, those with compliance by as much as they resist."""
     respond(cons, tree, flex, W, F, work)
+    for i in range(len(cons.rows)):
+        work.S[i, i] += work.compliance[i]
     factorize(cons, work)
     solve(work)
     _superpose(cons, tree, flex, W, F, work, udot)

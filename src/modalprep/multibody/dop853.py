@@ -38,7 +38,7 @@ def explicit_step(model, run, t, h):
     if status != GOOD:
         return status, 0.0
     copy(K[STAGES], run.newdot)
-    set_weights(model.tree, run, run.new, False)
+    set_weights(model, run, run.new, False)
     return GOOD, _error(run, h)
 
 

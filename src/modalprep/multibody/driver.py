@@ -27,6 +27,7 @@ from modalprep.multibody.stepping import (
     HALVED,
     LAST,
     NOT_FINITE,
+    OPEN,
     OUTPUT,
     POWER_BEFORE,
     REJECTED,
@@ -42,7 +43,7 @@ from modalprep.multibody.stepping import (
 )
 
 EXPLICIT, ROSENBROCK, ALPHA = range(3)
-ERROR_ORDER = (8.0, 3.0, 3.0)  # of the error estimate, in h
+ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h
 MOST_GROWTH = (6.0, 3.0, 2.0)
 RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED = range(7)
 SAFETY, LEAST_GROWTH, FAILED_GROWTH = 0.9, 0.2, 0.5
@@ -88,7 +89,7 @@ def begin(model, run, method, t, stop):
 @compile_merged
 def _first_size(model, run, order, left):
     """First step size of Hairer, Norsett and Wanner (1993), II.4."""
-    set_weights(model.tree, run, run.y, True)
+    set_weights(model, run, run.y, True)
     run.weight[-1] = 0.0
     d0, d1 = norm(run, run.y), norm(run, run.ydot)
     h = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
@@ -122,24 +123,27 @@ def advance(model, run, watch, method, stop, most):
         left = stop - t
         if h > 0.5 * left:
             h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
+        end = stop if h == left else t + h
         status, error = _try(model, run, method, t, h)
-        if status == FAILED_CALLBACK:
-            return RAISED
+        passed = error <= 1.0 or run.clock[FIXED] > 0.0
         if status == GOOD and not error < np.inf:
             status = NOT_FINITE
+        if status == GOOD and passed:
+            status = _hold(model, run, method, h, end)
+        if status == FAILED_CALLBACK:
+            return RAISED
         if status != GOOD:
             run.count[CAUSE] = status
             run.count[HALVED] += 1
             run.clock[ERROR] = 1.0
             run.clock[H] = FAILED_GROWTH * h
-        elif error > 1.0 and run.clock[FIXED] == 0.0:
+        elif not passed:
             run.count[REJECTED] += 1
             run.count[CAUSE] = GOOD
             run.clock[H] = h * max(LEAST_GROWTH, SAFETY * error ** (-1.0 / ERROR_ORDER[method]))
             run.clock[ERROR] = -1.0
         else:
-            status = _accept(model, run, watch, method, h, stop if h == left else t + h)
-            if status == FAILED_CALLBACK:
+            if _accept(model, run, watch, method, h, end) == FAILED_CALLBACK:
                 return RAISED
             _next_size(run, method, h, error)
             if _too_far(model.tree, watch, run):
@@ -163,6 +167,25 @@ def _try(model, run, method, t, h):
 
 
 @compile_merged
+def _hold(model, run, method, h, t):
+    """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status."""
+    normalise(model.tree, run.new)
+    if model.cons is None:
+        return GOOD
+    prescribe(model.loads, t, model.motion)
+    moves = settle(
+        model.cons, model.tree, model.flex, model.W, model.F, run.new, model.motion, t, model.work, model.hinge,
+        0.0 if method == EXPLICIT else 0.25 * h * h, CLOSED, MOST_PROJECTIONS,
+    )  # fmt: skip
+    if moves < 0:
+        return OPEN
+    if moves > 0 and method == EXPLICIT:
+        run.count[EVALUATIONS] += 1
+        return evaluate(model, t, run.new, run.newdot)
+    return GOOD
+
+
+@compile_merged
 def _accept(model, run, watch, method, h, t):
     """Move on to the state `new` at time t, with dense output where it will be asked for."""
     status = GOOD
@@ -181,12 +204,7 @@ def _accept(model, run, watch, method, h, t):
     copy(run.y, run.old)
     copy(run.new, run.y)
     copy(run.newdot, run.ydot)
-    normalise(model.tree, run.y)
-    if model.cons is not None:
-        prescribe(model.loads, t, model.motion)
-        if _settle(model, run, 0.0 if method == EXPLICIT else 0.25 * h * h) > 0 and method == EXPLICIT:
-            status = evaluate(model, t, run.y, run.ydot)
-    set_weights(model.tree, run, run.y, True)
+    set_weights(model, run, run.y, True)
     return status
 
 
@@ -194,15 +212,6 @@ def _accept(model, run, watch, method, h, t):
 def _due(run, watch, t):
     """Whether an output falls on or before t, to round-off."""
     return run.count[OUTPUT] < len(watch.times) and watch.times[run.count[OUTPUT]] <= t * (1.0 + 1e-14)
-
-
-@compile_kernel
-def _settle(model, run, stiff):
-    """Project `y` onto closed loops, in the metric of the step; returns how often it moved, -1 where it cannot."""
-    return settle(
-        model.cons, model.tree, model.flex, model.W, model.F, run.y, model.motion, run.clock[T], model.work,
-        model.hinge, stiff, CLOSED, MOST_PROJECTIONS,
-    )  # fmt: skip
 
 
 @compile_kernel

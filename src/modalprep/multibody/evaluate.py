@@ -12,16 +12,29 @@ import numpy as np
 
 from modalprep.jit import compile_kernel, compile_pass
 from modalprep.multibody.algebra import copy, get6, get9, inertia_times
+from modalprep.multibody.bonds import with_bonds
 from modalprep.multibody.callbacks import call_address
 from modalprep.multibody.constraints import (
     Constraints,
     Work,
+    aim,
     constraint_accelerations,
     constraint_power,
     constraint_residual,
+    implicit_accelerations,
+    restrain,
 )
 from modalprep.multibody.forces import Loads, apply, prescribe
-from modalprep.multibody.kernel import forward, inward, kinematic, outward, world
+from modalprep.multibody.kernel import (
+    clear_wrenches,
+    forward,
+    forward_bias,
+    inward,
+    inward_bias,
+    kinematic,
+    outward,
+    world,
+)
 from modalprep.multibody.layout import (
     COORDINATES,
     H_,
@@ -46,6 +59,7 @@ from modalprep.multibody.layout import (
     workspace,
 )
 from modalprep.multibody.loading import Loading
+from modalprep.multibody.packed_constraints import constraint_work
 from modalprep.multibody.system import System
 
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
@@ -73,6 +87,8 @@ class Model(NamedTuple):
     shared: np.ndarray  # (5,) power (W), energy in springs and a central field (J), power of callbacks, one raised
     cons: Constraints | None  # closed loops
     work: Work | None  # their scratch
+    bonds: Constraints | None  # closed loops, springs and bushings: what an implicit step knows
+    bonds_work: Work | None
 
 
 def build_model(system: System, packed: Packed, loading: Loading) -> Model:
@@ -86,10 +102,13 @@ def build_model(system: System, packed: Packed, loading: Loading) -> Model:
             modes = slice(row[UQ], row[UQ] + row[MODES])
             linear[0, modes], linear[1, modes] = system.bodies[link.body].K, system.bodies[link.body].D
     loops = loading.loops
+    bonds = with_bonds(loops.arrays if loops else None, loading.arrays)
+    work = loops.work if loops else None
     return Model(
         tree, packed.flex, loading.arrays, W, F, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
         place, np.array([loading.active, 0, 0], dtype=np.int64), np.zeros(packed.nx + nu), np.zeros(nu),
-        np.zeros(SHARED), loops.arrays if loops else None, loops.work if loops else None,
+        np.zeros(SHARED), loops.arrays if loops else None, work, bonds,
+        constraint_work(bonds, packed) if bonds else None,
     )  # fmt: skip
 
 
@@ -111,7 +130,6 @@ def load(model, t, y):
     model.shared[POWER] = 0.0
     if model.flags[LOADED] or model.cons is not None:
         world(tree, W)
-        constraint_residual(model.cons, tree, flex, W, F, y, model.motion, t, model.work)
     if model.flags[LOADED]:
         energies = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope)
         model.shared[POWER], model.shared[SPRINGS], model.shared[POTENTIAL] = energies
@@ -127,15 +145,17 @@ def load(model, t, y):
 def evaluate(model, t, y, ydot):
     """Time derivative of ``[coordinates | speeds | work]``; returns GOOD, FAILED_CALLBACK or the link that failed."""
     tree, nx, nu = model.tree, model.tree.ints[0, NX], len(model.tau)
+    flex, W, F = model.flex, model.W, model.F
     if not load(model, t, y):
         return FAILED_CALLBACK
-    status = inward(tree, model.flex, model.W, model.F, model.tau, None, 0.0, 0.0)
+    constraint_residual(model.cons, tree, flex, W, F, y, model.motion, t, model.work)
+    status = inward(tree, flex, W, F, model.tau, None, 0.0, 0.0)
     if status >= 0:
         return status
-    forward(tree, model.flex, model.W, model.F, model.tau, ydot[nx : nx + nu])
-    _close(model, ydot[nx : nx + nu])
+    forward(tree, flex, W, F, model.tau, ydot[nx : nx + nu])
+    constraint_accelerations(model.cons, tree, flex, W, F, model.work, 0.0, 0.0, ydot[nx : nx + nu])
     kinematic(tree, y, ydot)
-    ydot[nx + nu] = power(model, y)
+    ydot[nx + nu] = power(model, model.work, y)
     if model.flags[TWIN]:
         copy(y, model.state)
         call_address(model.flags[TWIN], t)
@@ -161,33 +181,51 @@ def _push_modes(tree, F, force):
                 F.load[tree.ints[i, SLOT], a] += force[tree.ints[i, UQ] + a]
 
 
-@compile_pass
-def solve_implicit(model, c1, c2, force, out):
-    """Solve ``(M + c1 D + c2 K) out = F + force`` after `load`, D and K of `linear`; returns the status of `inward`."""
-    tree = model.tree
+@compile_kernel
+def solve_implicit(model, t, y, c1, c2, by_rate, by_place, places, out):
+    """Solve ``(M + c1 D + c2 K) out = F - D by_rate - K by_place`` after `load`; returns the status of `inward`.
+
+    D and K are those of modes and hinges (`linear`) and of springs and bushings. Closed loops hold accelerations, or
+    with `places` the coordinates that ``c2 out + by_place`` leads to from y.
+    """
+    tree, flex, W, F = model.tree, model.flex, model.W, model.F
+    constraint_residual(model.bonds, tree, flex, W, F, y, model.motion, t, model.bonds_work)
+    aim(model.bonds, tree, flex, W, F, model.bonds_work, c1, c2, by_rate, by_place)
+    for u in range(len(out)):
+        out[u] = -model.linear[1, u] * by_rate[u] - model.linear[0, u] * by_place[u]
     for i in range(len(tree.ints)):
         for u in range(tree.ints[i, U], tree.ints[i, UQ]):
             model.hinge[u] = c1 * model.linear[1, u] + c2 * model.linear[0, u]
-            model.tau[u] += force[u]
-    _push_modes(tree, model.F, force)
-    status = inward(tree, model.flex, model.W, model.F, model.tau, model.hinge, c1, c2)
+            model.tau[u] += out[u]
+    _push_modes(tree, F, out)
+    status = inward(tree, flex, W, F, model.tau, model.hinge, c1, c2)
     if status < 0:
-        forward(tree, model.flex, model.W, model.F, model.tau, out)
-        _close(model, out)
+        forward(tree, flex, W, F, model.tau, out)
+        implicit_accelerations(model.bonds, tree, flex, W, F, model.bonds_work, places, out)
     return status
 
 
-@compile_pass
-def _close(model, udot):
-    """Let closed loops act on the accelerations of `forward`; drift is left to projection after steps."""
-    constraint_accelerations(model.cons, model.tree, model.flex, model.W, model.F, model.work, 0.0, 0.0, udot)
+@compile_kernel
+def smooth(model, c1, c2, e, scratch):
+    """Replace ``e (nu,)`` by ``(M + c1 D + c2 K)^-1 M e``, its rows on closed loops, after `solve_implicit`."""
+    tree, flex, W, F, tau = model.tree, model.flex, model.W, model.F, model.tau
+    clear_wrenches(tree, flex, W, F)
+    for u in range(len(tau)):
+        tau[u] = -(c1 * model.linear[1, u] + c2 * model.linear[0, u]) * e[u]
+    _push_modes(tree, F, tau)
+    inward_bias(tree, flex, W, F, tau)
+    forward_bias(tree, flex, W, F, tau, scratch)
+    tau[:] = 0.0
+    for u in range(len(e)):
+        e[u] += scratch[u]
+    restrain(model.bonds, tree, flex, W, F, model.bonds_work, e)
 
 
 @compile_pass
-def power(model, y):
-    """Power (W) of loads and prescribed hinges less modal damping, after `forward`."""
+def power(model, work, y):
+    """Power (W) of loads, prescribed hinges and prescribed values of `work` less modal damping, after `forward`."""
     tree, W, nx = model.tree, model.W, model.tree.ints[0, NX]
-    total = model.shared[POWER] + constraint_power(model.work)
+    total = model.shared[POWER] + constraint_power(work)
     for i in range(len(tree.ints)):
         joint = tree.ints[i, JOINT]
         if joint == PRESCRIBED_REVOLUTE or joint == PRESCRIBED_PRISMATIC:

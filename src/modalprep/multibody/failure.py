@@ -10,7 +10,7 @@ from modalprep.errors import SimulationError
 from modalprep.multibody.dense import mass_and_force
 from modalprep.multibody.evaluate import evaluate
 from modalprep.multibody.layout import UQ, WRENCH, XQ, U
-from modalprep.multibody.stepping import CAUSE, NOT_CONVERGED
+from modalprep.multibody.stepping import CAUSE, NOT_CONVERGED, OPEN
 
 if TYPE_CHECKING:
     from modalprep.multibody.integrators import Integration
@@ -30,6 +30,11 @@ def diverged(run: Integration) -> str:
 def failure(run: Integration, t: float) -> SimulationError:
     """Return the error of a run that cannot go on at time t: the body, and what to do."""
     cause, begin = int(run.steps.count[CAUSE]), f"simulation stopped at t = {t:.6g} s: "
+    if cause == OPEN:
+        return SimulationError(
+            begin + run.loading.loops.widest() + ", however short the step; the mechanism is locked or at a dead point "
+            "there: look at its prescribed motions and lengths"
+        )
     evaluate(run.model, t, run.steps.y, run.steps.ydot)
     loaded = _not_finite(run)
     if loaded and cause < 0:
@@ -42,8 +47,8 @@ def failure(run: Integration, t: float) -> SimulationError:
         )
     if cause == NOT_CONVERGED:
         return SimulationError(
-            f"{begin}the sweeps of the implicit method do not converge, body {fastest(run)!r} moves fastest; a spring "
-            "or bushing between bodies may be too stiff for it: use method = 'explicit'"
+            f"{begin}the sweeps of the implicit method do not converge, body {fastest(run)!r} moves fastest; loads may "
+            "change too fast with the motion for it: use method = 'explicit'"
         )
     return SimulationError(
         f"{begin}the step size collapsed, body {softest(run)!r} moves fastest; drop its highest modes or loosen rtol"

@@ -20,7 +20,7 @@ from modalprep.multibody.evaluate import (
 )
 from modalprep.multibody.events import Event, event_function
 from modalprep.multibody.failure import diverged, failure
-from modalprep.multibody.layout import MODES, XQ, Packed
+from modalprep.multibody.layout import MODES, XQ, Packed, workspace
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.stepping import (
     CAUSE,
@@ -35,7 +35,7 @@ from modalprep.multibody.stepping import (
     T,
     new_run,
 )
-from modalprep.multibody.stiffness import choose
+from modalprep.multibody.stiffness import Choice, choose
 from modalprep.multibody.system import System
 
 METHODS = ("auto", "explicit", "generalized_alpha", "rosenbrock")
@@ -88,12 +88,12 @@ class Integration:
         twin: Callable | None,
     ) -> None:  # fmt: skip
         self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
-        self.model = build_model(system, packed, loading)
         if loading.loops:
             loading.enter(*loading.stretches[0])
             y = y.copy()
-            y[:-1] = loading.loops.assemble(self.model.W, self.model.F, y[:-1], loading.prescribe(0.0))
-        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0)
+            y[:-1] = loading.loops.assemble(*workspace(packed.tree, packed.flex), y[:-1], loading.prescribe(0.0))
+        self.model = build_model(system, packed, loading)
+        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, times[-1])
         for i, row in enumerate(packed.tree.ints):  # deflections count by a share of the body's size at least
             reach = size[row[XQ] : row[XQ] + row[MODES]].max(initial=0.0)
             self.steps.size[SIZES + 2 * i] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
@@ -104,7 +104,7 @@ class Integration:
         for flag, pointer in self.pointers.items():
             self.model.flags[flag] = pointer.address if pointer else 0
         self.watch = self._watch(times, size)
-        self.choice = choose(self.model, self.steps, loading, method, times[-1])
+        self.choice = choose(self.model, self.steps, self.watch, loading, method, times[-1])
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
         return Pointer(function, self.model.shared[RAISED:])
@@ -156,6 +156,8 @@ class Integration:
                     progress(float(self.steps.clock[T]))
                 if code not in (driver.RUNNING, driver.FULL):
                     break
+                if self.steps.count[EVALUATIONS] > self.choice.spare + self.choice.limit * self.steps.clock[T]:
+                    self._give_up(record, end)
             if code != driver.REACHED:
                 break
         return self._outcome(code, found, record)
@@ -170,6 +172,21 @@ class Integration:
             driver.ask(self.model, self.steps, self.watch, begin, self.steps.y)
             self.raise_callback()
             self.watch.before[:] = self.watch.values
+
+    def _give_up(self, record: Record, end: float) -> None:
+        """Go on with the explicit method."""
+        t = float(self.steps.clock[T])
+        self._sample_all(record)
+        name, limit = NAMES[self.choice.method], self.choice.limit
+        why = f"; {name} before t = {t:.3g} s, where it came to take over {limit:.2g} evaluations a second"
+        self.choice = Choice(EXPLICIT, self.choice.ratio, why)
+        self._begin(t, end)
+
+    def _sample_all(self, record: Record) -> None:
+        full = True
+        while full:
+            full = not driver.sample(self.model, self.steps, self.watch)
+            self._drain(record)
 
     def _drain(self, record: Record) -> None:
         count, done = self.steps.count[SAMPLED], self.steps.count[OUTPUT]
@@ -191,11 +208,8 @@ class Integration:
 
     def _outcome(self, code: int, found: list[tuple[int, float]], record: Record) -> Outcome:
         t = float(self.steps.clock[T])
-        while code in (driver.STOPPED, driver.DIVERGED):  # samples up to the end
-            full = not driver.sample(self.model, self.steps, self.watch)
-            self._drain(record)
-            if not full:
-                break
+        if code in (driver.STOPPED, driver.DIVERGED):
+            self._sample_all(record)
         times = {e.name: np.sort([s for k, s in found if k == i and s <= t]) for i, e in enumerate(self.events)}
         status, message = "done", f"reached t = {t:g} s"
         if code == driver.DIVERGED:

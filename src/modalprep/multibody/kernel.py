@@ -473,6 +473,38 @@ def forward_bias(tree, flex, W, F, tau, udot):
     _accelerate(tree, flex, W, F, tau, udot, 0.0)
 
 
+@compile_kernel
+def spread(tree, flex, W, F, udot):
+    """Write to A in W and q'' in F what accelerations ``udot (nu,)`` are to a system at rest, after `outward`."""
+    for i in range(len(tree.ints)):
+        p, joint, u = tree.ints[i, PARENT], tree.ints[i, JOINT], tree.ints[i, U]
+        linear, angular, turn = get3(W, p, A), get3(W, p, A + 3), get9(W, i, R)
+        if p < 0:
+            linear = ZERO3
+        linear = add3(linear, cross(angular, get3(W, i, ARM)))
+        if flex is not None:
+            if tree.ints[i, PHI] >= 0:
+                v, t = elastic_acceleration(F, tree.ints[i, PHI], tree.ints[p, MODES], tree.ints[p, SLOT])
+                linear, angular = add3(linear, v), add3(angular, t)
+        v, t = transposed_times(turn, linear), transposed_times(turn, angular)
+        if joint == REVOLUTE:
+            t = (t[0], t[1], t[2] + udot[u])
+        elif joint == PRISMATIC:
+            v = (v[0], v[1], v[2] + udot[u])
+        elif joint == SPHERICAL:
+            t = add3(t, (udot[u], udot[u + 1], udot[u + 2]))
+        elif joint == FREE:
+            x = _six(udot, u)
+            v, t = add3(v, (x[0], x[1], x[2])), add3(t, (x[3], x[4], x[5]))
+        put3(W, i, A, v)
+        put3(W, i, A + 3, t)
+        if flex is not None:
+            s = tree.ints[i, SLOT]
+            if s >= 0:
+                for a in range(tree.ints[i, MODES]):
+                    F.qdd[s, a >> 3, a & 7] = udot[tree.ints[i, UQ] + a]
+
+
 @compile_pass
 def kinematic(tree, y, ydot):
     """Time derivatives of the coordinates: the first nx numbers of ``ydot``."""

@@ -194,18 +194,27 @@ class Loops:
             constraints.project_velocities(*args, self.work, free, soft)
             kernel.outward(self.packed.tree, self.packed.flex, W, F, found, motion)
             self.residual(W, F, found, motion, t)
-        values = self.work.rate if reached else self.work.phi
+        what, stops, gap, unit = self._worst(self.work.rate if reached else self.work.phi)
+        if reached:
+            return (
+                f"{what} cannot be kept at t = {t:g} s: {stops} goes on at {gap:.3g} {unit}/s; two prescribed motions "
+                "contradict each other"
+            )
+        return (
+            f"{what} cannot be closed at t = {t:g} s: {stops}, a gap of {gap:.3g} {unit} is left; correct lengths and "
+            "positions, or give start values nearer to the closed loop"
+        )
+
+    def widest(self) -> str:
+        """Say which closure the last projection left open."""
+        what, stops, gap, unit = self._worst(self.work.phi)
+        return f"{what} cannot be kept closed: {stops}, a gap of {gap:.3g} {unit} is left"
+
+    def _worst(self, values: np.ndarray) -> tuple[str, str, float, str]:
+        """Return closure, what it stops, size and unit of the largest of ``values (m,)``."""
         sizes = np.abs(values) * self.arrays.constants[:, constraints.UNIT]
         worst = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
         row = self.closing.rows[worst]
-        what = f"closure {self.system.closures[row.closure].name!r}"
         unit = "m" if row.kind in (POINT, DISTANCE) else "rad" if row.kind == ANGLE else "(m or rad)"
-        if reached:
-            return (
-                f"{what} cannot be kept at t = {t:g} s: {row.stops} goes on at {abs(values[worst]):.3g} {unit}/s; two "
-                "prescribed motions contradict each other"
-            )
-        return (
-            f"{what} cannot be closed at t = {t:g} s: {row.stops}, a gap of {abs(values[worst]):.3g} {unit} is left; "
-            "correct lengths and positions, or give start values nearer to the closed loop"
-        )
+        what = f"closure {self.system.closures[row.closure].name!r}"
+        return what, row.stops, abs(values[worst]), unit

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.algebra import (
     ZERO3,
     add3,
     axpy3,
+    copy,
     cross,
     dot3,
     get3,
@@ -61,7 +62,7 @@ from modalprep.multibody.layout import (
 from modalprep.multibody.loops import CLOSED, MOST_STEPS
 
 
-@compile_kernel
+@compile_allocating
 def record(model, columns, times, states, soft, rows):
     """Write the channels at all times, ``rows (nt, width)``; returns whether no callback raised.
 
@@ -74,7 +75,7 @@ def record(model, columns, times, states, soft, rows):
     """
     y, ydot = np.zeros(states.shape[1]), np.zeros(states.shape[1])
     for k in range(len(times)):
-        y[:] = states[k]
+        copy(states[k], y)
         prescribe(model.loads, times[k], model.motion)
         model.hinge[:] = 0.0
         settle(

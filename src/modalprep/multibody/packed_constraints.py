@@ -113,6 +113,7 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
         constants=constants,
         terms=np.array([at for at, _ in terms], dtype=np.int64).reshape(-1, 4),
         factors=np.array([factor for _, factor in terms], dtype=float),
+        yielding=np.tile([np.inf, 0.0], (len(rows), 1)),
     )
     return Closing(arrays, tuple(rows), size)
 
@@ -121,7 +122,7 @@ def constraint_work(arrays: Constraints, packed: Packed) -> Work:
     """Allocate the scratch of `Constraints`."""
     nx, nu, nl = packed.nx, packed.nu, len(packed.links)
     m, ne = len(arrays.rows), len(arrays.ends)
-    vectors = [np.zeros(m) for _ in range(6)]
+    vectors = [np.zeros(m) for _ in range(8)]
     return Work(
         np.zeros((ne, ENDS)), np.zeros((ne, 6)), np.zeros((m, LINES)), *vectors, np.zeros((m, m)), np.zeros((m, m)),
         np.zeros(m), np.zeros(m, dtype=np.int64), np.zeros(1, dtype=np.int64), np.zeros((m, nu)), np.zeros(nu),

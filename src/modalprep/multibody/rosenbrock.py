@@ -1,11 +1,12 @@
 """Rosenbrock-W method of order 3 in the order-n recursion: ROS34PW2 of Rang and Angermann (2005).
 
-The matrix A of the method holds what is linear and may be stiff, modal and hinge stiffness and damping:
-``A = [0 1; -M^-1 K, -M^-1 D]``. A stage is then one recursion, ``(M + h g D + h^2 g^2 K) k = F - h g K r - h sum g_ij
-(K kq_j + D kv_j)`` with ``kq = r + h g kv``. M is that of the stage, not of the step: this adds
-``h^3 sum b_i a_i g_i A' f`` to the error of a step, -0.0025 of a third-order term, so that the observed order is 3.
-Rotation, bushings and springs between bodies are outside A, hence explicit: they limit the step where they are
-stiff, and fast rotation reduces the order of unresolved modes.
+The matrix A of the method holds what is linear and may be stiff, stiffness and damping of modes, hinges, and of
+springs and bushings between bodies: ``A = [0 1; -M^-1 K, -M^-1 D]``. A stage is then one recursion, ``(M + h g D +
+h^2 g^2 K) kv = F - D rv - K (h g s + rs)`` with ``rv = h sum g_ij kv_j``, ``rs = h sum g_ij s_j`` and the speeds
+``s = v + rv`` of the stage; its coordinates move with ``s + h g kv``. M and K are those of the stage, not of the step:
+this adds ``h^3 sum b_i a_i g_i A' f`` to the error of a step, -0.0025 of a third-order term, so that the observed order
+is 3. Rotation is outside A, hence explicit: when fast it reduces the order of unresolved modes. The error of the speeds
+is filtered by ``(M + h g D + h^2 g^2 K)^-1 M``, so that vibrations which no coordinate shows do not hold the step.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ import numpy as np
 
 from modalprep.jit import compile_merged
 from modalprep.multibody.algebra import copy
-from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, evaluate, hinge_slopes, load, solve_implicit
+from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, evaluate, hinge_slopes, load, smooth, solve_implicit
 from modalprep.multibody.kernel import kinematic
 from modalprep.multibody.layout import NX
-from modalprep.multibody.stepping import EVALUATIONS, norm, set_weights
+from modalprep.multibody.stepping import EVALUATIONS, larger, set_weights
 
 G = 0.43586652150845900
 ALPHA = np.array([
@@ -44,46 +45,49 @@ def rosenbrock_step(model, run, t, h):
         status = _stage(model, run, t, h, i)
         if status != GOOD:
             return status, 0.0
-    error = run.rows[0]
+    nx, nu, error, scratch = model.tree.ints[0, NX], len(model.tau), run.rows[0], run.rows[1]
     copy(run.y, run.new)
     error[:] = 0.0
     for i in range(STAGES):
-        for k in range(len(run.y)):
+        for k in range(nx + nu):
             run.new[k] += h * WEIGHTS[i] * run.K[i, k]
             error[k] += h * (WEIGHTS[i] - EMBEDDED[i]) * run.K[i, k]
+    smooth(model, h * G, h * h * G * G, error[nx : nx + nu], scratch[:nu])
     run.count[EVALUATIONS] += 1
     status = evaluate(model, t + h, run.new, run.newdot)
-    set_weights(model.tree, run, run.new, False)
-    run.weight[-1] = 0.0  # the work comes by quadrature
-    return status, norm(run, error)
+    set_weights(model, run, run.new, False)
+    worst = 0.0
+    for k in range(nx + nu):
+        worst = larger(worst, error[k] * run.weight[k])
+    return status, worst
 
 
 @compile_merged
 def _stage(model, run, t, h, i):
-    """Solve stage i for its row of K."""
+    """Solve stage i for its row of K; its speeds stand in row 3 + i of `rows`."""
     nx, nu = model.tree.ints[0, NX], len(model.tau)
-    y, rest, force = run.new, run.rows[1], run.newdot[:nu]
+    y, row, rate, place, speed = run.new, run.K[i], run.rows[1], run.rows[2], run.rows[3 + i]
     copy(run.y, y)
-    rest[:] = 0.0
+    rate[:] = place[:] = 0.0
     for j in range(i):
         for k in range(nx + nu):
             y[k] += h * ALPHA[i, j] * run.K[j, k]
-            rest[k] += h * GAMMA[i, j] * run.K[j, k]
+        for u in range(nu):
+            rate[u] += h * GAMMA[i, j] * run.K[j, nx + u]
+            place[u] += h * GAMMA[i, j] * run.rows[3 + j, u]
+    t_stage = t + h * np.sum(ALPHA[i])
     run.count[EVALUATIONS] += 1
-    if not load(model, t + h * np.sum(ALPHA[i]), y):
+    if not load(model, t_stage, y):
         return FAILED_CALLBACK
     if i == 0:
         hinge_slopes(model)
-    row = run.K[i]
+    for u in range(nu):
+        speed[u] = y[nx + u] + rate[u]
+        place[u] += h * G * speed[u]
+    kv = row[nx : nx + nu]
+    status = solve_implicit(model, t_stage, y, h * G, h * h * G * G, rate[:nu], place[:nu], False, kv)
+    for u in range(nu):
+        speed[u] += h * G * kv[u]
+        y[nx + u] = speed[u]
     kinematic(model.tree, y, row)
-    for u in range(nu):
-        stiffness, damping, x = model.linear[0, u], model.linear[1, u], model.place[u]
-        force[u] = -damping * rest[nx + u]
-        if x >= 0:
-            row[x] += rest[nx + u]
-            force[u] -= stiffness * (h * G * row[x] + rest[x])
-    status = solve_implicit(model, h * G, h * h * G * G, force, row[nx : nx + nu])
-    for u in range(nu):
-        if model.place[u] >= 0:
-            row[model.place[u]] += h * G * row[nx + u]
     return status

@@ -46,12 +46,16 @@ def simulate(
     t_end, output_step : float
         s.
     rtol, atol : float
-        Relative and absolute tolerance of coordinates and speeds. A turn counts by a radian at least, a deflection by a
-        hundredth of its body's size at least, all else by the largest value so far.
+        Relative and absolute tolerance of the coordinates at the end of the run, but for a factor of the motion's own
+        growth of errors; of a step of the explicit method also of the speeds. A turn counts by a radian at least, a
+        deflection by a hundredth of its body's size at least, its rate by that times the frequency, all else by the
+        largest value so far. Vibrations of modes, springs and bushings below it are not resolved by an implicit
+        method, those above it are in each step, not in their phase at the end of the run.
     method : {"auto", "explicit", "generalized_alpha", "rosenbrock"}
-        DOP853, of order 8; generalized-alpha, of order 2, and ROS34PW2, of order 3, which treat modal and hinge
-        stiffness implicitly: steps are then as long as the motion allows, whatever the highest mode. "auto" takes the
-        quicker one; `Result.message` says which, and why.
+        DOP853, of order 8; generalized-alpha, of order 2, and ROS34PW2, of order 3, which treat the stiffness of modes,
+        hinges, springs and bushings implicitly: steps are then as long as the motion allows, whatever the highest
+        frequency. "auto" counts what each of them spends on the first steps and takes the quickest; `Result.message`
+        says which, and why. Python callbacks are called in these trials too.
     step : float or None
         A fixed step (s) in place of error control.
     rho_inf : float

@@ -11,12 +11,12 @@ from modalprep.multibody.algebra import add3, axpy3, cross, dot3, quaternion_rot
 from modalprep.multibody.layout import FREE, JOINT, MODES, NX, PRISMATIC, REVOLUTE, SPHERICAL, UQ, XQ, U, X
 
 # columns of Run.clock: time, next step size, error of the last step, its size and begin, the power there; size of a
-# fixed step (0: adaptive), rtol, atol, rho_inf
-T, H, ERROR, LAST, BEGIN, POWER_BEFORE, FIXED, RTOL, ATOL, RHO, CLOCK = range(11)
+# fixed step (0: adaptive), rtol, atol, rho_inf, length of the whole run
+T, H, ERROR, LAST, BEGIN, POWER_BEFORE, FIXED, RTOL, ATOL, RHO, SPAN, CLOCK = range(12)
 # columns of Run.count: steps, evaluations of the equations, rejected steps, steps that failed, samples in the buffer,
 # samples in all, events in the buffer, why the last step failed
 STEPS, EVALUATIONS, REJECTED, HALVED, SAMPLED, OUTPUT, FOUND, CAUSE, COUNT = range(9)
-NOT_FINITE, NOT_CONVERGED = -3, -4  # beside the status of `evaluate`
+NOT_FINITE, NOT_CONVERGED, OPEN = -3, -4, -5  # beside the status of `evaluate`
 # columns of Run.size: largest turn, rate of turn, travel, its rate, work; then modes and their rates, link by link
 TURN, SPIN, PLACE, SPEED, WORK, SIZES = range(6)
 
@@ -37,25 +37,26 @@ class Run(NamedTuple):
     count: np.ndarray  # (COUNT,) int
 
 
-def new_run(y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float) -> Run:
+def new_run(y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float) -> Run:
     """Return the state of a run that begins at y."""
     ny = len(y)
     clock, count = np.zeros(CLOCK), np.zeros(COUNT, dtype=np.int64)
-    clock[[FIXED, RTOL, ATOL, RHO]] = fixed, rtol, atol, rho
+    clock[[FIXED, RTOL, ATOL, RHO, SPAN]] = fixed, rtol, atol, rho, span
     vectors = [np.zeros(ny) for _ in range(4)]
     size = np.zeros(SIZES + 2 * links)
     return Run(y.copy(), *vectors, np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny), size, clock, count)
 
 
 @compile_kernel
-def set_weights(tree, run, z, keep):
+def set_weights(model, run, z, keep):
     """Fill `run.weight` by ``1 / (atol + rtol size)``, sizes by `run.size` and the state z; keep them if `keep`.
 
     Sizes are the largest so far: of the modes of a body, of all rates of turn, of all travels and their rates; a turn
-    is measured by one radian at least. So what matters little, a mode of no effect or a hinge that happens
-    to rest, does not hold the step.
+    is measured by one radian at least, the rate of a mode by its deflection times its frequency. So what matters
+    little, a mode of no effect or a hinge that happens to rest, does not hold the step.
     """
-    nx, size = tree.ints[0, NX], run.size
+    tree, size = model.tree, run.size
+    nx = tree.ints[0, NX]
     angle, spin, place, speed = max(1.0, size[TURN]), size[SPIN], size[PLACE], size[SPEED]
     for i in range(len(tree.ints)):
         joint, x, u = tree.ints[i, JOINT], tree.ints[i, X], nx + tree.ints[i, U]
@@ -85,7 +86,9 @@ def set_weights(tree, run, z, keep):
         if keep:
             size[2 * i + SIZES], size[2 * i + SIZES + 1] = moved, rate
         _weigh(run.weight, run.clock, xq, n, moved)
-        _weigh(run.weight, run.clock, uq, n, rate)
+        for a in range(n):
+            fast = moved * np.sqrt(max(0.0, model.linear[0, uq - nx + a]))
+            _weigh(run.weight, run.clock, uq + a, 1, max(rate, fast))
     _weigh(run.weight, run.clock, len(z) - 1, 1, work)
 
 
@@ -104,19 +107,27 @@ def _weigh(weight, clock, first, count, size):
 
 
 @compile_kernel
-def speed_norm(tree, run, e):
-    """Root mean square of an error ``e (nu,)`` of the coordinates, as increments of the speeds' directions."""
-    total = 0.0
+def largest_error(tree, run, e, modes):
+    """Largest weighted error ``e (nu,)`` of the coordinates, as increments of the speeds' directions.
+
+    modes: whether those of modal coordinates count.
+    """
+    worst = 0.0
     for i in range(len(tree.ints)):
         joint, x, u = tree.ints[i, JOINT], tree.ints[i, X], tree.ints[i, U]
         for c in range(tree.ints[i, UQ] - u):
-            k = x + c
-            if joint == SPHERICAL:
-                k = x
-            total += (e[u + c] * run.weight[k]) ** 2
-        for c in range(tree.ints[i, MODES]):
-            total += (e[tree.ints[i, UQ] + c] * run.weight[tree.ints[i, XQ] + c]) ** 2
-    return np.sqrt(total / max(1, len(e)))
+            k = x if joint == SPHERICAL else x + c
+            worst = larger(worst, e[u + c] * run.weight[k])
+        if modes:
+            for c in range(tree.ints[i, MODES]):
+                worst = larger(worst, e[tree.ints[i, UQ] + c] * run.weight[tree.ints[i, XQ] + c])
+    return worst
+
+
+@compile_inline
+def larger(worst, value):
+    """Return the larger of a size and ``|value|``."""
+    return worst if abs(value) <= worst else abs(value)  # NaN counts
 
 
 @compile_kernel

@@ -1,4 +1,4 @@
-"""Which step method suits a system: its highest frequencies, with and without what an implicit step treats."""
+"""Which step method suits a run: its highest frequency, and what each method spends on the first steps."""
 
 from __future__ import annotations
 
@@ -6,28 +6,37 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.multibody.driver import ALPHA, EXPLICIT, ROSENBROCK
+from modalprep.multibody.driver import ALPHA, EXPLICIT, REACHED, ROSENBROCK, RUNNING, Watch, advance, begin
 from modalprep.multibody.evaluate import GOOD, Model, evaluate
-from modalprep.multibody.layout import MODES, NX, UQ
 from modalprep.multibody.loading import Loading
-from modalprep.multibody.stepping import FIXED, RTOL, SIZES, Run, move
+from modalprep.multibody.stepping import EVALUATIONS, FIXED, Run, T, move
 
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
-LEAST_AMPLITUDE = 0.01  # of the smallest deflection that counts
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
+TRIAL_STEPS = 40  # that are counted, after as many at least that find the step
+TRIAL_SHARE = 0.03  # of the evaluations of an explicit run, for the trial of each method: vibrations of the start decay
+PATIENCE = 2.0  # times the explicit method's cost: an implicit run beyond it is changed
 ITERATIONS, SETTLED = 30, 5e-3  # of a power iteration: the frequency to a few per cent, which is all that is asked
 NUDGE = 1e-7  # of the largest coordinate
 
 
+SHORT = {EXPLICIT: "explicit", ROSENBROCK: "Rosenbrock", ALPHA: "generalized-alpha"}
+
+
 class Choice(NamedTuple):
-    """Method, the steps that stability would ask of the explicit one, and why, as the end of a sentence."""
+    """Method, the steps that stability would ask of the explicit one, why, and the cost that is too much for it.
+
+    `why` is the end of a sentence; more evaluations than ``spare + limit t`` up to time t are too many.
+    """
 
     method: int
     ratio: float
     why: str
+    limit: float = np.inf
+    spare: float = 0.0
 
 
-def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
+def choose(model: Model, run: Run, watch: Watch, loading: Loading, method: str, t_end: float) -> Choice:
     """Return the method asked for, or for "auto" the one that should be quickest."""
     loading.enter(*loading.stretches[0])
     top = top_frequency(model, run)
@@ -35,7 +44,12 @@ def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) 
     named = {"explicit": EXPLICIT, "generalized_alpha": ALPHA, "rosenbrock": ROSENBROCK}
     if method in named:
         return Choice(named[method], steps, "")
-    return _automatic(model, run, top, steps)
+    if run.clock[FIXED] > 0.0:
+        explicit = run.clock[FIXED] * top < STABLE
+        return Choice(EXPLICIT if explicit else ALPHA, steps, ", chosen by the step against the highest frequency")
+    if steps < FEW_STEPS:
+        return Choice(EXPLICIT, steps, "")
+    return _quickest(model, run, watch, loading.stretches[0][1], steps)
 
 
 def top_frequency(model: Model, run: Run) -> float:
@@ -60,34 +74,30 @@ def top_frequency(model: Model, run: Run) -> float:
     return float(np.sqrt(square))
 
 
-def _automatic(model: Model, run: Run, top: float, steps: float) -> Choice:
-    """Implicit where stability, not accuracy, would hold the explicit step.
+def _quickest(model: Model, run: Run, watch: Watch, stop: float, steps: float) -> Choice:
+    """Choose the method that spends the fewest evaluations on a second of motion at the tolerance of the run.
 
-    An implicit step h leaves ``(h w)^3 a / 12`` of error in a mode of frequency w and amplitude a; taken for a is the
-    static answer to the start's accelerations, at least LEAST_AMPLITUDE of the smallest deflection that counts,
-    falling with ``1 / w^2``. An explicit step costs 12 evaluations and is at most ``6 / top``, an implicit one about 4.
+    An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
+    tolerance and motion, and vibrations where these count. So stiff systems and loose tolerances are for implicit
+    methods, of order 2 or 3, tight tolerances for the explicit one of order 8; what wins is counted.
     """
-    if run.clock[FIXED] > 0.0:
-        explicit = run.clock[FIXED] * top < STABLE
-        return Choice(EXPLICIT if explicit else ALPHA, steps, ", chosen by the step against the highest frequency")
-    explicit, implicit = 12.0 * top / STABLE, 4.0 * _accurate_rate(model, run)
-    costs = f"{explicit:.2g} evaluations of the equations a second against {implicit:.2g}"
-    if explicit <= implicit or steps < FEW_STEPS:
-        return Choice(EXPLICIT, steps, f", chosen for {costs}" if steps >= FEW_STEPS else "")
-    return Choice(ALPHA, steps, f", chosen for {implicit:.2g} evaluations a second against {explicit:.2g}")
+    budget = TRIAL_SHARE * 12.0 * steps
+    cost = {method: _cost(model, run, watch, method, stop, budget) for method in SHORT}
+    best = min(cost, key=cost.__getitem__)
+    others = " and ".join(f"{cost[method]:.2g} {SHORT[method]}" for method in SHORT if method != best)
+    why = f", chosen for {cost[best]:.2g} evaluations of the equations a second on trial, against {others}"
+    return Choice(best, steps, why, np.inf if best == EXPLICIT else PATIENCE * cost[EXPLICIT], budget)
 
 
-def _accurate_rate(model: Model, run: Run) -> float:
-    """Return the steps a second that an implicit method needs to meet the tolerance in every mode."""
-    nx, ydot = model.tree.ints[0, NX], np.zeros(len(run.y))
-    if evaluate(model, 0.0, run.y, ydot) != GOOD:
-        return 0.0
-    rate = 0.0
-    for i, row in enumerate(model.tree.ints):
-        modes = slice(row[UQ], row[UQ] + row[MODES])
-        K = model.linear[0, modes]
-        if len(K) and K.min() > 0.0:
-            size = run.size[SIZES + 2 * i]
-            amplitude = np.maximum(np.abs(ydot[nx:][modes]) / K / size, LEAST_AMPLITUDE * K.min() / K)
-            rate = max(rate, float(np.max(np.sqrt(K) * np.cbrt(amplitude / (12.0 * run.clock[RTOL])))))
-    return rate
+def _cost(model: Model, run: Run, watch: Watch, method: int, stop: float, budget: float) -> float:
+    """Return the evaluations that a method spends on a second of motion, at the end of a trial of `budget` of them."""
+    trial = Run(*(part.copy() for part in run))
+    unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, dtype=np.int64))
+    if begin(model, trial, method, 0.0, stop) != GOOD:
+        return np.inf
+    code, trials, cost = RUNNING, 0, np.inf
+    while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget):
+        t, spent = trial.clock[T], trial.count[EVALUATIONS]
+        code = advance(model, trial, unwatched, method, stop, TRIAL_STEPS)
+        cost, trials = (trial.count[EVALUATIONS] - spent) / (trial.clock[T] - t), trials + 1
+    return cost if code in (RUNNING, REACHED) else np.inf
