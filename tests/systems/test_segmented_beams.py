@@ -81,7 +81,7 @@ def test_elastica(tmp_path, load, deflection, shortening):
     np.testing.assert_allclose(extrapolated, exact, atol=2e-5)
     errors = [np.linalg.norm(tip - extrapolated) for tip in tips[:2]]
     assert order(errors) == pytest.approx(2.0, abs=0.1)
-    assert errors[1] < 2e-3  # as the header of the pipeline says
+    assert errors[1] < 1.5e-3  # as the header of the pipeline says
 
 
 def test_roll_up(tmp_path):
@@ -191,12 +191,12 @@ def test_flying_spaghetti(tmp_path):
 
 
 def test_flying_spaghetti_against_exudyn(tmp_path):
-    """Geometrically exact elements of another program, 20 and 40 extrapolated, as the rods are."""
+    """Geometrically exact elements of another program while the load acts, 20 and 40 extrapolated, as the rods are."""
     exudyn = pytest.importorskip("exudyn")
-    rods = [ends(spaghetti(tmp_path, n, 5.0), n)[2] for n in (20, 40)]
+    rods = [ends(spaghetti(tmp_path, n, 2.5), n)[1] for n in (20, 40)]
     elements = [exudyn_spaghetti(exudyn, n) for n in (20, 40)]
     found, expected = ((4 * fine - coarse) / 3 for coarse, fine in (rods, elements))
-    np.testing.assert_allclose(found, expected, atol=8e-3)
+    np.testing.assert_allclose(found, expected, atol=2e-3)  # a tenth of what 20 rods lack
 
 
 def exudyn_spaghetti(exudyn, n):
@@ -220,22 +220,17 @@ def exudyn_spaghetti(exudyn, n):
         )
     end = mbs.AddMarker(items.MarkerNodeRigid(nodeNumber=nodes[0]))
     for load, vector in ((items.LoadForceVector, [8, 0, 0]), (items.LoadTorqueVector, [0, 0, -80])):
-        mbs.AddLoad(load(markerNumber=end, loadVector=vector, loadVectorUserFunction=_until_two_and_a_half))
+        mbs.AddLoad(load(markerNumber=end, loadVector=vector))
     mbs.Assemble()
     settings = exudyn.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = 4000
-    settings.timeIntegration.endTime = 5.0
+    settings.timeIntegration.numberOfSteps = 2000
+    settings.timeIntegration.endTime = 2.5
     settings.timeIntegration.generalizedAlpha.spectralRadius = 1.0
     settings.solution.file.write = False
     settings.timeIntegration.verboseMode = 0
     mbs.SolveDynamic(settings)
     state = [mbs.GetNodeOutput(k, exudyn.OutputVariableType.Position)[:2] for k in (nodes[0], nodes[-1])]
     return np.concatenate(state)
-
-
-def _until_two_and_a_half(mbs, t, vector):
-    """Half of the load at its end, as the trapezoidal rule wants it."""
-    return [0.5 * ((t < 2.5 - 1e-9) + (t < 2.5 + 1e-9)) * component for component in vector]
 
 
 def test_flying_spaghetti_in_space(tmp_path):
