@@ -198,13 +198,14 @@ def test_collapse_names_time_and_body():
         mp.simulate(mp.System(bodies={"arm": light}, joints=(hinge,)), t_end=1.0)
 
 
-def test_lost_inertia_is_named():
-    """Modes and inertia vectors that carry nearly all of a soft body's inertia about its free hinge."""
+def test_modes_that_carry_nearly_all_inertia_about_a_free_hinge_run():
+    """Modes and inertia vectors leave the hinge little inertia; the mass matrix stays positive."""
     body = uniform_beam(modes=3, truncation=("inertia", "interfaces"))
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
     arm = mp.System(bodies={"arm": body}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
-    with pytest.raises(mp.SimulationError, match="mass matrix of body 'arm'.*leave out the inertia"):
-        mp.simulate(arm, t_end=0.5, method="explicit", rtol=1e-6)
+    run = mp.simulate(arm, t_end=0.05, method="explicit", rtol=1e-6)
+    assert run.status == "done"
+    assert run.stats["energy_error"] < 1e-4
 
 
 @pytest.mark.parametrize("key", ["t_end", "output_step", "rtol", "atol"])

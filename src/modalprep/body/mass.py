@@ -31,7 +31,8 @@ and never through its root.
 To first order in q the equations of motion are those of FORMULATION section 4: ``q''`` is small with q, so that the
 growth of M_ff is of second order, as is that of L. The strain energy keeps ``q K q / 2``, so that at finite deflections
 the answer is right to the square of the slopes: 0.2 % at the deepest 0.057 L of the spin-up beam. Without geometric
-stiffness they are the same altogether. What is lost is the motion of u2 that is not affine; it could only add to M_ff.
+stiffness the equations are the same altogether. What is lost is the motion of u2 that is not affine; it could only add
+to M_ff.
 """
 
 from __future__ import annotations
