@@ -323,6 +323,21 @@ def quality(
 
 
 @app.command()
+def warmup() -> None:
+    """Compile the solver for all kinds of systems, once after an installation: a few minutes."""
+    from modalprep.examples import small_systems
+    from modalprep.jit import when_compiling
+    from modalprep.multibody.simulate import simulate as integrate
+    from modalprep.pipeline.console import Reporter
+
+    reporter = Reporter()
+    for name, system in small_systems().items():
+        with when_compiling(lambda name=name: reporter.say(f"compiling for {name} ..."), "modalprep.multibody"):
+            integrate(system, t_end=1e-3)
+    reporter.say("the solver is compiled")
+
+
+@app.command()
 def schema() -> None:
     """Print the JSON schema of pipeline files: every key with its meaning."""
     from modalprep.pipeline.schema import Pipeline

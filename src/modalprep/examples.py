@@ -43,6 +43,25 @@ def cantilever_model(elements: int = 10, tip: str = "free"):
     return assemble(beam_mesh(elements), {"beam": spinup_section()}, ends)
 
 
+def small_systems():
+    """Return the smallest system of every kind that the solver is compiled for: rigid or not, loops or not."""
+    from modalprep.body.rigid import rigid_body
+    from modalprep.multibody.closures import Closure
+    from modalprep.multibody.system import Joint, System
+
+    ends = {"root": np.zeros(3), "tip": np.array([1.0, 0, 0])}
+    rigid = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces=ends)
+    hinge, wire = (
+        Joint(name="hinge", type="revolute", parent="ground", child="rod"),
+        Closure(name="wire", type="distance", a="ground", b="rod.tip", position=np.array([0, 2.0, 0])),
+    )
+    return {
+        f"{kind} bodies{loop}": System(bodies={"rod": body}, joints=(hinge,), closures=closures)
+        for kind, body in (("rigid", rigid), ("flexible", uniform_beam(modes=1)))
+        for loop, closures in ((" in trees", ()), (" in closed loops", (wire,)))
+    }
+
+
 def uniform_beam(modes: int = 3, elements: int = 40, **reduction):
     """Return the modal body of the spin-up beam, clamped at its root."""
     from modalprep.body.build import flexible_body

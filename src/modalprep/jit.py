@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
-from numba import njit
+from numba import core, njit
 
-# no flag that assumes finite numbers: a NaN must stay a NaN
+# No flag that assumes finite numbers: a NaN must stay a NaN. Without reference counts (_nrt) a kernel cannot make
+# arrays, nor assign one to a slice of another (algebra.copy does); calls that pass records of arrays are then cheap,
+# and so is their compilation. Nobody takes kernels as C functions.
 OPTIONS = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "_nrt": False,
     "no_cfunc_wrapper": True,
@@ -50,8 +53,7 @@ def compile_inline(function: Callable) -> Callable:
 def compile_pass(function: Callable) -> Callable:
     """Return `compile_kernel` of a function that compiled callers take in whole.
 
-    A call that passes records of arrays costs two atomic operations for each array, as much as the work on a few
-    links.
+    A call hands over every number of its records of arrays, as much as the work on a few links.
     """
     return compile_kernel(function, forceinline=True)
 
@@ -65,9 +67,40 @@ def compile_merged(function: Callable) -> Callable:
     return njit(inline="always", no_cpython_wrapper=True, **OPTIONS)(function)
 
 
+@contextmanager
+def when_compiling(tell: Callable[[], None], package: str) -> Iterator[None]:
+    """Call `tell` once, when the first kernel of a package is compiled that no cache has.
+
+    Examples
+    --------
+    >>> said = []
+    >>> with when_compiling(lambda: said.append("compiling"), __name__):
+    ...     compile_kernel(lambda x: x + 1)(1.0)
+    2.0
+    >>> said
+    ['compiling']
+    """
+    listener = _Compilation(tell, package)
+    with core.event.install_listener("numba:compile", listener):
+        yield
+
+
+class _Compilation(core.event.Listener):
+    def __init__(self, tell: Callable[[], None], package: str) -> None:
+        self.tell, self.package, self.told = tell, package, False
+
+    def on_start(self, event: core.event.Event) -> None:
+        if not self.told and event.data["dispatcher"].py_func.__module__.startswith(self.package):
+            self.told = True
+            self.tell()
+
+    def on_end(self, event: core.event.Event) -> None:
+        pass
+
+
 def _stamp(function: Callable) -> str:
     """Fingerprint of all that the compiled code depends on; kept on the function for its callers."""
-    parts = [_file(function.__code__.co_filename)] if hasattr(function, "__code__") else []
+    parts = [_file(__file__), *([_file(function.__code__.co_filename)] if hasattr(function, "__code__") else [])]
     parts += [getattr(used, STAMP, None) or repr(used) for used in _known(function)]
     stamp = hashlib.sha256("|".join(parts).encode()).hexdigest()
     if hasattr(function, "__code__"):

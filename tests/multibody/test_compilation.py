@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from modalprep import jit
+from modalprep.cli import main
+from modalprep.examples import small_systems
 
 TESTS = Path(__file__).parent.parent
 
@@ -82,3 +84,51 @@ def test_second_process_finds_the_compiled_kernel(tmp_path):
         subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True) for _ in range(2)
     ]
     assert [run.stdout.strip() for run in runs] == ["0 1", "1 0"], runs[0].stderr + runs[1].stderr
+
+
+def test_compilation_is_announced_once_and_only_when_the_cache_is_cold(tmp_path):
+    """Two kernels of the package and one of another; the second process loads all of them."""
+    head = "from modalprep.jit import compile_kernel\n"
+    (tmp_path / "solver.py").write_text(head + "".join(
+        f"@compile_kernel\ndef {name}(x):\n    return x + 1\n" for name in ("first", "second")
+    ))  # fmt: skip
+    (tmp_path / "other.py").write_text(head + "@compile_kernel\ndef third(x):\n    return x + 1\n")
+    run = (
+        "import other, solver\nfrom modalprep.jit import when_compiling\n"
+        "with when_compiling(lambda: print('compiling'), 'solver'):\n"
+        "    print(other.third(1.0))\n    print(solver.first(1.0), solver.second(1.0))\n"
+    )
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+    command = [sys.executable, "-B", "-c", run]
+    said = [
+        subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
+        for _ in range(2)
+    ]
+    assert said == [["2.0", "compiling", "2.0 2.0"], ["2.0", "2.0 2.0"]]
+
+
+def test_read_only_installation_compiles_in_memory(tmp_path):
+    """No folder beside the file nor of the user takes a cache: a plain file stands where each would be made."""
+    (tmp_path / "solver.py").write_text(
+        "from modalprep.jit import compile_kernel\n@compile_kernel\ndef first(x):\n    return x + 1\n"
+    )
+    blocked = tmp_path / "__pycache__"
+    blocked.write_text("")
+    code = (
+        "import solver; print(solver.first(1.0), type(solver.first._cache).__name__)\n"
+        "from modalprep.multibody import kernel; print(type(kernel.forward._cache).__name__)"
+    )
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    done = subprocess.run([sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True)
+    assert done.stdout.split() == ["2.0", "NullCache", "FunctionCache"], done.stderr
+
+
+def test_warmup_runs_every_compiled_kind(capsys):
+    """With and without modes, with and without loops."""
+    assert main(["warmup"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "the solver is compiled"
+    kinds = {(s.bodies["rod"].n > 0, bool(s.closures)) for s in small_systems().values()}
+    assert kinds == {(modes, loops) for modes in (False, True) for loops in (False, True)}

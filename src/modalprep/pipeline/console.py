@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+COMPILING = "compiling the solver, once: about a minute"
 LOG_WIDTH = 120  # columns of a log; a terminal knows its own
 
 
@@ -47,6 +49,19 @@ class Reporter:
         with Progress(*columns, console=self.console) as bar:
             task = bar.add_task(title, total=total)
             yield lambda value: bar.update(task, completed=value)
+
+
+def says_compiling(job: Callable) -> Callable:
+    """Let a job ``(path, output, reporter, ...)`` say so when it has to compile the solver first."""
+
+    @wraps(job)
+    def saying(path: Path, output: Path | None, reporter: Reporter, *given, **options):
+        from modalprep.jit import when_compiling
+
+        with when_compiling(lambda: reporter.say(COMPILING), "modalprep.multibody"):
+            return job(path, output, reporter, *given, **options)
+
+    return saying
 
 
 def _short(path: Path) -> str:

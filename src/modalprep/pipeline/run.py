@@ -123,6 +123,8 @@ def plot_runs(
     path: Path, pipeline: Pipeline, simulated: Simulated, folder: Path, reporter: Reporter
 ) -> list[tuple[str, Path]]:
     """Draw the [[plots]] of a pipeline file; return (title, file) of each."""
+    if not pipeline.plots:
+        return []
     from modalprep.report.plots import history_plot
 
     drawn = []

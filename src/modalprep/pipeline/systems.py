@@ -15,7 +15,7 @@ from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
 from modalprep.pipeline.build import output_folder, read_bodies, rotation_matrix
-from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_closures import read_closures
@@ -38,6 +38,7 @@ class Simulated:
     files: list[Path]
 
 
+@says_compiling
 def simulate_pipeline(
     path: Path,
     output: Path | None,
