@@ -201,7 +201,10 @@ def _sums(tree, flex, W, F, link, row):
                 Z, q, qd = get8(F.Z, s, a, 0), F.q[s, a], F.qd[s, a]
                 S, C = (Z[0], Z[1], Z[2]), (Z[3], Z[4], Z[5])
                 linear, angular = axpy3(linear, qd, S), axpy3(angular, qd, C)
-                modal += qd * (dot3(S, v) + dot3(C, w) + qd)
+                own = qd * F.Z[s, a, 1 + (a >> 3), a & 7]
+                for b in range(a + 1, tree.ints[link, MODES]):  # M_ff is symmetric, its upper half is there
+                    own += 2.0 * F.qd[s, b] * F.Z[s, a, 1 + (b >> 3), b & 7]
+                modal += qd * (dot3(S, v) + dot3(C, w) + own)
                 strain += 0.5 * flex.diagonal[k, a, 0] * q * q
     first, g = times(base, (H[5], H[6], H[1])), get3(tree.fixed, len(tree.fixed) - 1, 0)
     row[KINETIC] += 0.5 * (dot3(v, linear) + dot3(w, angular) + modal)
