@@ -6,6 +6,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody import constraints, kernel
+from modalprep.multibody.closures import Coupler
 from modalprep.multibody.constraints import ANGLE, COUPLER, DISTANCE, KIND, POINT, TABLE, VALUE
 from modalprep.multibody.layout import (
     FREE,
@@ -110,6 +111,26 @@ class Loops:
                 self._note_redundant()
                 return found
         raise InputError(self._gap(W, F, y, motion, t))
+
+    def settle(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
+        """Project a state in place, stiff modes moving least; False when it cannot be closed."""
+        tree, flex, none = self.packed.tree, self.packed.flex, np.zeros(self.packed.nu)
+        args = (self.arrays, tree, flex, W, F, y, motion, t, self.work, none, self.softest(), CLOSED, MOST_STEPS)
+        return constraints.settle(*args) >= 0
+
+    def exerted(self) -> dict[str, np.ndarray]:
+        """Return ``name.force``, ``name.torque``, ``name.multiplier`` of the multipliers, as in `Result.channels`."""
+        found: dict[str, np.ndarray] = {}
+        for k, closure in enumerate(self.system.closures):
+            rows = self.closing.of(k)
+            size, lines = self.work.multiplier[rows], self.work.lines[rows]
+            if isinstance(closure, Coupler):
+                found[f"{closure.name}.multiplier"] = size[0]
+                continue
+            to_a = self._axes(2 * k).T
+            found[f"{closure.name}.force"] = to_a @ (size @ lines[:, : constraints.TORQUE_A])
+            found[f"{closure.name}.torque"] = to_a @ (size @ lines[:, constraints.TORQUE_B :])
+        return found
 
     def _closed(self, W, F, y, motion, t, hinge, stiff) -> bool:
         args = (self.arrays, self.packed.tree, self.packed.flex, W, F, y)

@@ -194,7 +194,7 @@ class Plant:
         return np.sort(self.loops.work.order[: self.loops.work.rank[0]])
 
     def exerted(self, y: np.ndarray, required: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what the closures exert to be the generalised forces ``required (nu,)``, named as in `Loops.channels`.
+        """Return what the closures exert to be the generalised forces ``required (nu,)``, named as in `Loops.exerted`.
 
         Conditions that follow from others take no part.
         """
@@ -204,7 +204,7 @@ class Plant:
         G = self.jacobian(y)[kept]
         multiplier[:] = 0.0
         multiplier[kept] = np.linalg.lstsq(G.T, required)[0] * self.loops.arrays.constants[kept, UNIT]
-        return {name: value for name, value in self.loops.channels().items() if not name.endswith(".violation")}
+        return self.loops.exerted()
 
     def required(self, y: np.ndarray, udot: np.ndarray, *, moving: bool = True) -> np.ndarray:
         """Return the generalised forces (nu,), beyond all loads, that accelerations ``udot (nu,)`` need.
