@@ -13,7 +13,6 @@ from modalprep.multibody.loading import Loading
 from modalprep.multibody.plant import start_state
 
 GRAVITY = np.array([0, -9.81, 0])
-IMPLICIT = ("generalized_alpha", "rosenbrock")
 
 
 def rod():
@@ -106,29 +105,27 @@ def test_order_of_convergence_with_a_bushing(method, order):
     assert order - 0.2 < np.log2(errors[0] / errors[1]) < order + 0.2
 
 
-@pytest.mark.parametrize("method", IMPLICIT)
-def test_the_motion_sets_the_step_not_the_bushing(method):
+def test_the_motion_sets_the_step_not_the_bushing():
     """Frequencies of 3 and 30 kHz against a swing: few of the steps of the explicit method, and the path of a hinge."""
     hinged, _ = tip(double_pendulum(), method="explicit", rtol=1e-10)
     steps = []
     for stiffness in (1e8, 1e10):
-        found, run = tip(pair(stiffness), method=method, rtol=1e-4)
-        np.testing.assert_allclose(found, hinged, atol=2e-3)
+        found, run = tip(pair(stiffness), method="generalized_alpha", rtol=1e-4)
+        np.testing.assert_allclose(found, hinged, atol=1e-3)
         assert run.stats["steps"] < 0.1 * run.stats["stiffness_ratio"]
         steps.append(run.stats["steps"])
     assert steps[1] < 1.5 * steps[0]
     assert steps[1] < 0.01 * run.stats["stiffness_ratio"]
 
 
-@pytest.mark.parametrize("method", IMPLICIT)
-def test_a_stiff_spring_is_a_rod(method):
+def test_a_stiff_spring_is_a_rod():
     """A block on an axial spring of 100 kHz swings as on a rod: energy of a point mass at the lowest place."""
     block = mp.rigid_body("block", mass=2.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     free = mp.Joint(name="free", type="free", parent="ground", child="block", position=np.array([1.0, 0, 0]))
     spring = mp.AxialSpring(name="spring", between=("ground", "block.root"), stiffness=8e11, length=1.0)
     system = mp.System(bodies={"block": block}, joints=(free,), loads=(spring,), gravity=GRAVITY)
     lowest = mp.Event(name="lowest", when="block.root.velocity.y", direction=1)
-    run = mp.simulate(system, t_end=1.0, output_step=0.01, method=method, rtol=1e-5, events=(lowest,))
+    run = mp.simulate(system, t_end=1.0, output_step=0.01, method="generalized_alpha", rtol=1e-5, events=(lowest,))
     radius = np.linalg.norm(run["block.root.position"], axis=1)
     np.testing.assert_allclose(radius, 1.0, atol=1e-4)
     quarter = 1.8540746773013719 / np.sqrt(9.81)  # complete elliptic integral of modulus sin(45 deg)

@@ -62,6 +62,48 @@ def test_order_of_convergence(soft_arms, fine, method, order, steps):
 
 
 @pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
+def test_the_tolerance_is_that_of_the_run(method, rtol):
+    """A pendulum through its lowest place, the angle by energy and the rate; and the energy balance."""
+    run = mp.simulate(pendulum(), t_end=1.0, output_step=0.05, method=method, rtol=rtol)
+    exact = mp.simulate(pendulum(), t_end=1.0, output_step=0.05, method="explicit", rtol=1e-12)
+    swept = 3 * 9.81 * np.sin(-run["hinge.angle"])  # rate^2
+    np.testing.assert_allclose(run["hinge.rate"] ** 2, swept, atol=20 * rtol * swept.max())
+    assert np.abs(run["hinge.angle"] - exact["hinge.angle"]).max() < 5 * rtol
+    assert run.stats["energy_error"] < 10 * rtol
+
+
+def test_a_stiff_swing_keeps_the_tolerance():
+    """Flexible bodies whose vibrations hardly count, with modal damping: generalized-alpha as the explicit method."""
+    body = uniform_beam(modes=3)
+    stiff = body.with_(K=body.K * 1e4, D=0.02 * np.sqrt(body.K * 1e4))
+    joint = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    arm = mp.System(bodies={"arm": stiff}, joints=(joint,), gravity=GRAVITY)
+    options = {"t_end": 1.0, "output_step": 0.5}
+    exact = mp.simulate(arm, method="explicit", rtol=1e-9, **options)["hinge.angle"][-1]
+    for rtol in (1e-4, 1e-6):
+        run = mp.simulate(arm, method="generalized_alpha", rtol=rtol, **options)
+        assert abs(run["hinge.angle"][-1] - exact) < 2 * rtol
+        assert run.stats["energy_error"] < 10 * rtol
+
+
+def test_auto_takes_what_the_tolerance_and_the_stiffness_ask():
+    """Each of the three methods somewhere, with the counted reason; and the one taken needs the fewest evaluations."""
+    arm = uniform_beam(modes=3)
+    taken = set()
+    for factor, damping, rtol in ((1e6, 2.0, 1e-4), (1e4, 0.02, 1e-9), (1e6, 2.0, 1e-8)):
+        body = arm.with_(K=arm.K * factor, D=damping * np.sqrt(arm.K * factor))
+        joint = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
+        system = mp.System(bodies={"arm": body}, joints=(joint,), gravity=GRAVITY)
+        runs = {m: mp.simulate(system, t_end=0.5, output_step=0.5, rtol=rtol, method=m) for m in ("auto", *METHODS)}
+        spent = {m: run.stats["evaluations"] for m, run in runs.items()}
+        assert "evaluations of the equations a second on trial, against" in runs["auto"].message
+        assert spent["auto"] < 1.5 * min(spent[m] for m in METHODS)
+        taken.add(runs["auto"].stats["method"])
+    assert taken == {0.0, 1.0, 2.0}
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_free_flying_bodies_move_by_exponentials(method):
     """A free flexible body in space: momentum stays, which a wrong Lie-group update would not keep."""
     free = mp.Joint(

@@ -15,6 +15,7 @@ from modalprep.multibody.stepping import CAUSE, NOT_CONVERGED, OPEN
 if TYPE_CHECKING:
     from modalprep.multibody.integrators import Integration
 
+LATER = 1e-3  # of the run
 NEARLY_SINGULAR = 1e-5  # of the scaled mass matrix: accelerations are then 1e5 times too large
 
 
@@ -30,10 +31,10 @@ def diverged(run: Integration) -> str:
 def failure(run: Integration, t: float) -> SimulationError:
     """Return the error of a run that cannot go on at time t: the body, and what to do."""
     cause, begin = int(run.steps.count[CAUSE]), f"simulation stopped at t = {t:.6g} s: "
-    if cause == OPEN:
+    if run.loading.loops and (_locked(run, t) or cause == OPEN):
         return SimulationError(
-            begin + run.loading.loops.widest() + ", however short the step; the mechanism is locked or at a dead point "
-            "there: look at its prescribed motions and lengths"
+            begin + run.loading.loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
+            "prescribed motions and lengths"
         )
     evaluate(run.model, t, run.steps.y, run.steps.ydot)
     loaded = _not_finite(run)
@@ -77,6 +78,13 @@ def fastest(run: Integration) -> str:
     rows = {name: run.packed.tree.ints[run.packed.link_of(name)] for name in run.system.order}
     ends = {name: row[UQ] + run.system.bodies[name].n for name, row in rows.items()}
     return max(rows, key=lambda name: udot[rows[name][U] : ends[name]].max(initial=0.0))
+
+
+def _locked(run: Integration, t: float) -> bool:
+    """Whether the loops do not close a little later."""
+    later = t + LATER * run.watch.times[-1]
+    y = run.steps.y[:-1].copy()
+    return not run.loading.loops.settle(run.model.W, run.model.F, y, run.loading.prescribe(later), later)
 
 
 def _not_finite(run: Integration) -> str:

@@ -14,7 +14,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from modalprep.jit import compile_inline, compile_kernel, compile_merged
-from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, hinge_slopes, load, power, smooth, solve_implicit
+from modalprep.multibody.evaluate import (
+    FAILED_CALLBACK,
+    GOOD,
+    hinge_slopes,
+    keep_slow,
+    load,
+    power,
+    smooth,
+    solve_implicit,
+)
 from modalprep.multibody.kernel import kinematic
 from modalprep.multibody.layout import NX
 from modalprep.multibody.stepping import (
@@ -24,6 +33,7 @@ from modalprep.multibody.stepping import (
     RHO,
     RTOL,
     SPAN,
+    larger,
     largest_error,
     move,
     set_weights,
@@ -32,10 +42,7 @@ from modalprep.multibody.stepping import (
 LEAST_SWEEPS, MOST_SWEEPS = 2, 12
 PLACES = True
 SWEEP_TOLERANCE = 0.03  # of the step's own tolerance
-ROUND_OFF = 1e-14  # of a coordinate: sweeps do not come closer
-# by how much longer steps the errors of slow motion are told from those of vibrations, and how often they are smoothed:
-# of h omega = 0.5 there is 0.003 left, of 0.03 0.93
-WIDE, SMOOTHINGS = 10.0, 3
+ROUND_OFF = 1e-13  # of a coordinate: sweeps do not come closer
 
 
 @compile_merged
@@ -135,14 +142,10 @@ def _finish(model, run, t, h, share):
     smooth(model, c1, c2, error, scratch)
     whole, slow = largest_error(model.tree, run, error, True), largest_error(model.tree, run, error, False)
     if slow > share and whole <= 1.0:
-        none, c1, c2 = run.K[7, :nu], WIDE * c1, WIDE * WIDE * c2
-        none[:] = 0.0
-        load(model, t + h, run.new)
-        solve_implicit(model, t + h, run.new, c1, c2, none, none, False, scratch)
-        for _ in range(SMOOTHINGS):
-            smooth(model, c1, c2, error, scratch)
+        run.count[EVALUATIONS] += 1
+        keep_slow(model, t + h, run.new, c1, c2, error, scratch)
         slow = largest_error(model.tree, run, error, False)
-    return max(whole, slow / share)
+    return larger(whole, slow / share)
 
 
 @compile_kernel

@@ -126,8 +126,8 @@ def largest_error(tree, run, e, modes):
 
 @compile_inline
 def larger(worst, value):
-    """Return the larger of a size and ``|value|``."""
-    return worst if abs(value) <= worst else abs(value)  # NaN counts
+    """Return the larger of a size and ``|value|``; NaN is larger than all."""
+    return worst if abs(value) <= worst or worst != worst else abs(value)
 
 
 @compile_kernel
