@@ -173,7 +173,7 @@ def test_bad_synthesis_is_refused(run, change, words):
 def test_nothing_to_do_is_said(run):
     code, error = run('[bodies.a]\nfile = "beam.h5"\n')
     assert code == 2
-    assert "[mesh], [simulation] or [synthesis]" in error
+    assert "[mesh], [simulation], [analysis] or [synthesis]" in error
 
 
 def test_readme_shows_what_is_shipped(project):
