@@ -1,11 +1,15 @@
 """Two bodies compared as physical systems."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.stats import special_ortho_group
 
 from modalprep.body.difference import compare_bodies
+from modalprep.cli import main
 from modalprep.examples import uniform_beam
+from modalprep.formats.modalfile import write_body
 
 
 def differences(a, b):
@@ -72,3 +76,17 @@ def test_other_interfaces(beam):
     found = differences(beam, beam.with_(interface_name=("root", "end")))
     assert found["interfaces"] == np.inf
     assert "flexibility" not in found
+
+
+def test_command(beam, tmp_path, capsys):
+    """The same body in other coordinates is the same; a heavier one is not, and the row says by how much."""
+    flipped = beam.with_(**{name: -getattr(beam, name) for name in ("S", "H", "phi", "psi", "shape")})
+    files = [
+        write_body(body, tmp_path / f"{k}.h5") for k, body in enumerate((beam, flipped, beam.with_(m=1.5 * beam.m)))
+    ]
+    assert main(["diff", str(files[0]), str(files[1])]) == 0
+    capsys.readouterr()
+    assert main(["diff", str(files[0]), str(files[2]), "--json"]) == 1
+    found = {row["name"]: row for row in json.loads(capsys.readouterr().out)["checks"]}
+    assert found["mass"]["value"] == pytest.approx(1 / 3)
+    assert found["frequencies"]["passed"]

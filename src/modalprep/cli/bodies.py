@@ -1,0 +1,148 @@
+"""Commands on modal bodies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from modalprep.cli.common import Json, ModalFile, Output, app, print_json
+from modalprep.formats.export import EXPORTS
+from modalprep.report import summary
+
+
+@app.command()
+def modes(
+    file: Annotated[Path, typer.Argument(help="Pipeline file (TOML) or modal file (HDF5).")],
+    output: Output = None,
+    as_json: Json = False,
+) -> None:
+    """Mode-selection report: a table here, and an HTML page beside the modal file."""
+    from modalprep.pipeline.build import build_body, output_folder
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.page import write_page
+    from modalprep.report.tables import body_summary, mode_table
+
+    reporter = Reporter(quiet=as_json)
+    if file.suffix == ".toml":
+        built = build_body(file, output_folder(file, output), reporter)
+        body, checks, notes, page = (
+            built.body,
+            built.checks,
+            list(built.notes),
+            built.file.with_suffix(".html"),
+        )
+    else:
+        from modalprep.body.checks import check_body
+        from modalprep.formats.modalfile import read_body
+
+        body, notes = read_body(file), []
+        checks, page = check_body(body), (output or file.parent) / f"{file.stem}.html"
+    body_summary(body, reporter.console)
+    mode_table(body.modes, reporter.console)
+    for note in notes:
+        reporter.say(f"  note: {note}")
+    write_page(body, page, checks=checks, notes=notes)
+    reporter.wrote(page)
+    if as_json:
+        print_json({"modes": summary.mode_rows(body.modes), "frequency": body.frequency.tolist(), "page": str(page)})
+
+
+@app.command()
+def render(
+    file: ModalFile,
+    mode: Annotated[int, typer.Option("--mode", help="Mode, counted from 1; 0 draws the mesh.")] = 1,
+    target: Annotated[Path | None, typer.Option("-o", help="Picture (.png), or .gif, .mp4 with --animate.")] = None,
+    animate: Annotated[bool, typer.Option("--animate", help="Draw an animation (.gif, .mp4).")] = False,
+    sheet: Annotated[bool, typer.Option("--sheet", help="Draw all modes in one picture.")] = False,
+    colour: Annotated[
+        str, typer.Option("--colour", help="By displacement, or by strain energy: energy.")
+    ] = "displacement",
+) -> None:
+    """Off-screen picture or animation of a mode shape, coloured by displacement or strain energy."""
+    from modalprep.errors import InputError
+    from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.animation import animate_mode
+    from modalprep.report.render import render_mesh, render_mode
+    from modalprep.report.sheet import contact_sheet
+
+    if sheet and animate:
+        raise InputError("--sheet and --animate ask for two files; give one of them")
+    body = read_body(file)
+    default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
+    target = target or Path(default)
+    if sheet:
+        contact_sheet(body, target, colour=colour)
+    elif animate:
+        animate_mode(body, mode, target, colour=colour)
+    elif mode == 0:
+        render_mesh(body, target)
+    else:
+        render_mode(body, mode, target, colour=colour)
+    Reporter().wrote(target)
+
+
+@app.command()
+def check(
+    file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or pipeline file (TOML): against its mesh as well.")],
+    as_json: Json = False,
+) -> None:
+    """Physics checks of a modal file or of a pipeline's body; exit code 1 when one fails."""
+    from modalprep.pipeline.check import check_file
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.tables import check_table
+
+    reporter = Reporter(quiet=as_json)
+    report = check_file(file, reporter)
+    check_table(report, reporter.console)
+    if as_json:
+        print_json(report.summary())
+    if not report.passed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    file: ModalFile,
+    to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}.")],
+    target: Annotated[Path | None, typer.Option("-o", help="File to write; default beside the modal file.")] = None,
+    dialect: Annotated[str | None, typer.Option("--dialect", help="Of sid: fembs (default), pysid, fembeam.")] = None,
+    version: Annotated[str | None, typer.Option("--version", help="Of mbdyn: full (default), classic.")] = None,
+    as_json: Json = False,
+) -> None:
+    """Modal file to a format of another program."""
+    from modalprep.formats.export import export_body, known_export
+    from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.console import Reporter
+
+    reporter = Reporter(quiet=as_json)
+    target = target or file.with_suffix(known_export(to).suffix)
+    reporter.wrote(export_body(read_body(file), to, target, dialect=dialect, version=version))
+    if as_json:
+        print_json({"files": [str(f) for f in reporter.files]})
+
+
+@app.command()
+def diff(
+    first: ModalFile,
+    second: ModalFile,
+    tolerance: Annotated[float, typer.Option("--tolerance", help="Largest relative difference.", min=0.0)] = 1e-6,
+    as_json: Json = False,
+) -> None:
+    """Compare two modal files as physical systems, whatever basis their modes are in; exit code 1 when they differ."""
+    from modalprep.body.checks import CheckReport
+    from modalprep.body.difference import compare_bodies
+    from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.tables import check_table
+
+    reporter = Reporter(quiet=as_json)
+    found = compare_bodies(read_body(first), read_body(second), tolerance)
+    report = CheckReport(subject=f"{first} against {second}", checks=tuple(found))
+    check_table(report, reporter.console)
+    if as_json:
+        print_json(report.summary())
+    if not report.passed:
+        raise typer.Exit(1)

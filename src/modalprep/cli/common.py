@@ -1,0 +1,27 @@
+"""What all commands share: the application, common options, JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=True,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="Finite-element meshes to flexible bodies for multibody dynamics, and their simulation.",
+)
+
+Output = Annotated[Path | None, typer.Option("--output", help="Folder for outputs; default 'output' beside the file.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
+PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]
+ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]
+
+
+def print_json(data: dict[str, Any]) -> None:
+    """Print one JSON object."""
+    print(json.dumps(data, indent=1))

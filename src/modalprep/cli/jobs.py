@@ -1,0 +1,132 @@
+"""Commands that run pipeline files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from modalprep.cli.common import Json, Output, PipelineFile, app, print_json
+from modalprep.report import summary
+
+
+@app.command()
+def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
+    """Mesh to modal file, report and pictures; then analysis and simulation, if the file has them."""
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.run import run_pipeline
+
+    reporter = Reporter(quiet=as_json)
+    outcome = run_pipeline(file, output, reporter)
+    if as_json:
+        print_json(summary.outcome(outcome, reporter))
+    else:
+        reporter.say(f"outputs are in {outcome.folder}")
+
+
+@app.command()
+def batch(
+    files: Annotated[list[str], typer.Argument(help="Pipeline files or patterns, such as 'pipelines/*.toml'.")],
+    jobs: Annotated[int | None, typer.Option("-j", "--jobs", help="Processes of this machine; default 1.")] = None,
+    output: Output = None,
+    cache: Annotated[Path | None, typer.Option("--cache", help="Its folder; default .cache in the outputs.")] = None,
+    cache_size: Annotated[float, typer.Option("--cache-size", help="What it may hold, GiB.")] = 5.0,
+    no_cache: Annotated[bool, typer.Option("--no-cache", help="Compute everything.")] = False,
+    scheduler: Annotated[
+        str | None, typer.Option("--scheduler", help="Dask scheduler to use instead, such as tcp://host:8786.")
+    ] = None,
+    listing: Annotated[bool, typer.Option("--list", help="Print the jobs and run none.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Many pipeline files, or every combination of a file's [grid]; finished jobs are not run again.
+
+    One job that fails is reported and the rest go on; the exit code is then 1.
+    """
+    from modalprep.errors import InputError
+    from modalprep.pipeline.batch import list_batch, plan_batch, run_batch
+    from modalprep.pipeline.console import Reporter
+
+    if jobs is not None and (jobs < 1 or scheduler):
+        raise InputError(f"-j {jobs}: give the number of processes, at least 1, and leave it out with --scheduler")
+    if not cache_size > 0:
+        raise InputError(f"--cache-size {cache_size:g} must be positive; --no-cache does without")
+    if no_cache and cache:
+        raise InputError("--no-cache and --cache contradict each other; give one of them")
+    reporter, planned = Reporter(quiet=as_json), plan_batch(files, output)
+    if listing:
+        done = list_batch(planned, reporter)
+    else:
+        folder = None if no_cache else cache or planned.folder / ".cache"
+        limit = cache_size * 2**30
+        done = run_batch(planned, reporter, jobs=jobs or 1, scheduler=scheduler, cache=folder, limit=limit)
+    if as_json:
+        print_json(done)
+    if not listing and done["failed"]:
+        raise typer.Exit(1)
+
+
+@app.command()
+def simulate(
+    file: PipelineFile,
+    target: Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file goes beside it.")] = None,
+    output: Output = None,
+    geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
+    dense: Annotated[bool, typer.Option("--dense", help="Use the dense twin of the order-n solver (slow).")] = False,
+    animate: Annotated[
+        Path | None, typer.Option("--animate", help="Film of the moving system to write (.gif, .mp4).")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Simulate the system of a pipeline file with the order-n solver."""
+    from modalprep.pipeline.build import output_folder
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.load import load_pipeline
+    from modalprep.pipeline.run import plot_runs
+    from modalprep.pipeline.systems import simulate_pipeline
+
+    if animate:
+        from modalprep.report.animation import check_target
+
+        check_target(animate)
+    reporter = Reporter(quiet=as_json)
+    done = simulate_pipeline(
+        file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, dense=dense
+    )
+    folder = target.parent if target else output_folder(file, output)
+    plot_runs(file, load_pipeline(file), done, folder, reporter)
+    if animate:
+        from modalprep.report.system_animation import animate_system
+
+        reporter.wrote(animate_system(done.system, next(iter(done.runs.values())), animate))
+    if as_json:
+        print_json({"runs": summary.runs(done), "files": [str(f) for f in reporter.files]})
+    else:
+        reporter.say(f"outputs are in {folder}")
+
+
+@app.command()
+def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
+    """Rest, modes, linear equations, frequency response and hinge forces: the [analysis] of a pipeline file."""
+    from modalprep.pipeline.analysis import analyse_pipeline
+    from modalprep.pipeline.console import Reporter
+
+    reporter = Reporter(quiet=as_json)
+    found = analyse_pipeline(file, output, reporter)
+    if as_json:
+        print_json(found.summary() | {"files": [str(f) for f in reporter.files]})
+
+
+@app.command()
+def warmup() -> None:
+    """Compile the solver for all kinds of systems, once after an installation: a few minutes."""
+    from modalprep.examples import small_systems
+    from modalprep.jit import when_compiling
+    from modalprep.multibody.simulate import simulate as integrate
+    from modalprep.pipeline.console import Reporter
+
+    reporter = Reporter()
+    for name, system in small_systems().items():
+        with when_compiling(lambda name=name: reporter.say(f"compiling for {name} ..."), "modalprep.multibody"):
+            integrate(system, t_end=1e-3)
+    reporter.say("the solver is compiled")

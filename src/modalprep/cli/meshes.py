@@ -1,0 +1,110 @@
+"""Commands on meshes, and the schema of pipeline files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from modalprep.cli.common import Json, app, print_json
+from modalprep.report import summary
+
+
+@app.command()
+def mesh(
+    name: Annotated[str | None, typer.Argument(help="Shape, such as plate; --list shows all.")] = None,
+    param: Annotated[
+        list[str] | None, typer.Option("--param", "-p", help="NAME=VALUE in SI units; repeat for more.")
+    ] = None,
+    target: Annotated[Path | None, typer.Option("-o", help="Mesh file (.msh); default NAME.msh.")] = None,
+    shapes: Annotated[bool, typer.Option("--list", help="Print the shapes, their parameters and groups.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Mesh of a parametric shape, with named groups."""
+    from modalprep.errors import InputError
+    from modalprep.fe.generate import make_mesh
+    from modalprep.pipeline.console import Reporter
+
+    reporter = Reporter(quiet=as_json)
+    if shapes:
+        from modalprep.fe.generate import GENERATORS
+        from modalprep.report.tables import shapes_table
+
+        shapes_table(GENERATORS.values(), reporter.console)
+        if as_json:
+            print_json(summary.shapes(GENERATORS.values()))
+        return
+    if name is None:
+        raise InputError("no shape given; write modalprep mesh NAME, with a name that modalprep mesh --list shows")
+    target = target or Path(f"{name.replace('_', '-')}.msh")
+    made = make_mesh(name, target, **_parameters(param or []))
+    reporter.wrote(target)
+    groups = {group: {kind: len(rows) for kind, rows in kinds.items()} for group, kinds in made.groups.items()}
+    cells = {kind: len(rows) for kind, rows in made.cells.items()}
+    if as_json:
+        print_json({"file": str(target), "points": len(made.points), "cells": cells, "groups": groups})
+    for label, counts in {f"{len(made.points)} points": cells, **groups}.items():
+        reporter.say(f"  {label}: {', '.join(f'{count} {kind}' for kind, count in counts.items())}")
+
+
+@app.command()
+def quality(
+    file: Annotated[Path, typer.Argument(help="Mesh file, or pipeline file (TOML) that names one.")],
+    picture: Annotated[Path | None, typer.Option("--picture", help="Picture (.png) with the flaws marked.")] = None,
+    length_unit: Annotated[str, typer.Option("--length-unit", help="Of a mesh file: m, mm, cm, in, ft.")] = "m",
+    as_json: Json = False,
+) -> None:
+    """Mesh quality: statistics and flaws; exit code 1 when one is an error."""
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.tables import quality_table
+
+    reporter = Reporter(quiet=as_json)
+    mesh, found = _mesh_quality(file, length_unit)
+    quality_table(found, reporter.console)
+    if picture:
+        from modalprep.report.mesh_picture import render_findings
+
+        reporter.wrote(render_findings(mesh.points, mesh.cells, found.findings, picture, name=mesh.source))
+    if as_json:
+        print_json(summary.quality(mesh, found) | {"files": [str(f) for f in reporter.files]})
+    if found.errors:
+        raise typer.Exit(1)
+
+
+@app.command()
+def schema() -> None:
+    """Print the JSON schema of pipeline files: every key with its meaning."""
+    from modalprep.pipeline.schema import Pipeline
+
+    print_json(Pipeline.model_json_schema())
+
+
+def _parameters(given: Sequence[str]) -> dict[str, str]:
+    """Split the NAME=VALUE of --param."""
+    from modalprep.errors import InputError
+
+    found: dict[str, str] = {}
+    for text in given:
+        name, equals, value = (part.strip() for part in text.partition("="))
+        name = name.replace("-", "_")
+        if not (name and equals and value):
+            raise InputError(f"--param {text!r} is not NAME=VALUE, such as length=2")
+        if name in found:
+            raise InputError(f"--param {name} is given twice, as {found[name]} and {value}; keep one")
+        found[name] = value
+    return found
+
+
+def _mesh_quality(file: Path, length_unit: str) -> tuple[Any, Any]:
+    """Read and check a mesh; a pipeline file also says its units, its structural groups and its interfaces."""
+    if file.suffix == ".toml":
+        from modalprep.pipeline.model import pipeline_quality
+
+        return pipeline_quality(file)
+    from modalprep.fe.quality import check_mesh
+    from modalprep.fe.read import read_mesh
+
+    mesh = read_mesh(file, length_unit, "kg")
+    return mesh, check_mesh(mesh, mesh.properties or None)
