@@ -18,7 +18,7 @@ FLAP = {True: 3.5823, False: 2.1273}  # in UNIT; Bir (2010), and without the sti
 
 
 def ritz(joint_stiffens, terms=8):
-    """Mass and stiffness of ``x^2 .. x^9`` in units of ``mu L`` and ``EI / L^3``: blade, tip mass, centrifugal field."""
+    """Mass (``mu L``) and stiffness (``EI / L^3``) of ``x^2 .. x^9``: blade, tip mass, centrifugal field."""
     phi = [Polynomial.basis(k + 2) for k in range(terms)]
 
     def integral(weight, order):
