@@ -8,64 +8,12 @@ from scipy.linalg import eigh
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
 from modalprep.multibody.closures import Closure, Coupler
-from modalprep.multibody.loads import AxialSpring, PointForce
 
 
 def link(name, mass, centre, inertia, **interfaces):
     """Planar rigid body: centre and interfaces in the x-y plane, moment of inertia about the centre."""
     frames = {"root": np.zeros(3)} | {key: np.array([*value, 0.0]) for key, value in interfaces.items()}
     return rigid_body(name, mass=mass, centre=np.array([*centre, 0.0]), inertia=inertia * np.eye(3), interfaces=frames)
-
-
-def squeezer():
-    """Andrews' squeezing mechanism: data of Hairer and Wanner, Solving ODEs II, section VI.9; start by CASES 9.3."""
-    d, da, e, ea, rr, ra, ss, sa, sb, sc, sd = (
-        0.028,
-        0.0115,
-        0.02,
-        0.01421,
-        0.007,
-        9.2e-4,
-        0.035,
-        0.01874,
-        0.01043,
-        0.018,
-        0.02,
-    )
-    ta, tb, u, ua, ub, zf, zt, fa = 0.02308, 0.00916, 0.04, 0.01228, 0.00449, 0.02, 0.04, 0.01421
-    m = [0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498]
-    inertia = [2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5]
-    bodies = {
-        "K1": link("K1", m[0], (ra, 0), inertia[0], end=(rr, 0)),
-        "K2": link("K2", m[1], (-da, 0), inertia[1], end=(-d, 0)),
-        "K3": link("K3", m[2], (sa, sb), inertia[2], end=(0, -ss), spring=(sd, -sc)),
-        "K5": link("K5", m[4], (ta, tb), inertia[4], end=(zt, 0)),
-        "K4": link("K4", m[3], (0, ea - e), inertia[3], end=(0, -e)),
-        "K7": link("K7", m[6], (ua, ub), inertia[6], end=(0, -u)),
-        "K6": link("K6", m[5], (zf - fa, 0), inertia[5], end=(zf, 0)),
-    }
-    A, B, C = np.array([-0.06934, -0.00227, 0]), np.array([-0.03635, 0.03273, 0]), np.array([0.014, 0.072, 0])
-    angles = {
-        "beta": -0.0617138900142764, "Theta": 0.0, "gamma": 0.455279819163070, "Phi": 0.222668390165886,
-        "delta": 0.487364979543843, "Omega": -0.222668390165886, "epsilon": 1.23054744454982,
-    }  # fmt: skip
-    places = [
-        ("beta", "ground", "K1", np.zeros(3)), ("Theta", "K1.end", "K2", np.zeros(3)), ("gamma", "ground", "K3", B),
-        ("delta", "ground", "K5", A), ("Phi", "K5.end", "K4", np.zeros(3)), ("epsilon", "ground", "K7", A),
-        ("Omega", "K7.end", "K6", np.zeros(3)),
-    ]  # fmt: skip
-    joints = tuple(
-        mp.Joint(name=name, type="revolute", parent=parent, child=child, position=position, angle=angles[name])
-        for name, parent, child, position in places
-    )
-    closures = tuple(
-        Closure(name=f"pin {body}", type="spherical", a="K2.end", b=f"{body}.end") for body in ("K3", "K4", "K6")
-    )
-    loads = (
-        PointForce(name="drive", at="K1.root", torque=(0, 0, 0.033)),
-        AxialSpring(name="spring", between=("ground", "K3.spring"), stiffness=4530, length=0.07785, position=C),
-    )
-    return mp.System(bodies=bodies, joints=joints, closures=closures, loads=loads)
 
 
 def crank_rod():

@@ -1,12 +1,15 @@
 """Equilibrium, linear equations and modes of closed loops: closed forms, equivalent trees, trajectories."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
-from multibody.mechanisms import link, slider_crank, squeezer
+from multibody.mechanisms import link, slider_crank
 from multibody.test_constraints import closed_tree
 from multibody.trees import random_body
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
+from systems.shipped import shipped
 
 import modalprep as mp
 from modalprep.body.build import flexible_body
@@ -338,6 +341,10 @@ def test_inverse_dynamics_says_what_to_do_with_loops():
         mp.inverse_dynamics(parallelogram(), {"a": "t"}, np.array([0.0]))
     with pytest.raises(mp.InputError, match="'pin' closes a loop"):
         mp.hinge_forces(parallelogram(), np.zeros(6), np.zeros(3))
+
+
+def squeezer():
+    return shipped("squeezer", Path())[0]  # rigid bodies: no folder is used
 
 
 @pytest.mark.parametrize("mechanism", [parallelogram, pushed_slider, squeezer, lambda: slider_crank()[0]])
