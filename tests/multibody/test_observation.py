@@ -103,7 +103,9 @@ def joint_channels(o):
         place, rate = state.joint(joint.name)
         if joint.type == "spherical":
             found |= {f"{joint.name}.quaternion": place, f"{joint.name}.spin": rate}
-        elif joint.type not in ("free", "weld"):
+        elif joint.type == "free":
+            found[f"{joint.name}.spin"] = rate[3:]
+        elif joint.type != "weld":
             n = TRAVELS.get(joint.type, 0)
             found |= {f"{joint.name}.displacement": place[:n], f"{joint.name}.speed": rate[:n]}
             found |= {f"{joint.name}.angle": place[n:], f"{joint.name}.rate": rate[n:]}
