@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
 from modalprep.errors import InputError
 
@@ -41,3 +43,22 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def write_json(data: dict[str, Any], path: Path) -> Path:
+    """Write one JSON object; the file is whole or absent.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> write_json({"modes": 2}, Path(tempfile.mkdtemp()) / "a.json").read_text().split()
+    ['{', '"modes":', '2', '}']
+    """
+    with atomic_path(path) as temporary:
+        temporary.write_text(json.dumps(data, indent=1) + "\n")
+    return path

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from body.solids import horn
+from formats.lumped import modal_integrals
 from multibody.trees import random_body
 
 import modalprep as mp
@@ -22,16 +23,8 @@ def particles(rng, n=5, count=30):
     shape = shape @ np.linalg.inv(np.linalg.cholesky(gram)).T
     c = rng.standard_normal((3, 4, n, n))
     u2 = np.einsum("pr,arij->paij", np.column_stack([np.ones(count), x]), c + c.swapaxes(-1, -2))
-    return (mass, x, shape, u2), random_body(rng, n).with_(
-        m=mass.sum(),
-        s0=mass @ x,
-        E0=np.einsum("p,pa,pb->ab", mass, x, x),
-        S=np.einsum("p,pai->ai", mass, shape),
-        H=np.einsum("p,pb,pai->abi", mass, x, shape),
-        P=np.einsum("p,pai,pbj->abij", mass, shape, shape),
-        Kg_A=np.einsum("p,paij->aij", mass, u2),
-        Kg_W=np.einsum("p,pb,paij->abij", mass, x, u2),
-    )
+    body = random_body(rng, n).with_(m=mass.sum(), **modal_integrals(mass, x, shape, u2))
+    return (mass, x, shape, u2), body
 
 
 @pytest.mark.parametrize("seed", range(5))

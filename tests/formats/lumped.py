@@ -49,6 +49,19 @@ def particles(seed=0, n=4, count=12, interfaces=3, curvature=0.2) -> Particles:
     return Particles(m, x, phi, symmetric(count, 3), psi, Kg_T, rng.uniform(1.0, 9.0, n), rng.uniform(0.0, 0.3, n))
 
 
+def modal_integrals(m, x, phi, g) -> dict[str, np.ndarray]:
+    """Sums of FORMULATION section 4 over particles: see `Particles`."""
+    return {
+        "s0": m @ x,
+        "E0": np.einsum("p,pa,pb->ab", m, x, x),
+        "S": np.einsum("p,pai->ai", m, phi),
+        "H": np.einsum("p,pb,pai->abi", m, x, phi),
+        "P": np.einsum("p,pai,pbj->abij", m, phi, phi),
+        "Kg_A": np.einsum("p,paij->aij", m, g),
+        "Kg_W": np.einsum("p,pb,paij->abij", m, x, g),
+    }
+
+
 def modal_body(lump: Particles):
     """Return the particles as a modal body: the arrays of FORMULATION section 4."""
     m, x, phi, g = lump.m, lump.x, lump.phi, lump.g
@@ -59,13 +72,7 @@ def modal_body(lump: Particles):
         "lump", mass=m.sum(), centre=np.zeros(3), inertia=np.eye(3), interfaces=dict(zip(names, at, strict=True))
     )
     return rigid.with_(
-        s0=m @ x,
-        E0=np.einsum("p,pa,pb->ab", m, x, x),
-        S=np.einsum("p,pai->ai", m, phi),
-        H=np.einsum("p,pb,pai->abi", m, x, phi),
-        P=np.einsum("p,pai,pbj->abij", m, phi, phi),
-        Kg_A=np.einsum("p,paij->aij", m, g),
-        Kg_W=np.einsum("p,pb,paij->abij", m, x, g),
+        **modal_integrals(m, x, phi, g),
         Kg_F=-np.concatenate([0 * g[:1], g[1:k]]),
         Kg_T=lump.Kg_T,
         phi=np.concatenate([0 * phi[:1], phi[1:k]]),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
+from systems.shipped import PIPELINES
 
 from modalprep.multibody.dense import body_states
 from modalprep.multibody.equilibrium import static_equilibrium
@@ -13,8 +13,6 @@ from modalprep.multibody.layout import pack
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline
 from modalprep.pipeline.systems import read_system
-
-PIPELINES = Path(__file__).parents[2] / "pipelines"
 
 
 def with_segments(name, segments, folder):

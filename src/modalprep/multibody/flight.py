@@ -7,7 +7,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.dense import node_motion, quaternion_matrix
 from modalprep.multibody.free_flyer import Flight, fly_free
-from modalprep.multibody.result import Result
+from modalprep.multibody.result import Result, output_times
 from modalprep.multibody.system import Joint, System
 
 
@@ -35,10 +35,10 @@ def fly_system(
     ((11, 3), True)
     """
     joint = _only_joint(system, variables)
-    (name, body), count = next(iter(system.bodies.items())), max(2, round(t_end / output_step) + 1)
+    name, body = next(iter(system.bodies.items()))
     start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "spin")}
     way = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
-    flight = fly_free(body, np.linspace(0.0, t_end, count), **start, **way)
+    flight = fly_free(body, output_times(t_end, output_step), **start, **way)
     energy = flight.energy
     total = sum(energy.values())
     channels = {

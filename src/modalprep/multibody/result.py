@@ -129,3 +129,14 @@ class Result(Record):
             for name in channels or sorted(self.channels)
         ]
         return {part: self[part] for parts in names for part in parts}
+
+
+def output_times(t_end: float, output_step: float) -> np.ndarray:
+    """Return the times (nt,) of a run: equal steps, the nearest to `output_step` that end at `t_end`.
+
+    Examples
+    --------
+    >>> output_times(1.0, 0.3)
+    array([0.        , 0.33333333, 0.66666667, 1.        ])
+    """
+    return np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1))

@@ -15,7 +15,7 @@ from modalprep.multibody.layout import XQ, Packed, pack
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
-from modalprep.multibody.result import Result
+from modalprep.multibody.result import Result, output_times
 from modalprep.multibody.system import System
 
 MOST_OUTPUTS = 1e7
@@ -103,7 +103,7 @@ def simulate(
         raise InputError(f"simulation step = {step:g} must be positive")
     if not 0 <= rho_inf <= 1:
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
-    times = np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1))
+    times = output_times(t_end, output_step)
     integration = _integration(
         system, times, dense=dense, method="explicit" if dense else method, rtol=rtol, atol=atol, step=step,
         rho=rho_inf, events=events,

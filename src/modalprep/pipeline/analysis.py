@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_json
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.formats.statespace import write_state_space
@@ -17,7 +16,7 @@ from modalprep.multibody.equilibrium import Equilibrium, static_equilibrium
 from modalprep.multibody.inverse import InverseDynamics, inverse_dynamics
 from modalprep.multibody.linearise import linearise
 from modalprep.multibody.modes import SystemModes, system_modes
-from modalprep.multibody.result import Result
+from modalprep.multibody.result import Result, output_times
 from modalprep.multibody.state_space import StateSpace, frequency_response
 from modalprep.multibody.system import System
 from modalprep.multibody.timefunction import TimeFunction
@@ -99,7 +98,7 @@ def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
 
 
 def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynamics:
-    times = np.linspace(0.0, table.t_end, max(2, round(table.t_end / table.output_step) + 1))
+    times = output_times(table.t_end, table.output_step)
     motion = {name: _law(name, value, folder) for name, value in table.motion.items()}
     return inverse_dynamics(system, motion, times, modes=table.modes, rtol=table.rtol)
 
@@ -118,10 +117,7 @@ def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
         reporter.say(f"  {how} equilibrium after {found.rest.steps} steps")
     if found.modes is not None:
         system_table(found.modes, found.table.modes, reporter.console)
-    target = stem.with_name(f"{stem.name}-analysis.json")
-    with atomic_path(target) as temporary:
-        temporary.write_text(json.dumps(found.summary(), indent=1) + "\n")
-    reporter.wrote(target)
+    reporter.wrote(write_json(found.summary(), stem.with_name(f"{stem.name}-analysis.json")))
     for kind in found.table.state_space:
         reporter.wrote(write_state_space(found.linear, stem.with_name(f"{stem.name}-state-space.{kind}")))
     if found.table.response is not None:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_json
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
@@ -94,10 +93,7 @@ def synthesize_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
         found = _synthesized(pipeline, bodies)
         done(1)
     folder = output_folder(path, output)
-    target = folder / f"{path.stem}-synthesis.json"
-    with atomic_path(target) as temporary:
-        temporary.write_text(json.dumps(found.summary(), indent=1) + "\n")
-    reporter.wrote(target)
+    reporter.wrote(write_json(found.summary(), folder / f"{path.stem}-synthesis.json"))
     for name, body in found.bodies.items():
         reporter.wrote(write_body(body, folder / f"{path.stem}-{name}.h5"))
     return found
