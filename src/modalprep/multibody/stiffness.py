@@ -90,7 +90,7 @@ def _quickest(model: Model, run: Run, watch: Watch, stop: float, steps: float) -
 
 
 def _cost(model: Model, run: Run, watch: Watch, method: int, stop: float, budget: float) -> float:
-    """Return the evaluations that a method spends on a second of motion, at the end of a trial of `budget` of them."""
+    """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole run."""
     trial = Run(*(part.copy() for part in run))
     unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, dtype=np.int64))
     if begin(model, trial, method, 0.0, stop) != GOOD:
@@ -99,5 +99,8 @@ def _cost(model: Model, run: Run, watch: Watch, method: int, stop: float, budget
     while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget):
         t, spent = trial.clock[T], trial.count[EVALUATIONS]
         code = advance(model, trial, unwatched, method, stop, TRIAL_STEPS)
-        cost, trials = (trial.count[EVALUATIONS] - spent) / (trial.clock[T] - t), trials + 1
-    return cost if code in (RUNNING, REACHED) else np.inf
+        moved, trials = trial.clock[T] - t, trials + 1
+        cost = (trial.count[EVALUATIONS] - spent) / moved if moved > 0.0 else np.inf
+    if code == REACHED:
+        return trial.count[EVALUATIONS] / stop
+    return cost if code == RUNNING else np.inf
