@@ -131,3 +131,12 @@ def test_a_stiff_spring_is_a_rod():
     quarter = 1.8540746773013719 / np.sqrt(9.81)  # complete elliptic integral of modulus sin(45 deg)
     assert run.events["lowest"][0] == pytest.approx(quarter, rel=1e-3)
     assert run.stats["steps"] < 0.02 * run.stats["stiffness_ratio"]
+
+
+def test_auto_takes_generalized_alpha_for_stiff_bushings():
+    """Rosenbrock's method loses its order where stiff bushings turn, and is not tried."""
+    hinged, _ = tip(double_pendulum(), method="explicit", rtol=1e-10)
+    found, run = tip(pair(1e8), rtol=1e-5)
+    np.testing.assert_allclose(found, hinged, atol=5e-5)
+    assert "implicit, generalized-alpha, chosen for" in run.message
+    assert "Rosenbrock" not in run.message

@@ -42,6 +42,7 @@ from modalprep.multibody.stepping import (
 LEAST_SWEEPS, MOST_SWEEPS = 2, 12
 PLACES = True
 SWEEP_TOLERANCE = 0.03  # of the step's own tolerance
+LEAST_SHARE = 1e-4  # of the tolerance for a step: of many more steps than 10 000 the errors do not all go one way
 ROUND_OFF = 1e-13  # of a coordinate: sweeps do not come closer
 
 
@@ -56,7 +57,7 @@ def alpha_step(model, run, t, h):
     p = _parameters(run.clock[RHO])
     c1, c2 = p.c * p.gamma * h, p.c * p.beta * h * h
     last, trial, rate, place = run.K[3], run.K[4], run.K[5], run.K[6]
-    share, least = h / run.clock[SPAN], ROUND_OFF / run.clock[RTOL]
+    share, least = max(h / run.clock[SPAN], LEAST_SHARE), ROUND_OFF / run.clock[RTOL]
     # the algorithmic acceleration belongs to a time that is shifted in proportion to the step
     ratio = h / run.clock[LAST] if run.clock[LAST] > 0.0 else 0.0
     for u in range(nu):  # stiff modes start from rest: their equation is linear, so they need no guess
