@@ -228,7 +228,8 @@ def test_what_has_no_analysis(folder, capsys):
     assert "has no [analysis]: add one" in capsys.readouterr().err
     assert job(folder, SWING, "run") == 2
     assert "[simulation], [analysis] or [synthesis]" in capsys.readouterr().err
-    assert job(folder, LOOP + "[analysis.inverse]\nmotion = { hinge = 0 }\nt_end = 1\n", "analyse") == 2
+    inverse = "[analysis.inverse]\nmotion = { hinge = 0.4 }\nmodes = 'quasi_static'\nt_end = 1\n"
+    assert job(folder, LOOP + inverse, "analyse") == 2
     assert "'pin' closes a loop" in capsys.readouterr().err
 
 

@@ -13,7 +13,7 @@ from systems.shipped import shipped
 
 import modalprep as mp
 from modalprep.body.build import flexible_body
-from modalprep.examples import cantilever_model
+from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.multibody.chart import Chart
 from modalprep.multibody.closures import Closure, Coupler
 from modalprep.multibody.dense import quaternion_matrix
@@ -336,9 +336,44 @@ def test_loops_that_move_are_no_steady_motion():
         mp.static_equilibrium(system.with_(joints=(drive, *system.joints[1:])), steady=True)
 
 
-def test_inverse_dynamics_says_what_to_do_with_loops():
-    with pytest.raises(mp.InputError, match="'pin' closes a loop.*coupler"):
-        mp.inverse_dynamics(parallelogram(), {"a": "t"}, np.array([0.0]))
+def test_torque_that_drives_a_parallelogram():
+    """One pendulum: inertia, weight, spring; the torque of any of its cranks does."""
+    times, law = np.linspace(0, 1, 5), "0.4 + 0.3*t**2"
+    for joint in ("a", "c"):
+        found = mp.inverse_dynamics(parallelogram(damping=2.0), {joint: law}, times)
+        a, rate = 0.4 + 0.3 * times**2, 0.6 * times
+        expected = INERTIA * 0.6 + WEIGHT * np.cos(a) + 60 * (a - 0.3) + 2 * rate
+        np.testing.assert_allclose(found.force[joint][:, 0], expected, rtol=1e-8)  # the loops are held to 1e-11
+    at_rest = mp.inverse_dynamics(parallelogram(), {"a": 0.4}, np.zeros(1))
+    assert at_rest.force["a"][0, 0] == pytest.approx(WEIGHT * np.cos(0.4) + 6, rel=1e-9)
+
+
+def test_force_found_in_a_flexible_loop_moves_it_as_wanted():
+    """Applied as a load, the torque of inverse dynamics gives the history back."""
+    rigid, times = parallelogram(spring=0.0), np.linspace(0, 0.5, 251)
+    first, second, third = rigid.joints
+    joints = (first, second.with_(parent="crank.tip"), third.with_(position=np.array([10.0, 0, 0])))
+    pin = rigid.closures[0].with_(a="rocker.tip", b="coupler.tip")
+    system = mp.System(
+        bodies=dict.fromkeys(rigid.bodies, uniform_beam(modes=2)), joints=joints, closures=(pin,), gravity=DOWN
+    )
+    found = mp.inverse_dynamics(system, {"a": "0.4 + 0.2*(1 - cos(3*t))"}, times)
+    torque = mp.TimeFunction.table(times, found.force["a"][:, 0])
+    driven = first.with_(elements=mp.HingeElement(drive=torque))
+    run = mp.simulate(system.with_(joints=(driven, *joints[1:])), t_end=0.5, output_step=0.1, rtol=1e-8)
+    wanted = 0.4 + 0.2 * (1 - np.cos(3 * run.time))
+    np.testing.assert_allclose(run["a.angle"], wanted, atol=1e-5)  # splines through 251 torques
+
+
+def test_histories_that_loops_cannot_follow_are_refused():
+    with pytest.raises(mp.InputError, match="leave 1 of the 2 coordinates.*free"):
+        mp.inverse_dynamics(parallelogram(), {"a": 0.4, "c": 0.4}, np.zeros(1))
+    with pytest.raises(mp.InputError, match="cannot be closed"):
+        mp.inverse_dynamics(parallelogram(), {"a": 0.4, "c": 0.6}, np.zeros(1))
+    with pytest.raises(mp.InputError, match="'pin' closes a loop; quasi-static"):
+        mp.inverse_dynamics(parallelogram(), {"a": 0.4}, np.zeros(1), modes="quasi_static")
+    with pytest.raises(mp.InputError, match="begin at 0"):
+        mp.inverse_dynamics(parallelogram(), {"a": 0.4}, np.ones(1))
     with pytest.raises(mp.InputError, match="'pin' closes a loop"):
         mp.hinge_forces(parallelogram(), np.zeros(6), np.zeros(3))
 

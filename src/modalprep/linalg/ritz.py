@@ -65,4 +65,5 @@ def _orthonormal(X: np.ndarray, M: csr_array) -> np.ndarray:
     """Remove the last round-off, from the softest on, so that soft vectors hardly change."""
     if X.shape[1] == 0:
         return X
-    return solve_triangular(np.linalg.cholesky(X.T @ (M @ X)), X.T, lower=True).T
+    upper = solve_triangular(np.linalg.cholesky(X.T @ (M @ X)), np.eye(X.shape[1]), lower=True).T
+    return X @ upper

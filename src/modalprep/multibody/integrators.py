@@ -84,8 +84,8 @@ class Integration:
 
     def __init__(
         self, system: System, packed: Packed, loading: Loading, y: np.ndarray, times: np.ndarray, size: np.ndarray, *,
-        method: str, rtol: float, atol: float, step: float | None, rho: float, events: Sequence[Event],
-        twin: Callable | None,
+        method: str, rtol: float, atol: float, step: float | None = None, rho: float = 0.9,
+        events: Sequence[Event] = (), twin: Callable | None = None,
     ) -> None:  # fmt: skip
         self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
         if loading.loops:

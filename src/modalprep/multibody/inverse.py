@@ -11,7 +11,8 @@ from scipy.integrate import solve_ivp
 
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.differences import jacobian
-from modalprep.multibody.layout import FREE, SPEEDS, SPHERICAL, U
+from modalprep.multibody.layout import COORDINATES, FREE, SPEEDS, SPHERICAL, XQ, Packed, U, pack
+from modalprep.multibody.loops_driven import drive_loops
 from modalprep.multibody.plant import Plant
 from modalprep.multibody.system import System
 from modalprep.multibody.timefunction import TimeFunction
@@ -65,8 +66,8 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
 def _tree(system: System, t: float) -> Plant:
     if system.closures:
         raise InputError(
-            f"inverse dynamics: {system.closures[0].name!r} closes a loop, so that hinge forces are not determined; "
-            "drive a joint by a coupler with a value and simulate: its multiplier is the force"
+            f"hinge forces: {system.closures[0].name!r} closes a loop, so that a state and its accelerations do not "
+            "determine them; use inverse_dynamics with histories of as many joints as are driven"
         )
     return Plant(system, t)
 
@@ -82,9 +83,9 @@ def inverse_dynamics(
     """Return the hinge forces that move joints as prescribed.
 
     What has no history follows: modes and the other joints by their equations of motion from the start of the
-    joints, modes at rest ("dynamic"), or, when every joint has a history, modes by the loads and the motion of each
-    instant, without vibration ("quasi_static": their speeds and accelerations are left out, so that the force misses
-    what they carry).
+    joints, modes at rest ("dynamic"), or, in a tree where every joint has a history, modes by the loads and the motion
+    of each instant, without vibration ("quasi_static": their speeds and accelerations are left out, so that the force
+    misses what they carry). In closed loops as many coordinates have a history as are driven.
 
     Parameters
     ----------
@@ -98,10 +99,10 @@ def inverse_dynamics(
     Raises
     ------
     InputError
-        When a joint is unknown, prescribed already, spherical or free, the times do not ascend, or there are closed
-        loops.
+        When a joint is unknown, prescribed already, spherical or free, the times do not ascend, or histories ask for
+        more than closed loops leave free.
     SimulationError
-        When what follows cannot be integrated, or no quasi-static deflection is found.
+        When what follows cannot be integrated, the loops cannot be closed, or no quasi-static deflection is found.
 
     Examples
     --------
@@ -119,15 +120,54 @@ def inverse_dynamics(
         raise InputError("inverse dynamics: the times must ascend")
     if modes not in ("dynamic", "quasi_static"):
         raise InputError(f"inverse dynamics: modes {modes!r} is neither 'dynamic' nor 'quasi_static'")
+    if system.closures:
+        return _looped(system, motion, times, modes, rtol)
     guided = _Guided(system, motion, times)
     states = guided.follow(times, rtol) if modes == "dynamic" else guided.settle(times)
     answers = [guided.answer(t, y, dynamic=modes == "dynamic") for t, y in zip(times, states, strict=True)]
     udot, force = (np.array(rows) for rows in zip(*answers, strict=True))
-    rows = {name: guided.speeds(name) for name in motion}
-    modal = {name: states[:, guided.plant.coordinates("body", name)] for name in system.bodies}
-    return InverseDynamics(
-        time=times, force={name: force[:, k] for name, k in rows.items()}, modal=modal, y=states, udot=udot
-    )
+    forces = {name: force[:, guided.speeds(name)] for name in motion}
+    return _result(system, times, states, udot, forces)
+
+
+def _looped(system: System, motion: Mapping[str, Any], times: np.ndarray, modes: str, rtol: float) -> InverseDynamics:
+    if modes != "dynamic":
+        raise InputError(
+            f"inverse dynamics: {system.closures[0].name!r} closes a loop; quasi-static modes are for trees, use "
+            "dynamic ones"
+        )
+    laws = {name: _laws(pack(system), name, functions) for name, functions in motion.items()}
+    return _result(system, times, *drive_loops(system, laws, times, rtol))
+
+
+def _result(
+    system: System, times: np.ndarray, y: np.ndarray, udot: np.ndarray, force: dict[str, np.ndarray]
+) -> InverseDynamics:
+    packed, modal = pack(system), {}
+    for name, body in system.bodies.items():
+        first = packed.tree.ints[packed.link_of(name), XQ]
+        modal[name] = y[:, first : first + body.n]
+    return InverseDynamics(time=times, force=force, modal=modal, y=y, udot=udot)
+
+
+def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:
+    """Return a function of time for each coordinate of a joint."""
+    known = list(dict.fromkeys(link.joint.name for link in packed.links))
+    if name not in known:
+        raise InputError(f"inverse dynamics: no joint {name!r}; {suggestion(name, known, 'known are')}")
+    kinds = packed.types[packed.links_of(name)]
+    count = sum(COORDINATES[kind] for kind in kinds)
+    if not count or np.isin(kinds, (SPHERICAL, FREE)).any():
+        raise InputError(
+            f"inverse dynamics: joint {name!r} has no coordinate that a function of time can say; leave it out, "
+            "and it follows"
+        )
+    laws = [TimeFunction.of(f) for f in (functions if _several(functions) else [functions])]
+    if len(laws) != count:
+        raise InputError(f"inverse dynamics: joint {name!r} needs {count} functions of time, not {len(laws)}")
+    for law in laws:
+        law.refuse_jumps(f"inverse dynamics: the motion of joint {name!r}")
+    return laws
 
 
 class _Guided:
@@ -138,26 +178,10 @@ class _Guided:
         self.start = self.plant.start
         self.laws: list[tuple[int, int, TimeFunction]] = []
         for name, functions in motion.items():
-            self._add(system, name, functions)
+            laws = _laws(self.plant.packed, name, functions)
+            self.laws += zip(self.plant.coordinates("joint", name), self.speeds(name), laws, strict=True)
         self.given = np.array([u for _, u, _ in self.laws], dtype=int)
         self.left = np.setdiff1d(np.arange(self.plant.nu), self.given)
-
-    def _add(self, system: System, name: str, functions: Any) -> None:
-        known = [joint.name for joint in system.joints]
-        if name not in known:
-            raise InputError(f"inverse dynamics: no joint {name!r}; {suggestion(name, known, 'known are')}")
-        packed, places = self.plant.packed, self.plant.coordinates("joint", name)
-        if any(packed.types[i] in (SPHERICAL, FREE) for i in packed.links_of(name)) or not places:
-            raise InputError(
-                f"inverse dynamics: joint {name!r} has no coordinate that a function of time can say; leave it out, "
-                "and it follows"
-            )
-        laws = [TimeFunction.of(f) for f in (functions if _several(functions) else [functions])]
-        if len(laws) != len(places):
-            raise InputError(f"inverse dynamics: joint {name!r} needs {len(places)} functions of time, not {len(laws)}")
-        for law in laws:
-            law.refuse_jumps(f"inverse dynamics: the motion of joint {name!r}")
-        self.laws += zip(places, self.speeds(name), laws, strict=True)
 
     def speeds(self, name: str) -> list[int]:
         """Rows of a joint's speeds."""

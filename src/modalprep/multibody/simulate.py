@@ -104,7 +104,7 @@ def simulate(
     if not 0 <= rho_inf <= 1:
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
     times = output_times(t_end, output_step)
-    integration = _integration(
+    integration = prepare(
         system, times, dense=dense, method="explicit" if dense else method, rtol=rtol, atol=atol, step=step,
         rho=rho_inf, events=events,
     )  # fmt: skip
@@ -118,15 +118,15 @@ def simulate(
 def start_channels(system: System, t_end: float) -> Result:
     """Return every channel at the start only: which names a run to `t_end` will have, before it runs."""
     times = np.array([0.0, t_end])
-    integration = _integration(system, times, method="explicit", rtol=1.0, atol=1.0, step=None, rho=0.0, events=())
+    integration = prepare(system, times, method="explicit", rtol=1.0, atol=1.0)
     recorder = Recorder(integration, 1)
     recorder.add(times[:1], integration.steps.y[None])
     integration.raise_callback()
     return recorder.result("start", "", {})
 
 
-def _integration(system: System, times: np.ndarray, *, dense: bool = False, **options) -> Integration:
-    """Return an integration from the joints' start values, modes at rest, no work done."""
+def prepare(system: System, times: np.ndarray, *, dense: bool = False, **options) -> Integration:
+    """Return an integration from the joints' start values, modes at rest, no work done; options as `Integration`."""
     packed = pack(system)
     loading = Loading(system, packed, float(times[-1]))
     start, twin = np.append(start_state(packed), 0.0), _twin(system, loading) if dense else None
