@@ -10,6 +10,7 @@ import typer
 
 from modalprep.cli import bodies, jobs, meshes
 from modalprep.cli.common import app
+from modalprep.cli.interrupt import insistent
 
 __all__ = ["app", "bodies", "entry", "jobs", "main", "meshes"]
 
@@ -35,13 +36,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     from modalprep.errors import ModalprepError
 
     try:
-        code = app(args=list(sys.argv[1:] if argv is None else argv), prog_name="modalprep", standalone_mode=False)
+        with insistent():
+            code = app(args=list(sys.argv[1:] if argv is None else argv), prog_name="modalprep", standalone_mode=False)
         if code == INTERRUPTED:  # click's own way of saying it
             raise KeyboardInterrupt
         return int(code or 0)
     except ModalprepError as error:
         print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_code
+    except OSError as error:  # of reading; what cannot be written is an InputError
+        place = "" if error.filename is None else f"{error.filename}: "
+        print(f"modalprep: {place}{error.strerror or error}; check the path and who may read it", file=sys.stderr)
+        return 2
+    except MemoryError as error:
+        print(f"modalprep: not enough memory ({error}); ask for less or use a larger machine", file=sys.stderr)
+        return 1
     except typer.Exit as error:
         return error.exit_code
     except (typer.Abort, KeyboardInterrupt):
