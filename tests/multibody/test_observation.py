@@ -18,6 +18,7 @@ from modalprep.multibody.evaluate import GOOD, build_model, evaluate
 from modalprep.multibody.integrators import Integration
 from modalprep.multibody.layout import SPEEDS, U, pack
 from modalprep.multibody.loading import Loading
+from modalprep.multibody.loads import AxialSpring
 from modalprep.multibody.observation import observe
 from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
@@ -40,7 +41,7 @@ class Observed:
         assert evaluate(self.model, T, whole, rates) == GOOD
         table = Channels(system, self.packed, self.loops)
         row = np.full(table.width, np.nan)
-        observe(self.model, table.columns, whole, rates, row)
+        observe(self.model, table.columns, T, whole, rates, row)
         assert not np.isnan(row).any()  # every number is written
         self.found = {name: row[place] for name, place in table.places.items()}
         self.motion, self.udot = self.model.motion, rates[self.packed.nx : -1]
@@ -138,6 +139,24 @@ def wrenches(o):
     return found
 
 
+def spring_channels(o):
+    """Length, and tension by the law of each spring."""
+    found = {}
+    for load in (load for load in o.system.loads if isinstance(load, AxialSpring)):
+        ends = [(load.position, np.zeros(3)) if end == "ground" else end_motion(o, end) for end in load.between]
+        apart, rate = ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]
+        length = np.linalg.norm(apart)
+        tension = load.stiffness * (length - load.length) + load.damping * apart @ rate / length
+        tension += load.pull(T)[0] if load.pull else 0.0
+        slack = load.tension_only and (tension < 0 or length < load.length)
+        found |= {f"{load.name}.length": length, f"{load.name}.tension": 0.0 if slack else tension}
+    return found
+
+
+def end_motion(o, end):
+    return o.found[f"{end}.position"], o.found[f"{end}.velocity"]
+
+
 def agrees_with_the_dense_twin(o):
     places, accelerations = body_channels(o)
     o.agrees(places)
@@ -151,8 +170,10 @@ def agrees_with_the_dense_twin(o):
     mass = sum(body.m for body in o.system.bodies.values())
     if not (o.system.loads or o.system.closures):
         o.agrees(carried, mass * o.size)
+    springs = spring_channels(o)
+    o.agrees(springs, max([1.0, *springs.values()]))
     closures = {n for c in o.system.closures for n in closure_names(c)}
-    names = {*places, *accelerations, *total, *hinges, *carried, *closures, "power.in"}
+    names = {*places, *accelerations, *total, *hinges, *carried, *closures, *springs, "power.in"}
     assert set(o.found) == names
 
 

@@ -13,7 +13,7 @@ def with_bonds(loops: Constraints | None, loads: Loads) -> Constraints | None:
     """Return the rows that an implicit step knows: those of closed loops, then of springs and bushings.
 
     A spring is a row along its line, a bushing a row per axis of its first end that has stiffness or damping. What
-    turns the line and the axes is left to the sweeps.
+    turns the line and the axes is left to the sweeps, and so are springs that can go slack.
 
     Examples
     --------
@@ -33,6 +33,8 @@ def with_bonds(loops: Constraints | None, loads: Loads) -> Constraints | None:
     ends, ground, rows = [], [], []
     first = 0 if loops is None else len(loops.ends)
     for at, c in zip(loads.spring_at, loads.spring, strict=True):
+        if at[5]:
+            continue  # slack at times, and then no row
         rows.append((DISTANCE, first + len(ends), np.zeros(3), c[:2]))
         ends += [at[:2], at[2:4]]
         ground += [np.append(place, np.eye(3)) for place in (c[3:6], c[6:9])]

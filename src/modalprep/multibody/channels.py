@@ -19,7 +19,9 @@ from modalprep.multibody.layout import (
     U,
     X,
 )
+from modalprep.multibody.loads import AxialSpring
 from modalprep.multibody.loops import Loops
+from modalprep.multibody.orbit import Conductor
 from modalprep.multibody.system import System
 
 # the first columns: energies and momenta of the whole system
@@ -46,6 +48,8 @@ class Columns(NamedTuple):
     wrenches: np.ndarray  # (joints, 4) int: link, parent link and interface, column of force and torque
     bodies: np.ndarray  # (bodies, 4) int: link, column of modal, origin, orientation; interfaces, their column
     closures: np.ndarray  # (closures, 4) int: first row, rows, whether a coupler, column
+    springs: np.ndarray  # (springs, 4) int: number, 0, 0, column of length and force
+    conductors: np.ndarray  # (conductors, 4) int: first leg, legs, 0, column of current and electromotive force
     reactions: np.ndarray  # (nl, 6) scratch
 
 
@@ -79,6 +83,7 @@ class Channels:
         self.columns = Columns(
             *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
                 self._joints(), self._wrenches(), self._bodies(), self._closures(loops) if loops else [],
+                self._springs(), self._conductors(),
             )),
             np.zeros((len(packed.links), 6)),
         )  # fmt: skip
@@ -158,3 +163,20 @@ class Channels:
                 self._vector(f"{closure.name}.torque", 3)
             rows.append((own[0], len(own), couples, first))
         return rows
+
+    def _springs(self) -> list[tuple]:
+        names = [load.name for load in self.system.loads if isinstance(load, AxialSpring)]
+        return [(i, 0, 0, self._pair(name, "length", "tension")) for i, name in enumerate(names)]
+
+    def _conductors(self) -> list[tuple]:
+        rows, first = [], 0
+        for load in self.system.loads:
+            if isinstance(load, Conductor):
+                rows.append((first, len(load.legs), 0, self._pair(load.name, "current", "emf")))
+                first += len(load.legs)
+        return rows
+
+    def _pair(self, name: str, one: str, two: str) -> int:
+        first = self._number(f"{name}.{one}")
+        self._number(f"{name}.{two}")
+        return first

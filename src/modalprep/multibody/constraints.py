@@ -26,6 +26,7 @@ from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.algebra import ZERO3, axpy3, copy, cross, dot3, get3, get9, put3, put9, times
 from modalprep.multibody.kernel import (
     add_wrench,
+    carried,
     clear_wrenches,
     forward_bias,
     inward,
@@ -37,7 +38,7 @@ from modalprep.multibody.kernel import (
     spread,
     world,
 )
-from modalprep.multibody.layout import FREE, JOINT, MODES, NX, PA, SLOT, SPHERICAL, UQ, A, X
+from modalprep.multibody.layout import FREE, JOINT, MODES, NX, OMEGA, PA, SLOT, SPHERICAL, UQ, X
 from modalprep.multibody.tables import Tables, table
 
 # kinds of rows: e.(rb - ra), ea.eb, |rb - ra|, a sum of joint coordinates, each less its value; of e.(wb - wa) only the
@@ -101,6 +102,8 @@ def constraint_residual(cons, tree, flex, W, F, y, motion, t, work):
             p, turn, v, w = node_state(tree, flex, W, F, cons.ends[k, 0], cons.ends[k, 1])
         else:
             p, turn, v, w = get3(cons.ground, k, 0), get9(cons.ground, k, 3), ZERO3, ZERO3
+        n = W[len(W) - 1, OMEGA + 2]  # accelerations of the ends are not those that a turning ground sees
+        v, w = (v[0] - n * p[1], v[1] + n * p[0], v[2]), (w[0], w[1], w[2] + n)
         put3(work.ends, k, PLACE, p)
         put9(work.ends, k, TURN, turn)
         put3(work.ends, k, SPEED, v)
@@ -193,7 +196,7 @@ def _observe(cons, tree, flex, W, F, work, own):
         if cons.ends[k, 0] >= 0:
             v, w = node_acceleration(tree, flex, W, F, cons.ends[k, 0], cons.ends[k, 1], own)
         elif own > 0.0:
-            v = get3(W, len(W) - 1, A)  # the ground seen in free fall
+            v = carried(W, get3(cons.ground, k, 0), ZERO3)  # the ground seen in free fall
         put3(work.moved, k, 0, v)
         put3(work.moved, k, 3, w)
 

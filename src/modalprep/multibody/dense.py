@@ -7,7 +7,7 @@ poses, momenta and energies of a state, which results and checks use.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -151,8 +151,16 @@ class _Frame:
         )
 
 
-def _ground(gravity: np.ndarray, nu: int) -> _Frame:
-    return _Frame(np.eye(3), np.zeros(3), np.zeros(6), np.zeros((6, nu)), np.concatenate([-gravity, np.zeros(3)]))
+def ground_spin(system: System) -> np.ndarray:
+    """Return the angular velocity (3,) of the ground, that of the orbit."""
+    return system.orbit.rate * AXIS if system.orbit else np.zeros(3)
+
+
+def _ground(system: System, p: np.ndarray, nu: int) -> _Frame:
+    """Motion of a point of the ground, which turns in an orbit."""
+    w = ground_spin(system)
+    c = np.concatenate([np.cross(w, np.cross(w, p)) - system.gravity, np.zeros(3)])
+    return _Frame(np.eye(3), p, np.concatenate([np.cross(w, p), w]), np.zeros((6, nu)), c)
 
 
 def _interface(parent: BodyState, node: int) -> _Frame:
@@ -209,8 +217,7 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
         row, fixed = packed.tree.ints[i], packed.tree.fixed[i]
         joint, x, u = row[JOINT], row[X], packed.nx + row[U]
         if row[PARENT] < 0:
-            frame = _ground(system.gravity, packed.nu)
-            frame = frame.moved(fixed[ARM0 : ARM0 + 3], 0 * frame.J, np.zeros(6), np.zeros(6))
+            frame = _ground(system, fixed[ARM0 : ARM0 + 3], packed.nu)
         else:
             frame = _interface(states[row[PARENT]], row[NODE])
             frame = frame.turned(packed.align(row[PARENT]))  # the hinge is placed in the parent link's axes
@@ -230,6 +237,12 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
 def body_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
     """Return the motion of every body in the system's order; arguments as `link_states`."""
     return [state for state in link_states(system, packed, y, motion) if state.body is not None]
+
+
+def seen_states(system: System, states: list[BodyState]) -> list[BodyState]:
+    """Return the states with velocities relative to the ground."""
+    w = ground_spin(system)
+    return [replace(s, V=s.V - np.concatenate([s.R.T @ np.cross(w, s.p), s.R.T @ w])) for s in states]
 
 
 def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:

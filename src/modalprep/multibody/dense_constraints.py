@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from modalprep.multibody.constraints import ANGLE, COUPLER, END_A, IN_A, IN_B, KIND, POINT, VALUE
-from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion
+from modalprep.multibody.dense import BodyState, body_states, ground_spin, mass_and_force, node_motion
 from modalprep.multibody.dense_loads import dense_loads
 from modalprep.multibody.layout import Packed, pack
 from modalprep.multibody.packed_constraints import Closing
@@ -74,7 +74,7 @@ def dense_constraints(
     states = {packed.link_of(name): s for name, s in zip(system.order, bodies, strict=True)}
     arrays, found = closing.arrays, []
     ends = [
-        _end(states.get(int(link)), int(node), place, system.gravity, packed.nu)
+        _end(states.get(int(link)), int(node), place, system, packed.nu)
         for (link, node), place in zip(arrays.ends, arrays.ground, strict=True)
     ]
     for i, row in enumerate(closing.rows):
@@ -90,11 +90,11 @@ def dense_constraints(
     return DenseConstraints(*(np.array(column) for column in columns))
 
 
-def _end(s: BodyState | None, node: int, ground: np.ndarray, gravity: np.ndarray, nu: int) -> _End:
+def _end(s: BodyState | None, node: int, ground: np.ndarray, system: System, nu: int) -> _End:
     if s is None:
-        none = np.zeros((3, nu))
-        origin = _Vector(ground[:3], np.zeros(3), none, -gravity)
-        return _End(origin, ground[3:].reshape(3, 3), np.zeros(3), none, np.zeros(3))
+        none, w, p = np.zeros((3, nu)), ground_spin(system), ground[:3]
+        origin = _Vector(p, np.cross(w, p), none, np.cross(w, np.cross(w, p)) - system.gravity)
+        return _End(origin, ground[3:].reshape(3, 3), w, none, np.zeros(3))
     r, turn, Phi, vel, acc = node_motion(s.body, node, s.V[3:], s.q, s.qd)
     shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
     J = shift @ s.J

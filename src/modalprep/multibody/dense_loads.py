@@ -9,17 +9,17 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from modalprep.body.mass import affine_part, deflected
-from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion
+from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion, seen_states
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.layout import EPSILON, FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
 from modalprep.multibody.loads import (
     AxialSpring,
     Bushing,
-    CentralGravity,
     DistributedForce,
     PointForce,
     locate,
 )
+from modalprep.multibody.orbit import CentralGravity, Conductor, Orbit
 from modalprep.multibody.state import Frame, State, callback_loads
 from modalprep.multibody.system import System
 from modalprep.multibody.timefunction import TimeFunction
@@ -43,7 +43,7 @@ class DenseLoads(NamedTuple):
 
 
 def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, t: float) -> DenseLoads:
-    """Return what all loads do at a state; arguments as `dense.link_states`.
+    """Return what all loads, and gravity in an orbit, do at a state; arguments as `dense.link_states`.
 
     Examples
     --------
@@ -56,10 +56,13 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     >>> loads.f.round(9).tolist(), round(float(loads.stored), 9)
     ([-0.6, 0.0], 0.06)
     """
-    states = dict(zip(system.order, body_states(system, packed, y, motion), strict=True))
+    states = dict(zip(system.order, seen_states(system, body_states(system, packed, y, motion)), strict=True))
     total = _hinges(system, packed, y, t)
     for load in system.loads:
         total = _plus(total, _one(load, system, packed, states, t))
+    if system.orbit:
+        for s in states.values():
+            total = _plus(total, _in_orbit(system.orbit, s))
 
     def frame(body: str, k: int) -> Frame:
         return _point(states[body], k).frame
@@ -91,6 +94,8 @@ def _one(load, system: System, packed: Packed, states: dict[str, BodyState], t: 
         return _spring(load, *ends, t)
     if isinstance(load, Bushing):
         return _bushing(load, *(_end(system, states, end, load) for end in load.between))
+    if isinstance(load, Conductor):
+        return _conductor(load, system, states, t)
     none = DenseLoads(np.zeros(packed.nu), 0.0, 0.0, 0.0)
     if isinstance(load, CentralGravity):
         for state in states.values():
@@ -151,8 +156,12 @@ def _spring(load: AxialSpring, a: Point, b: Point, t: float) -> DenseLoads:
     along = apart / length if length > 0 else apart
     rate = along @ (b.frame.velocity - a.frame.velocity)
     other = load.damping * rate + _value(load.pull, t)
-    tension = load.stiffness * (length - load.length) + other
-    stored = load.stiffness * (length - load.length) ** 2 / 2
+    stretch = length - load.length
+    tension = load.stiffness * stretch + other
+    if load.tension_only:
+        stretch, tension = max(stretch, 0.0), max(tension, 0.0) if stretch > 0 else 0.0
+        other = tension - load.stiffness * stretch
+    stored = load.stiffness * stretch**2 / 2
     return DenseLoads((a.J - b.J)[:3].T @ (tension * along), -other * rate, stored, 0.0)
 
 
@@ -173,21 +182,55 @@ def _bushing(load: Bushing, a: Point, b: Point) -> DenseLoads:
 
 
 def _central(load: CentralGravity, s: BodyState) -> DenseLoads:
-    """Field, gradient and second gradient at the root, with the body's own moments."""
     d = s.R.T @ (s.p - load.centre)
-    R, one = np.linalg.norm(d), np.eye(3)
-    g = -load.mu * d / R**3
-    Gamma = -load.mu * (one / R**3 - 3 * np.outer(d, d) / R**5)
-    symmetric = sum(np.einsum(f"{index}->abc", one, d) for index in ("ab,c", "ac,b", "bc,a"))
-    second = 3 * load.mu * symmetric / R**5 - 15 * load.mu * np.einsum("a,b,c->abc", d, d, d) / R**7
-    body, q = s.body, s.q
-    at = deflected(affine_part(body), q)
+    R = np.linalg.norm(d)
+    return _in_field(s, d / R, 1 / R, load.mu / R**3, -load.mu * d / R**3, -load.mu / R)
+
+
+def _in_orbit(orbit: Orbit, s: BodyState) -> DenseLoads:
+    """Gravity less that of the origin, and the potential of the turn, whose force the kinematics have."""
+    x, k, w, one = s.R.T @ s.p, 1 / orbit.radius, s.R[2] * orbit.rate, np.eye(3)
+    to = s.R[0] + k * x  # from the planet, by the radius
+    far = np.linalg.norm(to)
+    q, a = (orbit.rate / far**1.5) ** 2, (2 * s.R[0] + k * x) @ x / (far + 1)
+    g = -q * (x - a * (1 + far + far**2) * s.R[0])
+    U = orbit.rate**2 * (x @ x - a**2 * (far + 2) / far) / 2
+    found = _in_field(s, to / far, k / far, q, g, U)
+    at = deflected(affine_part(s.body), s.q)
+    E = at.E + np.outer(x, at.s) + np.outer(at.s, x) + s.body.m * np.outer(x, x)
+    turn = -np.sum((w @ w * one - np.outer(w, w)) * E) / 2
+    return found._replace(gravity=found.gravity + turn)
+
+
+def _in_field(s: BodyState, n: np.ndarray, k: float, q: float, g: np.ndarray, U: float) -> DenseLoads:
+    """Field, gradient and second gradient at the root, with the body's own moments: direction and 1 / R, mu / R^3."""
+    body, one = s.body, np.eye(3)
+    Gamma = -q * (one - 3 * np.outer(n, n))
+    symmetric = sum(np.einsum(f"{index}->abc", one, n) for index in ("ab,c", "ac,b", "bc,a"))
+    second = k * q * (3 * symmetric - 15 * np.einsum("a,b,c->abc", n, n, n))
+    at = deflected(affine_part(body), s.q)
     force = body.m * g + Gamma @ at.s + np.einsum("abc,ab->c", second, at.E) / 2
     torque = np.cross(at.s, g) + np.einsum("cab,ad,bd->c", EPSILON, at.E, Gamma)
-    modal = g @ at.S + np.einsum("ab,abn->n", Gamma, at.L)
     f = s.J.T @ np.concatenate([force, torque])
-    f[s.rows] += modal
-    return DenseLoads(f, 0.0, 0.0, float(-load.mu * body.m / R - g @ at.s - np.sum(Gamma * at.E) / 2))
+    f[s.rows] += g @ at.S + np.einsum("ab,abn->n", Gamma, at.L)
+    return DenseLoads(f, 0.0, 0.0, float(body.m * U - g @ at.s - np.sum(Gamma * at.E) / 2))
+
+
+def _conductor(load: Conductor, system: System, states: dict[str, BodyState], t: float) -> DenseLoads:
+    """Dipole field by rotation matrices from the planet's axes."""
+    orbit, total = system.orbit, DenseLoads(np.zeros(next(iter(states.values())).J.shape[1]), 0.0, 0.0, 0.0)
+    d, to_orbit = orbit.dipole, Rotation.from_euler("ZXZ", [0.0, orbit.inclination, orbit.argument + orbit.rate * t])
+    turn = d.longitude + orbit.planet_spin * t
+    north = to_orbit.inv().apply(Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
+    for ends in load.legs:
+        a, b = (_end(system, states, end, load) for end in ends)
+        r = (a.frame.position + b.frame.position) / 2 + [orbit.radius, 0, 0]
+        R = np.linalg.norm(r)
+        B = d.strength * (d.radius / R) ** 3 * (north - 3 * (north @ r) * r / R**2)
+        f = _value(load.current, t) * np.cross(b.frame.position - a.frame.position, B)
+        for point in (a, b):
+            total = _plus(total, _wrench(point, f / 2, np.zeros(3)))
+    return total
 
 
 def _hinges(system: System, packed: Packed, y: np.ndarray, t: float) -> DenseLoads:

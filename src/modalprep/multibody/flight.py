@@ -68,6 +68,7 @@ def _only_joint(system: System, variables: str) -> Joint:
         else f"joint {joint.name!r} is {joint.type}, not free" if joint.type != "free"
         else "a load" if system.loads or joint.elements
         else "a closed loop" if system.closures
+        else "an orbit" if system.orbit
         else None
     )  # fmt: skip
     if reason:

@@ -20,8 +20,8 @@ from modalprep.multibody.algebra import (
     transposed_times,
 )
 from modalprep.multibody.flexible import expand, mode_moments
-from modalprep.multibody.kernel import add_wrench, node_state
-from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, gravity_law, hinge_law, spring_law
+from modalprep.multibody.kernel import add_wrench, node_state, seen_spin
+from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, spring_law
 from modalprep.multibody.layout import (
     BODY,
     H_,
@@ -29,13 +29,14 @@ from modalprep.multibody.layout import (
     MASS,
     MODES,
     NX,
-    OMEGA,
     POSITION,
     ROTATION,
     SLOT,
     VELOCITY,
     WRENCH,
 )
+from modalprep.multibody.orbit import CURVATURE, RATE
+from modalprep.multibody.planet import central_field, centrifugal_potential, conductor_leg, gravity_law, orbit_field
 from modalprep.multibody.tables import Tables, table
 
 
@@ -50,15 +51,17 @@ class Loads(NamedTuple):
     spread_at: np.ndarray  # (spread, 3) int: link, whether it follows, table of the factor
     spread: np.ndarray  # (spread, 12): sum F_b; sum x_a F_b, by rows; a in link axes, b in those of the load
     spread_modes: np.ndarray  # (spread, N, 9): sum phi_a F_b
-    spring_at: np.ndarray  # (springs, 5) int: link, interface, twice; table of the pull
+    spring_at: np.ndarray  # (springs, 6) int: link, interface, twice; table of the pull, whether it goes slack
     spring: np.ndarray  # (springs, 9): stiffness, damping, length, place of either end on the ground
     bushing_at: np.ndarray  # (bushings, 4) int: link, interface, twice
     bushing: np.ndarray  # (bushings, 36) of `laws`
+    leg_at: np.ndarray  # (legs, 5) int: link, interface, twice; table of the current
     centre: np.ndarray  # (4,): mu and centre of a central field; mu = 0 without
+    orbit: np.ndarray  # (8,) of `orbit`; rate 0 without
 
 
 class Energies(NamedTuple):
-    """Power of loads that are no potential (W), energy in springs (J), potential of a central field (J)."""
+    """Power of loads that are no potential (W), energy in springs (J), potential of a planet (J)."""
 
     power: float
     stored: float
@@ -106,10 +109,12 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
     for i in range(len(loads.bushing_at)):
         p, e = _bushing(loads, i, tree, flex, W, F)
         power, stored = power + p, stored + e
-    if loads.centre[0] > 0.0:
+    for i in range(len(loads.leg_at)):
+        power += _leg(loads, i, tree, flex, W, F, t)
+    if loads.centre[0] > 0.0 or loads.orbit[RATE] > 0.0:
         for i in range(len(tree.ints)):
             if tree.ints[i, BODY] >= 0:
-                gravity += _central(loads, i, tree, flex, W, F)
+                gravity += _planet(loads, i, tree, flex, W, F)
     return Energies(power, stored, gravity)
 
 
@@ -164,7 +169,7 @@ def _spread(loads, i, tree, flex, W, F, t):
                 )  # fmt: skip
     x, y, z = times(turn, (X[0], X[1], X[2])), times(turn, (X[3], X[4], X[5])), times(turn, (X[6], X[7], X[8]))
     m = (y[2] - z[1], z[0] - x[2], x[1] - y[0])  # sum r x F from the columns of sum r F'
-    power += dot3(f, transposed_times(base, get3(W, link, VELOCITY))) + dot3(m, get3(W, link, OMEGA))
+    power += dot3(f, transposed_times(base, get3(W, link, VELOCITY))) + dot3(m, seen_spin(W, link))
     _add_at_root(W, link, factor, f, m)
     return factor * power
 
@@ -176,15 +181,22 @@ def _add_at_root(W, link, factor, f, m):
 
 
 @compile_kernel
-def _spring(loads, i, tree, flex, W, F, t):
-    """Axial spring; returns the power of its damper and its pull, and its energy."""
+def spring_state(loads, i, tree, flex, W, F, t):
+    """Force on the first end of an axial spring, its length, tension, power and energy: see `spring_law`."""
     at, c = loads.spring_at, loads.spring
     a, va, b, vb = get3(c, i, 3), ZERO3, get3(c, i, 6), ZERO3
     if at[i, 0] >= 0:
         a, _, va, _ = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
     if at[i, 2] >= 0:
         b, _, vb, _ = node_state(tree, flex, W, F, at[i, 2], at[i, 3])
-    f, power, stored = spring_law(c[i, 0], c[i, 1], c[i, 2], _value(loads, at[i, 4], t), a, b, va, vb)
+    return spring_law(c, i, _value(loads, at[i, 4], t), at[i, 5], a, b, va, vb)
+
+
+@compile_kernel
+def _spring(loads, i, tree, flex, W, F, t):
+    """Axial spring; returns the power of its damper and its pull, and its energy."""
+    at = loads.spring_at
+    f, _, _, power, stored = spring_state(loads, i, tree, flex, W, F, t)
     if at[i, 0] >= 0:
         add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, ZERO3)
     if at[i, 2] >= 0:
@@ -211,19 +223,49 @@ def _bushing(loads, i, tree, flex, W, F):
 
 
 @compile_kernel
-def _central(loads, i, tree, flex, W, F):
-    """Central gravity on a link's body, with the inertia that `outward` left in W; returns its potential."""
+def leg_state(loads, i, tree, flex, W, F, t):
+    """Magnetic force on each end of a straight conductor, its power, current and electromotive force."""
+    at = loads.leg_at
+    a, _, va, _ = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
+    b, _, vb, _ = node_state(tree, flex, W, F, at[i, 2], at[i, 3])
+    f, emf = conductor_leg(loads.orbit, t, a, b, va, vb)
+    current = _value(loads, at[i, 4], t)
+    f = (0.5 * current * f[0], 0.5 * current * f[1], 0.5 * current * f[2])
+    return f, dot3(f, va) + dot3(f, vb), current, emf
+
+
+@compile_kernel
+def _leg(loads, i, tree, flex, W, F, t):
+    """Straight conductor; returns the power of the magnetic force."""
+    at = loads.leg_at
+    f, power, _, _ = leg_state(loads, i, tree, flex, W, F, t)
+    add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, ZERO3)
+    add_wrench(tree, flex, W, F, at[i, 2], at[i, 3], f, ZERO3)
+    return power
+
+
+@compile_kernel
+def _planet(loads, i, tree, flex, W, F):
+    """Gravity of a planet on a link's body, with the inertia that `outward` left in W; returns its potential."""
     base, p = get9(W, i, ROTATION), get3(W, i, POSITION)
-    d = transposed_times(base, (p[0] - loads.centre[1], p[1] - loads.centre[2], p[2] - loads.centre[3]))
-    H = get9(W, i, H_)
-    f, m, g, n, q, U = gravity_law(loads.centre[0], d, tree.fixed[i, MASS], (H[5], H[6], H[1]), get6(W, i, J_))
-    _add_at_root(W, i, 1.0, f, m)
+    H, J, m, rate = get9(W, i, H_), get6(W, i, J_), tree.fixed[i, MASS], loads.orbit[RATE]
+    c, turn = (H[5], H[6], H[1]), 0.0
+    if rate > 0.0:
+        x = transposed_times(base, p)
+        field = orbit_field(rate, loads.orbit[CURVATURE], x, (base[0], base[1], base[2]))
+        turn = centrifugal_potential(rate, x, (base[6], base[7], base[8]), m, c, J)
+    else:
+        d = (p[0] - loads.centre[1], p[1] - loads.centre[2], p[2] - loads.centre[3])
+        field = central_field(loads.centre[0], transposed_times(base, d))
+    f, torque, U = gravity_law(field, m, c, J)
+    _add_at_root(W, i, 1.0, f, torque)
     if flex is not None:
         s = tree.ints[i, SLOT]
         if s >= 0:
+            g, _, n, q, _ = field
             expand(tree, flex, F, i)
             P = get12(F.affine, 0, 0)
             for a in range(tree.ints[i, MODES]):
                 S, L = mode_moments(tree, flex, F, i, P, a)
                 F.load[s, a] += dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])
-    return U
+    return U + turn

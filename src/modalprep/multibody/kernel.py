@@ -526,13 +526,27 @@ def kinematic(tree, y, ydot):
             ydot[x + a] = y[u + a]
 
 
+@compile_inline
+def seen_spin(W, i):
+    """Angular velocity of link i relative to the ground, which may turn about z, in the link's axes; after `world`."""
+    n, w = W[len(W) - 1, OMEGA + 2], get3(W, i, OMEGA)
+    return w[0] - n * W[i, ROTATION + 6], w[1] - n * W[i, ROTATION + 7], w[2] - n * W[i, ROTATION + 8]
+
+
+@compile_kernel
+def carried(W, p, v):
+    """Specific acceleration of a point at p that the ground sees moving at a constant velocity v, inertial axes."""
+    g, n = get3(W, len(W) - 1, A), W[len(W) - 1, OMEGA + 2]
+    return g[0] - n * (n * p[0] + 2.0 * v[1]), g[1] - n * (n * p[1] - 2.0 * v[0]), g[2]
+
+
 @compile_kernel
 def world(tree, W):
-    """Inertial position, rotation (link to inertial) and velocity (inertial axes) of every link, after `outward`."""
+    """Position, rotation (link to inertial) and velocity of every link after `outward`, all relative to the ground."""
     for i in range(len(tree.ints)):
         p = tree.ints[i, PARENT]
         base, arm = get9(W, p, ROTATION), get3(W, i, ARM)
-        v = add3(cross(get3(W, p, OMEGA), arm), get3(W, i, SLIDE))
+        v = add3(cross(seen_spin(W, p), arm), get3(W, i, SLIDE))
         put3(W, i, POSITION, add3(get3(W, p, POSITION), times(base, arm)))
         put3(W, i, VELOCITY, add3(get3(W, p, VELOCITY), times(base, v)))
         put9(W, i, ROTATION, product(base, get9(W, i, R)))
@@ -546,17 +560,17 @@ def node_state(tree, flex, W, F, link, node):
     -------
     position : 3 numbers, m, inertial
     rotation : 9 numbers by rows, interface frame (the body's axes, turned with the node) to inertial
-    velocity, spin : 3 numbers each, m/s and rad/s, inertial axes
+    velocity, spin : 3 numbers each, m/s and rad/s, inertial axes, relative to the ground
     """
-    base, w = get9(W, link, ROTATION), get3(W, link, OMEGA)
+    base, spin = get9(W, link, ROTATION), seen_spin(W, link)
     r = get3(tree.fixed, len(tree.ints) + tree.ints[link, NODES] + node, 0)
-    v, turn = ZERO3, base
+    v, turn, w = ZERO3, base, spin
     if flex is not None:
         if tree.ints[link, SLOT] >= 0:
             r, t, _, _, v, e, _, _ = node_motion(tree, flex, W, F, link, node, len(F.Phi) - 1, r)
             turn, w = product(base, t), add3(w, e)
     align = get9(tree.fixed, link, ALIGN)
-    velocity = add3(get3(W, link, VELOCITY), times(base, add3(cross(get3(W, link, OMEGA), r), v)))
+    velocity = add3(get3(W, link, VELOCITY), times(base, add3(cross(spin, r), v)))
     position = add3(get3(W, link, POSITION), times(base, r))
     return position, product_transposed(turn, align), velocity, times(base, w)
 

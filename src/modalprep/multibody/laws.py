@@ -1,4 +1,4 @@
-"""Force laws of the kernel: hinge elements, springs, bushings, central gravity. Numbers in, numbers out."""
+"""Force laws of the kernel: hinge elements, springs, bushings. Numbers in, numbers out."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.algebra import (
+    ZERO3,
     add3,
     axpy3,
     cross,
     dot3,
     product,
     product_transposed,
-    symmetric_times,
     times,
     transposed_times,
 )
@@ -63,19 +63,24 @@ def hinge_law(c, i, x, u, drive):
 
 
 @compile_kernel
-def spring_law(stiffness, damping, length, pull, a, b, va, vb):
-    """Axial spring between points a and b with velocities va, vb, inertial.
+def spring_law(c, i, pull, slack, a, b, va, vb):
+    """Axial spring between points a and b with velocities va, vb, inertial: stiffness, damping, length in row i of `c`.
 
-    Returns the force on a (b feels the opposite), the power of damping and `pull` (N, tension), the energy stored.
+    With `slack` it pulls or does nothing: no force below its length, and none of a damper that would push.
+    Returns the force on a (b feels the opposite), length, tension, power of damping and `pull` (N), energy stored.
     """
     d = (b[0] - a[0], b[1] - a[1], b[2] - a[2])
     long = np.sqrt(dot3(d, d))
     g = 1.0 / long if long > 0.0 else 0.0
     rate = g * dot3(d, (vb[0] - va[0], vb[1] - va[1], vb[2] - va[2]))
-    stretch = long - length
-    other = damping * rate + pull
-    f = g * (stiffness * stretch + other)
-    return (f * d[0], f * d[1], f * d[2]), -other * rate, 0.5 * stiffness * stretch * stretch
+    stretch = long - c[i, 2]
+    elastic, other = c[i, 0] * stretch, c[i, 1] * rate + pull
+    if slack:
+        if stretch < 0.0:
+            return ZERO3, long, 0.0, 0.0, 0.0
+        other = max(other, -elastic)
+    f = g * (elastic + other)
+    return (f * d[0], f * d[1], f * d[2]), long, elastic + other, -other * rate, 0.5 * elastic * stretch
 
 
 @compile_kernel
@@ -130,36 +135,3 @@ def bushing_law(c, i, first, second):
     back = add3(moment, cross(r, f))
     back = (-back[0], -back[1], -back[2])
     return times(Ra, f), times(Ra, moment), times(Ra, back), power, stored
-
-
-@compile_kernel
-def gravity_law(mu, d, m, c, J):
-    """Central field on a body, linearised about its root: axes of the body, d from the centre to the root.
-
-    With the body's m, first moment c and moment of inertia J (6) about the root. The potential is
-    ``U = -mu m / R - g.c - Gamma_ab E_ab / 2`` with ``g = -mu n / R^2``, ``Gamma = -mu / R^3 (1 - 3 n n')``; force and
-    torque are its exact derivatives, so that energy is conserved. What is left out is of order (size / R)^3.
-
-    Returns
-    -------
-    force, torque : on the body, at the root
-    g : field at the root; n : direction from the centre; mu / R^3
-    U : J
-    """
-    R = np.sqrt(dot3(d, d))
-    n = (d[0] / R, d[1] / R, d[2] / R)
-    q = mu / (R * R * R)
-    g = (-q * d[0], -q * d[1], -q * d[2])
-    trace = 0.5 * (J[0] + J[3] + J[5])
-    En = axpy3((trace * n[0], trace * n[1], trace * n[2]), -1.0, symmetric_times(J, n))
-    nc, nEn = dot3(n, c), dot3(n, En)
-    f = q / R
-    along = m * q * -R + 3.0 * q * nc + f * (1.5 * trace - 7.5 * nEn)
-    force = (
-        along * n[0] - q * c[0] + 3.0 * f * En[0],
-        along * n[1] - q * c[1] + 3.0 * f * En[1],
-        along * n[2] - q * c[2] + 3.0 * f * En[2],
-    )
-    torque = axpy3(cross(c, g), 3.0 * q, cross(En, n))
-    U = -q * R * R * m + q * R * nc + 0.5 * q * (trace - 3.0 * nEn)
-    return force, torque, g, n, q, U

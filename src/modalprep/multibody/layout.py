@@ -32,6 +32,7 @@ PARENT, NODE, JOINT, MODES, X, U, KIND, SLOT, HAS_KG, BODY, PHI, XQ, UQ, NODES, 
 
 # columns of Tree.fixed
 C, ARM0, ALIGN, MASS, FIRST, INERTIA, FIXED = 0, 9, 12, 21, 22, 25, 31
+GROUND_RATE = 3  # in the row of the ground
 
 # columns of W
 R, ARM, OMEGA, BIAS, IA, PA, A, PIVOT, WRENCH = 0, 9, 12, 15, 21, 42, 48, 54, 75
@@ -55,7 +56,7 @@ class Tree(NamedTuple):
     `fixed`, a row per link: hinge frame at zero to the parent's link frame (9), interface on the parent's undeformed
     body in the parent's link frame (3), link frame to the body's frame (9), m, first moments s0 (3), moment of
     inertia (6: xx, xy, xz, yy, yz, zz) of the body in the link frame; then a row per interface of each body: its
-    position in the link frame (3); the last row is the ground's: gravity (3).
+    position in the link frame (3); the last row is the ground's: gravity (3), rate of its turn about z (1).
     """
 
     ints: np.ndarray  # (nl, 15) int64
@@ -154,7 +155,7 @@ def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None
     """
     W = np.zeros((len(tree.ints) + 1, WIDTH))
     W[-1, [ROTATION, ROTATION + 4, ROTATION + 8]] = 1.0
-    W[-1, A : A + 3] = -tree.fixed[-1, :3]
+    W[-1, A : A + 3], W[-1, OMEGA + 2] = -tree.fixed[-1, :3], tree.fixed[-1, GROUND_RATE]
     if flex is None:
         return W, None
     N, slots = flex.diagonal.shape[1], int(tree.ints[:, SLOT].max()) + 1
@@ -183,8 +184,9 @@ def pack(system: System) -> Packed:
     ints, bodies = _ints(system, links, frames)
     fixed = [_fixed(system, links, frames, ints, i) for i in range(len(links))]
     nodes = [np.pad(position @ a, ((0, 0), (0, FIXED - 3))) for a, position in bodies.positions]
-    gravity = np.pad(np.asarray(system.gravity, dtype=float), (0, FIXED - 3))
-    tree = Tree(ints, np.vstack([*fixed, *nodes, gravity]))
+    ground = np.zeros(FIXED)
+    ground[:3], ground[GROUND_RATE] = system.gravity, system.orbit.rate if system.orbit else 0.0
+    tree = Tree(ints, np.vstack([*fixed, *nodes, ground]))
     nu = int(ints[-1, UQ] + ints[-1, MODES])
     return Packed(tree, bodies.flex(), tuple(links), int(ints[0, NX]), nu)
 

@@ -51,7 +51,7 @@ class Loading:
     def __init__(self, system: System, packed: Packed, t_end: float) -> None:
         self.system, self.packed = system, packed
         self.arrays = pack_loads(system, packed, t_end)
-        self.active = bool(system.loads) or any(joint.elements for joint in system.joints)
+        self.active = bool(system.loads or system.orbit) or any(joint.elements for joint in system.joints)
         self.compiled = not any(isinstance(load, Callback) for load in system.loads)
         self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
         self.motion = np.zeros((len(packed.links), 3))

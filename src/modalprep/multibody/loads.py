@@ -10,6 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.multibody.orbit import CentralGravity, Conductor
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import suggestion
@@ -105,6 +106,8 @@ class AxialSpring(Record):
         m, inertial: the end on the ground.
     pull : TimeFunction or what makes one
         N, an actuator that draws the ends together.
+    tension_only : bool
+        It goes slack below its length, and its damper never pushes: a tether or a strap.
 
     Examples
     --------
@@ -119,12 +122,15 @@ class AxialSpring(Record):
     length: float = 0.0
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     pull: TimeFunction | None = None
+    tension_only: bool = False
 
     def __post_init__(self) -> None:
         """Check the constants."""
         for name in ("stiffness", "damping", "length"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"spring {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
+        if self.tension_only and self.pull is not None:
+            raise InputError(f"spring {self.name!r}: an actuator pulls always, not in tension only; leave one out")
         _two_ends("spring", self)
         object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
         object.__setattr__(self, "pull", None if self.pull is None else TimeFunction.of(self.pull))
@@ -177,39 +183,6 @@ class Bushing(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class CentralGravity(Record):
-    """Gravity of a point mass, with its gradient over each body.
-
-    The field is linearised about each body's root: ``g(r) = g0 + Gamma r``, ``g0 = -mu n / R^2``,
-    ``Gamma = -mu / R^3 (1 - 3 n n')``. It enters the twelve integrals of the body as the specific acceleration does,
-    A by -g0 and W by -Gamma; the second order of the force on the body is kept, so that energy is conserved. What is
-    left out is of order (size / R)^3 of the force.
-
-    Attributes
-    ----------
-    mu : float
-        Gravitational constant times mass, m^3/s^2; 3.986004418e14 for the Earth.
-    centre : (3,)
-        m, inertial.
-
-    Examples
-    --------
-    >>> CentralGravity(mu=3.986004418e14).centre
-    array([0., 0., 0.])
-    """
-
-    mu: float
-    centre: np.ndarray = field(default_factory=lambda: np.zeros(3))
-
-    def __post_init__(self) -> None:
-        """Check the constants."""
-        if not 0 < self.mu < float("inf"):
-            raise InputError(f"gravity: mu = {self.mu:g} must be positive")
-        object.__setattr__(self, "centre", np.asarray(self.centre, dtype=float))
-        super().__post_init__()
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
 class Callback(Record):
     """Loads of a Python function, for control loops: ``function(t, state) -> {where: load}``.
 
@@ -229,7 +202,7 @@ class Callback(Record):
     function: Callable[[float, Any], Mapping[str, Any]]
 
 
-Load = PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Callback
+Load = PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | Callback
 
 
 def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[str, int] | None:
@@ -261,13 +234,20 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
     if sum(isinstance(load, CentralGravity) for load in loads) > 1:
         raise InputError("a system has one field of central gravity at most")
     for load in loads:
-        if isinstance(load, PointForce) and locate(bodies, load.at, f"force {load.name!r}") is None:
-            raise InputError(f"force {load.name!r} is on the ground, where it has no effect; name 'body.interface'")
+        if isinstance(load, PointForce | Conductor):
+            _refuse_ground(bodies, load)
         if isinstance(load, AxialSpring | Bushing):
             for end in load.between:
                 locate(bodies, end, f"{'spring' if isinstance(load, AxialSpring) else 'bushing'} {load.name!r}")
         if isinstance(load, DistributedForce):
             _check_distributed(bodies, load)
+
+
+def _refuse_ground(bodies: Mapping[str, FlexibleBody], load: PointForce | Conductor) -> None:
+    what = f"{'force' if isinstance(load, PointForce) else 'conductor'} {load.name!r}"
+    for end in (load.at,) if isinstance(load, PointForce) else load.through:
+        if locate(bodies, end, what) is None:
+            raise InputError(f"{what} is on the ground, where it has no effect; name 'body.interface'")
 
 
 def _check_distributed(bodies: Mapping[str, FlexibleBody], load: DistributedForce) -> None:

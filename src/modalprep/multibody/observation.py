@@ -40,8 +40,8 @@ from modalprep.multibody.channels import (
 from modalprep.multibody.constraints import FORCE, TORQUE_B, TURN, settle
 from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, POTENTIAL, SPRINGS, evaluate
 from modalprep.multibody.flexible import node_shape
-from modalprep.multibody.forces import prescribe
-from modalprep.multibody.kernel import node_acceleration, node_state, outward, reactions, world
+from modalprep.multibody.forces import leg_state, prescribe, spring_state
+from modalprep.multibody.kernel import carried, node_acceleration, node_state, outward, reactions, seen_spin, world
 from modalprep.multibody.layout import (
     ALIGN,
     H_,
@@ -50,7 +50,6 @@ from modalprep.multibody.layout import (
     KIND,
     MASS,
     MODES,
-    OMEGA,
     PIVOT,
     POSITION,
     ROTATION,
@@ -88,12 +87,12 @@ def record(model, columns, times, states, soft, rows):
         if status != GOOD:  # the state is known, its accelerations are not
             ydot[:] = np.nan
             model.W[: len(model.tree.ints), A:PIVOT] = np.nan
-        observe(model, columns, y, ydot, rows[k])
+        observe(model, columns, times[k], y, ydot, rows[k])
     return True
 
 
 @compile_kernel
-def observe(model, columns, y, ydot, row):
+def observe(model, columns, t, y, ydot, row):
     """Write all channels of a state to ``row (width,)``, after `evaluate`; only accelerations are left in W and F."""
     tree, flex, W, F = model.tree, model.flex, model.W, model.F
     reactions(tree, W, columns.reactions)
@@ -104,6 +103,7 @@ def observe(model, columns, y, ydot, row):
     _closures(model.cons, model.work, columns.closures, row)
     outward(tree, flex, W, F, y, model.motion)  # `inward` made articulated inertias of the bodies' own
     world(tree, W)
+    _loads(model.loads, columns, tree, flex, W, F, t, row)
     for i in range(len(columns.wrenches)):
         _wrench(tree, flex, W, F, columns, i, row)
     for i in range(len(columns.bodies)):
@@ -163,6 +163,20 @@ def _closures(cons, work, closures, row):
 
 
 @compile_kernel
+def _loads(loads, columns, tree, flex, W, F, t, row):
+    """Length and tension of springs, current and electromotive force of conductors."""
+    for k in range(len(columns.springs)):
+        i, c = columns.springs[k, 0], columns.springs[k, 3]
+        _, row[c], row[c + 1], _, _ = spring_state(loads, i, tree, flex, W, F, t)
+    for k in range(len(columns.conductors)):
+        first, count, _, c = columns.conductors[k]
+        row[c + 1] = 0.0
+        for i in range(first, first + count):
+            _, _, row[c], emf = leg_state(loads, i, tree, flex, W, F, t)
+            row[c + 1] += emf
+
+
+@compile_kernel
 def _wrench(tree, flex, W, F, columns, i, row):
     """Force and torque of the parent on a joint's child at the child's root, in the axes of the parent's interface."""
     link, parent, node, c = columns.wrenches[i]
@@ -190,7 +204,7 @@ def _body(tree, W, link, c, y, row):
 def _sums(tree, flex, W, F, link, row):
     """Add the energies and momenta of a link's body: ``T = V' M V / 2`` with the mass matrix of `outward`."""
     base, p = get9(W, link, ROTATION), get3(W, link, POSITION)
-    v, w = transposed_times(base, get3(W, link, VELOCITY)), get3(W, link, OMEGA)
+    v, w = transposed_times(base, get3(W, link, VELOCITY)), seen_spin(W, link)
     H, m = get9(W, link, H_), tree.fixed[link, MASS]
     b = inertia_times(get6(W, link, IA), H, get6(W, link, J_), (v[0], v[1], v[2], w[0], w[1], w[2]))
     linear, angular, modal, strain = (b[0], b[1], b[2]), (b[3], b[4], b[5]), 0.0, 0.0
@@ -228,4 +242,4 @@ def _interface(tree, flex, W, F, link, node, row, c):
     _write(row, c, position)
     _write(row, c + 3, velocity)
     _write(row, c + 6, times(get9(tree.fixed, link, ALIGN), moved))
-    _write(row, c + 9, add3(linear, get3(tree.fixed, len(tree.fixed) - 1, 0)))
+    _write(row, c + 9, axpy3(linear, -1.0, carried(W, position, velocity)))

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.multibody import kernel
-from modalprep.multibody.layout import FREE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, U, X
+from modalprep.multibody.layout import FREE, GROUND_RATE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, U, X
 from modalprep.multibody.loads import locate
 from modalprep.multibody.plant import Plant
 from modalprep.suggest import suggestion
@@ -121,8 +121,7 @@ def _hinges(plant: Plant, joint: str) -> dict[str, int]:
 def _motion(plant: Plant, link: int, node: int, what: str, axis: int, y: np.ndarray) -> Callable[[np.ndarray], float]:
     tree, flex, W, F = plant.packed.tree, plant.packed.flex, plant.W, plant.F
     if what in ("acceleration", "angular_acceleration"):
-        turn = what == "angular_acceleration"
-        return lambda y: kernel.node_acceleration(tree, flex, W, F, link, node, 1.0)[turn][axis]  # gravity is constant
+        return _acceleration(plant, link, node, what == "angular_acceleration", axis)
     place = ("position", "rotation", "velocity", "spin").index(what)
 
     def state() -> tuple:
@@ -134,3 +133,16 @@ def _motion(plant: Plant, link: int, node: int, what: str, axis: int, y: np.ndar
     kernel.world(tree, W)
     start = np.reshape(state()[1], (3, 3))
     return lambda y: Rotation.from_matrix(np.reshape(state()[1], (3, 3)) @ start.T).as_rotvec()[axis]
+
+
+def _acceleration(plant: Plant, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:
+    """As seen from the ground, which may turn."""
+    at = (plant.packed.tree, plant.packed.flex, plant.W, plant.F, link, node)
+    ground = np.array([0, 0, plant.packed.tree.fixed[-1, GROUND_RATE]])
+
+    def seen(y: np.ndarray) -> float:
+        position, _, velocity, spin = kernel.node_state(*at)
+        own = np.cross(ground, spin) if turn else kernel.carried(plant.W, position, velocity)
+        return kernel.node_acceleration(*at, 1.0)[turn][axis] - own[axis]
+
+    return seen

@@ -13,11 +13,11 @@ from modalprep.multibody.layout import FREE, PRESCRIBED, SPEEDS, SPHERICAL, Pack
 from modalprep.multibody.loads import (
     AxialSpring,
     Bushing,
-    CentralGravity,
     DistributedForce,
     PointForce,
     locate,
 )
+from modalprep.multibody.orbit import ORBIT, CentralGravity, Conductor
 from modalprep.multibody.system import System
 from modalprep.multibody.tabulate import tabulate
 from modalprep.multibody.timefunction import TimeFunction
@@ -50,6 +50,7 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
     spread = [build.spread(load) for load in rows[DistributedForce]]
     springs = [build.spring(load) for load in rows[AxialSpring]]
     bushings = [build.bushing(load) for load in rows[Bushing]]
+    legs = [leg for load in rows[Conductor] for leg in build.legs(load)]
     centre = [np.array([load.mu, *load.centre]) for load in rows[CentralGravity]]
     N = max((body.n for body in system.bodies.values()), default=0)
     return Loads(
@@ -61,15 +62,17 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
         spread_at=_ints([at for at, _, _ in spread], 3),
         spread=_floats([c for _, c, _ in spread], (12,)),
         spread_modes=_floats([np.pad(m, ((0, N - len(m)), (0, 0))) for _, _, m in spread], (N, 9)),
-        spring_at=_ints([at for at, _ in springs], 5),
+        spring_at=_ints([at for at, _ in springs], 6),
         spring=_floats([c for _, c in springs], (9,)),
         bushing_at=_ints([at for at, _ in bushings], 4),
         bushing=_floats([c for _, c in bushings], (BUSHING,)),
+        leg_at=_ints(legs, 5),
         centre=centre[0] if centre else np.zeros(4),
+        orbit=system.orbit.constants if system.orbit else np.zeros(ORBIT),
     )
 
 
-_KINDS = (PointForce, DistributedForce, AxialSpring, Bushing, CentralGravity)
+_KINDS = (PointForce, DistributedForce, AxialSpring, Bushing, CentralGravity, Conductor)
 
 
 def _named_tabulate(functions: list[tuple[str, TimeFunction]], t_end: float):
@@ -133,8 +136,13 @@ class _Builder:
         return at, np.array([*force.sum(axis=0), *first.ravel()]), modes
 
     def spring(self, load: AxialSpring) -> tuple:
-        at = [*self.end(load.between[0]), *self.end(load.between[1]), self.table(f"spring {load.name!r}", load.pull)]
+        pull = self.table(f"spring {load.name!r}", load.pull)
+        at = [*self.end(load.between[0]), *self.end(load.between[1]), pull, int(load.tension_only)]
         return at, np.array([load.stiffness, load.damping, load.length, *load.position, *load.position])
+
+    def legs(self, load: Conductor) -> list[list[int]]:
+        current = self.table(f"conductor {load.name!r}", load.current)
+        return [[*self.end(a), *self.end(b), current] for a, b in load.legs]
 
     def bushing(self, load: Bushing) -> tuple:
         row = np.zeros(BUSHING)

@@ -14,6 +14,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.closures import Closure, Coupler, check_closures
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.loads import Load, check_loads
+from modalprep.multibody.orbit import CentralGravity, Conductor, Orbit
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import suggestion
@@ -155,6 +156,9 @@ class Joint(Record):
 class System(Record):
     """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads and closed loops (see there).
 
+    With an `orbit` the ground is its local orbital frame: "inertial" axes and places of joints, loads and results are
+    then those of that frame.
+
     Raises
     ------
     InputError
@@ -174,6 +178,7 @@ class System(Record):
     gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     loads: tuple[Load, ...] = ()
     closures: tuple[Closure | Coupler, ...] = ()
+    orbit: Orbit | None = None
 
     def __post_init__(self) -> None:
         """Check the tree and what loads it."""
@@ -194,6 +199,14 @@ class System(Record):
         _ = self.order
         check_loads(self.bodies, self.loads)
         check_closures(self.bodies, self.coordinate_counts, self.closures)
+        self._check_orbit()
+
+    def _check_orbit(self) -> None:
+        conductors = [load.name for load in self.loads if isinstance(load, Conductor)]
+        if conductors and (self.orbit is None or self.orbit.dipole is None):
+            raise InputError(f"conductor {conductors[0]!r} needs a magnetic field: an orbit with a dipole")
+        if self.orbit and (self.gravity.any() or any(isinstance(load, CentralGravity) for load in self.loads)):
+            raise InputError("a system in orbit has the gravity of its orbit; leave out any other")
 
     def _refuse_other_frame(self, joint: Joint) -> None:
         body = self.bodies[self.child(joint)]

@@ -11,6 +11,7 @@ from modalprep.pipeline.analysis_schema import AnalysisTable
 from modalprep.pipeline.beam import BeamTable
 from modalprep.pipeline.chain import ChainTable, with_chains
 from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
+from modalprep.pipeline.environment_schema import ConductorTable, EnvironmentTable
 from modalprep.pipeline.fe_schema import (
     AnyMaterial,
     ConnectionTable,
@@ -29,7 +30,6 @@ from modalprep.pipeline.system_schema import (
     AxialSpringTable,
     BodyTable,
     BushingTable,
-    EnvironmentTable,
     ForceTable,
     JointTable,
     SimulationTable,
@@ -108,6 +108,7 @@ class Pipeline(Table):
     forces: dict[str, ForceTable] = Field({})
     springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
     bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
+    conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
     closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
     couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
     environment: EnvironmentTable = Field(EnvironmentTable())

@@ -13,20 +13,20 @@ from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.loads import (
     AxialSpring,
     Bushing,
-    CentralGravity,
     DistributedForce,
     Load,
     PointForce,
 )
+from modalprep.multibody.orbit import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
 from modalprep.multibody.system import TRAVELS, TURNS
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.pipeline.build import rotation_matrix
+from modalprep.pipeline.environment_schema import CentralTable, OrbitTable
 from modalprep.pipeline.load import naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_schema import (
     AxialSpringTable,
     BushingTable,
-    CentralTable,
     ForceTable,
     JointTable,
     LimitsTable,
@@ -128,7 +128,7 @@ def _limits(table: LimitsTable | None) -> dict[str, float]:
 
 
 def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[Load, ...]:
-    """Return the forces, springs, bushings and central gravity of a pipeline file."""
+    """Return the forces, springs, bushings, conductors and central gravity of a pipeline file."""
     loads: list[Load] = []
     for name, table in pipeline.forces.items():
         with naming(f"force {name!r}"):
@@ -139,10 +139,33 @@ def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path
     for name, table in pipeline.bushings.items():
         with naming(f"bushing {name!r}"):
             loads.append(_bushing(name, table))
+    for name, table in pipeline.conductors.items():
+        with naming(f"conductor {name!r}"):
+            current = time_function("current", table.current, folder)
+            loads.append(Conductor(name=name, through=tuple(table.through), current=current))
     gravity = pipeline.environment.gravity
     if isinstance(gravity, CentralTable):
         loads.append(CentralGravity(mu=gravity.mu, centre=np.array(gravity.centre)))
     return tuple(loads)
+
+
+def read_orbit(table: OrbitTable | None) -> Orbit | None:
+    """Return the orbit of a pipeline file.
+
+    Examples
+    --------
+    >>> round(read_orbit(OrbitTable(altitude=400e3)).radius)
+    6778137
+    """
+    if table is None:
+        return None
+    with naming("orbit"):
+        others = {key: getattr(table, key) for key in ("inclination", "argument", "planet_spin")}
+        others["dipole"] = Dipole(**table.dipole.model_dump()) if table.dipole else None
+        if table.rate is not None:
+            return Orbit(rate=table.rate, **others)
+        radius = table.radius if table.radius is not None else EARTH_RADIUS + table.altitude
+        return Orbit.circular(radius, table.mu, **others)
 
 
 def _force(name: str, table: ForceTable, bodies: dict[str, FlexibleBody], folder: Path) -> Load:
@@ -171,6 +194,7 @@ def _spring(name: str, table: AxialSpringTable, folder: Path) -> AxialSpring:
         length=table.length,
         position=np.array(table.position),
         pull=time_function("pull", table.pull, folder),
+        tension_only=table.tension_only,
     )
 
 

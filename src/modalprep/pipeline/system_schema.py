@@ -1,4 +1,4 @@
-"""What a pipeline file may say of a system: bodies, joints, forces, gravity, simulation."""
+"""What a pipeline file may say of a system: bodies, joints, forces, simulation."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class PointsTable(Table):
         return self
 
 
-def _form(value: Any) -> str:
+def form(value: Any) -> str:
     """Tell the forms of a value apart, so that an error speaks of the one that was meant."""
     forms = {str: "text", list: "list"}
     return "table" if isinstance(value, (dict, Table)) else forms.get(type(value), "number")
@@ -107,7 +107,7 @@ Time = Annotated[
     | Annotated[float, Tag("number")]
     | Annotated[list[PieceTable], Tag("list")]
     | Annotated[PointsTable, Tag("table")],
-    Discriminator(_form),
+    Discriminator(form),
 ]
 TIME = "number, expression of t (s), pieces [{ value, until }, ...], or points { t, values } or { file }"
 
@@ -142,7 +142,7 @@ class LimitsTable(Table):
 
 
 Constant = Annotated[float, Field(ge=0)]
-Friction = Annotated[Annotated[Constant, Tag("number")] | Annotated[FrictionTable, Tag("table")], Discriminator(_form)]
+Friction = Annotated[Annotated[Constant, Tag("number")] | Annotated[FrictionTable, Tag("table")], Discriminator(form)]
 
 
 class HingeTable(Table):
@@ -209,6 +209,7 @@ class AxialSpringTable(Table):
     length: Constant = Field(0.0, description="at which it is free, m")
     position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
     pull: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
+    tension_only: bool = Field(False, description="it goes slack below its length: a tether or a strap")
 
 
 class BushingTable(Table):
@@ -221,21 +222,6 @@ class BushingTable(Table):
     rest_rotation: RotationTable | None = Field(None, description="its axes to those of the first, there")
     position: Vector = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
     rotation: RotationTable | None = Field(None, description="of the frame on the ground")
-
-
-class CentralTable(Table):
-    """Gravity of a planet, with its gradient over each body."""
-
-    mu: float = Field(gt=0, description="m^3/s^2; 3.986004418e14 for the Earth")
-    centre: Vector = Field([0.0, 0.0, 0.0], description="m")
-
-
-class EnvironmentTable(Table):
-    """What acts on every body."""
-
-    gravity: Annotated[Annotated[Vector, Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(_form)] = (
-        Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
-    )
 
 
 Theory = Literal["consistent", "no_geometric_stiffness", "ruthless"]

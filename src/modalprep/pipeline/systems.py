@@ -19,7 +19,7 @@ from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_closures import read_closures
-from modalprep.pipeline.system_loads import hinge_elements, read_loads, time_function
+from modalprep.pipeline.system_loads import hinge_elements, read_loads, read_orbit, time_function
 from modalprep.pipeline.system_schema import JointTable, SimulationTable, Theory
 
 LABELS = {
@@ -137,7 +137,8 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
         gravity = pipeline.environment.gravity
         uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
         closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
-        return System(bodies=bodies, joints=joints, gravity=uniform, loads=loads, closures=closures)
+        orbit = read_orbit(pipeline.environment.orbit)
+        return System(bodies=bodies, joints=joints, gravity=uniform, loads=loads, closures=closures, orbit=orbit)
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:

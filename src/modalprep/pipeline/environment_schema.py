@@ -1,0 +1,64 @@
+"""What a pipeline file may say of the environment: gravity, an orbit, currents in its magnetic field."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from modalprep.multibody.orbit import EARTH_MU, EARTH_RADIUS, EARTH_SPIN
+from modalprep.pipeline.system_schema import TIME, Time, form
+from modalprep.pipeline.tables import Angle, Table, Vector
+
+
+class ConductorTable(Table):
+    """A current through the magnetic field of the orbit's planet."""
+
+    through: Annotated[list[str], Field(min_length=2)] = Field(
+        description="'body.interface' of each corner of its way, in the direction of the current"
+    )
+    current: Time = Field(description="A: " + TIME)
+
+
+class CentralTable(Table):
+    """Gravity of a planet, with its gradient over each body."""
+
+    mu: float = Field(gt=0, description="m^3/s^2; 3.986004418e14 for the Earth")
+    centre: Vector = Field([0.0, 0.0, 0.0], description="m")
+
+
+class DipoleTable(Table):
+    """Magnetic field of a planet, turning with it."""
+
+    strength: float = Field(gt=0, description="on the magnetic equator at `radius`, T; about 3.12e-5 for the Earth")
+    radius: float = Field(EARTH_RADIUS, gt=0, description="m")
+    tilt: Angle = Field(0.0, description="between the axes of dipole and planet")
+    longitude: Angle = Field(0.0, description="of the dipole's axis at the start, from the ascending node")
+
+
+class OrbitTable(Table):
+    """Circular orbit of the ground: x up, y along the flight, z normal to the orbit."""
+
+    altitude: float | None = Field(None, description="above the equator of the Earth, m")
+    radius: float | None = Field(None, gt=0, description="instead, m")
+    rate: float | None = Field(None, gt=0, description="instead, rad/s: gravity to first order in distances (Hill)")
+    mu: float = Field(EARTH_MU, gt=0, description="of the planet, m^3/s^2")
+    inclination: Angle = Field(0.0, description="to the planet's equator")
+    argument: Angle = Field(0.0, description="from the ascending node to the origin at the start")
+    planet_spin: float = Field(EARTH_SPIN, description="rad/s")
+    dipole: DipoleTable | None = None
+
+    @model_validator(mode="after")
+    def _one_size(self) -> OrbitTable:
+        if sum(size is not None for size in (self.altitude, self.radius, self.rate)) != 1:
+            raise ValueError("an orbit needs one of 'altitude', 'radius' and 'rate'")
+        return self
+
+
+class EnvironmentTable(Table):
+    """What acts on every body."""
+
+    gravity: Annotated[Annotated[Vector, Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(form)] = (
+        Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
+    )
+    orbit: OrbitTable | None = Field(None, description="the ground is the local frame of a circular orbit")
