@@ -44,6 +44,8 @@ _HOME = {
     "static_equilibrium": "multibody.equilibrium", "linearise": "multibody.linearise",
     "frequency_response": "multibody.state_space", "system_modes": "multibody.modes",
     "inverse_dynamics": "multibody.inverse", "hinge_forces": "multibody.inverse", "fly_free": "multibody.free_flyer",
+    "Depletion": "multibody.depletion", "ExpelledGas": "multibody.depletion", "burn": "multibody.depletion",
+    "scaled": "body.levels",
     "frozen_stiffness": "body.frozen", "read_csv": "formats.resultfile", "animate_system": "report.system_animation",
     "ModalprepError": "errors", "InputError": "errors", "MechanismError": "errors", "AccuracyError": "errors",
     "SimulationError": "errors", "RenderError": "errors",

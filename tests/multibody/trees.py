@@ -11,13 +11,31 @@ from modalprep.multibody import kernel
 from modalprep.multibody.layout import FREE, SPHERICAL, X, pack, workspace
 
 
-def random_body(rng, n, *, geometric=True, damping=False):
-    """Body of 30 particles with n random modes; its geometric stiffness is random but symmetric."""
+def particles(rng, n):
+    """Masses and places of 30 particles, n random modes that are normalised."""
     mass, x = rng.uniform(0.5, 1.0, 30), rng.standard_normal((30, 3))
     shape = rng.standard_normal((30, 3, n)) * 0.3
     if n:
         gram = np.einsum("p,pai,paj->ij", mass, shape, shape)
         shape = shape @ np.linalg.inv(np.linalg.cholesky(gram)).T
+    return mass, x, shape
+
+
+def integrals(mass, x, shape):
+    """Mass integrals of particles."""
+    return dict(
+        m=mass.sum(),
+        s0=mass @ x,
+        E0=np.einsum("p,pa,pb->ab", mass, x, x),
+        S=np.einsum("p,pai->ai", mass, shape),
+        H=np.einsum("p,pb,pai->abi", mass, x, shape),
+        P=np.einsum("p,pai,pbj->abij", mass, shape, shape),
+    )
+
+
+def random_body(rng, n, *, geometric=True, damping=False):
+    """Body of 30 particles with n random modes; its geometric stiffness is random but symmetric."""
+    mass, x, shape = particles(rng, n)
 
     def symmetric(*axes):
         a = rng.standard_normal((*axes, n, n))
@@ -27,11 +45,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
     frame = {"root": np.zeros(3), "a": rng.standard_normal(3), "b": rng.standard_normal(3)}
     rigid = rigid_body("random", mass=mass.sum(), centre=np.zeros(3), inertia=np.eye(3), interfaces=frame)
     return rigid.with_(
-        s0=mass @ x,
-        E0=np.einsum("p,pa,pb->ab", mass, x, x),
-        S=np.einsum("p,pai->ai", mass, shape),
-        H=np.einsum("p,pb,pai->abi", mass, x, shape),
-        P=np.einsum("p,pai,pbj->abij", mass, shape, shape),
+        **integrals(mass, x, shape),
         Kg_A=symmetric(3), Kg_W=symmetric(3, 3), Kg_F=symmetric(3, 3), Kg_T=symmetric(3, 3),
         phi=carried * rng.standard_normal((3, 3, n)), psi=carried * rng.standard_normal((3, 3, n)),
         K=rng.uniform(1.0, 3.0, n), D=damping * rng.uniform(0.0, 0.3, n), frequency=np.sqrt(rng.uniform(1.0, 3.0, n)),

@@ -116,7 +116,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
     Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T]
     asymmetry = max((relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)
     trace = body.P[0, 0] + body.P[1, 1] + body.P[2, 2]
-    modal_mass = float(np.abs(trace - np.eye(body.n)).max(initial=0.0))
+    modal_mass = relative(trace, body.modal_mass)
     tensor = relative(body.P, body.P.transpose(1, 0, 3, 2))
     stiffness = relative(body.K, (2 * np.pi * body.frequency) ** 2) if np.all(body.K >= 0) else float("inf")
     mass = relative(np.diag(rigid), body.modes.total)
@@ -126,7 +126,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
         Check(
             "inertia is physical", _inertia_defect(rigid[3:, 3:]), IDENTITY, "no moment exceeds the sum of the others"
         ),
-        Check("modal mass", modal_mass, ORTHOGONAL, "P_11 + P_22 + P_33 = 1"),
+        Check("modal mass", modal_mass, ORTHOGONAL, "P_11 + P_22 + P_33, 1 where the modes are normalised"),
         Check("mass tensor", tensor, IDENTITY, "P_ab = P_ba^T"),
         Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, not negative"),
         Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric"),

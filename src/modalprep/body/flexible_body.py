@@ -54,6 +54,8 @@ class FlexibleBody(Record):
         is not known: a body from bare matrices, or in other modes than those of its reduction.
     volume : {type: (n_cells,)}
         m^3 of each cell, 0 for springs and masses; with `energy`, to draw its density.
+    modal_mass : (n, n)
+        ``int rho phi^T phi``; 1 but for a body that has the modes of another fill level (levels.py).
     modes : ModeTable
         The candidates of the reduction and the reason each was kept or dropped.
     provenance : dict of str
@@ -94,11 +96,23 @@ class FlexibleBody(Record):
     provenance: dict[str, str] = field(default_factory=dict)
     energy: dict[str, np.ndarray] = field(default_factory=dict)
     volume: dict[str, np.ndarray] = field(default_factory=dict)
+    modal_mass: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        """Take modes as normalised where nothing else is said."""
+        if self.modal_mass is None:
+            object.__setattr__(self, "modal_mass", np.eye(len(self.K)))
+        super().__post_init__()
 
     @property
     def n(self) -> int:
         """Number of modal coordinates."""
         return len(self.K)
+
+    @property
+    def normalised(self) -> bool:
+        """Whether the modal mass is 1."""
+        return np.array_equal(self.modal_mass, np.eye(self.n))
 
     @property
     def frame(self) -> str:
@@ -116,8 +130,8 @@ class FlexibleBody(Record):
         return any(np.any(k) for k in (self.Kg_A, self.Kg_W, self.Kg_F, self.Kg_T))
 
     def with_(self, **changes: Any) -> Self:
-        """Return a copy with the named fields changed; new modes (`K`) have no `energy` unless it is given."""
-        return super().with_(**({"energy": {}} | changes if "K" in changes else changes))
+        """Return a copy with the named fields changed; new modes (`K`) have no `energy`, and mass 1, unless given."""
+        return super().with_(**({"energy": {}, "modal_mass": None} | changes if "K" in changes else changes))
 
     def conventional(self) -> FlexibleBody:
         """Return the body without geometric stiffness: the prematurely linearised theory."""

@@ -20,7 +20,7 @@ a linear rest, and with ``X_1 = m^(-1/2)``
 
     s_a = m^(1/2) p_1a                            S_a = m^(1/2) dp_1a
     E_ab = p_a.p_b + q P'_ab q                    L_ab = dp_a.p_b + P'_ab q
-    M_ff = (1 - B^T B) + dp^T dp                  (dots and dp^T dp: the sum over r, in dp^T dp over a too)
+    M_ff = (M - B^T B) + dp^T dp                  (dots and dp^T dp: the sum over r, in dp^T dp over a too)
 
 g = 1 would leave ``t_a.t_b`` in E, of fourth order, which the third and fourth order of the displacement take up: a
 line of length 1 that turns has ``x = (1 - y^2)^(1/2) = 1 - y^2 / 2 - ..`` and no y^4 in ``x^2``. With the mean strain
@@ -63,7 +63,7 @@ class AffinePart(NamedTuple):
     rest : (3, 3, n, n)
         ``P'``.
     mass : (n, n)
-        ``1 - B^T B``.
+        ``M - B^T B``, M the modal mass, 1 but for depleted bodies.
     strain : (3, 4)
         ``p(0) / p(0).p(0)`` without its first column.
     root_mass : float
@@ -138,7 +138,7 @@ def affine_part(body: FlexibleBody) -> AffinePart:
     first = coordinates(body.S, body.H)
     place = np.column_stack([root * centre, axes * scale])
     rest = body.P - np.einsum("ari,brj->abij", first, first)
-    mass = np.eye(body.n) - np.einsum("ari,arj->ij", first, first)
+    mass = body.modal_mass - np.einsum("ari,arj->ij", first, first)
     strain = np.column_stack([np.zeros(3), axes * scale]) / max(np.sum(scale**2), np.finfo(float).tiny)
     return AffinePart(place, first, coordinates(body.Kg_A, body.Kg_W), rest, mass, strain, root)
 

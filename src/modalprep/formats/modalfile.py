@@ -80,6 +80,8 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
         file.attrs["inputs"] = json.dumps(body.provenance)
         for name in SHAPES:
             _store(file, name, getattr(body, name))
+        if not body.normalised:
+            _store(file, "modal_mass", body.modal_mass)
         file["interface_name"] = np.array(body.interface_name, dtype=object)
         _store(file, "points", body.points)
         _store(file, "shape", body.shape, packed=False)
@@ -164,6 +166,7 @@ def _read(file: h5py.File, path: Path) -> FlexibleBody:
         points=points,
         shape=_array(file, "shape", (len(points), 3, n), path),
         cells=cells,
+        modal_mass=_array(file, "modal_mass", (n, n), path) if "modal_mass" in file else None,
         **{name: _per_cell(file, name, cells, n, path) for name in PER_CELL},
         modes=ModeTable(
             kind=tuple(x.decode() for x in rows["kind"]),

@@ -37,14 +37,14 @@ TOTALS = {
     "momentum.angular": slice(ANGULAR, SUMS),
 }
 ENERGIES = ("energy.kinetic", "energy.strain", "energy.gravity", "energy.stored")
-STATE, HINGE_FORCE, MOTION, REACTION = range(4)  # what a number of a joint is: arrays of one evaluation
+STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT = range(5)  # what a number is: arrays of one evaluation
 INTERFACE = ("position", "velocity", "deflection", "acceleration")  # three numbers each, in this order
 
 
 class Columns(NamedTuple):
     """What stands where in a row; link -1 is the ground."""
 
-    joints: np.ndarray  # (n, 4) int: STATE, HINGE_FORCE and so on, index, second index, column
+    joints: np.ndarray  # (n, 4) int: STATE, HINGE_FORCE and so on, index, second index, column; masses too
     wrenches: np.ndarray  # (joints, 4) int: link, parent link and interface, column of force and torque
     bodies: np.ndarray  # (bodies, 4) int: link, column of modal, origin, orientation; interfaces, their column
     closures: np.ndarray  # (closures, 4) int: first row, rows, whether a coupler, column
@@ -108,7 +108,10 @@ class Channels:
         for name, sources in found.items():
             first = self._number(name) if len(sources) == 1 else self._vector(name, len(sources))
             rows += [(*source, first + k) for k, source in enumerate(sources)]
-        return rows
+        return rows + [
+            (WEIGHT, self.packed.link_of(each.body), 0, self._number(f"{each.body}.mass"))
+            for each in self.system.depletions
+        ]
 
     def _hinge(self, i: int) -> list[tuple[str, tuple]]:
         """Return the numbers of one link's hinge: name, what it is, indices."""

@@ -187,7 +187,7 @@ def _equations(
     system: System, closing: Closing, y: np.ndarray, motion: np.ndarray, t: float, alpha: float, beta: float
 ) -> tuple[np.ndarray, np.ndarray, DenseConstraints]:
     packed = pack(system)
-    M, f = mass_and_force(system, y, motion)
+    M, f = mass_and_force(system.at(t), y, motion)
     rows = dense_constraints(system, packed, closing, y, motion, t)
     bias = rows.bias + 2 * alpha * rows.rate + beta**2 * rows.phi
     return M, f + dense_loads(system, packed, y, motion, t).f, rows._replace(bias=bias)

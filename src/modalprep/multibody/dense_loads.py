@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.body.mass import affine_part, deflected
 from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion, seen_states
+from modalprep.multibody.depletion import ExpelledGas
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.layout import EPSILON, FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
 from modalprep.multibody.loads import (
@@ -56,6 +58,7 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     >>> loads.f.round(9).tolist(), round(float(loads.stored), 9)
     ([-0.6, 0.0], 0.06)
     """
+    system = system.at(t)
     states = dict(zip(system.order, seen_states(system, body_states(system, packed, y, motion)), strict=True))
     total = _hinges(system, packed, y, t)
     for load in system.loads:
@@ -76,7 +79,7 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
 
 def loaded_accelerations(system: System, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
     """Solve for the accelerations ``u' (nu,)`` under all loads with the whole mass matrix."""
-    M, f = mass_and_force(system, y, motion)
+    M, f = mass_and_force(system.at(t), y, motion)
     return np.linalg.solve(M, f + dense_loads(system, pack(system), y, motion, t).f)
 
 
@@ -96,6 +99,8 @@ def _one(load, system: System, packed: Packed, states: dict[str, BodyState], t: 
         return _bushing(load, *(_end(system, states, end, load) for end in load.between))
     if isinstance(load, Conductor):
         return _conductor(load, system, states, t)
+    if isinstance(load, ExpelledGas):
+        return _gas(load, [_end(system, states, point, load) for point in load.passes], t)
     none = DenseLoads(np.zeros(packed.nu), 0.0, 0.0, 0.0)
     if isinstance(load, CentralGravity):
         for state in states.values():
@@ -135,6 +140,17 @@ def _point_force(load: PointForce, point: Point, t: float) -> DenseLoads:
     turn = point.frame.rotation if load.axes == "body" else np.eye(3)
     force, torque = ([_value(function, t) for function in three] for three in (load.force, load.torque))
     return _wrench(point, turn @ force, turn @ torque)
+
+
+def _gas(load: ExpelledGas, way: list[Point], t: float) -> DenseLoads:
+    """Thrust, and on each stretch ``-int 2 m' (w x t).v_r ds``, velocities and partial velocities linear along it."""
+    exit_ = way[-1]
+    total = _wrench(exit_, -load.thrust(t) * (exit_.frame.rotation @ load.axis), np.zeros(3))
+    for a, b in pairwise(way):
+        coriolis = -2 * load.flow(t) * (b.frame.velocity - a.frame.velocity)
+        power = coriolis @ (a.frame.velocity + b.frame.velocity) / 2
+        total = _plus(total, DenseLoads((a.J + b.J)[:3].T @ coriolis / 2, power, 0.0, 0.0))
+    return total
 
 
 def _distributed(load: DistributedForce, s: BodyState, t: float) -> DenseLoads:

@@ -61,6 +61,7 @@ from modalprep.multibody.layout import (
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.packed_constraints import constraint_work
 from modalprep.multibody.system import System
+from modalprep.multibody.variable_mass import refresh
 
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
 LOADED, CALLBACK, TWIN = range(3)  # columns of Model.flags
@@ -129,6 +130,7 @@ def load(model, t, y):
     """Kinematics and all loads at a state, up to `inward`; False when a callback raised."""
     tree, flex, W, F = model.tree, model.flex, model.W, model.F
     prescribe(model.loads, t, model.motion)
+    refresh(model.loads.fill, model.loads.tables, tree, flex, t)
     outward(tree, flex, W, F, y, model.motion)
     model.shared[POWER] = 0.0
     if model.flags[LOADED] or model.cons is not None:

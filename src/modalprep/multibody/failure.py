@@ -98,6 +98,6 @@ def _not_finite(run: Integration) -> str:
 
 
 def _nearly_singular(run: Integration, t: float) -> bool:
-    M, _ = mass_and_force(run.system, run.steps.y[:-1], run.loading.prescribe(t))
+    M, _ = mass_and_force(run.system.at(t), run.steps.y[:-1], run.loading.prescribe(t))
     scale = 1 / np.sqrt(np.abs(np.diag(M)))
     return not np.linalg.eigvalsh(M * scale * scale[:, None])[0] > NEARLY_SINGULAR

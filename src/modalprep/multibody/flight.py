@@ -69,6 +69,7 @@ def _only_joint(system: System, variables: str) -> Joint:
         else "a load" if system.loads or joint.elements
         else "a closed loop" if system.closures
         else "an orbit" if system.orbit
+        else "a body that loses mass" if system.depletions
         else None
     )  # fmt: skip
     if reason:

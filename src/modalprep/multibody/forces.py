@@ -38,6 +38,7 @@ from modalprep.multibody.layout import (
 from modalprep.multibody.orbit import CURVATURE, RATE
 from modalprep.multibody.planet import central_field, centrifugal_potential, conductor_leg, gravity_law, orbit_field
 from modalprep.multibody.tables import Tables, table
+from modalprep.multibody.variable_mass import Fill, leaving_power
 
 
 class Loads(NamedTuple):
@@ -58,6 +59,10 @@ class Loads(NamedTuple):
     leg_at: np.ndarray  # (legs, 5) int: link, interface, twice; table of the current
     centre: np.ndarray  # (4,): mu and centre of a central field; mu = 0 without
     orbit: np.ndarray  # (8,) of `orbit`; rate 0 without
+    gas_at: np.ndarray  # (jets, 3) int: table of the source's mass, first point of its way, the exit
+    gas: np.ndarray  # (jets, 6): share, speed, pressure (N), axis at the exit
+    gas_way: np.ndarray  # (points, 2) int: link, interface
+    fill: Fill | None  # bodies that lose mass
 
 
 class Energies(NamedTuple):
@@ -72,8 +77,8 @@ class Energies(NamedTuple):
 def prescribe(loads, t, motion):
     """Write position, rate and acceleration of prescribed hinges to ``motion (nl, 3)``."""
     for i in range(len(loads.motion)):
-        link = loads.motion[i, 0]
-        motion[link, 0], motion[link, 1], motion[link, 2] = table(loads.tables, loads.motion[i, 1], t)
+        link, k = loads.motion[i, 0], loads.motion[i, 1]
+        motion[link, 0], motion[link, 1], motion[link, 2] = table(loads.tables, k, t) if k >= 0 else ZERO3
 
 
 @compile_kernel
@@ -88,7 +93,8 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
         Overwritten with their derivatives by the hinge's own coordinate and speed.
     """
     nx = tree.ints[0, NX]
-    power, stored, gravity = 0.0, 0.0, 0.0
+    stored, gravity = 0.0, 0.0
+    power = leaving_power(loads.fill, loads.tables, loads.centre, tree, flex, W, F, y, t)
     for u in range(len(tau)):
         tau[u], slope[0, u], slope[1, u] = 0.0, 0.0, 0.0
     for i in range(len(loads.hinge_at)):
@@ -111,6 +117,8 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
         power, stored = power + p, stored + e
     for i in range(len(loads.leg_at)):
         power += _leg(loads, i, tree, flex, W, F, t)
+    for i in range(len(loads.gas_at)):
+        power += _gas(loads, i, tree, flex, W, F, t)
     if loads.centre[0] > 0.0 or loads.orbit[RATE] > 0.0:
         for i in range(len(tree.ints)):
             if tree.ints[i, BODY] >= 0:
@@ -138,6 +146,32 @@ def _point(loads, i, tree, flex, W, F, t):
         f, m = times(turn, f), times(turn, m)
     add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, m)
     return dot3(f, v) + dot3(m, w)
+
+
+@compile_kernel
+def _gas(loads, i, tree, flex, W, F, t):
+    """Thrust of a jet and the Coriolis force of its way: ``-m' (v_k+1 - v_k)`` on both ends of each stretch.
+
+    That is ``-int 2 m' (w x t).v_r ds`` with velocities linear along the stretch. Returns the power.
+    """
+    first, last = loads.gas_at[i, 1], loads.gas_at[i, 2]
+    _, rate, _ = table(loads.tables, loads.gas_at[i, 0], t)
+    flow = -loads.gas[i, 0] * rate
+    if flow == 0.0:
+        return 0.0
+    power, before = 0.0, ZERO3
+    for k in range(first, last + 1):
+        _, turn, v, _ = node_state(tree, flex, W, F, loads.gas_way[k, 0], loads.gas_way[k, 1])
+        if k > first:
+            f = (flow * (before[0] - v[0]), flow * (before[1] - v[1]), flow * (before[2] - v[2]))
+            for end in range(k - 1, k + 1):
+                add_wrench(tree, flex, W, F, loads.gas_way[end, 0], loads.gas_way[end, 1], f, ZERO3)
+            power += dot3(f, before) + dot3(f, v)
+        before = v
+    push = -flow * loads.gas[i, 1] - (loads.gas[i, 2] if flow > 0.0 else 0.0)
+    f = times(turn, (push * loads.gas[i, 3], push * loads.gas[i, 4], push * loads.gas[i, 5]))
+    add_wrench(tree, flex, W, F, loads.gas_way[last, 0], loads.gas_way[last, 1], f, ZERO3)
+    return power + dot3(f, before)
 
 
 @compile_kernel

@@ -154,15 +154,16 @@ def outward(tree, flex, W, F, y, motion):
         put6(W, i, BIAS, add6((bias[0], bias[1], bias[2], own[0], own[1], own[2]), extra))
         put6(W, i, WRENCH, ZERO6)
         if flex is None:
-            _own_rigid(tree, W, i, w)
+            own_rigid(tree, W, i, w)
         elif tree.ints[i, SLOT] >= 0:
             own_flexible(tree, flex, W, F, i, nx, y)
         else:
-            _own_rigid(tree, W, i, w)
+            own_rigid(tree, W, i, w)
 
 
 @compile_inline
-def _own_rigid(tree, W, i, w):
+def own_rigid(tree, W, i, w):
+    """Write the inertia and bias of link i's rigid body, spinning at w, to W."""
     m, s, J = tree.fixed[i, MASS], get3(tree.fixed, i, FIRST), get6(tree.fixed, i, INERTIA)
     put6(W, i, IA, (m, 0.0, 0.0, m, 0.0, m))
     put9(W, i, H_, (0.0, s[2], -s[1], -s[2], 0.0, s[0], s[1], -s[0], 0.0))

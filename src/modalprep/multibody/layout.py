@@ -49,9 +49,9 @@ class Tree(NamedTuple):
 
     `ints`, a row per link: parent link (-1 the ground, which is the last row of W), interface of the parent's body,
     kernel joint type, modes, first coordinate, first speed (counted from the first speed), flexible kind (-1 rigid),
-    flexible slot (-1), whether the body has geometric stiffness, body in the system's order (-1 none), slot of the
-    mode shapes at the parent's interface (-1: rigid parent), first modal coordinate, first modal speed, first
-    interface, and the number of coordinates of the whole system.
+    flexible slot (-1), whether the modal mass is not 1 throughout (with geometric stiffness or another fill), body
+    in the system's order (-1 none), slot of the mode shapes at the parent's interface (-1: rigid parent), first modal
+    coordinate, first modal speed, first interface, and the number of coordinates of the whole system.
 
     `fixed`, a row per link: hinge frame at zero to the parent's link frame (9), interface on the parent's undeformed
     body in the parent's link frame (3), link frame to the body's frame (9), m, first moments s0 (3), moment of
@@ -76,7 +76,7 @@ class Flex(NamedTuple):
     by_q: np.ndarray  # (nk, N4, 12 N)
     rest: np.ndarray  # (nk, N4, 9 N)
     gyro: np.ndarray  # (nk, N4, 3 N)
-    mass: np.ndarray  # (nk, N, N) 1 - B^T B
+    mass: np.ndarray  # (nk, N, N) M - B^T B, M the modal mass
     diagonal: np.ndarray  # (nk, N, 2) K, D
     shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
     Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
@@ -196,17 +196,17 @@ def hinges(joint: Joint) -> list[tuple[int, np.ndarray]]:
     z = np.array([0, 0, 1.0])
     if joint.type in ("weld", "spherical", "free"):
         return [({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], z)]
+    moved, first = joint.motion is not None, joint.second_axis
+    turn, travel = (PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC) if moved else (REVOLUTE, PRISMATIC)
     if joint.type in ("revolute", "prismatic"):
-        types = {"revolute": (REVOLUTE, PRESCRIBED_REVOLUTE), "prismatic": (PRISMATIC, PRESCRIBED_PRISMATIC)}
-        return [(types[joint.type][joint.motion is not None], joint.axis)]
+        return [(turn if joint.type == "revolute" else travel, joint.axis)]
     if joint.type == "cylindrical":
-        return [(PRISMATIC, joint.axis), (REVOLUTE, joint.axis)]
+        return [(travel, joint.axis), (turn, joint.axis)]
     if joint.type == "universal":
-        return [(REVOLUTE, joint.axis), (REVOLUTE, joint.second_axis)]
-    first = joint.second_axis
+        return [(turn, joint.axis), (turn, first)]
     if joint.type == "gimbal":
-        return [(REVOLUTE, axis) for axis in (joint.axis, first, np.cross(joint.axis, first))]
-    return [(PRISMATIC, first), (PRISMATIC, np.cross(joint.axis, first)), (REVOLUTE, joint.axis)]
+        return [(turn, axis) for axis in (joint.axis, first, np.cross(joint.axis, first))]
+    return [(travel, first), (travel, np.cross(joint.axis, first)), (turn, joint.axis)]
 
 
 def turn_to(axis: np.ndarray) -> np.ndarray:
@@ -243,6 +243,7 @@ def _links(system: System) -> tuple[list[Link], list[tuple[int, np.ndarray, np.n
 def _ints(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, _Bodies]:
     ints = np.full((len(links), INTS), -1, dtype=np.int64)
     bodies, x, u, slot, phi = _Bodies(), 0, 0, 0, 0
+    depleted = [each.body for each in system.depletions]
     place = {link.body: i for i, link in enumerate(links) if link.body}
     order = {name: i for i, name in enumerate(system.order)}
     for i, (link, (kind, _, align)) in enumerate(zip(links, frames, strict=True)):
@@ -258,8 +259,10 @@ def _ints(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, 
                 row[PHI], phi = phi, phi + 1
         if link.body:
             body = system.bodies[link.body]
-            row[BODY], row[MODES], row[HAS_KG] = order[link.body], body.n, body.has_geometric_stiffness
-            row[NODES], row[KIND] = bodies.add(body, align)
+            own = link.body in depleted
+            row[BODY], row[MODES] = order[link.body], body.n
+            row[HAS_KG] = body.has_geometric_stiffness or own or not body.normalised
+            row[NODES], row[KIND] = bodies.add(body, align, link.body if own else "")
             if body.n:
                 row[SLOT], slot = slot, slot + 1
         x, u = row[XQ] + row[MODES], row[UQ] + row[MODES]
@@ -292,7 +295,7 @@ def rigid_constants(body: FlexibleBody, align: np.ndarray) -> np.ndarray:
 
 
 class _Bodies:
-    """Each distinct pair of body and alignment, once."""
+    """Each distinct pair of body and alignment, once; bodies that lose mass each for itself."""
 
     def __init__(self) -> None:
         self.found: dict[tuple, tuple[int, int]] = {}
@@ -300,9 +303,9 @@ class _Bodies:
         self.nodes = 0
         self.flexible: list[tuple[FlexibleBody, np.ndarray]] = []
 
-    def add(self, body: FlexibleBody, align: np.ndarray) -> tuple[int, int]:
+    def add(self, body: FlexibleBody, align: np.ndarray, own: str) -> tuple[int, int]:
         """Return the body's first interface and its flexible kind, -1 where it has no modes."""
-        key = (id(body), align.round(14).tobytes())
+        key = (id(body), align.round(14).tobytes(), own)
         if key not in self.found:
             kind = len(self.flexible) if body.n else -1
             self.found[key] = self.nodes, kind

@@ -14,6 +14,7 @@ from modalprep.multibody.loops import Loops
 from modalprep.multibody.packed_loads import pack_loads
 from modalprep.multibody.state import Frame, State, callback_loads
 from modalprep.multibody.system import System
+from modalprep.multibody.variable_mass import refresh
 
 
 class Loading:
@@ -51,7 +52,8 @@ class Loading:
     def __init__(self, system: System, packed: Packed, t_end: float) -> None:
         self.system, self.packed = system, packed
         self.arrays = pack_loads(system, packed, t_end)
-        self.active = bool(system.loads or system.orbit) or any(joint.elements for joint in system.joints)
+        loaded = system.loads or system.orbit or system.depletions
+        self.active = bool(loaded) or any(joint.elements for joint in system.joints)
         self.compiled = not any(isinstance(load, Callback) for load in system.loads)
         self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
         self.motion = np.zeros((len(packed.links), 3))
@@ -67,8 +69,9 @@ class Loading:
             self.loops.enter(begin, end)
 
     def prescribe(self, t: float) -> np.ndarray:
-        """Return `motion` at time t."""
+        """Return `motion` at time t, and let bodies have the mass of that time."""
         forces.prescribe(self.arrays, t, self.motion)
+        refresh(self.arrays.fill, self.arrays.tables, self.packed.tree, self.packed.flex, t)
         return self.motion
 
     def apply(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, t: float) -> Energies:

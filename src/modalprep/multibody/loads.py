@@ -10,6 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.multibody.depletion import ExpelledGas
 from modalprep.multibody.orbit import CentralGravity, Conductor
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
@@ -202,7 +203,7 @@ class Callback(Record):
     function: Callable[[float, Any], Mapping[str, Any]]
 
 
-Load = PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | Callback
+Load = PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | ExpelledGas | Callback
 
 
 def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[str, int] | None:
@@ -241,6 +242,8 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
                 locate(bodies, end, f"{'spring' if isinstance(load, AxialSpring) else 'bushing'} {load.name!r}")
         if isinstance(load, DistributedForce):
             _check_distributed(bodies, load)
+        if isinstance(load, ExpelledGas) and None in [locate(bodies, x, f"gas {load.name!r}") for x in load.passes]:
+            raise InputError(f"gas {load.name!r} passes the ground; name 'body.interface'")
 
 
 def _refuse_ground(bodies: Mapping[str, FlexibleBody], load: PointForce | Conductor) -> None:

@@ -7,16 +7,10 @@ import numpy as np
 from modalprep.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.algebra import (
     ZERO3,
-    add3,
     axpy3,
     copy,
-    cross,
-    dot3,
     get3,
-    get6,
-    get8,
     get9,
-    inertia_times,
     product_transposed,
     rotation_quaternion,
     times,
@@ -35,30 +29,27 @@ from modalprep.multibody.channels import (
     STORED,
     STRAIN,
     SUMS,
+    WEIGHT,
     WORK,
 )
 from modalprep.multibody.constraints import FORCE, TORQUE_B, TURN, settle
 from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, POTENTIAL, SPRINGS, evaluate
 from modalprep.multibody.flexible import node_shape
 from modalprep.multibody.forces import leg_state, prescribe, spring_state
-from modalprep.multibody.kernel import carried, node_acceleration, node_state, outward, reactions, seen_spin, world
+from modalprep.multibody.kernel import carried, node_acceleration, node_state, outward, reactions, world
 from modalprep.multibody.layout import (
     ALIGN,
-    H_,
-    IA,
-    J_,
-    KIND,
     MASS,
     MODES,
     PIVOT,
     POSITION,
     ROTATION,
     SLOT,
-    VELOCITY,
     XQ,
     A,
 )
 from modalprep.multibody.loops import CLOSED, MOST_STEPS
+from modalprep.multibody.sums import body_sums
 
 
 @compile_allocating
@@ -138,6 +129,8 @@ def _joints(model, columns, y, row):
             row[c] = model.motion[i, j]
         elif source == REACTION:
             row[c] = columns.reactions[i, j]
+        elif source == WEIGHT:
+            row[c] = model.tree.fixed[i, MASS]
 
 
 @compile_kernel
@@ -202,31 +195,13 @@ def _body(tree, W, link, c, y, row):
 
 @compile_kernel
 def _sums(tree, flex, W, F, link, row):
-    """Add the energies and momenta of a link's body: ``T = V' M V / 2`` with the mass matrix of `outward`."""
-    base, p = get9(W, link, ROTATION), get3(W, link, POSITION)
-    v, w = transposed_times(base, get3(W, link, VELOCITY)), seen_spin(W, link)
-    H, m = get9(W, link, H_), tree.fixed[link, MASS]
-    b = inertia_times(get6(W, link, IA), H, get6(W, link, J_), (v[0], v[1], v[2], w[0], w[1], w[2]))
-    linear, angular, modal, strain = (b[0], b[1], b[2]), (b[3], b[4], b[5]), 0.0, 0.0
-    if flex is not None:
-        s, k = tree.ints[link, SLOT], tree.ints[link, KIND]
-        if s >= 0:
-            for a in range(tree.ints[link, MODES]):
-                Z, q, qd = get8(F.Z, s, a, 0), F.q[s, a], F.qd[s, a]
-                S, C = (Z[0], Z[1], Z[2]), (Z[3], Z[4], Z[5])
-                linear, angular = axpy3(linear, qd, S), axpy3(angular, qd, C)
-                own = qd * F.Z[s, a, 1 + (a >> 3), a & 7]
-                for b in range(a + 1, tree.ints[link, MODES]):  # M_ff is symmetric, its upper half is there
-                    own += 2.0 * F.qd[s, b] * F.Z[s, a, 1 + (b >> 3), b & 7]
-                modal += qd * (dot3(S, v) + dot3(C, w) + own)
-                strain += 0.5 * flex.diagonal[k, a, 0] * q * q
-    first, g = times(base, (H[5], H[6], H[1])), get3(tree.fixed, len(tree.fixed) - 1, 0)
-    row[KINETIC] += 0.5 * (dot3(v, linear) + dot3(w, angular) + modal)
-    row[STRAIN] += strain
-    row[GRAVITY] -= dot3(g, axpy3(first, m, p))
-    linear, angular = times(base, linear), times(base, angular)
-    _add(row, LINEAR, linear)
-    _add(row, ANGULAR, add3(cross(p, linear), angular))
+    """Add the energies and momenta of a link's body."""
+    sums = body_sums(tree, flex, W, F, link)
+    row[KINETIC] += sums.kinetic
+    row[STRAIN] += sums.strain
+    row[GRAVITY] += sums.gravity
+    _add(row, LINEAR, sums.linear)
+    _add(row, ANGULAR, sums.angular)
 
 
 @compile_kernel

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.multibody.depletion import ExpelledGas
 from modalprep.multibody.forces import Loads
 from modalprep.multibody.laws import BUSHING, GROUND, GROUND_ROTATION, HINGE, REST_POSITION, REST_ROTATION
 from modalprep.multibody.layout import FREE, PRESCRIBED, SPEEDS, SPHERICAL, Packed, U, X
@@ -18,6 +19,7 @@ from modalprep.multibody.loads import (
     locate,
 )
 from modalprep.multibody.orbit import ORBIT, CentralGravity, Conductor
+from modalprep.multibody.packed_mass import pack_fill
 from modalprep.multibody.system import System
 from modalprep.multibody.tabulate import tabulate
 from modalprep.multibody.timefunction import TimeFunction
@@ -52,6 +54,8 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
     bushings = [build.bushing(load) for load in rows[Bushing]]
     legs = [leg for load in rows[Conductor] for leg in build.legs(load)]
     centre = [np.array([load.mu, *load.centre]) for load in rows[CentralGravity]]
+    gas_at, gas, gas_way = build.gas(rows[ExpelledGas])
+    fill = pack_fill(system, packed, [build.table(f"depletion {d.name!r}", d.mass) for d in system.depletions], t_end)
     N = max((body.n for body in system.bodies.values()), default=0)
     return Loads(
         tables=_named_tabulate(build.functions, t_end),
@@ -69,10 +73,14 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
         leg_at=_ints(legs, 5),
         centre=centre[0] if centre else np.zeros(4),
         orbit=system.orbit.constants if system.orbit else np.zeros(ORBIT),
+        gas_at=_ints(gas_at, 3),
+        gas=_floats(gas, (6,)),
+        gas_way=_ints(gas_way, 2),
+        fill=fill,
     )
 
 
-_KINDS = (PointForce, DistributedForce, AxialSpring, Bushing, CentralGravity, Conductor)
+_KINDS = (PointForce, DistributedForce, AxialSpring, Bushing, CentralGravity, Conductor, ExpelledGas)
 
 
 def _named_tabulate(functions: list[tuple[str, TimeFunction]], t_end: float):
@@ -100,7 +108,7 @@ class _Builder:
 
     def motion(self) -> list[tuple[int, int]]:
         return [
-            (i, self.table(f"joint {link.joint.name!r}: motion", link.joint.motion))
+            (i, self.table(f"joint {link.joint.name!r}: motion", link.joint.motions[link.hinge]))
             for i, link in enumerate(self.packed.links)
             if self.packed.types[i] in PRESCRIBED
         ]
@@ -134,6 +142,15 @@ class _Builder:
         modes = np.einsum("pai,pb->iab", shape, force).reshape(body.n, 9)
         at = [link, int(follows), self.table(f"force {load.name!r}", load.factor)]
         return at, np.array([*force.sum(axis=0), *first.ravel()]), modes
+
+    def gas(self, loads: Sequence[ExpelledGas]) -> tuple[list, list, list]:
+        at, constants, way = [], [], []
+        for load in loads:
+            first = len(way)
+            way += [self.end(point) for point in load.passes]
+            at.append((self.table(f"gas {load.name!r}", load.source), first, len(way) - 1))
+            constants.append(np.array([load.share, load.speed, load.pressure, *load.axis]))
+        return at, constants, way
 
     def spring(self, load: AxialSpring) -> tuple:
         pull = self.table(f"spring {load.name!r}", load.pull)

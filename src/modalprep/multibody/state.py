@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.layout import COORDINATES, PRESCRIBED, SPEEDS, Packed, U, X
+from modalprep.multibody.layout import COORDINATES, MODES, PRESCRIBED, SPEEDS, XQ, Packed, U, X
 from modalprep.multibody.loads import Callback, locate
 from modalprep.multibody.system import System
 from modalprep.suggest import suggestion
@@ -51,6 +51,11 @@ class State:
     def coordinates(self) -> np.ndarray:
         """All coordinates (nx,) in the order of the packed system."""
         return self._y[: self._packed.nx]
+
+    def modal(self, body: str) -> np.ndarray:
+        """Return the modal coordinates (n,) of a body."""
+        row = self._packed.tree.ints[self._packed.link_of(body)]
+        return self._y[row[XQ] : row[XQ] + row[MODES]]
 
     def __getitem__(self, name: str) -> Frame:
         """Return the motion of ``body.interface``."""

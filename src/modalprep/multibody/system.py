@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, get_args
@@ -12,6 +13,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.closures import Closure, Coupler, check_closures
+from modalprep.multibody.depletion import Depletion, check_depletions
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.loads import Load, check_loads
 from modalprep.multibody.orbit import CentralGravity, Conductor, Orbit
@@ -61,8 +63,9 @@ class Joint(Record):
     velocity, spin : (3,)
         Start of a free body: velocity of its root and angular velocity, relative to the parent, in its own frame;
         `spin` also of a spherical joint.
-    motion : TimeFunction or None
-        Prescribed angle of a revolute joint, or displacement of a prismatic one; value and rate without jumps.
+    motion : TimeFunction, a sequence of them, or None
+        Prescribed angle of a revolute joint, or displacement of a prismatic one; of a cylindrical, universal, gimbal or
+        planar joint one for each coordinate, travels before turns. Value and rate without jumps.
     elements : tuple of HingeElement
         Springs, dampers, friction, limits and drives, one element for each speed (travels before turns), or
         none; a single one needs no tuple. A spherical or free joint has no stiffness and limits: use a `Bushing`.
@@ -89,24 +92,40 @@ class Joint(Record):
     speed: float | np.ndarray = 0.0
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spin: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    motion: TimeFunction | None = None
+    motion: TimeFunction | tuple[TimeFunction, ...] | None = None
     elements: tuple[HingeElement, ...] = ()
     hold: bool = False
 
     def __post_init__(self) -> None:
         """Normalise the axes and refuse what cannot be."""
         axis = self._direction("axis")
-        if self.motion is not None and self.type not in ("revolute", "prismatic"):
-            raise InputError(f"joint {self.name!r}: only a revolute or prismatic joint can have a prescribed motion")
         if self.type in ("universal", "gimbal", "planar"):
             object.__setattr__(self, "second_axis", self._second(axis))
         for key, counts in (("angle", TURNS), ("rate", TURNS), ("displacement", TRAVELS), ("speed", TRAVELS)):
             self._refuse_count(key, counts.get(self.type, 0))
         object.__setattr__(self, "axis", axis)
         self._check_elements()
-        if self.motion is not None:
-            self.motion.refuse_jumps(f"joint {self.name!r}: the prescribed motion")
+        self._check_motion()
         super().__post_init__()
+
+    @property
+    def motions(self) -> tuple[TimeFunction, ...]:
+        """The prescribed motions of its coordinates, travels before turns; none of a joint that moves freely."""
+        return () if self.motion is None else self.motion if isinstance(self.motion, tuple) else (self.motion,)
+
+    def _check_motion(self) -> None:
+        if isinstance(self.motion, list):
+            object.__setattr__(self, "motion", tuple(self.motion))
+        count = TRAVELS.get(self.type, 0) + TURNS.get(self.type, 0)
+        if self.motion is not None and count == 0:
+            raise InputError(f"joint {self.name!r}: a {self.type} joint cannot have a prescribed motion")
+        if self.motion is not None and len(self.motions) != count:
+            raise InputError(
+                f"joint {self.name!r}: {len(self.motions)} prescribed motions, but a {self.type} joint has {count} "
+                "coordinates; give one for each"
+            )
+        for law in self.motions:
+            law.refuse_jumps(f"joint {self.name!r}: the prescribed motion")
 
     def _check_elements(self) -> None:
         if isinstance(self.elements, HingeElement):
@@ -154,7 +173,7 @@ class Joint(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class System(Record):
-    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads and closed loops (see there).
+    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads, closed loops, depletions.
 
     With an `orbit` the ground is its local orbital frame: "inertial" axes and places of joints, loads and results are
     then those of that frame.
@@ -179,6 +198,7 @@ class System(Record):
     loads: tuple[Load, ...] = ()
     closures: tuple[Closure | Coupler, ...] = ()
     orbit: Orbit | None = None
+    depletions: tuple[Depletion, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the tree and what loads it."""
@@ -199,6 +219,7 @@ class System(Record):
         _ = self.order
         check_loads(self.bodies, self.loads)
         check_closures(self.bodies, self.coordinate_counts, self.closures)
+        check_depletions(self.bodies, self.depletions)
         self._check_orbit()
 
     def _check_orbit(self) -> None:
@@ -273,10 +294,20 @@ class System(Record):
         """Number of travels and turns of each joint: the coordinates that a coupler can take."""
         return {joint.name: TRAVELS.get(joint.type, 0) + TURNS.get(joint.type, 0) for joint in self.joints}
 
+    def at(self, t: float) -> System:
+        """Return the system with the masses of time t (s) for ever; its gas goes on to leave."""
+        changed = {each.body: each.at(self.bodies[each.body], t) for each in self.depletions}
+        return self.with_(bodies=self.bodies | changed, depletions=()) if changed else self
+
     def conventional(self) -> System:
         """Return the system without geometric stiffness: the prematurely linearised theory."""
-        return self.with_(bodies={name: body.conventional() for name, body in self.bodies.items()})
+        return self._with_bodies(FlexibleBody.conventional)
 
     def ruthless(self) -> System:
         """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`."""
-        return self.with_(bodies={name: body.ruthless() for name, body in self.bodies.items()})
+        return self._with_bodies(FlexibleBody.ruthless)
+
+    def _with_bodies(self, change: Callable[[FlexibleBody], FlexibleBody]) -> System:
+        bodies = {name: change(body) for name, body in self.bodies.items()}
+        depletions = tuple(each.with_(levels=tuple(map(change, each.levels))) for each in self.depletions)
+        return self.with_(bodies=bodies, depletions=depletions)

@@ -145,19 +145,20 @@ class TimeFunction:
         """Times at which one piece ends and the next begins."""
         return [piece.until for piece in self.pieces[:-1]]
 
-    def refuse_jumps(self, what: str) -> None:
-        """Raise an `InputError` when value or rate jump between pieces: `what` would need an infinite force."""
+    def refuse_jumps(self, what: str, smooth: bool = True) -> None:
+        """Raise an `InputError` when the value or, if `smooth`, the rate jumps between pieces."""
         if not self.breaks:
             return
         at = np.array(self.breaks)[:, None]
         sides = [[checked(p, t)[:2, 0] for p in two] for t, two in zip(at, pairwise(self.pieces), strict=True)]
         scale = np.abs([self(0.0)[:2], *(side for pair in sides for side in pair)]).max(axis=0)
         for t, (left, right) in zip(self.breaks, sides, strict=True):
-            for name, a, b, size in zip(("value", "rate"), left, right, scale, strict=True):
+            for name, a, b, size in list(zip(("value", "rate"), left, right, scale, strict=True))[: 1 + smooth]:
                 if abs(b - a) > SMOOTH * size:
+                    may = "acceleration of a prescribed motion" if smooth else "rate"
                     raise InputError(
-                        f"{what} jumps at t = {t:g} s: its {name} is {a:g} before and {b:g} after; only the "
-                        "acceleration of a prescribed motion may jump"
+                        f"{what} jumps at t = {t:g} s: its {name} is {a:g} before and {b:g} after; only the {may} "
+                        "may jump"
                     )
 
 

@@ -11,6 +11,8 @@ from modalprep.pipeline.analysis_schema import AnalysisTable
 from modalprep.pipeline.beam import BeamTable
 from modalprep.pipeline.chain import ChainTable, with_chains
 from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
+from modalprep.pipeline.control_schema import ControlTable
+from modalprep.pipeline.depletion_schema import DepletionTable, JetTable
 from modalprep.pipeline.environment_schema import ConductorTable, EnvironmentTable
 from modalprep.pipeline.fe_schema import (
     AnyMaterial,
@@ -111,6 +113,9 @@ class Pipeline(Table):
     conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
     closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
     couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
+    depletions: dict[str, DepletionTable] = Field({}, description="bodies that lose mass")
+    jets: dict[str, JetTable] = Field({}, description="thrust of the gas that leaves, and jet damping")
+    controls: dict[str, ControlTable] = Field({}, description="control laws: forces by what the system does")
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
     analysis: AnalysisTable | None = None

@@ -103,6 +103,15 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
     )
 
 
+def prescribed_motion(table: JointTable, folder: Path) -> TimeFunction | tuple[TimeFunction, ...] | None:
+    """Return the prescribed motion of a joint, one function for each of its coordinates."""
+    if table.motion is None:
+        return None
+    travels, turns = TRAVELS.get(table.type, 0), TURNS.get(table.type, 0)
+    laws = [time_function("motion", value, folder) for value in _list("motion", table.motion, max(1, travels + turns))]
+    return laws[0] if len(laws) == 1 else tuple(laws)
+
+
 def _list(key: str, value: Any, count: int) -> list:
     """Return one value for each of `count` coordinates; pieces of a function of time are one value."""
     if value is None or value == 0.0:

@@ -157,7 +157,9 @@ class HingeTable(Table):
     rotation: RotationTable | None = None
     start: StartTable = StartTable()
     hold: bool = Field(False, description="keep the start values where closed loops allow it")
-    motion: Time | None = Field(None, description="prescribed angle (rad) or displacement (m): " + TIME)
+    motion: Time | list[Time] | None = Field(
+        None, description="prescribed angle (rad) or displacement (m), " + TIME + EACH
+    )
     stiffness: Constant | list[Constant] = Field(0.0, description="N/m or N m/rad" + EACH)
     rest: Angle | list[Angle] = Field(0.0, description="where the spring is free, m or rad" + EACH)
     damping: Constant | list[Constant] = Field(0.0, description="N s/m or N m s/rad" + EACH)

@@ -10,7 +10,9 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
+from modalprep.multibody.expressions import control_law
 from modalprep.multibody.flight import fly_system
+from modalprep.multibody.loads import Callback
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
@@ -19,7 +21,8 @@ from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_closures import read_closures
-from modalprep.pipeline.system_loads import hinge_elements, read_loads, read_orbit, time_function
+from modalprep.pipeline.system_depletions import read_depletions
+from modalprep.pipeline.system_loads import hinge_elements, prescribed_motion, read_loads, read_orbit
 from modalprep.pipeline.system_schema import JointTable, SimulationTable, Theory
 
 LABELS = {
@@ -137,8 +140,18 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
         gravity = pipeline.environment.gravity
         uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
         closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
-        orbit = read_orbit(pipeline.environment.orbit)
-        return System(bodies=bodies, joints=joints, gravity=uniform, loads=loads, closures=closures, orbit=orbit)
+        depletions, jets = read_depletions(pipeline, bodies, path.parent)
+        system = System(
+            bodies=bodies,
+            joints=joints,
+            gravity=uniform,
+            loads=(*loads, *jets),
+            closures=closures,
+            orbit=read_orbit(pipeline.environment.orbit),
+            depletions=depletions,
+        )
+        laws = {name: control_law(system, table.on, table.law) for name, table in pipeline.controls.items()}
+        return system.with_(loads=(*system.loads, *(Callback(name=name, function=law) for name, law in laws.items())))
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
@@ -162,7 +175,7 @@ def _joint(name: str, table: JointTable, folder: Path) -> Joint:
             second_axis=None if table.second_axis is None else np.array(table.second_axis),
             position=np.array(table.position),
             rotation=rotation_matrix(table.rotation),
-            motion=time_function("motion", table.motion, folder),
+            motion=prescribed_motion(table, folder),
             elements=hinge_elements(table, folder),
             hold=table.hold,
             **start,

@@ -1,0 +1,80 @@
+"""One body at several fill levels: the same modes, other masses. All its integrals are linear in the density."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+
+BY_DENSITY = ("m", "s0", "E0", "S", "H", "P", "Kg_A", "Kg_W", "modal_mass")
+BY_MODES = ("K", "interface_position", "phi", "psi", "Kg_F", "Kg_T")
+SAME = 1e-9  # of the largest number
+
+
+def scaled(body: FlexibleBody, factor: float) -> FlexibleBody:
+    """Return the body with all densities times a factor, in the same modes.
+
+    Raises
+    ------
+    InputError
+        When the factor is not positive.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> half = scaled(uniform_beam(modes=2), 0.5)
+    >>> round(half.m, 9), half.modal_mass.diagonal()
+    (6.0, array([0.5, 0.5]))
+    """
+    if not 0 < factor < float("inf"):
+        raise InputError(
+            f"body {body.name!r}: its densities times {factor:g} are those of no body; it must be positive"
+        )
+    return body.with_(**{name: factor * getattr(body, name) for name in BY_DENSITY})
+
+
+def between(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleBody:
+    """Return the body of mass m (kg) on the line through two fill levels, exact where one density changes uniformly.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> full = uniform_beam(modes=2)
+    >>> between(scaled(full, 0.5), full, 9.0).modal_mass.diagonal().round(12)
+    array([0.75, 0.75])
+    """
+    share = (m - light.m) / (heavy.m - light.m)
+    at = {name: (1 - share) * getattr(light, name) + share * getattr(heavy, name) for name in BY_DENSITY}
+    return heavy.with_(**at)
+
+
+def check_level(body: FlexibleBody, level: FlexibleBody) -> None:
+    """Refuse a fill level that has other modes or interfaces than the body.
+
+    Raises
+    ------
+    InputError
+        When they differ, or their masses do not.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> check_level(uniform_beam(modes=2), uniform_beam(modes=3))
+    Traceback (most recent call last):
+    modalprep.errors.InputError: body 'beam' has 2 modes and its other fill level 3; both must have the same modes
+    """
+    if body.n != level.n:
+        raise InputError(
+            f"body {body.name!r} has {body.n} modes and its other fill level {level.n}; both must have the same modes"
+        )
+    if body.interface_name != level.interface_name:
+        raise InputError(f"body {body.name!r} and its other fill level must have the same interfaces")
+    for name in BY_MODES:
+        one, other = getattr(body, name), getattr(level, name)
+        if np.abs(one - other).max(initial=0.0) > SAME * np.abs(one).max(initial=0.0):
+            raise InputError(
+                f"body {body.name!r} and its other fill level differ in {name}; take its modes with other densities"
+            )
+    if abs(body.m - level.m) <= SAME * body.m:
+        raise InputError(f"body {body.name!r} weighs {body.m:g} kg at two fill levels; they must differ in mass")

@@ -1,0 +1,118 @@
+"""Expressions of time and of what moves in a running system: for events and control laws."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.errors import InputError
+from modalprep.multibody.loads import locate
+from modalprep.multibody.state import State
+from modalprep.multibody.system import TRAVELS, TURNS, System
+from modalprep.suggest import suggestion
+
+CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
+AXES = {"x": 0, "y": 1, "z": 2}
+PARTS = ("position", "rotation", "velocity", "spin")
+PLACES, RATES = {"angle": TURNS, "displacement": TRAVELS}, {"rate": TURNS, "speed": TRAVELS}
+KNOWN = (
+    "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
+    ".velocity.x or .spin.x, <body>.modal.<number>"
+)
+
+
+def channel_expression(system: System, text: str, what: str) -> Callable[[float, State], float]:
+    """Return ``(t, state) -> value`` of an expression of channels and ``t``.
+
+    Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
+    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad),
+    inertial axes; ``<body>.modal.<number>``.
+
+    Raises
+    ------
+    InputError
+        When the expression cannot be read or names no channel; `what` begins the sentence.
+    """
+    import symengine
+
+    names = list(dict.fromkeys(CHANNEL.findall(text)))
+    readers = [_reader(system, name, what) for name in names]
+    symbols = {name: f"channel_{k}" for k, name in enumerate(names)}
+    try:
+        value = symengine.sympify(CHANNEL.sub(lambda match: symbols[match[0]], text))
+        unknown = [str(s) for s in value.free_symbols if str(s) not in ("t", *symbols.values())]
+    except (RuntimeError, TypeError, ValueError, SyntaxError, AttributeError) as error:
+        raise InputError(f"{what}: {text!r} is not an expression: {error}") from None
+    if unknown:
+        raise InputError(f"{what}: unknown name {unknown[0]!r} in {text!r}; use t and channels")
+    compiled = symengine.Lambdify([symengine.Symbol(s) for s in ("t", *symbols.values())], [value])
+    return lambda t, state: float(compiled(np.array([t, *(read(state) for read in readers)]))[0])
+
+
+def _reader(system: System, name: str, what: str) -> Callable[[State], float]:
+    """Return ``state -> value`` of a channel."""
+    owner, _, part = name.partition(".")
+    joint = next((j for j in system.joints if j.name == owner), None)
+    found = None if joint is None else _joint_reader(joint, part)
+    if found is None and owner in system.bodies:
+        found = _body_reader(system, owner, part, what)
+    if found is None:
+        known = suggestion(owner, [*(j.name for j in system.joints), *system.bodies], "known are")
+        raise InputError(f"{what}: no channel {name!r}; give {KNOWN}; {known}")
+    return found
+
+
+def _joint_reader(joint, part: str) -> Callable[[State], float] | None:
+    kind, _, number = part.partition(".")
+    counts = (PLACES | RATES).get(kind)
+    if counts is None or not (number.isdigit() or not number):
+        return None
+    count, k = counts.get(joint.type, 0), int(number or 1) - 1
+    if not 0 <= k < count or (count > 1 and not number):
+        return None
+    k += TRAVELS.get(joint.type, 0) if counts is TURNS else 0
+    which = "position" if kind in PLACES else "rate"
+    return lambda state: float(getattr(state.joint(joint.name), which)[k])
+
+
+def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[State], float] | None:
+    words = part.split(".")
+    if len(words) == 2 and words[0] == "modal" and words[1].isdigit() and 0 < int(words[1]) <= system.bodies[body].n:
+        return lambda state: float(state.modal(body)[int(words[1]) - 1])
+    if len(words) == 3 and words[1] in PARTS and words[2] in AXES:
+        at, axis = f"{body}.{words[0]}", AXES[words[2]]
+        locate(system.bodies, at, what)
+        if words[1] == "rotation":
+            return lambda state: float(Rotation.from_matrix(state[at].rotation).as_rotvec()[axis])
+        return lambda state: float(getattr(state[at], words[1])[axis])
+    return None
+
+
+def control_law(system: System, on: str, law: list[str]) -> Callable[[float, State], dict[str, list[float]]]:
+    """Return the function of a `Callback` whose loads are expressions of channels.
+
+    Parameters
+    ----------
+    on : str
+        A joint, or ``body.interface``.
+    law : list of str
+        Force or torque in each speed of the joint; force (3), or force and torque (6) on the interface, inertial axes.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.loads import Callback
+    >>> from modalprep.multibody.simulate import simulate
+    >>> from modalprep.multibody.system import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.1)
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> law = control_law(arm, "hinge", ["-400*hinge.angle - 800*hinge.rate"])
+    >>> run = simulate(arm.with_(loads=(Callback(name="hold", function=law),)), t_end=1.0)
+    >>> bool(0 < run["hinge.angle"][-1] < 0.1)
+    True
+    """
+    values = [channel_expression(system, text, f"control of {on!r}") for text in law]
+    return lambda t, state: {on: [value(t, state) for value in values]}

@@ -1,0 +1,74 @@
+"""From the tables of a pipeline file to bodies that lose mass and to jets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.levels import scaled
+from modalprep.body.rigid import rigid_body
+from modalprep.errors import InputError
+from modalprep.formats.modalfile import read_body
+from modalprep.multibody.depletion import Depletion, ExpelledGas, burn
+from modalprep.multibody.timefunction import FOREVER, TimeFunction
+from modalprep.pipeline.depletion_schema import DepletionTable, JetTable, LevelTable
+from modalprep.pipeline.load import naming
+from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.system_loads import time_function
+from modalprep.pipeline.system_schema import BodyTable, inertia_tensor
+from modalprep.suggest import suggestion
+
+
+def read_depletions(
+    pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path
+) -> tuple[tuple[Depletion, ...], tuple[ExpelledGas, ...]]:
+    """Return the depletions and jets of a pipeline file; its files are relative to `folder`.
+
+    Raises
+    ------
+    InputError
+        When a body or a depletion is not there, or a level does not suit its body.
+    """
+    found: dict[str, Depletion] = {}
+    for name, table in pipeline.depletions.items():
+        with naming(f"depletion {name!r}"):
+            if table.body not in bodies:
+                raise InputError(f"body {table.body!r} does not exist; {suggestion(table.body, bodies, 'known are')}")
+            found[name] = _depletion(name, table, bodies[table.body], pipeline.bodies.get(table.body), folder)
+    return tuple(found.values()), tuple(_jet(name, table, found) for name, table in pipeline.jets.items())
+
+
+def _depletion(
+    name: str, table: DepletionTable, body: FlexibleBody, source: BodyTable | None, folder: Path
+) -> Depletion:
+    levels = tuple(_level(level, body, source, folder) for level in (table.empty, *table.between))
+    mass = time_function("mass", table.mass, folder) or _burnt(table, body.m, levels[0].m)
+    return Depletion(name=name, body=table.body, levels=levels, mass=mass)
+
+
+def _level(table: LevelTable, body: FlexibleBody, source: BodyTable | None, folder: Path) -> FlexibleBody:
+    if table.density is not None:
+        return scaled(body, table.density)
+    if table.file is not None:
+        return read_body(folder / table.file)
+    if source is None or source.mass is None:
+        raise InputError("a level with a 'mass' is for rigid bodies; give a 'density' or a 'file' with the same modes")
+    places = {key: np.array(place) for key, place in source.interfaces.items()}
+    inertia = inertia_tensor(table.inertia)
+    return rigid_body(body.name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=places)
+
+
+def _burnt(table: DepletionTable, full: float, empty: float) -> TimeFunction:
+    if isinstance(table.rate, list):
+        return burn(full, empty, [(FOREVER if p.until is None else p.until, float(p.value)) for p in table.rate])
+    return burn(full, empty, table.rate)
+
+
+def _jet(name: str, table: JetTable, depletions: dict[str, Depletion]) -> ExpelledGas:
+    if table.depletion not in depletions:
+        known = suggestion(table.depletion, depletions, "known are")
+        raise InputError(f"jet {name!r}: depletion {table.depletion!r} does not exist; {known}")
+    values = table.model_dump(exclude={"depletion", "axis"})
+    return ExpelledGas(name=name, source=depletions[table.depletion].mass, axis=np.array(table.axis), **values)
