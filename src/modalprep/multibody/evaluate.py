@@ -60,6 +60,7 @@ from modalprep.multibody.layout import (
 )
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.packed_constraints import constraint_work
+from modalprep.multibody.reels import Reels, pay_out, take_up
 from modalprep.multibody.system import System
 from modalprep.multibody.variable_mass import refresh
 
@@ -93,6 +94,7 @@ class Model(NamedTuple):
     work: Work | None  # their scratch
     bonds: Constraints | None  # closed loops, springs and bushings: what an implicit step knows
     bonds_work: Work | None
+    reels: Reels | None  # deployments
 
 
 def build_model(system: System, packed: Packed, loading: Loading) -> Model:
@@ -112,7 +114,7 @@ def build_model(system: System, packed: Packed, loading: Loading) -> Model:
         tree, packed.flex, loading.arrays, W, F, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
         place, np.array([loading.active, 0, 0], dtype=np.int64), np.zeros(packed.nx + nu), np.zeros(nu),
         np.zeros(SHARED), loops.arrays if loops else None, work, bonds,
-        constraint_work(bonds, packed) if bonds else None,
+        constraint_work(bonds, packed) if bonds else None, loading.reels,
     )  # fmt: skip
 
 
@@ -131,6 +133,8 @@ def load(model, t, y):
     tree, flex, W, F = model.tree, model.flex, model.W, model.F
     prescribe(model.loads, t, model.motion)
     refresh(model.loads.fill, model.loads.tables, tree, flex, t)
+    if model.reels is not None:
+        pay_out(model.reels, tree, model.loads, y, model.motion)
     outward(tree, flex, W, F, y, model.motion)
     model.shared[POWER] = 0.0
     if model.flags[LOADED] or model.cons is not None:
@@ -138,6 +142,10 @@ def load(model, t, y):
     if model.flags[LOADED]:
         energies = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope)
         model.shared[POWER], model.shared[SPRINGS], model.shared[POTENTIAL] = energies
+    if model.reels is not None:
+        model.shared[POWER] += take_up(
+            model.reels, tree, flex, W, F, y, model.motion, model.tau, model.loads.hinge_at
+        )
     if model.flags[CALLBACK]:
         copy(y, model.state)
         call_address(model.flags[CALLBACK], t)

@@ -69,7 +69,7 @@ class Integration:
     y : (nx + nu + 1,)
         Coordinates, speeds and work at the start.
     times : (nt,)
-        Output times, s, from 0 to the end.
+        Output times, s, ascending, within the stretches of `loading`.
     method : str
         One of METHODS.
     step : float or None
@@ -93,7 +93,7 @@ class Integration:
             y = y.copy()
             y[:-1] = loading.loops.assemble(*workspace(packed.tree, packed.flex), y[:-1], loading.prescribe(0.0))
         self.model = build_model(system, packed, loading)
-        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, times[-1])
+        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
         for i, row in enumerate(packed.tree.ints):  # deflections count by a share of the body's size at least
             reach = size[row[XQ] : row[XQ] + row[MODES]].max(initial=0.0)
             self.steps.size[SIZES + 2 * i] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
@@ -104,7 +104,7 @@ class Integration:
         for flag, pointer in self.pointers.items():
             self.model.flags[flag] = pointer.address if pointer else 0
         self.watch = self._watch(times, size)
-        self.choice = choose(self.model, self.steps, self.watch, loading, method, times[-1])
+        self.choice = choose(self.model, self.steps, self.watch, loading, method, loading.t_end)
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
         return Pointer(function, self.model.shared[RAISED:])
@@ -168,7 +168,7 @@ class Integration:
         if status != GOOD or not np.all(np.isfinite(self.steps.ydot)):
             self.steps.count[CAUSE] = status
             raise failure(self, begin)
-        if self.events and begin == 0.0:
+        if self.events and begin == self.loading.stretches[0][0]:
             driver.ask(self.model, self.steps, self.watch, begin, self.steps.y)
             self.raise_callback()
             self.watch.before[:] = self.watch.values
@@ -217,7 +217,7 @@ class Integration:
         if code == driver.STOPPED:
             names = [e.name for e in self.events if e.terminal and t in times[e.name]]
             message = f"event {names[0]!r} ended the run at t = {t:.6g} s"
-            if t > self.watch.times[self.steps.count[OUTPUT] - 1]:
+            if not np.any(self.watch.times[: self.steps.count[OUTPUT]] >= t):
                 record(np.array([t]), self.steps.y[None])
                 self.raise_callback()
         return Outcome(status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, self._stats(), t)

@@ -12,6 +12,7 @@ from modalprep.multibody.layout import Packed, Scratch
 from modalprep.multibody.loads import Callback
 from modalprep.multibody.loops import Loops
 from modalprep.multibody.packed_loads import pack_loads
+from modalprep.multibody.reels import Reels
 from modalprep.multibody.state import Frame, State, callback_loads
 from modalprep.multibody.system import System
 from modalprep.multibody.variable_mass import refresh
@@ -34,6 +35,10 @@ class Loading:
         Position, rate and acceleration of prescribed hinges of the last `prescribe`.
     loops : Loops or None
         Closed loops and motion constraints.
+    reels : Reels or None
+        Deployments, put in by `deploying`.
+    stretches : list of (float, float)
+        What is integrated, between breaks of the functions of time, s.
 
     Examples
     --------
@@ -50,7 +55,7 @@ class Loading:
     """
 
     def __init__(self, system: System, packed: Packed, t_end: float) -> None:
-        self.system, self.packed = system, packed
+        self.system, self.packed, self.t_end = system, packed, t_end
         self.arrays = pack_loads(system, packed, t_end)
         loaded = system.loads or system.orbit or system.depletions
         self.active = bool(loaded) or any(joint.elements for joint in system.joints)
@@ -58,9 +63,15 @@ class Loading:
         self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
         self.motion = np.zeros((len(packed.links), 3))
         self.loops = Loops(system, packed, t_end) if system.closures else None
+        self.reels: Reels | None = None
         until = [*self.arrays.tables.until, *(self.loops.breaks if self.loops else ())]
         breaks = sorted({float(t) for t in until if 0 < t < t_end})
         self.stretches = list(pairwise([0.0, *breaks, t_end]))
+
+    def clip(self, begin: float, end: float) -> None:
+        """Integrate from `begin` to `end` only (s)."""
+        parts = [(max(a, begin), min(b, end)) for a, b in self.stretches]
+        self.stretches = [(a, b) for a, b in parts if a < b]
 
     def enter(self, begin: float, end: float) -> None:
         """Say which stretch between breaks is integrated, so that both its ends belong to it."""

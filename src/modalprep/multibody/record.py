@@ -44,15 +44,19 @@ class Recorder:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
         rows = self.rows[: self.count]
         channels = {name: rows[:, place] for name, place in self.channels.places.items()}
-        parts = [channels[name] for name in ENERGIES]
-        total = np.sum(parts, axis=0)
-        error = total - total[0] - channels["energy.work"]
-        channels["energy.error"] = error
-        scale = np.abs([p - p[0] for p in parts] + [channels["energy.work"], channels["energy.kinetic"]]).max()
-        return Result(
-            time=self.time[: self.count],
-            channels=channels,
-            status=status,
-            message=message,
-            stats={**stats, "energy_error": float(np.abs(error).max() / max(scale, np.finfo(float).tiny))},
-        )
+        return audited(self.time[: self.count], channels, status, message, stats)
+
+
+def audited(
+    time: np.ndarray, channels: dict[str, np.ndarray], status: str, message: str, stats: dict[str, float]
+) -> Result:
+    """Return the result of histories by name, its energy balance closed: ``energy.error``, and the largest in stats."""
+    parts = [channels[name] for name in ENERGIES]
+    total = np.sum(parts, axis=0)
+    error = total - total[0] - channels["energy.work"]
+    scale = np.abs([p - p[0] for p in parts] + [channels["energy.work"], channels["energy.kinetic"]]).max()
+    relative = float(np.abs(error).max() / max(scale, np.finfo(float).tiny))
+    return Result(
+        time=time, channels=channels | {"energy.error": error}, status=status, message=message,
+        stats={**stats, "energy_error": relative},
+    )  # fmt: skip

@@ -89,16 +89,7 @@ def simulate(
     >>> bool(run["hinge.angle"][-1] < 0), run.stats["energy_error"] < 1e-8
     (True, True)
     """
-    for name, value in (("t_end", t_end), ("output_step", output_step), ("rtol", rtol), ("atol", atol)):
-        if not 0 < value < float("inf"):
-            raise InputError(f"simulation {name} = {value:g} must be positive")
-    if not t_end / output_step <= MOST_OUTPUTS:
-        raise InputError(
-            f"simulation t_end = {t_end:g} with output_step = {output_step:g} asks for more than {MOST_OUTPUTS:.0e} "
-            "output times; lower t_end or raise output_step"
-        )
-    if method not in METHODS:
-        raise InputError(f"simulation method {method!r} is not one of {', '.join(METHODS)}")
+    check_span(t_end, output_step, rtol, atol, method)
     if step is not None and not 0 < step < float("inf"):
         raise InputError(f"simulation step = {step:g} must be positive")
     if not 0 <= rho_inf <= 1:
@@ -113,6 +104,20 @@ def simulate(
     loops = integration.loading.loops
     message = "; ".join([outcome.message, *(loops.notes if loops else ())])
     return recorder.result(outcome.status, message, outcome.stats).with_(events=outcome.events)
+
+
+def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:
+    """Refuse times and tolerances that are not positive, too many outputs, an unknown method."""
+    for name, value in (("t_end", t_end), ("output_step", output_step), ("rtol", rtol), ("atol", atol)):
+        if not 0 < value < float("inf"):
+            raise InputError(f"simulation {name} = {value:g} must be positive")
+    if not t_end / output_step <= MOST_OUTPUTS:
+        raise InputError(
+            f"simulation t_end = {t_end:g} with output_step = {output_step:g} asks for more than {MOST_OUTPUTS:.0e} "
+            "output times; lower t_end or raise output_step"
+        )
+    if method not in METHODS:
+        raise InputError(f"simulation method {method!r} is not one of {', '.join(METHODS)}")
 
 
 def start_channels(system: System, t_end: float) -> Result:
@@ -130,10 +135,10 @@ def prepare(system: System, times: np.ndarray, *, dense: bool = False, **options
     packed = pack(system)
     loading = Loading(system, packed, float(times[-1]))
     start, twin = np.append(start_state(packed), 0.0), _twin(system, loading) if dense else None
-    return Integration(system, packed, loading, start, times, _deflections(system, packed), twin=twin, **options)
+    return Integration(system, packed, loading, start, times, deflections(system, packed), twin=twin, **options)
 
 
-def _deflections(system: System, packed: Packed) -> np.ndarray:
+def deflections(system: System, packed: Packed) -> np.ndarray:
     """Return the largest deflection per modal coordinate, in sizes of its body (nx,)."""
     found = np.zeros(packed.nx)
     for name, body in system.bodies.items():

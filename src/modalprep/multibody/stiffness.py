@@ -39,7 +39,7 @@ class Choice(NamedTuple):
 def choose(model: Model, run: Run, watch: Watch, loading: Loading, method: str, t_end: float) -> Choice:
     """Return the method asked for, or for "auto" the one that should be quickest."""
     loading.enter(*loading.stretches[0])
-    top = top_frequency(model, run)
+    top = top_frequency(model, run, loading.stretches[0][0])
     steps = top * t_end / STABLE
     named = {"explicit": EXPLICIT, "generalized_alpha": ALPHA, "rosenbrock": ROSENBROCK}
     if method in named:
@@ -49,20 +49,20 @@ def choose(model: Model, run: Run, watch: Watch, loading: Loading, method: str, 
         return Choice(EXPLICIT if explicit else ALPHA, steps, ", chosen by the step against the highest frequency")
     if steps < FEW_STEPS:
         return Choice(EXPLICIT, steps, "")
-    return _quickest(model, run, watch, loading.stretches[0][1], steps)
+    return _quickest(model, run, watch, loading.stretches[0], steps)
 
 
-def top_frequency(model: Model, run: Run) -> float:
-    """Return the highest frequency (rad/s) of small motions about the start, by power iteration on differences."""
+def top_frequency(model: Model, run: Run, t: float) -> float:
+    """Return the highest frequency (rad/s) of small motions about the start at t, by power iteration on differences."""
     nx, nu = len(model.state) - len(model.tau), len(model.tau)
     y, base, moved = run.y.copy(), np.zeros(nx + nu + 1), np.zeros(nx + nu + 1)
-    if nu == 0 or evaluate(model, 0.0, y, base) != GOOD:
+    if nu == 0 or evaluate(model, t, y, base) != GOOD:
         return 0.0
     near, d, square = y.copy(), np.random.default_rng(0).standard_normal(nu), 0.0
     for _ in range(ITERATIONS):
         d *= NUDGE / np.abs(d).max()
         move(model.tree, model.place, y, d, near)
-        if evaluate(model, 0.0, near, moved) != GOOD:
+        if evaluate(model, t, near, moved) != GOOD:
             return 0.0
         force = base[nx:-1] - moved[nx:-1]
         before, square = square, float(np.linalg.norm(force) / np.linalg.norm(d))
@@ -74,7 +74,7 @@ def top_frequency(model: Model, run: Run) -> float:
     return float(np.sqrt(square))
 
 
-def _quickest(model: Model, run: Run, watch: Watch, stop: float, steps: float) -> Choice:
+def _quickest(model: Model, run: Run, watch: Watch, stretch: tuple, steps: float) -> Choice:
     """Choose the method that spends the fewest evaluations on a second of motion at the tolerance of the run.
 
     An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
@@ -84,18 +84,19 @@ def _quickest(model: Model, run: Run, watch: Watch, stop: float, steps: float) -
     """
     budget, bonds = TRIAL_SHARE * 12.0 * steps, model.bonds is not model.cons
     tried = [method for method in SHORT if not (bonds and method == ROSENBROCK)]
-    cost = {method: _cost(model, run, watch, method, stop, budget) for method in tried}
+    cost = {method: _cost(model, run, watch, method, stretch, budget) for method in tried}
     best = min(cost, key=cost.__getitem__)
     others = " and ".join(f"{cost[method]:.2g} {SHORT[method]}" for method in tried if method != best)
     why = f", chosen for {cost[best]:.2g} evaluations of the equations a second on trial, against {others}"
     return Choice(best, steps, why, np.inf if best == EXPLICIT else PATIENCE * cost[EXPLICIT], budget)
 
 
-def _cost(model: Model, run: Run, watch: Watch, method: int, stop: float, budget: float) -> float:
+def _cost(model: Model, run: Run, watch: Watch, method: int, stretch: tuple, budget: float) -> float:
     """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole run."""
+    first, stop = stretch
     trial = Run(*(part.copy() for part in run))
     unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, dtype=np.int64))
-    if begin(model, trial, method, 0.0, stop) != GOOD:
+    if begin(model, trial, method, first, stop) != GOOD:
         return np.inf
     code, trials, cost = RUNNING, 0, np.inf
     while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget):
@@ -104,5 +105,5 @@ def _cost(model: Model, run: Run, watch: Watch, method: int, stop: float, budget
         moved, trials = trial.clock[T] - t, trials + 1
         cost = (trial.count[EVALUATIONS] - spent) / moved if moved > 0.0 else np.inf
     if code == REACHED:
-        return trial.count[EVALUATIONS] / stop
+        return trial.count[EVALUATIONS] / (stop - first)
     return cost if code == RUNNING else np.inf

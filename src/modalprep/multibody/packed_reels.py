@@ -1,0 +1,73 @@
+"""Pack deployments for the kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from modalprep.multibody.deployment import Deployment, Stage
+from modalprep.multibody.forces import Loads
+from modalprep.multibody.layout import FIXED, MASS, PRESCRIBED, Packed, U, X
+from modalprep.multibody.loads import locate
+from modalprep.multibody.reels import AT, REEL, SPRING, Reels
+from modalprep.multibody.system import System
+
+
+def pack_reels(
+    deployments: Sequence[Deployment], stages: Sequence[Stage], system: System, packed: Packed, loads: Loads
+) -> Reels:
+    """Return the arrays of deployments in their stages.
+
+    Examples
+    --------
+    >>> from modalprep.multibody.deployment import DeployingSystem, first_stage
+    >>> from modalprep.multibody.layout import pack
+    >>> from modalprep.multibody.packed_loads import pack_loads
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0, law="3.0")
+    >>> stages = [first_stage(boom)]
+    >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,)).at(stages)
+    >>> packed = pack(system)
+    >>> pack_reels((boom,), stages, system, packed, pack_loads(system, packed, 1.0)).spring[:, 2:4].tolist()
+    [[0.0, 0.5], [1.0, 0.5]]
+    """
+    at, reel, spring_at, springs = [], [], [], []
+    row_of = {int(u): row for row, u in enumerate(loads.hinge_at[:, 1])}
+    for k, (d, stage) in enumerate(zip(deployments, stages, strict=True)):
+        at.append(_at(d, system, packed))
+        reel.append([d.mass_per_length, d.rotary_inertia, d.rod, d.length, stage.inner(d), d.least])
+        for number, numbers in _springs(d, stage):
+            u = int(packed.tree.ints[packed.links_of(f"{d.name}{number}")[0], U])
+            spring_at.append((k, row_of[u]))
+            springs.append([d.EI, d.damping, *numbers])
+    bases = sorted({row[3] for row in at if row[3] >= 0})
+    return Reels(
+        at=np.array(at, dtype=np.int64).reshape(-1, AT),
+        reel=np.array(reel, dtype=float).reshape(-1, REEL),
+        base=np.array(bases, dtype=np.int64),
+        own=packed.tree.fixed[bases, MASS:FIXED].copy().reshape(-1, FIXED - MASS),
+        spring_at=np.array(spring_at, dtype=np.int64).reshape(-1, 2),
+        spring=np.array(springs, dtype=float).reshape(-1, SPRING),
+    )
+
+
+def _at(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:
+    slider = packed.links_of(d.name)[0]
+    row, driven = packed.tree.ints[slider], packed.types[slider] in PRESCRIBED
+    found = locate(system.bodies, d.parent, f"deployment {d.name!r}")
+    base = (packed.link_of(found[0]), found[1]) if found else (-1, 0)
+    place, speed = (-1, -1) if driven else (int(row[X]), packed.nx + int(row[U]))
+    return slider, place, speed, *base
+
+
+def _springs(d: Deployment, stage: Stage) -> Iterator[tuple[int, list[float]]]:
+    """Yield hinges near the exit: rod, length that bends at r = 0 and its slope by r, rest that stays, that fades."""
+    n, fading = stage.rods, stage.fading
+    if not d.EI > 0:
+        return
+    if not stage.locked:
+        yield n, [0.0, 0.5, 0.0, fading]
+    if not stage.locked and n > 1:
+        yield n - 1, [d.rod / 2, 0.5, 0.0, -fading]
+    if stage.locked and n > 1:
+        yield n, [d.rod / 2, 1.0, -stage.angle, 0.0]

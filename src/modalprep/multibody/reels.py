@@ -1,0 +1,133 @@
+"""What a deployment changes with the length that is out: masses, the springs next to the exit, the force at the exit.
+
+The innermost rod, of length r outside, has the mass ``m r`` of what is out, and moves as this material does: the
+particles of a rod are those of a rigid body, so that its equations hold with the constants of the moment. Stowed mass
+sits at the exit and rides with the base. A particle that passes the exit at speed v changes its velocity by ``v e``,
+e along the innermost rod; the base feels ``-m v^2 e`` for it, going out or coming in, and the reel spends
+``m v^3 / 2``. Springs of the strain energy V give the reel the force ``-dV/dL``.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.jit import compile_kernel
+from modalprep.multibody.algebra import ZERO3, get3, get9
+from modalprep.multibody.kernel import add_wrench
+from modalprep.multibody.laws import DAMPING, REST, STIFFNESS
+from modalprep.multibody.layout import FIRST, INERTIA, MASS, NODES, NX, ROTATION
+
+SLIDER, PLACE, SPEED, BASE, EXIT, AT = range(6)  # columns of Reels.at
+LINEAR_MASS, ROTARY, ROD, TOTAL, INNER, LEAST, REEL = range(7)  # of Reels.reel
+EI, MATERIAL, BEND0, BEND1, FIXED_REST, FADING_REST, SPRING = range(7)  # of Reels.spring
+
+
+class Reels(NamedTuple):
+    """Packed deployments in one stage, each with as many rods as are out."""
+
+    at: np.ndarray  # (reels, 5) int: slider's link, coordinate and speed in y (-1 prescribed), base (-1), its interface
+    reel: np.ndarray  # (reels, 6): mass and axial moment of inertia per length, length of a rod, of all of it, of all
+    # rods but the innermost; length from which the innermost turns by itself
+    base: np.ndarray  # (bases,) int, links
+    own: np.ndarray  # (bases, 10) their m, s0, J without stowed mass
+    spring_at: np.ndarray  # (springs, 2) int: reel, row of the hinges' constants
+    spring: np.ndarray  # (springs, 6): EI, damping over stiffness, length that bends at r = 0 and its slope by r,
+    # rest angle that stays, and one that fades until the innermost rod is out
+
+
+@compile_kernel
+def pay_out(reels, tree, loads, y, motion):
+    """Set the masses and springs of a state; before `outward`."""
+    for b in range(len(reels.base)):
+        for c in range(10):
+            tree.fixed[reels.base[b], MASS + c] = reels.own[b, c]
+    for k in range(len(reels.at)):
+        length, _ = travel(reels, k, y, motion)
+        _innermost(tree, reels.at[k, SLIDER], reels.reel[k], length)
+        if reels.at[k, BASE] >= 0:
+            _stowed(tree, reels.at[k, BASE], reels.at[k, EXIT], reels.reel[k], length)
+    for h in range(len(reels.spring_at)):
+        k, row = reels.spring_at[h, 0], reels.spring_at[h, 1]
+        length, _ = travel(reels, k, y, motion)
+        stiffness, rest, _, _ = _spring(reels.spring[h], reels.reel[k], length)
+        loads.hinge[row, STIFFNESS], loads.hinge[row, REST] = stiffness, rest
+        loads.hinge[row, DAMPING] = reels.spring[h, MATERIAL] * stiffness
+
+
+@compile_kernel
+def travel(reels, k, y, motion):
+    """Return length and speed (m, m/s) of deployment k."""
+    place, speed = reels.at[k, PLACE], reels.at[k, SPEED]
+    if place >= 0:
+        return y[place], y[speed]
+    return motion[reels.at[k, SLIDER], 0], motion[reels.at[k, SLIDER], 1]
+
+
+@compile_kernel
+def _innermost(tree, i, reel, length):
+    """Rigid constants of the innermost rod, from ``l - r`` to ``l`` along z of its link."""
+    out = max(0.0, length - reel[INNER])
+    b, m = reel[ROD], reel[LINEAR_MASS]
+    a = b - out
+    across = m * (b * b * b - a * a * a) / 3.0
+    tree.fixed[i, MASS] = m * out
+    tree.fixed[i, FIRST + 2] = 0.5 * m * out * (a + b)
+    tree.fixed[i, INERTIA], tree.fixed[i, INERTIA + 3] = across, across
+    tree.fixed[i, INERTIA + 5] = reel[ROTARY] * out
+
+
+@compile_kernel
+def _stowed(tree, base, node, reel, length):
+    """Add the mass that is not out to the base, at the exit."""
+    r = get3(tree.fixed, len(tree.ints) + tree.ints[base, NODES] + node, 0)
+    m = reel[LINEAR_MASS] * (reel[TOTAL] - length)
+    tree.fixed[base, MASS] += m
+    for c in range(3):
+        tree.fixed[base, FIRST + c] += m * r[c]
+    tree.fixed[base, INERTIA] += m * (r[1] * r[1] + r[2] * r[2])
+    tree.fixed[base, INERTIA + 1] -= m * r[0] * r[1]
+    tree.fixed[base, INERTIA + 2] -= m * r[0] * r[2]
+    tree.fixed[base, INERTIA + 3] += m * (r[0] * r[0] + r[2] * r[2])
+    tree.fixed[base, INERTIA + 4] -= m * r[1] * r[2]
+    tree.fixed[base, INERTIA + 5] += m * (r[0] * r[0] + r[1] * r[1])
+
+
+@compile_kernel
+def _spring(spring, reel, length):
+    """Stiffness and rest angle of a hinge near the exit, and their derivatives by the length."""
+    out = length - reel[INNER]
+    bend, span = spring[BEND0] + spring[BEND1] * out, reel[ROD] - reel[LEAST]
+    k = spring[EI] / bend
+    fading = spring[FADING_REST] / span
+    return k, spring[FIXED_REST] + fading * (reel[ROD] - out), -k * spring[BEND1] / bend, -fading
+
+
+@compile_kernel
+def take_up(reels, tree, flex, W, F, y, motion, tau, hinge_at):
+    """Add what passes the exit to wrenches and hinge forces, after the loads; returns the reels' power beside it (W).
+
+    A reel that moves by itself gets the force of its springs in `tau`; one that is driven spends their power.
+    """
+    total, nx = 0.0, tree.ints[0, NX]
+    for k in range(len(reels.at)):
+        link, base = reels.at[k, SLIDER], reels.at[k, BASE]
+        _, v = travel(reels, k, y, motion)
+        thrust = reels.reel[k, LINEAR_MASS] * v * v
+        total += 0.5 * thrust * v
+        if base >= 0:
+            turn = get9(W, link, ROTATION)
+            force = (-thrust * turn[2], -thrust * turn[5], -thrust * turn[8])
+            add_wrench(tree, flex, W, F, base, reels.at[k, EXIT], force, ZERO3)
+    for h in range(len(reels.spring_at)):
+        k, x = reels.spring_at[h, 0], hinge_at[reels.spring_at[h, 1], 0]
+        length, v = travel(reels, k, y, motion)
+        stiffness, rest, by_length, rest_by_length = _spring(reels.spring[h], reels.reel[k], length)
+        bent = y[x] - rest
+        force = bent * (stiffness * rest_by_length - 0.5 * by_length * bent)  # -dV/dL
+        if reels.at[k, SPEED] >= 0:
+            tau[reels.at[k, SPEED] - nx] += force
+        else:
+            total -= force * v
+    return total
