@@ -38,6 +38,7 @@ _HOME = {
     "HingeElement": "multibody.hinge", "PointForce": "multibody.loads", "DistributedForce": "multibody.loads",
     "AxialSpring": "multibody.loads", "Bushing": "multibody.loads", "CentralGravity": "multibody.orbit",
     "Orbit": "multibody.orbit", "Dipole": "multibody.orbit", "Conductor": "multibody.orbit",
+    "ImmersedRod": "multibody.hydrodynamics", "Water": "multibody.hydrodynamics", "impact": "multibody.impact",
     "Callback": "multibody.loads", "Closure": "multibody.closures", "Coupler": "multibody.closures",
     "Event": "multibody.events", "Result": "multibody.result", "simulate": "multibody.simulate",
     "spin_modes": "multibody.spin",

@@ -19,6 +19,7 @@ ClosureType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
     "point_on_plane", "distance", "position",
 ]  # fmt: skip
+RUBS = ("point_on_line", "point_on_plane")  # types that may have friction
 AXIS_FREE = ("weld", "spherical", "distance", "position")  # types that need no axis
 
 
@@ -46,6 +47,12 @@ class Closure(Record):
         m, of a distance; None: as at the start.
     path : (3,) of TimeFunction or what makes one, or None
         m, of a position, in a's axes; a component None is free.
+    friction, sliding : float
+        Coefficient of Coulomb friction of a point on a line or plane, and the speed (m/s) from which it slides: force
+        ``friction N tanh(v / sliding)`` against the motion of b's point along it. A blow rubs by ``friction`` times its
+        impulse at most, or sticks.
+    active : bool
+        Whether it holds from the start; otherwise an `Event` may begin it.
 
     Raises
     ------
@@ -69,6 +76,9 @@ class Closure(Record):
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     length: TimeFunction | None = None
     path: tuple | None = None
+    friction: float = 0.0
+    sliding: float = 1e-3
+    active: bool = True
 
     def __post_init__(self) -> None:
         """Read functions of time, normalise axes."""
@@ -84,7 +94,16 @@ class Closure(Record):
         if self.type == "universal" and self.second_axis is None:
             raise InputError(f"{self._what}: a universal joint needs a second_axis")
         self._read_functions()
+        self._check_friction()
         super().__post_init__()
+
+    def _check_friction(self) -> None:
+        if not (0 <= self.friction < float("inf") and 0 < self.sliding < float("inf")):
+            raise InputError(
+                f"{self._what}: friction = {self.friction:g} must not be negative, sliding = {self.sliding:g} positive"
+            )
+        if self.friction and self.type not in RUBS:
+            raise InputError(f"{self._what}: a {self.type} closure has no friction; {' and '.join(RUBS)} may have it")
 
     @property
     def _what(self) -> str:
@@ -126,7 +145,9 @@ class Coupler(Record):
     factors : dict of str to float
         By ``joint``, or ``joint.k`` for coordinate k = 1, 2, ... of a joint of several, travels before turns.
     value : TimeFunction or what makes one, or None
-        m or rad, as the sum; None: as at the start.
+        m or rad, as the sum; None: as at the start, or at the event that begins it.
+    active : bool
+        Whether it holds from the start; otherwise an `Event` may begin it.
 
     Raises
     ------
@@ -143,6 +164,7 @@ class Coupler(Record):
     name: str
     factors: Mapping[str, float]
     value: TimeFunction | None = None
+    active: bool = True
 
     def __post_init__(self) -> None:
         """Check the factors, read the function of time."""

@@ -41,16 +41,18 @@ from modalprep.multibody.kernel import (
 from modalprep.multibody.layout import FREE, JOINT, MODES, NX, OMEGA, PA, SLOT, SPHERICAL, UQ, X
 from modalprep.multibody.tables import Tables, table
 
-# kinds of rows: e.(rb - ra), ea.eb, |rb - ra|, a sum of joint coordinates, each less its value; of e.(wb - wa) only the
-# rate counts
-POINT, ANGLE, DISTANCE, COUPLER, ABOUT = range(5)
+# kinds of rows: e.(rb - ra), ea.eb, |rb - ra|, a sum of joint coordinates, each less its value; of e.(wb - wa) and of
+# sliding, e.(vb - va), only the rate counts
+POINT, ANGLE, DISTANCE, COUPLER, ABOUT, SLIP = range(6)
 # columns of Constraints.rows and .constants
 KIND, END_A, END_B, TABLE = range(4)
 IN_A, IN_B, VALUE, UNIT, FLOOR, CONSTANTS = 0, 3, 6, 7, 8, 9
+FRICTION, SLIDING = IN_B, IN_B + 1  # of SLIP rows: coefficient, speed from which it slides
 # columns of Work.ends and .lines
 PLACE, TURN, SPEED, SPIN, ENDS = 0, 3, 12, 15, 18
 FORCE, TORQUE_A, TORQUE_B, LINES = 0, 3, 6, 9
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
+MOST_RUBS, RUBBED = 200, 1e-13  # sweeps between friction and normal forces, change of the friction at their end
 
 
 class Constraints(NamedTuple):
@@ -75,7 +77,7 @@ class Work(NamedTuple):
     phi: np.ndarray  # (m,) Phi
     rate: np.ndarray  # (m,) Phi'
     bias: np.ndarray  # (m,) Phi'' without accelerations of the ends
-    push: np.ndarray  # (m,) rate of the prescribed values
+    push: np.ndarray  # (m,) rate at which the multiplier does work: of the prescribed value, or of sliding
     wanted: np.ndarray  # (m,) what `impose` takes away from the rows
     goal: np.ndarray  # (m,) G u' that rows aim at
     compliance: np.ndarray  # (m,) of the rows that give way in an implicit step, else 0
@@ -140,6 +142,10 @@ def _line(cons, work, i):
         if kind == POINT:
             f, ta = e, cross(e, r)
             phi, bias = dot3(e, r), 2.0 * dot3(turned, v) + dot3(cross(wa, turned), r)
+        elif kind == SLIP:
+            f, ta = e, cross(e, r)
+            phi, bias = 0.0, 0.0
+            work.push[i] = dot3(f, v) + dot3(ta, wa)
         elif kind == ABOUT:
             ta, tb = (-e[0], -e[1], -e[2]), e
             phi, bias = 0.0, dot3(turned, axpy3(wb, -1.0, wa))
@@ -402,7 +408,56 @@ def _act(cons, tree, flex, W, F, work, udot):
         work.S[i, i] += work.compliance[i]
     factorize(cons, work)
     solve(work)
+    _rub(cons, work)
     _superpose(cons, tree, flex, W, F, work, udot)
+
+
+@compile_kernel
+def _rub(cons, work):
+    """Let rows of sliding resist by friction, until it agrees with the normal forces that it changes itself.
+
+    Where it never does (a jam) the multipliers are not finite.
+    """
+    slides = False
+    for i in range(len(cons.rows)):
+        if cons.rows[i, KIND] == SLIP:
+            slides, work.goal[i] = True, 0.0
+    if not slides:
+        return
+    change, size = np.inf, 0.0
+    for _ in range(MOST_RUBS):
+        change, size = 0.0, 0.0
+        for i in range(len(cons.rows)):
+            if cons.rows[i, KIND] == SLIP:
+                f = _friction(cons, work, i)
+                d = f - work.goal[i]
+                work.goal[i] = f
+                change, size = max(change, abs(d)), max(size, abs(f))
+                for j in range(len(cons.rows)):
+                    work.wanted[j] += work.S[j, i] * d
+        if change <= RUBBED * size:
+            break
+        solve(work)
+    for i in range(len(cons.rows)):
+        if cons.rows[i, KIND] == SLIP:
+            work.multiplier[i] = work.goal[i] if change <= RUBBED * size else np.nan
+
+
+@compile_kernel
+def _friction(cons, work, i):
+    """Coulomb friction along row i of sliding, ``-mu N tanh(v / sliding) v_i / v``, by the other rows of its closure."""
+    normal, slip = 0.0, 0.0
+    for j in range(len(cons.rows)):
+        if cons.rows[j, END_A] == cons.rows[i, END_A]:
+            if cons.rows[j, KIND] == SLIP:
+                slip += work.rate[j] * work.rate[j]
+            else:
+                normal += work.multiplier[j] * work.multiplier[j]
+    if slip == 0.0:
+        return 0.0
+    slip = np.sqrt(slip)
+    resistance = cons.constants[i, FRICTION] * np.sqrt(normal) * np.tanh(slip / cons.constants[i, SLIDING])
+    return -resistance * work.rate[i] / slip
 
 
 @compile_kernel

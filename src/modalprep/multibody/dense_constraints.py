@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import qr
 
-from modalprep.multibody.constraints import ANGLE, COUPLER, END_A, IN_A, IN_B, KIND, POINT, VALUE
+from modalprep.multibody.constraints import ANGLE, COUPLER, END_A, IN_A, IN_B, KIND, MOST_RUBS, POINT, SLIP, VALUE
 from modalprep.multibody.dense import BodyState, body_states, ground_spin, mass_and_force, node_motion
 from modalprep.multibody.dense_loads import dense_loads
 from modalprep.multibody.layout import Packed, pack
@@ -17,6 +17,7 @@ from modalprep.multibody.system import System
 from modalprep.vectors import skew
 
 DEPENDENT = 1e-9  # pivot of the Jacobian's QR, of the largest, below which a row depends on others
+SETTLED = 1e-13  # change of friction, of the largest multiplier
 
 
 class DenseConstraints(NamedTuple):
@@ -110,6 +111,9 @@ def _row(kind: int, constants: np.ndarray, a: _End, b: _End) -> tuple:
         return a.fixed(constants[IN_A:IN_B]).dot(apart)
     if kind == ANGLE:
         return a.fixed(constants[IN_A:IN_B]).dot(b.fixed(constants[IN_B:VALUE]))
+    if kind == SLIP:
+        _, rate, G, bias = a.fixed(constants[IN_A:IN_B]).dot(apart)
+        return 0.0, rate, G, bias
     square, rate, G, bias = apart.dot(apart)
     L = np.sqrt(square)
     return L, rate / (2 * L), G / (2 * L), bias / (2 * L) - rate**2 / (4 * L**3)
@@ -132,19 +136,43 @@ def closed_accelerations(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve ``[M G'; G 0] [u'; -multiplier] = [f; -bias]`` with all loads; of redundant rows the least multipliers.
 
+    Closures that are let go have none. Friction is found by iteration: it adds to f what the normal forces give.
+
     Returns
     -------
     u' : (nu,)
     multiplier : (m,)
     """
     M, f, rows = _equations(system, closing, y, motion, t, alpha, beta)
-    n, m = len(f), len(rows.bias)
-    K = np.block([[M, rows.G.T], [rows.G, np.zeros((m, m))]])
+    holds, rubs = closing.holding, np.array([row.kind == SLIP for row in closing.rows])
+    multiplier = np.zeros(len(rows.bias))
+    for _ in range(MOST_RUBS):
+        before = multiplier.copy()
+        udot, multiplier[holds] = _saddle(M, f + rows.G[rubs].T @ multiplier[rubs], rows.G[holds], rows.bias[holds])
+        multiplier[rubs] = [_friction(closing, i, rows.rate, multiplier) for i in np.flatnonzero(rubs)]
+        if np.abs(multiplier - before)[rubs].max(initial=0.0) <= SETTLED * np.abs(multiplier).max(initial=0.0):
+            break
+    return udot, multiplier
+
+
+def _saddle(M: np.ndarray, f: np.ndarray, G: np.ndarray, bias: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Solve for accelerations and multipliers, rows scaled."""
+    n, m = len(f), len(bias)
+    K = np.block([[M, G.T], [G, np.zeros((m, m))]])
     scale = np.concatenate([1 / np.sqrt(np.diag(M)), np.ones(m)])
-    response = np.sqrt(np.maximum(np.einsum("ij,ij->i", rows.G * scale[:n] ** 2, rows.G), 1e-300))
-    scale[n:] = 1 / np.where(response > 1e-9 * response.max(), response, 1.0)
-    solution = scale * np.linalg.lstsq(K * scale * scale[:, None], scale * np.append(f, -rows.bias), rcond=1e-11)[0]
+    response = np.sqrt(np.maximum(np.einsum("ij,ij->i", G * scale[:n] ** 2, G), 1e-300))
+    scale[n:] = 1 / np.where(response > 1e-9 * response.max(initial=0.0), response, 1.0)
+    solution = scale * np.linalg.lstsq(K * scale * scale[:, None], scale * np.append(f, -bias), rcond=1e-11)[0]
     return solution[:n], -solution[n:]
+
+
+def _friction(closing: Closing, i: int, rate: np.ndarray, multiplier: np.ndarray) -> float:
+    """Coulomb friction in row i by the other rows of its closure."""
+    closure = closing.rows[i].closure
+    slide = closing.sliding(closure)
+    normal = [k for k in closing.of(closure) if k not in slide]
+    speed, (mu, sliding, _) = np.linalg.norm(rate[slide]), closing.rows[i].in_b
+    return -mu * np.linalg.norm(multiplier[normal]) * np.tanh(speed / sliding) * rate[i] / max(speed, 1e-300)
 
 
 def reduced_accelerations(system: System, closing: Closing, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
@@ -158,7 +186,7 @@ def reduced_accelerations(system: System, closing: Closing, y: np.ndarray, motio
     u' : (nu,)
     """
     M, f, rows = _equations(system, closing, y, motion, t, 0.0, 0.0)
-    R, s = null_space(rows.G, -rows.bias)
+    R, s = null_space(rows.G[closing.holding], -rows.bias[closing.holding])
     return R @ np.linalg.solve(R.T @ M @ R, R.T @ (f - M @ s)) + s
 
 
@@ -188,6 +216,7 @@ def _equations(
 ) -> tuple[np.ndarray, np.ndarray, DenseConstraints]:
     packed = pack(system)
     M, f = mass_and_force(system.at(t), y, motion)
+    loads = dense_loads(system, packed, y, motion, t)
     rows = dense_constraints(system, packed, closing, y, motion, t)
     bias = rows.bias + 2 * alpha * rows.rate + beta**2 * rows.phi
-    return M, f + dense_loads(system, packed, y, motion, t).f, rows._replace(bias=bias)
+    return M + loads.mass, f + loads.f, rows._replace(bias=bias)

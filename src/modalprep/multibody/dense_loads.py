@@ -13,6 +13,7 @@ from modalprep.body.mass import affine_part, deflected
 from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion, seen_states
 from modalprep.multibody.depletion import ExpelledGas
 from modalprep.multibody.hinge import HingeElement
+from modalprep.multibody.hydrodynamics import ImmersedRod
 from modalprep.multibody.layout import EPSILON, FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
 from modalprep.multibody.loads import (
     AxialSpring,
@@ -27,6 +28,8 @@ from modalprep.multibody.system import System
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.vectors import skew
 
+STRIPS = 5  # of a rod in water: Gauss points
+
 
 class Point(NamedTuple):
     """Motion of an interface or of the ground: its frame, and its partial velocities J (6, nu), inertial axes."""
@@ -36,12 +39,13 @@ class Point(NamedTuple):
 
 
 class DenseLoads(NamedTuple):
-    """Generalised forces (nu,), power of what is no potential (W), energy in springs and of a central field (J)."""
+    """Generalised forces (nu,), power of what is no potential (W), energy in springs, of a field (J), added mass (nu, nu)."""
 
     f: np.ndarray
     power: float
     stored: float
     gravity: float
+    mass: np.ndarray | float = 0.0
 
 
 def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, t: float) -> DenseLoads:
@@ -80,7 +84,8 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
 def loaded_accelerations(system: System, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
     """Solve for the accelerations ``u' (nu,)`` under all loads with the whole mass matrix."""
     M, f = mass_and_force(system.at(t), y, motion)
-    return np.linalg.solve(M, f + dense_loads(system, pack(system), y, motion, t).f)
+    loads = dense_loads(system, pack(system), y, motion, t)
+    return np.linalg.solve(M + loads.mass, f + loads.f)
 
 
 def _plus(a: DenseLoads, b: DenseLoads) -> DenseLoads:
@@ -101,6 +106,8 @@ def _one(load, system: System, packed: Packed, states: dict[str, BodyState], t: 
         return _conductor(load, system, states, t)
     if isinstance(load, ExpelledGas):
         return _gas(load, [_end(system, states, point, load) for point in load.passes], t)
+    if isinstance(load, ImmersedRod):
+        return _rod(load, system.gravity, states[load.body])
     none = DenseLoads(np.zeros(packed.nu), 0.0, 0.0, 0.0)
     if isinstance(load, CentralGravity):
         for state in states.values():
@@ -247,6 +254,34 @@ def _conductor(load: Conductor, system: System, states: dict[str, BodyState], t:
         for point in (a, b):
             total = _plus(total, _wrench(point, f / 2, np.zeros(3)))
     return total
+
+
+def _rod(load: ImmersedRod, gravity: np.ndarray, s: BodyState) -> DenseLoads:
+    """Sum of strips, each with its own partial velocities and momentum of the water ``m P (v - U)``."""
+    first, last = (s.body.interface_position[s.body.interface_name.index(end)] for end in load.ends)
+    length = np.linalg.norm(last - first)
+    axis, w, g = (last - first) / length, s.V[3:], s.R.T @ gravity
+    P, turn = np.eye(3) - np.outer(axis, axis), np.cross(w, axis)
+    nu, water = s.J.shape[1], load.water
+    f, mass, power, stored, potential = np.zeros(nu), np.zeros((nu, nu)), 0.0, 0.0, 0.0
+    for x, weight in zip(*np.polynomial.legendre.leggauss(STRIPS), strict=True):
+        r, ds = first + (1 + x) / 2 * (last - first), weight * length / 2
+        J, v = s.J[:3] - skew(r) @ s.J[3:], s.V[:3] + np.cross(w, r)
+        place, heave = s.p + s.R @ r, water.up @ s.R @ v
+        U, shear = (s.R.T @ vector for vector in water.at(water.surface - water.up @ place))
+        slip = v - U
+        along, across = (axis @ slip) * axis, P @ slip
+        drag = -load.normal * np.linalg.norm(across) * across - load.tangential * np.linalg.norm(along) * along
+        fall = s.c[:3] + np.cross(s.c[3:], r) + np.cross(w, np.cross(w, r)) + g  # acceleration without u'
+        rate = P @ fall - (turn @ slip) * axis - (axis @ slip) * turn
+        f += ds * (
+            J.T @ (drag - load.added * rate - load.displaced * g) - load.added * s.J[3:].T @ np.cross(along, across)
+        )
+        mass += ds * load.added * J.T @ P @ J
+        power += ds * (drag @ v + load.added * (P @ U) @ shear * heave)
+        stored += ds * load.added * (v @ P @ v - U @ P @ U) / 2
+        potential += ds * load.displaced * gravity @ place
+    return DenseLoads(f, power, stored, potential, mass)
 
 
 def _hinges(system: System, packed: Packed, y: np.ndarray, t: float) -> DenseLoads:

@@ -13,7 +13,7 @@ from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.loads import Load
-from modalprep.multibody.system import GROUND, Joint, System
+from modalprep.multibody.system import Joint, System
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.records import Record
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,13 +10,14 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody import kernel
-from modalprep.multibody.evaluate import Model
-from modalprep.multibody.expressions import channel_expression
+from modalprep.multibody.evaluate import Model, evaluate
+from modalprep.multibody.expressions import CHANNEL, channel_expression
 from modalprep.multibody.layout import Packed
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.state import Frame, State
 from modalprep.multibody.system import System
 from modalprep.records import Record
+from modalprep.suggest import suggestion
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -33,6 +34,14 @@ class Event(Record):
         Rising crossings only (1), falling only (-1), or both.
     terminal : bool
         Whether the run ends there.
+    begins, ends : tuple of str
+        Closures that hold from there on, with the sudden impulse that this takes (see `impact`), and that are let go. A
+        closure that begins holds the ends as they are then, friction included. The event is looked for while there is
+        something to begin or to end.
+    hits : tuple of str
+        Closures that act for this moment only: a blow that comes back by `restitution`.
+    restitution : float
+        Newton's coefficient of the hits, 0 to 1.
 
     Examples
     --------
@@ -44,12 +53,35 @@ class Event(Record):
     when: str | Callable[[float, Any], float]
     direction: int = 0
     terminal: bool = False
+    begins: tuple[str, ...] = ()
+    ends: tuple[str, ...] = ()
+    hits: tuple[str, ...] = ()
+    restitution: float = 0.0
 
     def __post_init__(self) -> None:
-        """Check the direction."""
+        """Check the direction and the restitution."""
         if self.direction not in (-1, 0, 1):
             raise InputError(f"event {self.name!r}: direction {self.direction} is none of -1, 0, 1")
+        if not 0 <= self.restitution <= 1:
+            raise InputError(f"event {self.name!r}: restitution = {self.restitution:g} must be between 0 and 1")
+        for key in ("begins", "ends", "hits"):
+            object.__setattr__(self, key, tuple(getattr(self, key)))
         super().__post_init__()
+
+    @property
+    def changes(self) -> bool:
+        """Whether the motion goes on with other speeds or closures."""
+        return bool(self.begins or self.ends or self.hits)
+
+
+def check_changes(system: System, events: Sequence[Event]) -> None:
+    """Refuse events that begin, end or hit closures that are not there."""
+    names = [closure.name for closure in system.closures]
+    for event in events:
+        for name in (*event.begins, *event.ends, *event.hits):
+            if name not in names:
+                known = suggestion(name, names, "known are") if names else "the system has none"
+                raise InputError(f"event {event.name!r}: closure {name!r} does not exist; {known}")
 
 
 def event_function(
@@ -62,6 +94,8 @@ def event_function(
     InputError
         When the expression cannot be read or names no channel.
     """
+    forces = not callable(event.when) and any(name.endswith(".multiplier") for name in CHANNEL.findall(event.when))
+    ydot = np.zeros(packed.nx + packed.nu + 1)
 
     def frame(body: str, k: int) -> Frame:
         found = kernel.node_state(model.tree, model.flex, model.W, model.F, packed.link_of(body), k)
@@ -69,11 +103,16 @@ def event_function(
 
     def state(t: float) -> State:
         motion = loading.prescribe(t)
+        if forces:
+            evaluate(model, t, np.append(model.state, 0.0), ydot)
+            return State(system, packed, model.state, motion, frame)
         kernel.outward(model.tree, model.flex, model.W, model.F, model.state, motion)
         kernel.world(model.tree, model.W)
+        if loading.loops:
+            loading.loops.residual(model.W, model.F, model.state, motion, t)
         return State(system, packed, model.state, motion, frame)
 
     if callable(event.when):
         return lambda t: float(event.when(t, state(t)))
-    value = channel_expression(system, event.when, f"event {event.name!r}")
+    value = channel_expression(system, event.when, f"event {event.name!r}", loading.loops)
     return lambda t: value(t, state(t))

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.multibody.loads import locate
+from modalprep.multibody.loops import Loops
 from modalprep.multibody.state import State
 from modalprep.multibody.system import TRAVELS, TURNS, System
 from modalprep.suggest import suggestion
@@ -20,16 +21,20 @@ PARTS = ("position", "rotation", "velocity", "spin")
 PLACES, RATES = {"angle": TURNS, "displacement": TRAVELS}, {"rate": TURNS, "speed": TRAVELS}
 KNOWN = (
     "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
-    ".velocity.x or .spin.x, <body>.modal.<number>"
+    ".velocity.x or .spin.x, <body>.modal.<number>, of an event also <closure>.gap or .multiplier"
 )
 
 
-def channel_expression(system: System, text: str, what: str) -> Callable[[float, State], float]:
+def channel_expression(
+    system: System, text: str, what: str, loops: Loops | None = None
+) -> Callable[[float, State], float]:
     """Return ``(t, state) -> value`` of an expression of channels and ``t``.
 
     Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
     ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad),
-    inertial axes; ``<body>.modal.<number>``.
+    inertial axes; ``<body>.modal.<number>``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad)
+    and ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
+    one condition, active or not.
 
     Raises
     ------
@@ -39,7 +44,7 @@ def channel_expression(system: System, text: str, what: str) -> Callable[[float,
     import symengine
 
     names = list(dict.fromkeys(CHANNEL.findall(text)))
-    readers = [_reader(system, name, what) for name in names]
+    readers = [_reader(system, name, what, loops) for name in names]
     symbols = {name: f"channel_{k}" for k, name in enumerate(names)}
     try:
         value = symengine.sympify(CHANNEL.sub(lambda match: symbols[match[0]], text))
@@ -52,15 +57,18 @@ def channel_expression(system: System, text: str, what: str) -> Callable[[float,
     return lambda t, state: float(compiled(np.array([t, *(read(state) for read in readers)]))[0])
 
 
-def _reader(system: System, name: str, what: str) -> Callable[[State], float]:
+def _reader(system: System, name: str, what: str, loops: Loops | None) -> Callable[[State], float]:
     """Return ``state -> value`` of a channel."""
     owner, _, part = name.partition(".")
     joint = next((j for j in system.joints if j.name == owner), None)
     found = None if joint is None else _joint_reader(joint, part)
     if found is None and owner in system.bodies:
         found = _body_reader(system, owner, part, what)
+    closures = [closure.name for closure in system.closures] if loops else []
+    if found is None and owner in closures:
+        found = _closure_reader(loops, closures.index(owner), part, what)
     if found is None:
-        known = suggestion(owner, [*(j.name for j in system.joints), *system.bodies], "known are")
+        known = suggestion(owner, [*(j.name for j in system.joints), *system.bodies, *closures], "known are")
         raise InputError(f"{what}: no channel {name!r}; give {KNOWN}; {known}")
     return found
 
@@ -89,6 +97,17 @@ def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[S
             return lambda state: float(Rotation.from_matrix(state[at].rotation).as_rotvec()[axis])
         return lambda state: float(getattr(state[at], words[1])[axis])
     return None
+
+
+def _closure_reader(loops: Loops, number: int, part: str, what: str) -> Callable[[State], float] | None:
+    rows = [i for i in loops.closing.of(number) if i not in loops.closing.sliding(number)]
+    if part not in ("gap", "multiplier"):
+        return None
+    if len(rows) != 1:
+        name = loops.system.closures[number].name
+        raise InputError(f"{what}: closure {name!r} has no {part}, it makes {len(rows)} conditions")
+    values = loops.work.phi if part == "gap" else loops.work.multiplier
+    return lambda state: float(values[rows[0]])
 
 
 def control_law(system: System, on: str, law: list[str]) -> Callable[[float, State], dict[str, list[float]]]:

@@ -21,13 +21,15 @@ from modalprep.multibody.algebra import (
 )
 from modalprep.multibody.flexible import expand, mode_moments
 from modalprep.multibody.kernel import add_wrench, node_state, seen_spin
-from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, spring_law
+from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, rod_law, spring_law
 from modalprep.multibody.layout import (
     BODY,
     H_,
+    IA,
     J_,
     MASS,
     MODES,
+    OMEGA,
     NX,
     POSITION,
     ROTATION,
@@ -63,10 +65,14 @@ class Loads(NamedTuple):
     gas: np.ndarray  # (jets, 6): share, speed, pressure (N), axis at the exit
     gas_way: np.ndarray  # (points, 2) int: link, interface
     fill: Fill | None  # bodies that lose mass
+    rod_at: np.ndarray  # (rods, 3) int: link, first row of the current, rows
+    rod: np.ndarray  # (rods, 15) of `laws`
+    rod_inertia: np.ndarray  # (rods, 21) added mass as in W: mass (6), coupling (9), inertia (6)
+    current: np.ndarray  # (rows, 4): depth, velocity of the water
 
 
 class Energies(NamedTuple):
-    """Power of loads that are no potential (W), energy in springs (J), potential of a planet (J)."""
+    """Power of loads that are no potential (W), energy in springs and of water moved (J), potential of fields (J)."""
 
     power: float
     stored: float
@@ -123,6 +129,9 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
         for i in range(len(tree.ints)):
             if tree.ints[i, BODY] >= 0:
                 gravity += _planet(loads, i, tree, flex, W, F)
+    for i in range(len(loads.rod_at)):
+        p, e, u = _rod(loads, i, tree, W)
+        power, stored, gravity = power + p, stored + e, gravity + u
     return Energies(power, stored, gravity)
 
 
@@ -276,6 +285,21 @@ def _leg(loads, i, tree, flex, W, F, t):
     add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, ZERO3)
     add_wrench(tree, flex, W, F, at[i, 2], at[i, 3], f, ZERO3)
     return power
+
+
+@compile_kernel
+def _rod(loads, i, tree, W):
+    """Rod in water: its wrench, and its added mass to the inertia of the link; returns power and energies."""
+    link = loads.rod_at[i, 0]
+    g = get3(tree.fixed, len(tree.fixed) - 1, 0)
+    f, m, power, stored, potential = rod_law(
+        loads.rod, i, loads.current, loads.rod_at[i, 1], loads.rod_at[i, 2], get9(W, link, ROTATION),
+        get3(W, link, POSITION), get3(W, link, VELOCITY), get3(W, link, OMEGA), g,
+    )  # fmt: skip
+    _add_at_root(W, link, 1.0, f, m)
+    for k in range(loads.rod_inertia.shape[1]):
+        W[link, IA + k] += loads.rod_inertia[i, k]
+    return power, stored, potential
 
 
 @compile_kernel

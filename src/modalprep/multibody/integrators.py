@@ -9,6 +9,7 @@ import numpy as np
 
 from modalprep.multibody import driver
 from modalprep.multibody.callbacks import Pointer
+from modalprep.multibody.changes import Changes
 from modalprep.multibody.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
 from modalprep.multibody.evaluate import (
     CALLBACK,
@@ -20,6 +21,7 @@ from modalprep.multibody.evaluate import (
 )
 from modalprep.multibody.events import Event, event_function
 from modalprep.multibody.failure import diverged, failure
+from modalprep.multibody.impact import Impact
 from modalprep.multibody.layout import MODES, XQ, Packed, workspace
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.stepping import (
@@ -52,11 +54,12 @@ SMALL_DEFLECTION = 0.01  # of the body's size: deflections below are not resolve
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run went: status, one sentence, times of each event, counters, time and number of samples at the end."""
+    """How a run went: status, one sentence, times and impacts of each event, counters, time at the end."""
 
     status: str
     message: str
     events: dict[str, np.ndarray]
+    impacts: dict[str, tuple[Impact, ...]]
     stats: dict[str, float]
     t: float
 
@@ -93,6 +96,7 @@ class Integration:
             y = y.copy()
             y[:-1] = loading.loops.assemble(*workspace(packed.tree, packed.flex), y[:-1], loading.prescribe(0.0))
         self.model = build_model(system, packed, loading)
+        self.changes = Changes(system, self.events, loading, self.model)
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
         for i, row in enumerate(packed.tree.ints):  # deflections count by a share of the body's size at least
             reach = size[row[XQ] : row[XQ] + row[MODES]].max(initial=0.0)
@@ -123,11 +127,16 @@ class Integration:
             functions = [event_function(self.system, self.packed, self.loading, self.model, e) for e in self.events]
 
             def ask(t: float) -> None:
-                values[:] = [function(t) for function in functions]
+                values[:] = [
+                    function(t) if self.changes.armed(event) else 1.0
+                    for function, event in zip(functions, self.events, strict=True)
+                ]
 
             self.pointers[len(self.pointers)] = pointer = self._pointer(ask)
             hook[0] = pointer.address
-        sense = np.array([[e.direction, e.terminal] for e in self.events], dtype=np.int64).reshape(count, 2)
+        sense = np.array([[e.direction, e.terminal or e.changes] for e in self.events], dtype=np.int64).reshape(
+            count, 2
+        )
         samples = np.zeros((SAMPLES, len(self.steps.y)))
         found = np.zeros((CHUNK * driver.PROBES * count, 2))
         return Watch(
@@ -154,6 +163,8 @@ class Integration:
                 self._refuse(code)
                 if progress:
                     progress(float(self.steps.clock[T]))
+                if code == driver.STOPPED and self._change(found, record, end):
+                    continue
                 if code not in (driver.RUNNING, driver.FULL):
                     break
                 if self.steps.count[EVALUATIONS] > self.choice.spare + self.choice.limit * self.steps.clock[T]:
@@ -169,9 +180,30 @@ class Integration:
             self.steps.count[CAUSE] = status
             raise failure(self, begin)
         if self.events and begin == self.loading.stretches[0][0]:
-            driver.ask(self.model, self.steps, self.watch, begin, self.steps.y)
+            self._look(begin)
+
+    def _look(self, t: float) -> None:
+        """Take the event functions at the state as those before the next step."""
+        driver.ask(self.model, self.steps, self.watch, t, self.steps.y)
+        self.raise_callback()
+        self.watch.before[:] = self.watch.values
+
+    def _change(self, found: list[tuple[int, float]], record: Record, end: float) -> bool:
+        """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
+        t = float(self.steps.clock[T])
+        found[:] = [(e, s) for e, s in found if s <= t]  # what was seen beyond may not come
+        here = [self.events[e] for e, s in found if s == t]
+        if any(event.terminal for event in here):
+            return False
+        self._sample_all(record)
+        record(np.array([t]), self.steps.y[None])
+        for event in here:
+            self.changes.apply(event, t, self.steps.y)
             self.raise_callback()
-            self.watch.before[:] = self.watch.values
+        record(np.array([t]), self.steps.y[None])
+        self._begin(t, end)
+        self._look(t)
+        return True
 
     def _give_up(self, record: Record, end: float) -> None:
         """Go on with the explicit method."""
@@ -220,7 +252,10 @@ class Integration:
             if not np.any(self.watch.times[: self.steps.count[OUTPUT]] >= t):
                 record(np.array([t]), self.steps.y[None])
                 self.raise_callback()
-        return Outcome(status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, self._stats(), t)
+        impacts = {name: tuple(blows) for name, blows in self.changes.impacts.items()}
+        return Outcome(
+            status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, impacts, self._stats(), t
+        )
 
     def _stats(self) -> dict[str, float]:
         names = {"steps": STEPS, "evaluations": EVALUATIONS, "rejected": REJECTED, "halved": HALVED}

@@ -11,6 +11,7 @@ from modalprep.multibody.algebra import (
     axpy3,
     cross,
     dot3,
+    get3,
     product,
     product_transposed,
     times,
@@ -21,6 +22,15 @@ from modalprep.multibody.algebra import (
 STIFFNESS, REST, DAMPING, FRICTION, SLIDING, LOWER, UPPER, STOP, STOP_DAMPING, HINGE = range(10)
 # columns of a bushing's constants: stiffness (6), damping (6), position and rotation of the second end at rest
 REST_POSITION, REST_ROTATION, GROUND, GROUND_ROTATION, BUSHING = 12, 15, 24, 27, 36
+# columns of a rod in water: start, axis, length, drag across and along, added and displaced mass, surface, direction up
+ROD_START, ROD_AXIS, ROD_LENGTH, ACROSS, ALONG, ADDED, DISPLACED, SURFACE, UP, ROD = 0, 3, 6, 7, 8, 9, 10, 11, 12, 15
+STRIPS = (
+    (0.04691007703066802, 0.11846344252809454),
+    (0.23076534494715845, 0.23931433524968324),
+    (0.5, 64.0 / 225.0),
+    (0.76923465505284155, 0.23931433524968324),
+    (0.95308992296933193, 0.11846344252809454),
+)  # Gauss
 SMALL = 1e-2  # rad: below, the series of the rotation vector is exact to round-off
 NO_AXIS = 1e-8
 
@@ -135,3 +145,70 @@ def bushing_law(c, i, first, second):
     back = add3(moment, cross(r, f))
     back = (-back[0], -back[1], -back[2])
     return times(Ra, f), times(Ra, moment), times(Ra, back), power, stored
+
+
+@compile_kernel
+def rod_law(c, i, profile, first, count, base, p, v, w, g):
+    """Rod i in water, axes of the link: drag, buoyancy, and the reaction of the water that it moves.
+
+    Link of rotation `base`, origin p and velocity v (inertial), angular velocity w, gravity g (inertial); the current is
+    that of rows `first` to ``first + count`` of ``profile (rows, 4)``, depth and velocity. The reaction is that of
+    momentum ``m P (v - U)``, P across the rod, but for ``-m P A`` with the specific acceleration A of the link's origin
+    and what its angular acceleration adds, which are left to the inertia `hydrodynamics.added_inertia`.
+
+    Returns
+    -------
+    force, torque : on the link, at its origin
+    power of drag and of what the current does on the water
+    kinetic energy of the water, ``m (v P v - U P U) / 2``, which in a uniform current is what is conserved
+    potential of the buoyancy
+    """
+    start, axis, up = get3(c, i, ROD_START), get3(c, i, ROD_AXIS), get3(c, i, UP)
+    added, displaced = c[i, ADDED], c[i, DISPLACED]
+    own, turn = transposed_times(base, v), cross(w, axis)
+    weight = transposed_times(base, g)
+    force, torque, power, stored, potential = ZERO3, ZERO3, 0.0, 0.0, 0.0
+    for k in range(len(STRIPS)):
+        x, part = STRIPS[k]
+        ds = part * c[i, ROD_LENGTH]
+        r = axpy3(start, x * c[i, ROD_LENGTH], axis)
+        wr = cross(w, r)
+        moves = add3(own, wr)
+        place = add3(p, times(base, r))
+        U, shear = _current(profile, first, count, c[i, SURFACE] - dot3(up, place))
+        U, shear = transposed_times(base, U), transposed_times(base, shear)
+        slip = axpy3(moves, -1.0, U)
+        ahead = dot3(axis, slip)
+        across = axpy3(slip, -ahead, axis)
+        a, b = -c[i, ACROSS] * np.sqrt(dot3(across, across)), -c[i, ALONG] * abs(ahead) * ahead
+        drag = axpy3((a * across[0], a * across[1], a * across[2]), b, axis)
+        # m P (w x (w x r) + g) + m P' slip
+        swing = add3(cross(w, wr), weight)
+        swing = axpy3(swing, -dot3(axis, swing) - dot3(turn, slip), axis)
+        swing = axpy3(swing, -ahead, turn)
+        f = axpy3(axpy3(drag, -added, swing), -displaced, weight)
+        force = axpy3(force, ds, f)
+        torque = axpy3(torque, ds, axpy3(cross(r, f), -added * ahead, cross(axis, across)))
+        held = axpy3(U, -dot3(axis, U), axis)
+        power += ds * (dot3(drag, moves) + added * dot3(held, shear) * dot3(up, times(base, moves)))
+        kinetic = dot3(moves, moves) - dot3(axis, moves) ** 2 - dot3(held, U)
+        stored += 0.5 * ds * added * kinetic
+        potential += ds * displaced * dot3(g, place)
+    return force, torque, power, stored, potential
+
+
+@compile_kernel
+def _current(profile, first, count, depth):
+    """Velocity of the water at a depth, and its derivative by the depth; inertial axes."""
+    last = first + count - 1
+    if depth <= profile[first, 0] or count == 1:
+        return get3(profile, first, 1), ZERO3
+    if depth >= profile[last, 0]:
+        return get3(profile, last, 1), ZERO3
+    k = first
+    while depth > profile[k + 1, 0]:
+        k += 1
+    h = 1.0 / (profile[k + 1, 0] - profile[k, 0])
+    change = axpy3(get3(profile, k + 1, 1), -1.0, get3(profile, k, 1))
+    shear = (h * change[0], h * change[1], h * change[2])
+    return axpy3(get3(profile, k, 1), depth - profile[k, 0], shear), shear

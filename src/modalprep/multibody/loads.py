@@ -1,4 +1,4 @@
-"""What loads a system: forces, springs, bushings, gravity of a planet, callbacks."""
+"""What loads a system: forces, springs, bushings, gravity of a planet, water, callbacks."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.depletion import ExpelledGas
+from modalprep.multibody.hydrodynamics import ImmersedRod, check_rod
 from modalprep.multibody.orbit import CentralGravity, Conductor
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
@@ -203,7 +204,9 @@ class Callback(Record):
     function: Callable[[float, Any], Mapping[str, Any]]
 
 
-Load = PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | ExpelledGas | Callback
+Load = (
+    PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | ExpelledGas | ImmersedRod | Callback
+)
 
 
 def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[str, int] | None:
@@ -244,6 +247,8 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
             _check_distributed(bodies, load)
         if isinstance(load, ExpelledGas) and None in [locate(bodies, x, f"gas {load.name!r}") for x in load.passes]:
             raise InputError(f"gas {load.name!r} passes the ground; name 'body.interface'")
+        if isinstance(load, ImmersedRod):
+            check_rod(bodies, load)
 
 
 def _refuse_ground(bodies: Mapping[str, FlexibleBody], load: PointForce | Conductor) -> None:

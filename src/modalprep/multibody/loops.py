@@ -118,6 +118,12 @@ class Loops:
         args = (self.arrays, tree, flex, W, F, y, motion, t, self.work, none, self.softest(), CLOSED, MOST_STEPS)
         return constraints.settle(*args) >= 0
 
+    def begin(self, closure: int) -> None:
+        """Let a closure hold the ends as they are, after `residual`."""
+        rows = self.closing.of(closure)
+        self.arrays.constants[rows, VALUE] += self.work.phi[rows]
+        self.closing.activate(closure, True)
+
     def exerted(self) -> dict[str, np.ndarray]:
         """Return ``name.force``, ``name.torque``, ``name.multiplier`` of the multipliers, as in `Result.channels`."""
         found: dict[str, np.ndarray] = {}
@@ -147,7 +153,7 @@ class Loops:
         """Whether the axes of a closure agree but point against each other: ``ea.eb = 0`` holds both ways."""
         for k, closure in enumerate(self.system.closures):
             count = sum(self.closing.rows[i].kind == ANGLE for i in self.closing.of(k))
-            if count >= 2:
+            if count >= 2 and self.closing.active(k):
                 turn = self._axes(2 * k).T @ self._axes(2 * k + 1) @ closure.rotation.T
                 if closure.axis @ turn @ closure.axis < 0 or (count == 3 and np.trace(turn) < 2):
                     return True
@@ -195,7 +201,7 @@ class Loops:
 
     def _note_redundant(self) -> None:
         """Name the rows that the factorization left out, by closure."""
-        left = sorted(self.work.order[self.work.rank[0] :])
+        left = sorted(i for i in self.work.order[self.work.rank[0] :] if self.closing.holding[i])
         for k, closure in enumerate(self.system.closures):
             names = [self.closing.rows[i].stops for i in left if self.closing.rows[i].closure == k]
             if names:

@@ -18,6 +18,7 @@ from modalprep.multibody.constraints import (
     IN_B,
     LINES,
     POINT,
+    SLIP,
     UNIT,
     VALUE,
     Constraints,
@@ -52,10 +53,29 @@ class Closing:
     arrays: Constraints
     rows: tuple[Row, ...]
     size: float  # m, unit of lengths
+    counts: np.ndarray  # (m, 2) UNIT and FLOOR of rows that hold
 
     def of(self, closure: int) -> list[int]:
         """Return the rows of a closure."""
         return [i for i, row in enumerate(self.rows) if row.closure == closure]
+
+    def sliding(self, closure: int) -> list[int]:
+        """Return the rows of a closure that only rub."""
+        return [i for i in self.of(closure) if self.rows[i].kind == SLIP]
+
+    def activate(self, closure: int, active: bool) -> None:
+        """Let a closure hold, or let it go: then its rows are measured, but push nothing and count as closed."""
+        rows = self.of(closure)
+        self.arrays.constants[rows, UNIT : FLOOR + 1] = self.counts[rows] if active else (0.0, np.inf)
+
+    def active(self, closure: int) -> bool:
+        """Return whether a closure holds."""
+        return bool(self.holding[self.of(closure)].any())
+
+    @property
+    def holding(self) -> np.ndarray:
+        """Which rows hold (m,): all but those that only rub, and those of closures let go."""
+        return self.arrays.constants[:, UNIT] > 0
 
 
 ZERO = np.zeros(3)
@@ -102,6 +122,8 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
         length = row.kind in (POINT, DISTANCE)
         c[UNIT] = 1 / size if length else 1.0
         c[FLOOR] = {COUPLER: 0.0}.get(row.kind, IMMOBILE / mass * (1.0 if length else size**-2))
+        if row.kind == SLIP:
+            c[UNIT], c[FLOOR] = 0.0, np.inf
     terms = [term for i, row in enumerate(rows) for term in _terms(system, packed, i, system.closures[row.closure])]
     ends = [end for closure in system.closures for end in _ends(system, packed, closure)]
     ground = [place for closure in system.closures for place in _ground(closure)]
@@ -115,7 +137,10 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
         factors=np.array([factor for _, factor in terms], dtype=float),
         yielding=np.tile([np.inf, 0.0], (len(rows), 1)),
     )
-    return Closing(arrays, tuple(rows), size)
+    closing = Closing(arrays, tuple(rows), size, constants[:, UNIT : FLOOR + 1].copy())
+    for k, closure in enumerate(system.closures):
+        closing.activate(k, closure.active)
+    return closing
 
 
 def constraint_work(arrays: Constraints, packed: Packed) -> Work:
@@ -144,6 +169,10 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
         ]
     frame, (moves, turns) = turn_to(closure.axis), HOLDS[closure.type]
     rows = [_point(k, closure, frame[:, DISPLACEMENTS[c]], None) for c in moves]
+    if closure.friction:
+        along = [frame[:, c] for c in range(3) if "xyz"[c] not in moves]
+        law = np.array([closure.friction, closure.sliding, 0.0])
+        rows += [Row(k, SLIP, axis, law, 0.0, None, f"sliding of {closure.b} on {closure.a}") for axis in along]
     in_b = closure.rotation.T @ frame
     for about in turns:
         b, a = TURNS[about]

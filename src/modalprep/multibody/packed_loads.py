@@ -9,7 +9,8 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.depletion import ExpelledGas
 from modalprep.multibody.forces import Loads
-from modalprep.multibody.laws import BUSHING, GROUND, GROUND_ROTATION, HINGE, REST_POSITION, REST_ROTATION
+from modalprep.multibody.hydrodynamics import ImmersedRod, added_inertia, rod_constants
+from modalprep.multibody.laws import BUSHING, GROUND, GROUND_ROTATION, HINGE, REST_POSITION, REST_ROTATION, ROD
 from modalprep.multibody.layout import FREE, PRESCRIBED, SPEEDS, SPHERICAL, Packed, U, X
 from modalprep.multibody.loads import (
     AxialSpring,
@@ -77,10 +78,11 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
         gas=_floats(gas, (6,)),
         gas_way=_ints(gas_way, 2),
         fill=fill,
+        **_rods(build, rows[ImmersedRod]),
     )
 
 
-_KINDS = (PointForce, DistributedForce, AxialSpring, Bushing, CentralGravity, Conductor, ExpelledGas)
+_KINDS = (PointForce, DistributedForce, AxialSpring, Bushing, CentralGravity, Conductor, ExpelledGas, ImmersedRod)
 
 
 def _named_tabulate(functions: list[tuple[str, TimeFunction]], t_end: float):
@@ -167,6 +169,24 @@ class _Builder:
         row[REST_POSITION:REST_ROTATION], row[GROUND:GROUND_ROTATION] = load.rest_position, load.position
         row[REST_ROTATION:GROUND], row[GROUND_ROTATION:] = load.rest_rotation.ravel(), load.rotation.ravel()
         return [*self.end(load.between[0]), *self.end(load.between[1])], row
+
+
+def _rods(build: _Builder, rods: list[ImmersedRod]) -> dict[str, np.ndarray]:
+    """Return the arrays of rods in water; each has its own rows of the current."""
+    links = [build.packed.link_of(rod.body) for rod in rods]
+    constants = [
+        rod_constants(build.system.bodies[rod.body], rod, build.packed.align(link))
+        for rod, link in zip(rods, links, strict=True)
+    ]
+    profiles = [np.column_stack([rod.water.depths, rod.water.current]) for rod in rods]
+    counts = [len(profile) for profile in profiles]
+    at = list(zip(links, np.cumsum([0, *counts])[:-1], counts, strict=True))
+    return {
+        "rod_at": _ints(at, 3),
+        "rod": _floats(constants, (ROD,)),
+        "rod_inertia": _floats([added_inertia(c) for c in constants], (21,)),
+        "current": np.vstack([np.zeros((0, 4)), *profiles]),
+    }
 
 
 def _coordinates(packed: Packed, joint: str) -> list[tuple[int, int]]:

@@ -12,7 +12,7 @@ from modalprep.multibody.result import Result
 
 
 class Recorder:
-    """Collects the channels of a `Result`, at most `most` times of a run.
+    """Collects the channels of a `Result`; `most` times of a run are expected.
 
     Raises
     ------
@@ -36,6 +36,8 @@ class Recorder:
     def add(self, times: np.ndarray, states: np.ndarray) -> None:
         """Record every channel at times (nt,) of states (nt, nx + nu + 1), the work their last number."""
         place = slice(self.count, self.count + len(times))
+        if place.stop > len(self.time):
+            self.time, self.rows = (np.concatenate([a, np.empty_like(a)]) for a in (self.time, self.rows))
         self.time[place] = times
         record(self.model, self.channels.columns, times, states, self.soft, self.rows[place])
         self.count = place.stop

@@ -16,6 +16,8 @@ from modalprep.records import Record
 if TYPE_CHECKING:
     import pandas
 
+    from modalprep.multibody.impact import Impact
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Result(Record):
@@ -45,6 +47,8 @@ class Result(Record):
         ask of the explicit method), and the energy error relative to the largest energy.
     events : dict of (k,) float
         Times (s) of every event's zero crossings.
+    impacts : dict of tuple of Impact
+        What the events did that begin or hit closures.
 
     Examples
     --------
@@ -60,6 +64,7 @@ class Result(Record):
     message: str
     stats: dict[str, float] = field(default_factory=dict)
     events: dict[str, np.ndarray] = field(default_factory=dict)
+    impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``."""

@@ -61,7 +61,7 @@ def simulate(
     rho_inf : float
         Generalized-alpha: what is left of the highest vibration after one step, 1 to 0.
     events : sequence of Event
-        Zero crossings to be located.
+        Zero crossings to be located; they may begin, end and hit closures. The record then has the state before and after.
     dense : bool
         Use the dense twin of the kernel, explicitly: slow, for comparison.
     progress : callable
@@ -102,8 +102,9 @@ def simulate(
     recorder = Recorder(integration, len(times) + 1)  # and the end, where an event ends the run
     outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
-    message = "; ".join([outcome.message, *(loops.notes if loops else ())])
-    return recorder.result(outcome.status, message, outcome.stats).with_(events=outcome.events)
+    message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes()])
+    result = recorder.result(outcome.status, message, outcome.stats)
+    return result.with_(events=outcome.events, impacts=outcome.impacts)
 
 
 def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:

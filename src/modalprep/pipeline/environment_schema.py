@@ -27,6 +27,16 @@ class CentralTable(Table):
     centre: Vector = Field([0.0, 0.0, 0.0], description="m")
 
 
+class WaterTable(Table):
+    """Water with a steady current; what is in it is said by [immersed]."""
+
+    density: float = Field(1025.0, gt=0, description="kg/m^3")
+    current: Vector | list[Vector] = Field([0.0, 0.0, 0.0], description="m/s; or one for each of `depths`")
+    depths: Annotated[list[float], Field(min_length=1)] = Field([0.0], description="m below the surface, growing")
+    up: Vector = Field([0.0, 0.0, 1.0], description="direction")
+    surface: float = Field(0.0, description="where the depth is zero, m along `up`")
+
+
 class DipoleTable(Table):
     """Magnetic field of a planet, turning with it."""
 
@@ -62,3 +72,4 @@ class EnvironmentTable(Table):
         Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
     )
     orbit: OrbitTable | None = Field(None, description="the ground is the local frame of a circular orbit")
+    water: WaterTable | None = Field(None, description="that bodies of [immersed] are in")

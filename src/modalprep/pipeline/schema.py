@@ -14,6 +14,7 @@ from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
 from modalprep.pipeline.control_schema import ControlTable
 from modalprep.pipeline.depletion_schema import DepletionTable, JetTable
 from modalprep.pipeline.environment_schema import ConductorTable, EnvironmentTable
+from modalprep.pipeline.event_schema import EventTable
 from modalprep.pipeline.fe_schema import (
     AnyMaterial,
     ConnectionTable,
@@ -33,6 +34,7 @@ from modalprep.pipeline.system_schema import (
     BodyTable,
     BushingTable,
     ForceTable,
+    ImmersedTable,
     JointTable,
     SimulationTable,
 )
@@ -116,6 +118,8 @@ class Pipeline(Table):
     depletions: dict[str, DepletionTable] = Field({}, description="bodies that lose mass")
     jets: dict[str, JetTable] = Field({}, description="thrust of the gas that leaves, and jet damping")
     controls: dict[str, ControlTable] = Field({}, description="control laws: forces by what the system does")
+    immersed: dict[str, ImmersedTable] = Field({}, description="slender bodies in the water of [environment]")
+    events: dict[str, EventTable] = Field({}, description="what happens when a channel crosses zero")
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
     analysis: AnalysisTable | None = None

@@ -31,7 +31,7 @@ def read_closures(
     for name, coupler in couplers.items():
         with naming(f"coupler {name!r}"):
             value = time_function("value", coupler.value, folder)
-            found.append(Coupler(name=name, factors=coupler.factors, value=value))
+            found.append(Coupler(name=name, factors=coupler.factors, value=value, active=coupler.active))
     return tuple(found)
 
 
@@ -48,4 +48,7 @@ def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
         rotation=rotation_matrix(table.rotation),
         length=time_function("length", table.length, folder),
         path=path,
+        friction=table.friction,
+        sliding=table.sliding,
+        active=table.active,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.hinge import HingeElement
+from modalprep.multibody.hydrodynamics import ImmersedRod, Water
 from modalprep.multibody.loads import (
     AxialSpring,
     Bushing,
@@ -28,11 +30,13 @@ from modalprep.pipeline.system_schema import (
     AxialSpringTable,
     BushingTable,
     ForceTable,
+    ImmersedTable,
     JointTable,
     LimitsTable,
     PieceTable,
     PointsTable,
     Time,
+    WaterTable,
 )
 from modalprep.suggest import suggestion
 
@@ -137,7 +141,7 @@ def _limits(table: LimitsTable | None) -> dict[str, float]:
 
 
 def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[Load, ...]:
-    """Return the forces, springs, bushings, conductors and central gravity of a pipeline file."""
+    """Return the forces, springs, bushings, conductors, rods in water and central gravity of a pipeline file."""
     loads: list[Load] = []
     for name, table in pipeline.forces.items():
         with naming(f"force {name!r}"):
@@ -152,6 +156,9 @@ def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path
         with naming(f"conductor {name!r}"):
             current = time_function("current", table.current, folder)
             loads.append(Conductor(name=name, through=tuple(table.through), current=current))
+    for name, table in pipeline.immersed.items():
+        with naming(f"immersed {name!r}"):
+            loads += _rods(name, table, pipeline.environment.water, bodies)
     gravity = pipeline.environment.gravity
     if isinstance(gravity, CentralTable):
         loads.append(CentralGravity(mu=gravity.mu, centre=np.array(gravity.centre)))
@@ -218,3 +225,21 @@ def _bushing(name: str, table: BushingTable) -> Bushing:
         position=np.array(table.position),
         rotation=rotation_matrix(table.rotation),
     )
+
+
+def _rods(name: str, table: ImmersedTable, water: WaterTable | None, bodies: dict[str, FlexibleBody]) -> list[Load]:
+    """Return a rod for each body whose name fits the pattern."""
+    if water is None:
+        raise InputError("there is no water; add [environment.water] with density and current")
+    found = [body for body in bodies if fnmatchcase(body, table.bodies)]
+    if not found:
+        raise InputError(f"no body is called {table.bodies!r}; {suggestion(table.bodies, bodies, 'known are')}")
+    around = Water(
+        density=water.density,
+        current=np.array(water.current),
+        depths=np.array(water.depths),
+        up=np.array(water.up),
+        surface=water.surface,
+    )
+    own = table.model_dump(exclude={"bodies"})
+    return [ImmersedRod(name=f"{name}.{body}", body=body, water=around, **own) for body in found]

@@ -226,6 +226,17 @@ class BushingTable(Table):
     rotation: RotationTable | None = Field(None, description="of the frame on the ground")
 
 
+class ImmersedTable(Table):
+    """Slender rods in the water: drag, added mass, buoyancy of rigid bodies."""
+
+    bodies: str = Field(description="name, or pattern as 'cable*' for all segments of a chain")
+    ends: Ends = Field(["root", "tip"], description="interfaces between which the rod is")
+    diameter: Constant = Field(description="m")
+    normal_drag: Constant = Field(1.2, description="coefficient, on the diameter")
+    tangential_drag: Constant = Field(0.01, description="coefficient, on the circumference")
+    added_mass: Constant = Field(1.0, description="coefficient, on the volume, across the rod")
+
+
 Theory = Literal["consistent", "no_geometric_stiffness", "ruthless"]
 THEORY = (
     "no_geometric_stiffness: the conventional theory, softened by rotation; ruthless: also without second order of "

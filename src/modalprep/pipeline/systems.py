@@ -18,6 +18,7 @@ from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
 from modalprep.pipeline.build import output_folder, read_bodies, rotation_matrix
 from modalprep.pipeline.console import Reporter, says_compiling
+from modalprep.pipeline.event_schema import read_events
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_closures import read_closures
@@ -104,7 +105,10 @@ def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, report
     with reporter.progress(f"{path.name}: {label}", s.t_end) as progress:
         span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
         if s.variables == "joint":
-            run = simulate(system, **span, atol=s.atol, method=s.method, dense=dense, progress=progress)
+            events = read_events(pipeline.events)
+            run = simulate(
+                system, **span, atol=s.atol, method=s.method, events=events, dense=dense, progress=progress
+            )  # fmt: skip
         else:
             run = fly_system(system, **span, variables=s.variables)
     reporter.say(

@@ -1,0 +1,82 @@
+"""What events do to a run: closures that begin or end, blows, the jumps of speed that go with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.evaluate import Model, load
+from modalprep.multibody.events import Event, check_changes
+from modalprep.multibody.impact import Impact, strike
+from modalprep.multibody.loading import Loading
+from modalprep.multibody.system import System
+
+MOST_BLOWS = 1000  # in one run
+
+
+class Changes:
+    """The changes that the events of one run make.
+
+    Attributes
+    ----------
+    impacts : dict of str to list of Impact
+        By event.
+    """
+
+    def __init__(self, system: System, events: Sequence[Event], loading: Loading, model: Model) -> None:
+        check_changes(system, events)
+        self.loading, self.model = loading, model
+        self.number = {closure.name: k for k, closure in enumerate(system.closures)}
+        self.impacts: dict[str, list[Impact]] = {event.name: [] for event in events if event.changes}
+
+    def armed(self, event: Event) -> bool:
+        """Return whether an event that is there to begin or to end closures still can."""
+        if not event.changes or event.hits:
+            return True
+        active = self.loading.loops.closing.active
+        waiting = any(not active(self.number[name]) for name in event.begins)
+        return waiting or any(active(self.number[name]) for name in event.ends)
+
+    def apply(self, event: Event, t: float, y: np.ndarray) -> None:
+        """Let the closures of an event act on a state ``y (nx + nu + 1,)``; what is lost is taken off its work.
+
+        Raises
+        ------
+        SimulationError
+            When blows pile up, or friction jams.
+        """
+        loops = self.loading.loops
+        begins, ends, hits = ([self.number[n] for n in names] for names in (event.begins, event.ends, event.hits))
+        for k in ends:
+            loops.closing.activate(k, False)
+        if begins or hits:
+            load(self.model, t, y)
+            loops.residual(self.model.W, self.model.F, y, self.model.motion, t)
+            for k in begins:
+                loops.begin(k)
+            blow = strike(loops, self.model.W, self.model.F, y[:-1], t, hits, event.restitution)
+            self._count(event, blow)
+            y[:-1] = blow.y
+            y[-1] -= blow.lost
+        if self.model.bonds is not None:
+            self.model.bonds.constants[: len(loops.arrays.rows)] = loops.arrays.constants
+
+    def _count(self, event: Event, blow: Impact) -> None:
+        self.impacts[event.name].append(blow)
+        if len(self.impacts[event.name]) > MOST_BLOWS:
+            raise SimulationError(
+                f"event {event.name!r} comes again and again, for the {MOST_BLOWS}th time at t = {blow.t:.6g} s; let a "
+                "closure begin there, or end the run"
+            )
+
+    def notes(self) -> list[str]:
+        """Return a sentence for each impact, the first ten."""
+        blows = [(name, blow) for name, blows in self.impacts.items() for blow in blows]
+        found = [f"event {name!r} at t = {b.t:.6g} s took {b.lost:.6g} J" for name, b in sorted(blows, key=_time)[:10]]
+        return [*found, f"and {len(blows) - 10} more"] if len(blows) > 10 else found
+
+
+def _time(pair: tuple[str, Impact]) -> float:
+    return pair[1].t

@@ -1,0 +1,190 @@
+"""Water around slender bodies: drag, added mass and buoyancy of immersed rods, and the current."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.records import Record
+from modalprep.suggest import suggestion
+from modalprep.vectors import skew
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Water(Record):
+    """Water with a steady current, which may change with the depth.
+
+    Attributes
+    ----------
+    density : float
+        kg/m^3.
+    current : (3,) or (k, 3)
+        m/s, inertial; a row for each depth.
+    depths : (k,)
+        m below the surface, growing: between them the current is interpolated, beyond them it is constant.
+    up : (3,)
+        Inertial.
+    surface : float
+        m along `up`. It is no limit: rods above are in water too.
+
+    Raises
+    ------
+    InputError
+        When the density is not positive, or depths and currents do not fit.
+
+    Examples
+    --------
+    >>> stream = Water(current=np.array([[2.0, 0, 0], [1.0, 0, 0]]), depths=np.array([0.0, 50.0]))
+    >>> stream.at(25.0)[0], stream.at(80.0)[0]
+    (array([1.5, 0. , 0. ]), array([1., 0., 0.]))
+    """
+
+    density: float = 1025.0
+    current: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    depths: np.ndarray = field(default_factory=lambda: np.zeros(1))
+    up: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    surface: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the constants, normalise the direction up."""
+        if not 0 < self.density < float("inf"):
+            raise InputError(f"water: density = {self.density:g} must be positive")
+        depths, current = np.atleast_1d(np.asarray(self.depths, dtype=float)), np.atleast_2d(self.current).astype(float)
+        if current.shape != (len(depths), 3) or not np.all(np.diff(depths) > 0):
+            raise InputError(
+                f"water: {len(depths)} depths and a current of shape {current.shape}; give growing depths and three "
+                "numbers for each"
+            )
+        up = np.asarray(self.up, dtype=float)
+        if up.shape != (3,) or not np.linalg.norm(up) > 0:
+            raise InputError(f"water: up {up.tolist()} has no direction")
+        for key, value in (("depths", depths), ("current", current), ("up", up / np.linalg.norm(up))):
+            object.__setattr__(self, key, value)
+        super().__post_init__()
+
+    def at(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the current (3,) at a depth (m), and its derivative by the depth (3,)."""
+        current = np.array([np.interp(depth, self.depths, column) for column in self.current.T])
+        k = int(np.searchsorted(self.depths, depth, side="right"))
+        if not 0 < k < len(self.depths):
+            return current, np.zeros(3)
+        return current, (self.current[k] - self.current[k - 1]) / (self.depths[k] - self.depths[k - 1])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ImmersedRod(Record):
+    """A slender rod of a rigid body in water: Morison's drag, added mass and buoyancy, strip by strip.
+
+    With the velocity of a strip relative to the water, across and along the rod, a unit length feels the drag
+    ``-(rho / 2) Cn d |v_n| v_n - (rho / 2) Ct pi d |v_t| v_t``, the buoyancy of its volume, and the reaction of the water
+    that moves with it: momentum ``rho Ca pi d^2 / 4 v_n`` (Kirchhoff's equations, so that without drag energy is
+    conserved). Its inertia is that of a rigid body with different mass along and across; it enters the recursion as
+    such. The energy of the water counts under ``energy.stored``. Where the current changes with the depth, the
+    acceleration of the water is left out.
+
+    Attributes
+    ----------
+    name, body : str
+    ends : (str, str)
+        Interfaces of the body: the rod is the straight line between them.
+    diameter : float
+        m.
+    normal_drag, tangential_drag, added_mass : float
+        Coefficients Cn, Ct, Ca.
+    water : Water
+
+    Raises
+    ------
+    InputError
+        When a constant is negative.
+
+    Examples
+    --------
+    >>> rod = ImmersedRod(name="drag", body="cable1", diameter=0.02)
+    >>> round(rod.normal, 6), round(rod.displaced, 6)  # kg/m^2, kg/m
+    (12.3, 0.322013)
+    """
+
+    name: str
+    body: str
+    diameter: float
+    ends: tuple[str, str] = ("root", "tip")
+    normal_drag: float = 1.2
+    tangential_drag: float = 0.01
+    added_mass: float = 1.0
+    water: Water = field(default_factory=Water)
+
+    def __post_init__(self) -> None:
+        """Check the constants."""
+        for name in ("diameter", "normal_drag", "tangential_drag", "added_mass"):
+            if not 0 <= getattr(self, name) < float("inf"):
+                raise InputError(f"immersed {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
+        object.__setattr__(self, "ends", tuple(self.ends))
+        super().__post_init__()
+
+    @property
+    def normal(self) -> float:
+        """``rho Cn d / 2``, kg/m^2."""
+        return self.water.density * self.normal_drag * self.diameter / 2
+
+    @property
+    def tangential(self) -> float:
+        """``rho Ct pi d / 2``, kg/m^2."""
+        return self.water.density * self.tangential_drag * np.pi * self.diameter / 2
+
+    @property
+    def displaced(self) -> float:
+        """Mass of water whose place the rod takes, kg/m."""
+        return self.water.density * np.pi * self.diameter**2 / 4
+
+    @property
+    def added(self) -> float:
+        """Mass of water that moves across with the rod, kg/m."""
+        return self.added_mass * self.displaced
+
+
+def check_rod(bodies: Mapping[str, FlexibleBody], rod: ImmersedRod) -> None:
+    """Refuse a rod on what is not there, of no length, or of a flexible body."""
+    what = f"immersed {rod.name!r}"
+    if rod.body not in bodies:
+        raise InputError(f"{what}: body {rod.body!r} does not exist; {suggestion(rod.body, bodies, 'known are')}")
+    body = bodies[rod.body]
+    if body.n:
+        raise InputError(f"{what}: body {rod.body!r} is flexible; cut it into rigid rods, a [chains] of them")
+    for end in rod.ends:
+        if end not in body.interface_name:
+            known = suggestion(end, body.interface_name, f"{rod.body} has")
+            raise InputError(f"{what}: {rod.body!r} has no interface {end!r}; {known}")
+    if len(set(rod.ends)) != 2 or not np.linalg.norm(np.subtract(*_places(body, rod))) > 0:
+        raise InputError(f"{what}: {rod.ends[0]} and {rod.ends[1]} are one place; a rod needs two")
+
+
+def rod_constants(body: FlexibleBody, rod: ImmersedRod, align: np.ndarray) -> np.ndarray:
+    """Return the constants of `laws.rod_law` in the axes of the link: `align` maps them to the body's."""
+    first, last = (align.T @ place for place in _places(body, rod))
+    length = float(np.linalg.norm(last - first))
+    constants = [length, rod.normal, rod.tangential, rod.added, rod.displaced, rod.water.surface]
+    return np.array([*first, *((last - first) / length), *constants, *rod.water.up])
+
+
+def added_inertia(constants: np.ndarray) -> np.ndarray:
+    """Return the added mass of a rod as a spatial inertia in rows of W: mass (6), coupling (9), inertia (6).
+
+    ``int m [1, -r~]' P [1, -r~] ds`` with P across the rod; exact, the integrand is of second degree.
+    """
+    first, axis, length, added = constants[:3], constants[3:6], constants[6], constants[9]
+    P, total = np.eye(3) - np.outer(axis, axis), np.zeros((6, 6))
+    for x, weight in zip(*np.polynomial.legendre.leggauss(2), strict=True):
+        r = first + (1 + x) / 2 * length * axis
+        lever = np.hstack([np.eye(3), -skew(r)])
+        total += added * length * weight / 2 * lever.T @ P @ lever
+    upper = np.triu_indices(3)
+    return np.concatenate([total[:3, :3][upper], total[:3, 3:].ravel(), total[3:, 3:][upper]])
+
+
+def _places(body: FlexibleBody, rod: ImmersedRod) -> list[np.ndarray]:
+    return [body.interface_position[body.interface_name.index(end)] for end in rod.ends]
