@@ -108,30 +108,3 @@ def _closure_reader(loops: Loops, number: int, part: str, what: str) -> Callable
         raise InputError(f"{what}: closure {name!r} has no {part}, it makes {len(rows)} conditions")
     values = loops.work.phi if part == "gap" else loops.work.multiplier
     return lambda state: float(values[rows[0]])
-
-
-def control_law(system: System, on: str, law: list[str]) -> Callable[[float, State], dict[str, list[float]]]:
-    """Return the function of a `Callback` whose loads are expressions of channels.
-
-    Parameters
-    ----------
-    on : str
-        A joint, or ``body.interface``.
-    law : list of str
-        Force or torque in each speed of the joint; force (3), or force and torque (6) on the interface, inertial axes.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.loads import Callback
-    >>> from modalprep.multibody.simulate import simulate
-    >>> from modalprep.multibody.system import Joint
-    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.1)
-    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
-    >>> law = control_law(arm, "hinge", ["-400*hinge.angle - 800*hinge.rate"])
-    >>> run = simulate(arm.with_(loads=(Callback(name="hold", function=law),)), t_end=1.0)
-    >>> bool(0 < run["hinge.angle"][-1] < 0.1)
-    True
-    """
-    values = [channel_expression(system, text, f"control of {on!r}") for text in law]
-    return lambda t, state: {on: [value(t, state) for value in values]}

@@ -46,7 +46,21 @@ class Recorder:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
         rows = self.rows[: self.count]
         channels = {name: rows[:, place] for name, place in self.channels.places.items()}
+        channels |= self._axes(channels)
         return audited(self.time[: self.count], channels, status, message, stats)
+
+    def _axes(self, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the semi-major axes of the orbits of the bodies' roots, where it is known how far the planet is."""
+        system = self.channels.system
+        if system.orbit is None or system.orbit.radius == np.inf:
+            return {}
+        root = {name: f"{name}.{body.interface_name[0]}" for name, body in system.bodies.items()}
+        return {
+            f"{name}.semi_major_axis": system.orbit.semi_major_axis(
+                channels[f"{at}.position"], channels[f"{at}.velocity"]
+            )
+            for name, at in root.items()
+        }
 
 
 def audited(

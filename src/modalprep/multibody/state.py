@@ -45,37 +45,37 @@ class State:
     def __init__(
         self, system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, frame: Callable[[str, int], Frame]
     ) -> None:
-        self._system, self._packed, self._y, self._motion, self._frame = system, packed, y, motion, frame
+        self.system, self.packed, self._y, self._motion, self._frame = system, packed, y, motion, frame
 
     @property
     def coordinates(self) -> np.ndarray:
         """All coordinates (nx,) in the order of the packed system."""
-        return self._y[: self._packed.nx]
+        return self._y[: self.packed.nx]
 
     def modal(self, body: str) -> np.ndarray:
         """Return the modal coordinates (n,) of a body."""
-        row = self._packed.tree.ints[self._packed.link_of(body)]
+        row = self.packed.tree.ints[self.packed.link_of(body)]
         return self._y[row[XQ] : row[XQ] + row[MODES]]
 
     def __getitem__(self, name: str) -> Frame:
         """Return the motion of ``body.interface``."""
-        found = locate(self._system.bodies, name, "state")
+        found = locate(self.system.bodies, name, "state")
         if found is None:
             raise InputError("state: the ground does not move")
         return self._frame(*found)
 
     def joint(self, name: str) -> JointState:
         """Return coordinates and speeds of a joint."""
-        known = [joint.name for joint in self._system.joints]
+        known = [joint.name for joint in self.system.joints]
         if name not in known:
             raise InputError(f"state: no joint {name!r}; {suggestion(name, known, 'known are')}")
         position, rate = [], []
-        for i in self._packed.links_of(name):
-            row, kind = self._packed.tree.ints[i], self._packed.types[i]
+        for i in self.packed.links_of(name):
+            row, kind = self.packed.tree.ints[i], self.packed.types[i]
             if kind in PRESCRIBED:
                 position.append(self._motion[i, :1])
                 rate.append(self._motion[i, 1:2])
-            first = self._packed.nx + row[U]
+            first = self.packed.nx + row[U]
             position.append(self._y[row[X] : row[X] + COORDINATES[kind]])
             rate.append(self._y[first : first + SPEEDS[kind]])
         return JointState(np.concatenate(position), np.concatenate(rate))

@@ -1,14 +1,16 @@
-"""What a pipeline file may say of the environment: gravity, an orbit, currents in its magnetic field."""
+"""What a pipeline file may say of the environment: gravity, an orbit, currents in its magnetic field, control laws."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.multibody.orbit import EARTH_MU, EARTH_RADIUS, EARTH_SPIN
 from modalprep.pipeline.system_schema import TIME, Time, form
 from modalprep.pipeline.tables import Angle, Table, Vector
+
+Three = Annotated[list[str | float], Field(min_length=3, max_length=3)]
 
 
 class ConductorTable(Table):
@@ -18,6 +20,24 @@ class ConductorTable(Table):
         description="'body.interface' of each corner of its way, in the direction of the current"
     )
     current: Time = Field(description="A: " + TIME)
+
+
+class ControlTable(Table):
+    """A control law: expressions of t and of channels."""
+
+    at: str = Field(description="'body.interface', or a joint")
+    force: Three | None = Field(None, description="on the interface, N; expressions: '-2*arm.tip.velocity.x'")
+    torque: Three | None = Field(None, description="on the interface, N m")
+    values: list[str | float] | None = Field(
+        None, description="of a joint instead, N or N m, one for each of its speeds: '-3*hinge.angle - hinge.rate'"
+    )
+    axes: Literal["inertial", "body"] = Field("inertial", description="of force and torque")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> ControlTable:
+        if (self.values is None) == (self.force is None and self.torque is None):
+            raise ValueError("a control needs 'force' or 'torque' of an interface, or 'values' of a joint")
+        return self
 
 
 class CentralTable(Table):

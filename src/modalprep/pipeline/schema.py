@@ -11,9 +11,8 @@ from modalprep.pipeline.analysis_schema import AnalysisTable
 from modalprep.pipeline.beam import BeamTable
 from modalprep.pipeline.chain import ChainTable, with_chains
 from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
-from modalprep.pipeline.control_schema import ControlTable
 from modalprep.pipeline.depletion_schema import DepletionTable, JetTable
-from modalprep.pipeline.environment_schema import ConductorTable, EnvironmentTable
+from modalprep.pipeline.environment_schema import ConductorTable, ControlTable, EnvironmentTable
 from modalprep.pipeline.event_schema import EventTable
 from modalprep.pipeline.fe_schema import (
     AnyMaterial,
@@ -113,11 +112,11 @@ class Pipeline(Table):
     springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
     bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
     conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
+    controls: dict[str, ControlTable] = Field({}, description="forces by expressions of the system's own motion")
     closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
     couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
     depletions: dict[str, DepletionTable] = Field({}, description="bodies that lose mass")
     jets: dict[str, JetTable] = Field({}, description="thrust of the gas that leaves, and jet damping")
-    controls: dict[str, ControlTable] = Field({}, description="control laws: forces by what the system does")
     immersed: dict[str, ImmersedTable] = Field({}, description="slender bodies in the water of [environment]")
     events: dict[str, EventTable] = Field({}, description="what happens when a channel crosses zero")
     environment: EnvironmentTable = Field(EnvironmentTable())

@@ -10,6 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.multibody.feedback import feedback
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.hydrodynamics import ImmersedRod, Water
 from modalprep.multibody.loads import (
@@ -23,7 +24,7 @@ from modalprep.multibody.orbit import EARTH_RADIUS, CentralGravity, Conductor, D
 from modalprep.multibody.system import TRAVELS, TURNS
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.pipeline.build import rotation_matrix
-from modalprep.pipeline.environment_schema import CentralTable, OrbitTable
+from modalprep.pipeline.environment_schema import CentralTable, ControlTable, OrbitTable
 from modalprep.pipeline.load import naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_schema import (
@@ -141,7 +142,7 @@ def _limits(table: LimitsTable | None) -> dict[str, float]:
 
 
 def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[Load, ...]:
-    """Return the forces, springs, bushings, conductors, rods in water and central gravity of a pipeline file."""
+    """Return all loads of a pipeline file but jets."""
     loads: list[Load] = []
     for name, table in pipeline.forces.items():
         with naming(f"force {name!r}"):
@@ -159,6 +160,7 @@ def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path
     for name, table in pipeline.immersed.items():
         with naming(f"immersed {name!r}"):
             loads += _rods(name, table, pipeline.environment.water, bodies)
+    loads += [_control(name, table) for name, table in pipeline.controls.items()]
     gravity = pipeline.environment.gravity
     if isinstance(gravity, CentralTable):
         loads.append(CentralGravity(mu=gravity.mu, centre=np.array(gravity.centre)))
@@ -212,6 +214,13 @@ def _spring(name: str, table: AxialSpringTable, folder: Path) -> AxialSpring:
         pull=time_function("pull", table.pull, folder),
         tension_only=table.tension_only,
     )
+
+
+def _control(name: str, table: ControlTable) -> Load:
+    if table.values is not None:
+        return feedback(name, table.at, table.values)
+    none = [0.0, 0.0, 0.0]
+    return feedback(name, table.at, [*(table.force or none), *(table.torque or none)], table.axes)
 
 
 def _bushing(name: str, table: BushingTable) -> Bushing:

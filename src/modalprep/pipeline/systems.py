@@ -10,9 +10,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
-from modalprep.multibody.expressions import control_law
 from modalprep.multibody.flight import fly_system
-from modalprep.multibody.loads import Callback
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.multibody.system import Joint, System
@@ -145,7 +143,7 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
         uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
         closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
         depletions, jets = read_depletions(pipeline, bodies, path.parent)
-        system = System(
+        return System(
             bodies=bodies,
             joints=joints,
             gravity=uniform,
@@ -154,8 +152,6 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
             orbit=read_orbit(pipeline.environment.orbit),
             depletions=depletions,
         )
-        laws = {name: control_law(system, table.on, table.law) for name, table in pipeline.controls.items()}
-        return system.with_(loads=(*system.loads, *(Callback(name=name, function=law) for name, law in laws.items())))
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
