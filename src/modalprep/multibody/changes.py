@@ -45,7 +45,7 @@ class Changes:
         Raises
         ------
         SimulationError
-            When blows pile up, or friction jams.
+            When blows pile up, or no impulses satisfy the law of friction.
         """
         loops = self.loading.loops
         begins, ends, hits = ([self.number[n] for n in names] for names in (event.begins, event.ends, event.hits))

@@ -445,7 +445,7 @@ def _rub(cons, work):
 
 @compile_kernel
 def _friction(cons, work, i):
-    """Coulomb friction along row i of sliding, ``-mu N tanh(v / sliding) v_i / v``, by the other rows of its closure."""
+    """Coulomb friction ``-mu N tanh(v / sliding) v_i / v`` along row i, N of the other rows of its closure."""
     normal, slip = 0.0, 0.0
     for j in range(len(cons.rows)):
         if cons.rows[j, END_A] == cons.rows[i, END_A]:

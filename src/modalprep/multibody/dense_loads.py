@@ -39,7 +39,7 @@ class Point(NamedTuple):
 
 
 class DenseLoads(NamedTuple):
-    """Generalised forces (nu,), power of what is no potential (W), energy in springs, of a field (J), added mass (nu, nu)."""
+    """Generalised forces (nu,), power (W) and energies as `forces.Energies`, added mass (nu, nu)."""
 
     f: np.ndarray
     power: float
@@ -257,7 +257,7 @@ def _conductor(load: Conductor, system: System, states: dict[str, BodyState], t:
 
 
 def _rod(load: ImmersedRod, gravity: np.ndarray, s: BodyState) -> DenseLoads:
-    """Sum of strips, each with its own partial velocities and momentum of the water ``m P (v - U)``."""
+    """Sum of strips, each with its own partial velocities."""
     first, last = (s.body.interface_position[s.body.interface_name.index(end)] for end in load.ends)
     length = np.linalg.norm(last - first)
     axis, w, g = (last - first) / length, s.V[3:], s.R.T @ gravity
@@ -267,19 +267,15 @@ def _rod(load: ImmersedRod, gravity: np.ndarray, s: BodyState) -> DenseLoads:
     for x, weight in zip(*np.polynomial.legendre.leggauss(STRIPS), strict=True):
         r, ds = first + (1 + x) / 2 * (last - first), weight * length / 2
         J, v = s.J[:3] - skew(r) @ s.J[3:], s.V[:3] + np.cross(w, r)
-        place, heave = s.p + s.R @ r, water.up @ s.R @ v
-        U, shear = (s.R.T @ vector for vector in water.at(water.surface - water.up @ place))
-        slip = v - U
+        place = s.p + s.R @ r
+        slip = v - s.R.T @ water.at(water.surface - water.up @ place)
         along, across = (axis @ slip) * axis, P @ slip
         drag = -load.normal * np.linalg.norm(across) * across - load.tangential * np.linalg.norm(along) * along
         fall = s.c[:3] + np.cross(s.c[3:], r) + np.cross(w, np.cross(w, r)) + g  # acceleration without u'
-        rate = P @ fall - (turn @ slip) * axis - (axis @ slip) * turn
-        f += ds * (
-            J.T @ (drag - load.added * rate - load.displaced * g) - load.added * s.J[3:].T @ np.cross(along, across)
-        )
+        f += ds * J.T @ (drag - load.added * P @ fall - load.displaced * g)
         mass += ds * load.added * J.T @ P @ J
-        power += ds * (drag @ v + load.added * (P @ U) @ shear * heave)
-        stored += ds * load.added * (v @ P @ v - U @ P @ U) / 2
+        power += ds * (drag @ v - load.added * (turn @ v) * (axis @ v))
+        stored += ds * load.added * v @ P @ v / 2
         potential += ds * load.displaced * gravity @ place
     return DenseLoads(f, power, stored, potential, mass)
 

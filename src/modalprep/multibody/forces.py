@@ -72,7 +72,7 @@ class Loads(NamedTuple):
 
 
 class Energies(NamedTuple):
-    """Power of loads that are no potential (W), energy in springs and of water moved (J), potential of fields (J)."""
+    """Power of what is no potential (W), energy in springs and of moved water, potential of fields and buoyancy (J)."""
 
     power: float
     stored: float

@@ -39,7 +39,7 @@ class Water(Record):
     Examples
     --------
     >>> stream = Water(current=np.array([[2.0, 0, 0], [1.0, 0, 0]]), depths=np.array([0.0, 50.0]))
-    >>> stream.at(25.0)[0], stream.at(80.0)[0]
+    >>> stream.at(25.0), stream.at(80.0)
     (array([1.5, 0. , 0. ]), array([1., 0., 0.]))
     """
 
@@ -66,13 +66,9 @@ class Water(Record):
             object.__setattr__(self, key, value)
         super().__post_init__()
 
-    def at(self, depth: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the current (3,) at a depth (m), and its derivative by the depth (3,)."""
-        current = np.array([np.interp(depth, self.depths, column) for column in self.current.T])
-        k = int(np.searchsorted(self.depths, depth, side="right"))
-        if not 0 < k < len(self.depths):
-            return current, np.zeros(3)
-        return current, (self.current[k] - self.current[k - 1]) / (self.depths[k] - self.depths[k - 1])
+    def at(self, depth: float) -> np.ndarray:
+        """Return the current (3,) at a depth (m)."""
+        return np.array([np.interp(depth, self.depths, column) for column in self.current.T])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,11 +76,11 @@ class ImmersedRod(Record):
     """A slender rod of a rigid body in water: Morison's drag, added mass and buoyancy, strip by strip.
 
     With the velocity of a strip relative to the water, across and along the rod, a unit length feels the drag
-    ``-(rho / 2) Cn d |v_n| v_n - (rho / 2) Ct pi d |v_t| v_t``, the buoyancy of its volume, and the reaction of the water
-    that moves with it: momentum ``rho Ca pi d^2 / 4 v_n`` (Kirchhoff's equations, so that without drag energy is
-    conserved). Its inertia is that of a rigid body with different mass along and across; it enters the recursion as
-    such. The energy of the water counts under ``energy.stored``. Where the current changes with the depth, the
-    acceleration of the water is left out.
+    ``-(rho / 2) Cn d |v_n| v_n - (rho / 2) Ct pi d |v_t| v_t``, the buoyancy of its volume, and the reaction
+    ``-rho Ca (pi d^2 / 4) a_n`` of the water that it accelerates across, a its own acceleration (Morison et al. 1950).
+    That is the inertia of a rigid body whose mass along and across differ; it enters the recursion as such. The energy
+    of this water counts under ``energy.stored``. The moment of an ideal flow around a rod at an angle (Munk), which a
+    cable does not have in its wake, is left out.
 
     Attributes
     ----------

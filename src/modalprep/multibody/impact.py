@@ -24,7 +24,7 @@ from modalprep.multibody.system import System
 from modalprep.records import Record
 from modalprep.suggest import suggestion
 
-MOST_SWEEPS, SETTLED = 500, 1e-13  # of friction and normal impulses against each other
+MOST_SWEEPS, SETTLED = 2000, 1e-13  # of friction and normal impulses against each other
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -84,7 +84,7 @@ def impact(
     InputError
         When a name is unknown, or the restitution is not between 0 and 1.
     SimulationError
-        When friction jams: no impulse satisfies Coulomb's law.
+        When no impulse is found that satisfies Coulomb's law.
 
     Examples
     --------
@@ -189,7 +189,7 @@ def impulses(
     Raises
     ------
     SimulationError
-        When friction jams.
+        When no impulses are found that satisfy Coulomb's law.
 
     Examples
     --------
@@ -238,7 +238,9 @@ def _settled(S, rate, target, contacts, sliding: dict[int, np.ndarray], what: st
             change = max(change, np.linalg.norm(sliding[c] - push))
         if change <= SETTLED * np.linalg.norm(p):
             return p
-    raise SimulationError(f"{what}: friction jams, no impulse satisfies Coulomb's law; lower the coefficient")
+    raise SimulationError(
+        f"{what}: no impulses are found that satisfy Coulomb's law; lower the coefficient of friction"
+    )
 
 
 def _pseudo_inverse(S: np.ndarray) -> np.ndarray:

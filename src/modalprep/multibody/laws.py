@@ -149,18 +149,18 @@ def bushing_law(c, i, first, second):
 
 @compile_kernel
 def rod_law(c, i, profile, first, count, base, p, v, w, g):
-    """Rod i in water, axes of the link: drag, buoyancy, and the reaction of the water that it moves.
+    """Rod i in water, axes of the link: drag, buoyancy, and the reaction of the water that it moves across.
 
-    Link of rotation `base`, origin p and velocity v (inertial), angular velocity w, gravity g (inertial); the current is
-    that of rows `first` to ``first + count`` of ``profile (rows, 4)``, depth and velocity. The reaction is that of
-    momentum ``m P (v - U)``, P across the rod, but for ``-m P A`` with the specific acceleration A of the link's origin
-    and what its angular acceleration adds, which are left to the inertia `hydrodynamics.added_inertia`.
+    Link of rotation `base`, origin p and velocity v (inertial), angular velocity w, gravity g (inertial); the current
+    is that of rows `first` to ``first + count`` of ``profile (rows, 4)``, depth and velocity. The reaction of a strip
+    is ``-m P a``, P across the rod, a its acceleration; what the accelerations of the link give of it, gravity taken
+    off, is left to the inertia `hydrodynamics.added_inertia`.
 
     Returns
     -------
     force, torque : on the link, at its origin
-    power of drag and of what the current does on the water
-    kinetic energy of the water, ``m (v P v - U P U) / 2``, which in a uniform current is what is conserved
+    power of the drag, and of the water where the rod's turn changes what is across
+    kinetic energy of the water, ``m v P v / 2``
     potential of the buoyancy
     """
     start, axis, up = get3(c, i, ROD_START), get3(c, i, ROD_AXIS), get3(c, i, UP)
@@ -175,40 +175,34 @@ def rod_law(c, i, profile, first, count, base, p, v, w, g):
         wr = cross(w, r)
         moves = add3(own, wr)
         place = add3(p, times(base, r))
-        U, shear = _current(profile, first, count, c[i, SURFACE] - dot3(up, place))
-        U, shear = transposed_times(base, U), transposed_times(base, shear)
-        slip = axpy3(moves, -1.0, U)
+        current = _current(profile, first, count, c[i, SURFACE] - dot3(up, place))
+        slip = axpy3(moves, -1.0, transposed_times(base, current))
         ahead = dot3(axis, slip)
         across = axpy3(slip, -ahead, axis)
         a, b = -c[i, ACROSS] * np.sqrt(dot3(across, across)), -c[i, ALONG] * abs(ahead) * ahead
         drag = axpy3((a * across[0], a * across[1], a * across[2]), b, axis)
-        # m P (w x (w x r) + g) + m P' slip
         swing = add3(cross(w, wr), weight)
-        swing = axpy3(swing, -dot3(axis, swing) - dot3(turn, slip), axis)
-        swing = axpy3(swing, -ahead, turn)
+        swing = axpy3(swing, -dot3(axis, swing), axis)
         f = axpy3(axpy3(drag, -added, swing), -displaced, weight)
-        force = axpy3(force, ds, f)
-        torque = axpy3(torque, ds, axpy3(cross(r, f), -added * ahead, cross(axis, across)))
-        held = axpy3(U, -dot3(axis, U), axis)
-        power += ds * (dot3(drag, moves) + added * dot3(held, shear) * dot3(up, times(base, moves)))
-        kinetic = dot3(moves, moves) - dot3(axis, moves) ** 2 - dot3(held, U)
-        stored += 0.5 * ds * added * kinetic
+        force, torque = axpy3(force, ds, f), axpy3(torque, ds, cross(r, f))
+        along = dot3(axis, moves)
+        power += ds * (dot3(drag, moves) - added * dot3(turn, moves) * along)
+        stored += 0.5 * ds * added * (dot3(moves, moves) - along * along)
         potential += ds * displaced * dot3(g, place)
     return force, torque, power, stored, potential
 
 
 @compile_kernel
 def _current(profile, first, count, depth):
-    """Velocity of the water at a depth, and its derivative by the depth; inertial axes."""
+    """Velocity of the water at a depth, inertial axes."""
     last = first + count - 1
-    if depth <= profile[first, 0] or count == 1:
-        return get3(profile, first, 1), ZERO3
+    if depth <= profile[first, 0]:
+        return get3(profile, first, 1)
     if depth >= profile[last, 0]:
-        return get3(profile, last, 1), ZERO3
+        return get3(profile, last, 1)
     k = first
     while depth > profile[k + 1, 0]:
         k += 1
-    h = 1.0 / (profile[k + 1, 0] - profile[k, 0])
-    change = axpy3(get3(profile, k + 1, 1), -1.0, get3(profile, k, 1))
-    shear = (h * change[0], h * change[1], h * change[2])
-    return axpy3(get3(profile, k, 1), depth - profile[k, 0], shear), shear
+    part = (depth - profile[k, 0]) / (profile[k + 1, 0] - profile[k, 0])
+    below = get3(profile, k, 1)
+    return axpy3(below, part, axpy3(get3(profile, k + 1, 1), -1.0, below))

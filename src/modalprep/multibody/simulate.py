@@ -61,7 +61,7 @@ def simulate(
     rho_inf : float
         Generalized-alpha: what is left of the highest vibration after one step, 1 to 0.
     events : sequence of Event
-        Zero crossings to be located; they may begin, end and hit closures. The record then has the state before and after.
+        Zero crossings to be located; they may begin, end and hit closures: the record then has both states there.
     dense : bool
         Use the dense twin of the kernel, explicitly: slow, for comparison.
     progress : callable

@@ -15,9 +15,7 @@ DIRECTIONS = {"both": 0, "rising": 1, "falling": -1}
 class EventTable(Table):
     """A zero crossing that is located; closures may begin, end or be hit there."""
 
-    when: str = Field(
-        description="channel or expression of channels and t that crosses zero: 'catch.gap', 'arm.angle - pi/2'"
-    )
+    when: str = Field(description="what crosses zero: channels and t, 'port.gap', 'arm.angle - pi/2'")
     direction: Literal["both", "rising", "falling"] = "both"
     terminal: bool = Field(False, description="whether the run ends there")
     begins: list[str] = Field([], description="closures that hold from there on, as a sudden constraint")

@@ -1,0 +1,64 @@
+"""A package strikes the wall of a nose cap, slides and leaves: impulses by the mobilities of two rigid bodies."""
+
+import numpy as np
+import pytest
+from systems.shipped import run_shipped
+
+FRICTION = 0.25
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    (run,) = run_shipped("nose-cap", tmp_path_factory.mktemp("cap")).runs.values()
+    return run
+
+
+def mobility(run, row, body, mass, inertia, point):
+    """``1/m + lever lever' / J`` of a point in the plane (2, 2), and the point's velocity."""
+    r = (run[f"{body}.{point}.position"] - run[f"{body}.centre.position"])[row, :2]
+    lever = np.array([-r[1], r[0]])
+    velocity = run[f"{body}.centre.velocity"][row, :2] + run[f"{body}.spin"][row, 2] * lever
+    return np.eye(2) / mass + np.outer(lever, lever) / inertia, velocity, lever
+
+
+def test_the_blow_is_that_of_two_free_bodies(run):
+    (blow,) = run.impacts["touch"]
+    row = np.searchsorted(run.time, blow.t)  # before; the state after is the next
+    assert run.time[row] == run.time[row + 1] == blow.t
+    S, v, lever = mobility(run, row, "package", 25.0, 0.8, "shoe")
+    arm = (run["package.shoe.position"] - run["cap.centre.position"])[row, :2]
+    turn = np.array([-arm[1], arm[0]])
+    S = S + np.eye(2) / 12.0 + np.outer(turn, turn) / 0.9
+    v = v - run["cap.centre.velocity"][row, :2] - run["cap.spin"][row, 2] * turn
+    angle = 2 * np.arctan2(run["cap.orientation"][row, 3], run["cap.orientation"][row, 0])
+    along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    assert across @ v > 0.5  # towards the wall
+    assert blow.sticks == {"wall": False}
+    push = -across - FRICTION * np.sign(along @ v) * along  # of the wall on the package
+    p = (across @ v) / -(across @ S @ push) * push
+    found = blow.impulse["wall.force"][0] * along + blow.impulse["wall.force"][1] * across
+    np.testing.assert_allclose(found, p, rtol=1e-9)
+    assert blow.lost == pytest.approx(-p @ (v + S @ p / 2), rel=1e-9)
+    assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-blow.lost, rel=1e-9)
+    change = np.diff(run["package.centre.velocity"][row : row + 2], axis=0)[0, :2]
+    np.testing.assert_allclose(25.0 * change, p, rtol=1e-9)
+    assert np.diff(run["package.spin"][row : row + 2, 2])[0] == pytest.approx(lever @ p / 0.8, rel=1e-9)
+
+
+def test_the_package_slides_under_friction_until_the_mouth(run):
+    begin, end = run.events["touch"][0], run.events["leave"][0]
+    assert begin < end
+    slides = (run.time > begin + 1e-9) & (run.time < end - 1e-9)
+    force = run["wall.force"]
+    np.testing.assert_allclose(force[slides, 0], -FRICTION * np.abs(force[slides, 1]), rtol=1e-6)
+    assert np.all(force[slides, 1] < 0)  # it is pressed on the wall all the way
+    assert not np.any(force[run.time > end + 1e-9])
+    shoe = run.seen_from("cap")["package.shoe.position"]
+    np.testing.assert_allclose(shoe[slides, 1], 0.25, atol=1e-9)
+    assert np.interp(end, run.time, shoe[:, 0]) == pytest.approx(0.6, abs=1e-6)
+
+
+def test_nothing_comes_from_outside(run):
+    for name in ("momentum.linear", "momentum.angular"):
+        np.testing.assert_allclose(run[name], np.tile(run[name][0], (len(run.time), 1)), atol=1e-8)
+    assert run.stats["energy_error"] < 1e-8
