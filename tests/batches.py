@@ -8,7 +8,7 @@ import sys
 from contextlib import contextmanager, suppress
 
 import numpy as np
-from test_bad_input import BEAM
+from bad.good import BEAM
 
 import modalprep as mp
 from modalprep.pipeline.work import work

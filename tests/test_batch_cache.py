@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 from scipy.sparse import csr_array
-from test_bad_input import BEAM
+from bad.good import BEAM
 
 import modalprep as mp
 from modalprep.errors import AccuracyError

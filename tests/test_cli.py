@@ -8,7 +8,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from test_bad_input import BEAM, HINGE
+from bad.good import BEAM, HINGE
 
 import modalprep as mp
 from modalprep.cli import main

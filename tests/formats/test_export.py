@@ -7,7 +7,7 @@ from importlib import import_module
 import h5py
 import numpy as np
 import pytest
-from test_bad_input import BEAM
+from bad.good import BEAM
 
 import modalprep as mp
 from modalprep.cli import main

@@ -24,6 +24,8 @@ KINDS = (  # pattern of the element type, cell type, nodes
     (r"C3D20R?H?", "hexahedron20", 20),
     (r"MASS|ROTARYI|SPRING1", "vertex", 1),
 )
+LABEL = re.compile(r"[0-9]{1,18}")
+DEEPEST = 100  # sets of sets of sets
 
 
 @dataclass
@@ -35,6 +37,7 @@ class _Deck:
     elements: dict[int, tuple[str, list[int]]] = field(default_factory=dict)
     elsets: dict[str, list] = field(default_factory=dict)
     nsets: dict[str, list] = field(default_factory=dict)
+    resolved: dict[tuple[bool, str], list[int]] = field(default_factory=dict)
 
     def refuse(self, line: int, what: str) -> None:
         raise InputError(f"mesh file {self.path}, line {line}: {what}")
@@ -109,8 +112,9 @@ def _keyword(line: str) -> tuple[str, dict[str, str]]:
 def _nodes(deck: _Deck, options: dict[str, str], rows: list) -> None:
     for number, fields in rows:
         try:
-            label, *coordinates = int(fields[0]), *(float(f or 0) for f in fields[1:4])
-        except ValueError:
+            label = int(LABEL.fullmatch(fields[0])[0])
+            coordinates = [float(f or 0) for f in fields[1:4]]
+        except (TypeError, ValueError):
             deck.refuse(number, f"node {', '.join(fields)} is not a number and coordinates; repair the line")
         deck.points[label] = coordinates + [0.0] * (3 - len(coordinates))
         deck.nsets.setdefault(options["NSET"], []).append(label) if "NSET" in options else None
@@ -125,7 +129,7 @@ def _elements(deck: _Deck, options: dict[str, str], rows: list) -> None:
                                 "C3D6, C3D8, C3D10, C3D20, MASS and their variants")  # fmt: skip
         kind, n = known
         fields = [f for f in fields if f]
-        if len(fields) < n + 1 or not all(f.isdigit() for f in fields[: n + 1]):
+        if len(fields) < n + 1 or not all(LABEL.fullmatch(f) for f in fields[: n + 1]):
             deck.refuse(
                 number, f"element {', '.join(fields)} of type {given} needs a number and {n} nodes; export again"
             )
@@ -145,12 +149,12 @@ def _set(kind: str):
         for number, fields in rows:
             fields = [f for f in fields if f]
             if "GENERATE" not in options:
-                members.extend(int(f) if f.isdigit() else f for f in fields)
+                members.extend(int(f) if LABEL.fullmatch(f) else f for f in fields)
                 continue
-            if not all(f.isdigit() for f in fields) or not 2 <= len(fields) <= 3 or fields[2:] == ["0"]:
+            numbers = [int(f) for f in fields if LABEL.fullmatch(f)]
+            if len(numbers) < len(fields) or not 2 <= len(numbers) <= 3 or numbers[2:] == [0]:
                 deck.refuse(number, f"GENERATE needs first, last and step; it has {', '.join(fields)}")
-            first, last, step = (int(f) for f in [*fields, "1"][:3])
-            members.extend(range(first, last + 1, step))
+            members.append(range(numbers[0], numbers[1] + 1, *numbers[2:]))
 
     return read
 
@@ -159,13 +163,22 @@ READERS = {"NODE": _nodes, "ELEMENT": _elements, "ELSET": _set("ELSET"), "NSET":
 
 
 def _members(deck: _Deck, sets: dict[str, list], name: str, inside: tuple[str, ...] = ()) -> list[int]:
-    """Resolve sets that name other sets."""
-    if name in inside:
-        raise InputError(f"mesh file {deck.path}: set {name!r} contains itself; repair the sets")
+    """Resolve sets that name other sets, each once."""
+    key = (sets is deck.elsets, name)
+    if key in deck.resolved:
+        return deck.resolved[key]
+    if name in inside or len(inside) > DEEPEST:
+        what = "contains itself" if name in inside else f"is more than {DEEPEST} sets deep in others"
+        raise InputError(f"mesh file {deck.path}: set {name!r} {what}; repair the sets")
+    known = deck.elements if sets is deck.elsets else deck.points
     found: list[int] = []
     for member in sets.get(name, ()):
-        found += [member] if isinstance(member, int) else _members(deck, sets, member, (*inside, name))
-    return list(dict.fromkeys(found))
+        if isinstance(member, range):  # perhaps of far more numbers than there are
+            found += sorted(label for label in known if label in member)
+        else:
+            found += [member] if isinstance(member, int) else _members(deck, sets, member, (*inside, name))
+    deck.resolved[key] = list(dict.fromkeys(found))
+    return deck.resolved[key]
 
 
 def _mesh(deck: _Deck, scale: float, sha256: str) -> Mesh:

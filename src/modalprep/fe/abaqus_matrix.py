@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.matrix_entries import Labelled, labelled, mirrored
+from modalprep.fe.matrix_entries import Labelled, labelled, mirrored, refuse_hollow, whole
 
 ENTRY = {3: "row, column, value", 5: "node, dof, node, dof, value"}
 
@@ -55,9 +55,7 @@ def _entries(lines: list[str]) -> Labelled:
     if table.size % width:
         raise ValueError("the last line is not complete")
     table = table.reshape(-1, width)
-    place = table[:, :-1].astype(int)
-    if np.any(place != table[:, :-1]) or place.min() < 1:
-        raise ValueError("a row, node or dof is not a positive whole number")
+    place = whole(table[:, :-1])
     if width == 3:
         return Labelled(mirrored(_square(table[:, 2], *(place - 1).T)), None)
     found = labelled(place[:, :2] - [0, 1], place[:, 2:] - [0, 1], table[:, 4])
@@ -66,6 +64,7 @@ def _entries(lines: list[str]) -> Labelled:
 
 def _square(values: np.ndarray, row: np.ndarray, column: np.ndarray) -> csr_array:
     n = 1 + max(row.max(), column.max())
+    refuse_hollow(n, len(values))
     return coo_array((values, (row, column)), shape=(n, n)).tocsr()
 
 

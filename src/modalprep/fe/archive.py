@@ -6,6 +6,7 @@ sparse matrices of scipy, and Python's lists, dictionaries, strings and numbers.
 
 from __future__ import annotations
 
+import math
 import pickle
 import zipfile
 from pathlib import Path
@@ -17,6 +18,7 @@ from scipy import sparse
 
 from modalprep.errors import InputError
 from modalprep.fe.matrix_entries import Found, Labelled, cloud
+from modalprep.linalg.memory import available_memory
 
 CORNERS = {"Tet4": ("tetra", 4), "Tet10": ("tetra", 4), "Hex8": ("hexahedron", 8), "Hex20": ("hexahedron", 8)}
 ARRAYS = {("_reconstruct", "multiarray"), ("scalar", "multiarray"), ("_frombuffer", "numeric")}
@@ -58,6 +60,8 @@ def read_archive(path: Path) -> Found:
     """
     try:
         with zipfile.ZipFile(path) as archive:
+            if sum(info.file_size for info in archive.infolist()) > available_memory():
+                raise InputError(f"archive {path} unpacks to more than the memory that is free; use a larger machine")
             names = {name.removesuffix(".npy") for name in archive.namelist()}
             if {"stiffnessMatrix", "massMatrix", "nodes"} <= names:
                 return _fem(_Members(archive, path))
@@ -65,9 +69,9 @@ def read_archive(path: Path) -> Found:
                 return Found({"": Labelled(_parts(_Members(archive, path)), None)})
             if names & {"K", "M", "nodes"}:
                 return _plain(_Members(archive, path), names)
-    except (zipfile.BadZipFile, OSError, ValueError, KeyError, EOFError, TypeError, IndexError) as error:
-        if isinstance(error, InputError):
-            raise
+    except InputError:
+        raise
+    except Exception:  # a damaged archive may fail in any way
         raise InputError(f"archive {path} is damaged or cut short; write it again") from None
     raise InputError(f"archive {path} holds {', '.join(sorted(names)) or 'nothing'}; it needs K, M and nodes")
 
@@ -79,12 +83,15 @@ class _Members:
         self.archive, self.path = archive, path
 
     def __getitem__(self, name: str) -> Any:
-        with self.archive.open(f"{name}.npy") as file:
+        info = self.archive.getinfo(f"{name}.npy")
+        with self.archive.open(info) as file:
             version = npy.read_magic(file)
             header = npy.read_array_header_1_0(file) if version == (1, 0) else npy.read_array_header_2_0(file)
             if header[2].hasobject:
                 return self._unpickled(file, name)
-        with self.archive.open(f"{name}.npy") as file:
+        if math.prod(header[0]) * header[2].itemsize > info.file_size:
+            raise InputError(f"archive {self.path}: {name} declares more than it holds; write it again")
+        with self.archive.open(info) as file:
             return npy.read_array(file, allow_pickle=False)
 
     def _unpickled(self, file: IO[bytes], name: str) -> Any:

@@ -11,6 +11,8 @@ from scipy.sparse import coo_array, csr_array
 from modalprep.errors import InputError
 from modalprep.fe.mesh import Mesh
 
+HOLLOW = 1_000_000  # rows without an entry that cost no memory to speak of
+
 
 class Labelled(NamedTuple):
     """A matrix and the (node number of the file, component 0..5) of each row, ``(n, 2)``; None: rows by position."""
@@ -40,6 +42,36 @@ def labelled(row: np.ndarray, column: np.ndarray, values: np.ndarray) -> Labelle
     rows, at = np.unique(np.concatenate([row, column]), axis=0, return_inverse=True)
     place = tuple(at.reshape(2, -1))
     return Labelled(coo_array((values, place), shape=(len(rows),) * 2).tocsr(), rows)
+
+
+def whole(values: np.ndarray) -> np.ndarray:
+    """Return counts and numbers of rows, read as real ones, as the integers that they must be.
+
+    Raises
+    ------
+    ValueError
+        When one is not positive, not whole, or of more than nine digits.
+
+    Examples
+    --------
+    >>> whole(np.array([2.0, 3.0]))
+    array([2, 3])
+    """
+    if not np.all((values >= 1) & (values < 1e9) & (values == np.round(values))):
+        raise ValueError("a size, row, node or dof is not a positive whole number (of nine digits at most)")
+    return values.astype(int)
+
+
+def refuse_hollow(rows: int, entries: int) -> None:
+    """Refuse a matrix that is nearly all empty rows, of which each takes memory.
+
+    Raises
+    ------
+    ValueError
+        When it is.
+    """
+    if rows > HOLLOW + entries:
+        raise ValueError(f"it has {rows} rows or columns, but {entries} entries")
 
 
 def mirrored(A: csr_array) -> csr_array:

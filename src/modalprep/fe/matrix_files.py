@@ -234,7 +234,7 @@ def _table(path: Path) -> np.ndarray:
     """Return the numbers of a table of text, whose first line may be a heading, or of a .npy file."""
     if path.suffix.lower() == ".npy":
         try:
-            return np.asarray(np.load(path, allow_pickle=False), dtype=float)
+            return np.array(np.load(path, mmap_mode="r", allow_pickle=False), dtype=float)  # never beyond its end
         except (ValueError, OSError, EOFError, TypeError):
             raise InputError(f"{path} is damaged or no array of numbers; save it again with numpy.save") from None
     lines = path.read_text(encoding="utf-8", errors="replace").replace(",", " ").replace(";", " ").splitlines()

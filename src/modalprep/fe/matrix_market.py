@@ -8,7 +8,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.matrix_entries import mirrored
+from modalprep.fe.matrix_entries import mirrored, refuse_hollow, whole
 
 BANNER = b"%%MatrixMarket"
 
@@ -30,7 +30,7 @@ def read_market(path: Path) -> csr_array:
     >>> read_market(path).toarray().tolist()
     [[4.0, -2.0], [-2.0, 5.0]]
     """
-    head, *lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    head, *lines = path.read_text(encoding="utf-8", errors="replace").split("\n")
     words = head.lower().split()
     if len(words) != 5 or words[1] != "matrix" or words[2] not in ("coordinate", "array"):
         raise InputError(f"matrix file {path}: its first line {head!r} is no MatrixMarket heading; write it again")
@@ -40,20 +40,21 @@ def read_market(path: Path) -> csr_array:
         body = " ".join(line for line in lines if not line.startswith("%")).upper().replace("D", "E")
         numbers = np.array(body.split(), dtype=float)
         return (_coordinates if words[2] == "coordinate" else _array)(numbers, words[4] == "symmetric")
-    except (ValueError, IndexError) as error:
+    except (ValueError, IndexError, MemoryError) as error:
         raise InputError(f"matrix file {path} is damaged or cut short ({error}); write it again") from None
 
 
 def _coordinates(numbers: np.ndarray, symmetric: bool) -> csr_array:
-    rows, columns, count = numbers[:3].astype(int)
+    rows, columns, count = whole(numbers[:3])
     _refuse_missing(len(numbers) - 3, 3 * count)
+    refuse_hollow(max(rows, columns), count)
     row, column, values = numbers[3:].reshape(-1, 3).T
-    A = coo_array((values, (row.astype(int) - 1, column.astype(int) - 1)), shape=(rows, columns)).tocsr()
+    A = coo_array((values, (whole(row) - 1, whole(column) - 1)), shape=(rows, columns)).tocsr()
     return mirrored(A) if symmetric else A
 
 
 def _array(numbers: np.ndarray, symmetric: bool) -> csr_array:
-    rows, columns = numbers[:2].astype(int)
+    rows, columns = whole(numbers[:2])
     _refuse_missing(len(numbers) - 2, rows * (rows + 1) // 2 if symmetric else rows * columns)
     if not symmetric:
         return csr_array(numbers[2:].reshape(columns, rows).T)

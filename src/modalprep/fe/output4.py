@@ -12,6 +12,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
+from modalprep.fe.matrix_entries import refuse_hollow
 
 WORDS = {1: 1, 2: 2}  # real single and double precision: words of 32 bits per number
 STRING = 65536  # an integer IS packs row + STRING * (length + 1)
@@ -69,6 +70,7 @@ def _matrices(reader: _Text | _Binary, path: Path) -> dict[str, csr_array]:
 
 def _assembled(pieces: list[Piece], rows: int, columns: int) -> csr_array:
     count = [len(piece.values) for piece in pieces]
+    refuse_hollow(max(rows, columns), sum(count))
     first = np.repeat(
         [piece.row - before for piece, before in zip(pieces, np.cumsum([0, *count]), strict=False)], count
     )

@@ -14,6 +14,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.formats.hdf5 import reading
 from modalprep.reduction.table import ModeTable
 
 FORMAT, VERSION = "modalprep", 1
@@ -123,51 +124,43 @@ def read_body(path: str | Path) -> FlexibleBody:
     Traceback (most recent call last):
     modalprep.errors.InputError: modal file no.h5 does not exist
     """
-    path = Path(path)
-    if not path.is_file():
-        raise InputError(f"modal file {path} does not exist")
-    try:
-        with h5py.File(path, "r") as file:
-            _refuse_foreign(file, path)
-            return _read(file, path)
-    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"modal file {path} is damaged or not a modal file ({error}); write it again") from None
+    with reading(Path(path), "modal file", "write it again") as file:
+        _refuse_foreign(file)
+        return _read(file)
 
 
-def _refuse_foreign(file: h5py.File, path: Path) -> None:
+def _refuse_foreign(file: h5py.File) -> None:
     if file.attrs.get("format") != FORMAT:
-        raise InputError(f"{path} is an HDF5 file but not a modal file: it has no attribute format = {FORMAT!r}")
+        raise InputError(f"it has no attribute format = {FORMAT!r}, as modal files have")
     version = int(file.attrs["format_version"])
     if version > VERSION:
-        raise InputError(
-            f"modal file {path} has format version {version}, this program reads up to {VERSION}; update modalprep"
-        )
+        raise InputError(f"it has format version {version}, this program reads up to {VERSION}; update modalprep")
 
 
-def _read(file: h5py.File, path: Path) -> FlexibleBody:
+def _read(file: h5py.File) -> FlexibleBody:
     n, k = len(file["K"]), len(file["interface_name"])
-    arrays = {name: _array(file, name, shape(n, k), path) for name, shape in SHAPES.items()}
-    points = _array(file, "points", (len(file["points"]), 3), path)
+    arrays = {name: _array(file, name, shape(n, k)) for name, shape in SHAPES.items()}
+    if not (arrays["m"] > 0 and np.all(arrays["K"] >= 0)):
+        raise InputError("the mass m is not positive, or a stiffness in K is negative")
+    points = _array(file, "points", (len(file["points"]), 3))
     if not len(points):
-        raise InputError(f"modal file {path}: points is empty; write it again")
+        raise InputError("points is empty")
     names = tuple(file["interface_name"].asstr()[()])
     if len(set(names)) != len(names):
-        raise InputError(f"modal file {path}: two interfaces have one name; write it again")
+        raise InputError("two interfaces have one name")
     rows, total = file["modes"][()], np.asarray(file["modes"].attrs["total"], dtype=float)
     if total.shape != (6,) or not np.all(np.isfinite(total)):
-        raise InputError(f"modal file {path}: the total of the modes table is not six numbers; write it again")
-    cells = {kind: _cells(file, kind, len(points), path) for kind in file.get("cells", ())}
+        raise InputError("the total of the modes table is not six numbers")
+    cells = {kind: _cells(file, kind, len(points)) for kind in file.get("cells", ())}
     return FlexibleBody(
         **(arrays | {"m": float(arrays["m"])}),
         name=str(file.attrs["name"]),
         interface_name=names,
         points=points,
-        shape=_array(file, "shape", (len(points), 3, n), path),
+        shape=_array(file, "shape", (len(points), 3, n)),
         cells=cells,
-        modal_mass=_array(file, "modal_mass", (n, n), path) if "modal_mass" in file else None,
-        **{name: _per_cell(file, name, cells, n, path) for name in PER_CELL},
+        modal_mass=_array(file, "modal_mass", (n, n)) if "modal_mass" in file else None,
+        **{name: _per_cell(file, name, cells, n) for name in PER_CELL},
         modes=ModeTable(
             kind=tuple(x.decode() for x in rows["kind"]),
             frequency=rows["frequency"],
@@ -180,35 +173,35 @@ def _read(file: h5py.File, path: Path) -> FlexibleBody:
     )
 
 
-def _cells(file: h5py.File, kind: str, n_points: int, path: Path) -> np.ndarray:
+def _cells(file: h5py.File, kind: str, n_points: int) -> np.ndarray:
     conn = file[f"cells/{kind}"][()]
     good = conn.ndim == 2 and conn.shape[1] == NODES.get(kind) and conn.dtype.kind in "iu"
     good = good and conn.min(initial=0) >= 0 and conn.max(initial=0) < n_points
     if not good:
-        raise InputError(f"modal file {path}: cells/{kind} does not connect its points; write it again")
+        raise InputError(f"cells/{kind} does not connect its points")
     return conn
 
 
-def _per_cell(file: h5py.File, name: str, cells: dict, n: int, path: Path) -> dict[str, np.ndarray]:
+def _per_cell(file: h5py.File, name: str, cells: dict, n: int) -> dict[str, np.ndarray]:
     """Read what the file may hold of each cell, in its precision; every type of cell has it, or none."""
     if name not in file:
         return {}
     found = {}
     for kind, nodes in cells.items():
-        values = _array(file, f"{name}/{kind}", PER_CELL[name](len(nodes), n), path)
+        values = _array(file, f"{name}/{kind}", PER_CELL[name](len(nodes), n))
         if values.min(initial=0.0) < 0:
-            raise InputError(f"modal file {path}: {name}/{kind} has negative values; write it again")
+            raise InputError(f"{name}/{kind} has negative values")
         found[kind] = values.astype(file[f"{name}/{kind}"].dtype)
     return found
 
 
-def _array(file: h5py.File, name: str, shape: tuple[int, ...], path: Path) -> np.ndarray:
+def _array(file: h5py.File, name: str, shape: tuple[int, ...]) -> np.ndarray:
     data = file[name]
     if data.shape != shape:
-        raise InputError(f"modal file {path}: {name} has shape {data.shape} instead of {shape}; write it again")
+        raise InputError(f"{name} has shape {data.shape} instead of {shape}")
     if data.dtype.kind not in "fiu":
-        raise InputError(f"modal file {path}: {name} does not hold real numbers; write it again")
+        raise InputError(f"{name} does not hold real numbers")
     array = np.asarray(data[()], dtype=float)
     if not np.all(np.isfinite(array)):
-        raise InputError(f"modal file {path}: {name} holds values that are not numbers; write it again")
+        raise InputError(f"{name} holds values that are not numbers")
     return array

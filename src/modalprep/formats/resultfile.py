@@ -11,6 +11,7 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
+from modalprep.formats.hdf5 import reading
 from modalprep.multibody.result import Result
 
 
@@ -43,21 +44,23 @@ def read_result(path: str | Path) -> Result:
     Raises
     ------
     InputError
-        When the file is missing or not a result file.
+        When the file is missing, damaged or not a result file.
     """
-    try:
-        with h5py.File(path, "r") as file:
-            channels = {name: data[()] for name, data in file["channels"].items()}
-            stats = {k: v for k, v in file.attrs.items() if isinstance(v, np.floating)}
-            return Result(
-                time=file["time"][()],
-                channels=channels,
-                status=str(file.attrs["status"]),
-                message=str(file.attrs["message"]),
-                stats=stats,
-            )
-    except (OSError, KeyError) as error:
-        raise InputError(f"{path} is not a result file ({error})") from None
+    with reading(Path(path), "result file", "simulate again") as file:
+        count = len(file["time"])
+        return Result(
+            time=_histories(file["time"], count),
+            channels={name: _histories(data, count) for name, data in file["channels"].items()},
+            status=str(file.attrs["status"]),
+            message=str(file.attrs["message"]),
+            stats={key: value for key, value in file.attrs.items() if isinstance(value, np.floating)},
+        )
+
+
+def _histories(data: h5py.Dataset, count: int) -> np.ndarray:
+    if data.dtype.kind not in "fiu" or data.ndim not in (1, 2) or len(data) != count:
+        raise InputError(f"{data.name} does not hold numbers at {count} times")
+    return data[()]
 
 
 def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) -> Path:
@@ -92,8 +95,8 @@ def read_csv(path: str | Path) -> Result:
             header, *rows = csv.reader(file)
         values = np.array(rows, dtype=float).reshape(len(rows), len(header))
         time = values[:, header.index("time")]
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} is not a table of a result ({error})") from None
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(f"{path} is not a table of a result ({error}); write it again") from None
     found: dict[str, list[np.ndarray]] = {}
     for name, column in zip(header, values.T, strict=True):
         stem, _, component = name.rpartition(".")

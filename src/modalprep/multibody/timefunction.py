@@ -11,8 +11,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from modalprep.errors import InputError
+from modalprep.multibody.expression import FUNCTIONS, read_expression
 
-FUNCTIONS = "sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, pi"
 FOREVER = float("inf")
 SAMPLES = (64, 65536)  # first and largest number of intervals of a sampled callable
 SAMPLED = 1e-11  # of its largest value: error of a sampled callable
@@ -32,7 +32,7 @@ class Piece(NamedTuple):
 class TimeFunction:
     """A function of time ``t`` (s): a number, an expression, or pieces ``(until, expression)``, the last without end.
 
-    Expressions are parsed and differentiated by symengine; nothing is ever evaluated as Python. `table` takes
+    Expressions are differentiated by symengine; nothing is ever evaluated as Python. `table` takes
     points, `sampled` a Python function. A force may jump between pieces, the integrator restarts there; a prescribed
     motion may change its acceleration only.
 
@@ -202,16 +202,7 @@ def expression(text: str) -> Callable[[np.ndarray], np.ndarray]:
     """
     import symengine
 
-    try:
-        value = symengine.sympify(text)
-        free = value.free_symbols
-    except (RuntimeError, TypeError, ValueError, SyntaxError, AttributeError) as error:
-        raise InputError(f"function of time {text!r} is not an expression of t: {error}") from None
-    t = symengine.Symbol("t")
-    called = [f.get_name() for f in value.atoms(symengine.Function) if type(f).__name__ == "FunctionSymbol"]
-    unknown = [*called, *(str(s) for s in free if s != t)]
-    if unknown:
-        raise InputError(f"function of time {text!r}: unknown name {unknown[0]}; use t and {FUNCTIONS}")
+    value, t = read_expression(text), symengine.Symbol("t")
     try:
         derivatives = symengine.Lambdify([t], [value, value.diff(t), value.diff(t, t)])
     except (RuntimeError, TypeError, ValueError, AttributeError, NotImplementedError):

@@ -71,7 +71,7 @@ class OrthotropicTable(Table):
 
 
 def _material_type(table: Any) -> str:
-    return str(table.get("type", "isotropic")) if isinstance(table, dict) else table.type
+    return str(table.get("type", "isotropic")) if isinstance(table, dict) else getattr(table, "type", "isotropic")
 
 
 AnyMaterial = Annotated[

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import glob
 import itertools
+import math
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -20,6 +21,7 @@ from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.toml_text import toml_text
 
 LONGEST = 40  # characters of a value in the name of a folder
+MOST = 10_000  # combinations
 FILES = ("file", "pipeline", "stiffness", "mass", "nodes", "dof")  # keys that name files
 
 
@@ -100,6 +102,9 @@ def _checked(file: Path, grid: Any) -> dict[str, list]:
             raise InputError(f"{file}: [grid]: {key!r} needs a list of values, such as [10, 20]")
         if len({repr(value) for value in values}) < len(values):
             raise InputError(f"{file}: [grid]: {key!r} lists a value twice; keep one")
+    count = math.prod(map(len, grid.values()))
+    if count > MOST:
+        raise InputError(f"{file}: [grid] has {count} combinations, more than {MOST}; give fewer values")
     return grid
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from collections.abc import Iterator
@@ -13,6 +14,8 @@ from pydantic import ValidationError
 
 from modalprep.errors import InputError
 from modalprep.pipeline.schema import Pipeline
+
+SMALLEST, LARGEST = 1e-60, 1e60  # of a number
 
 
 def load_pipeline(path: str | Path) -> Pipeline:
@@ -31,6 +34,7 @@ def load_pipeline(path: str | Path) -> Pipeline:
     """
     path = Path(path)
     text, data = read_toml(path)
+    _refuse_odd_numbers(path, text, data, [])
     try:
         pipeline = Pipeline.model_validate(data)
     except ValidationError as error:
@@ -54,7 +58,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     try:
         text = path.read_text(encoding="utf-8")
         return text, tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except RecursionError:
+        raise InputError(f"{path} nests lists or tables too deep to be a pipeline file; write it again") from None
+    except ValueError as error:  # also of bytes that are no text, and numbers of thousands of digits
         raise InputError(f"{path} is not valid TOML: {error}") from None
 
 
@@ -75,6 +81,16 @@ def naming(file: Path | str) -> Iterator[None]:
         if str(file) in str(error):
             raise
         raise type(error)(f"{file}: {error}") from None
+
+
+def _refuse_odd_numbers(path: Path, text: str, value: Any, place: list[str]) -> None:
+    """Refuse numbers whose powers overflow, wherever they stand; no quantity in SI units is so large or small."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in items:
+        _refuse_odd_numbers(path, text, inner, [*place, str(key)])
+    if isinstance(value, (int, float)) and math.isfinite(value) and value and not SMALLEST <= abs(value) <= LARGEST:
+        line = _line(text, place)
+        raise InputError(f"{path}, line {line}: [{'.'.join(place)}]: {value:g} is no quantity in SI units; correct it")
 
 
 def _sentence(path: Path, text: str, error: ValidationError) -> str:

@@ -29,7 +29,7 @@ Angle = Annotated[float, BeforeValidator(_radians)]
 class Table(BaseModel):
     """A TOML table that refuses keys it does not know."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
 
     @model_validator(mode="before")
     @classmethod

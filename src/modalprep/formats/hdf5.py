@@ -1,0 +1,87 @@
+"""HDF5 files of strangers: nothing but what lies in the file itself, and no more of it than the memory holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import h5py
+
+from modalprep.errors import InputError
+from modalprep.linalg.memory import available_memory
+
+PACKED = 2000  # deflate, the only filter of these files, packs 1032 bytes into one at best
+FAULTS = (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, MemoryError)
+
+
+@contextmanager
+def reading(path: Path, kind: str, advice: str) -> Iterator[h5py.File]:
+    """Open a file to read it; whatever goes wrong on the way becomes one sentence.
+
+    A file of kilobytes may declare arrays of terabytes, and its links may lead to any file of the machine: such a file
+    is refused before anything is read.
+
+    Parameters
+    ----------
+    path : Path
+    kind, advice : str
+        What the file should be, and what to do when it is not.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, damaged, or leads or declares beyond itself.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "a.h5"
+    >>> with h5py.File(path, "w") as file:
+    ...     _ = file.create_dataset("K", shape=(10**12,), chunks=(1000,), dtype="f4")
+    >>> with reading(path, "modal file", "write it again") as file:  # doctest: +ELLIPSIS
+    ...     pass
+    Traceback (most recent call last):
+    modalprep.errors.InputError: modal file ...a.h5: K declares 4e+12 bytes, of which the file holds 0; write it again
+    """
+    if not path.is_file():
+        raise InputError(f"{kind} {path} does not exist")
+    try:
+        with h5py.File(path, "r") as file:
+            _refuse_dangers(file)
+            yield file
+    except InputError as error:
+        raise InputError(f"{kind} {path}: {error}; {advice}") from None
+    except FAULTS as error:
+        raise InputError(f"{kind} {path} is damaged or not a {kind} ({error}); {advice}") from None
+
+
+def _refuse_dangers(file: h5py.File) -> None:
+    total = 0
+
+    def look(name: str, item: h5py.Group | h5py.Dataset) -> None:
+        nonlocal total
+        if isinstance(item, h5py.Group):
+            _refuse_links(item)
+        elif isinstance(item, h5py.Dataset):
+            _refuse_outside(item, name)
+            total += item.nbytes
+
+    look("/", file)
+    file.visititems(look)
+    if total > available_memory():
+        raise InputError(f"it holds {total:.3g} bytes, more than the memory that is free")
+
+
+def _refuse_links(group: h5py.Group) -> None:
+    for name in group:
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise InputError(f"{name} is a link to another place, which is not followed")
+
+
+def _refuse_outside(data: h5py.Dataset, name: str) -> None:
+    if data.is_virtual or data.external:
+        raise InputError(f"{name} lies in other files, which are not read")
+    held = data.id.get_storage_size()
+    if data.nbytes > PACKED * held:
+        raise InputError(f"{name} declares {data.nbytes:.3g} bytes, of which the file holds {held}")

@@ -1,0 +1,92 @@
+"""Expressions of the user: arithmetic and known functions only, and nothing that grows without bounds."""
+
+from __future__ import annotations
+
+import ast
+import warnings
+from typing import Any
+
+from modalprep.errors import InputError
+
+FUNCTIONS = "sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, pi"
+LONGEST = 1000  # characters
+LARGEST = 1000  # exponent that is kept as an integer, so that powers of negative numbers are real
+OPERATORS = {
+    ast.Add: lambda a, b: a + b,
+    ast.Sub: lambda a, b: a - b,
+    ast.Mult: lambda a, b: a * b,
+    ast.Div: lambda a, b: a / b,
+    ast.Pow: lambda a, b: a**b,
+    ast.BitXor: lambda a, b: a**b,
+}
+
+
+def read_expression(text: str) -> Any:
+    """Return an expression of ``t`` as symengine's; all numbers but exponents are floating point.
+
+    Exact numbers would let ``9**9**9`` take all memory.
+
+    Raises
+    ------
+    InputError
+        When the text is anything but arithmetic with `FUNCTIONS`, or longer than `LONGEST`.
+
+    Examples
+    --------
+    >>> read_expression("2*sin(t)^2")
+    2.0*sin(t)**2
+    >>> read_expression("9**9**9*t")
+    inf*t
+    >>> read_expression("open(t)")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    modalprep.errors.InputError: function of time 'open(t)': unknown name open; use t and sin, cos, ...
+    """
+    if len(text) > LONGEST:
+        raise InputError(
+            f"function of time {text[:60]!r}... has {len(text)} characters, more than {LONGEST}; give it in pieces, or "
+            "by points"
+        )
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            return _translated(ast.parse(" ".join(text.split()), mode="eval").body)
+    except InputError as error:
+        raise InputError(f"function of time {text!r}: {error}; use t and {FUNCTIONS}") from None
+    except (SyntaxError, ValueError, ArithmeticError, RuntimeError, MemoryError, TypeError) as error:
+        raise InputError(f"function of time {text!r} is not an expression of t: {error}") from None
+
+
+def _translated(node: ast.expr) -> Any:
+    import symengine
+
+    match node:
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
+            return symengine.RealDouble(float(value))
+        case ast.Name(id="t"):
+            return symengine.Symbol("t")
+        case ast.Name(id="pi"):
+            return symengine.pi
+        case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=operand):
+            value = _translated(operand)
+            return -value if isinstance(sign, ast.USub) else value
+        case ast.BinOp(left=base, op=ast.Pow() | ast.BitXor(), right=exponent) if (n := _integer(exponent)) is not None:
+            return _translated(base) ** n
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
+            return OPERATORS[type(op)](_translated(left), _translated(right))
+        case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS.split(", ")[:-1]:
+            return getattr(symengine, name)(_translated(argument))
+        case ast.Name(id=name) | ast.Call(func=ast.Name(id=name)):
+            raise InputError(f"unknown name {name}")
+    raise InputError(f"{ast.unparse(node)[:60]!r} is no arithmetic")
+
+
+def _integer(node: ast.expr) -> int | None:
+    """Return an exponent that is a small integer as it is written."""
+    match node:
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() as value)):
+            value = -value
+        case ast.Constant(value=int() as value):
+            pass
+        case _:
+            return None
+    return value if abs(value) <= LARGEST else None

@@ -1,0 +1,70 @@
+"""A warm process that forks for each run of a command: killed, short of disk space, or as another user."""
+
+import json
+import os
+import subprocess
+import sys
+from contextlib import contextmanager
+
+SERVER = """
+import json, os, resource, signal, sys, time
+from modalprep.cli import main
+
+def child(order):
+    for number, name in ((1, os.devnull), (2, order["error"])):
+        os.dup2(os.open(name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
+    if order["limit"] is not None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (order["limit"],) * 2)
+    if order["user"] is not None:
+        os.setuid(order["user"])
+    try:
+        code = main(order["arguments"])
+        sys.stderr.flush()
+    except BaseException:
+        import traceback
+        traceback.print_exc()
+        code = 99
+    os._exit(code)
+
+for line in sys.stdin:
+    order, start = json.loads(line), time.monotonic()
+    if order["here"]:
+        main(order["arguments"] + ["--json"])
+    process = os.fork()
+    if not process:
+        child(order)
+    if order["kill"] is not None:
+        time.sleep(order["kill"])
+        os.kill(process, signal.SIGKILL)
+    _, status = os.waitpid(process, 0)
+    print("DONE", os.waitstatus_to_exitcode(status), time.monotonic() - start, flush=True)
+"""
+THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS")}  # a forked process has lost the others
+
+
+class Forks:
+    """Orders to the process that forks, and what became of them."""
+
+    def __init__(self, process, folder):
+        self._process, self._error = process, folder / "error.txt"
+
+    def run(self, *arguments, kill=None, limit=None, user=None, here=False):
+        """Return exit code, standard error and seconds of a run; `here` runs it in the process itself before."""
+        order = {"arguments": [str(a) for a in arguments], "error": str(self._error)}
+        order |= {"kill": kill, "limit": limit, "user": user, "here": here}
+        print(json.dumps(order), file=self._process.stdin, flush=True)
+        while not (line := self._process.stdout.readline()).startswith("DONE"):
+            assert line, "the process that forks has died"
+        _, code, seconds = line.split()
+        return int(code), self._error.read_text(), float(seconds)
+
+
+@contextmanager
+def forks(folder):
+    """Start the process that forks; what it writes about itself goes into a folder."""
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen([sys.executable, "-c", SERVER], env=os.environ | THREADS, **pipes) as process:
+        try:
+            yield Forks(process, folder)
+        finally:
+            process.stdin.close()

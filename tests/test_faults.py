@@ -1,0 +1,174 @@
+"""Killed at any time, disk full, folders that cannot be written: final files are whole or absent, and a run goes on.
+
+`MODALPREP_KILLS=60` kills so many times instead of the few of every day.
+"""
+
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import tempfile
+import tomllib
+from pathlib import Path
+
+import h5py
+import pytest
+from bad import good
+from bad.forks import forks
+from PIL import Image
+
+KILLS = int(os.environ.get("MODALPREP_KILLS", "9"))
+TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?\+00:00")
+OWN = ("started", "seconds", "worker", "cache", "pipeline", "folder", "manifest")  # of each run, in its manifest
+NOBODY = 65534
+JOB = good.BEAM + good.HINGE + '[[plots]]\ny = "hinge.angle"\n'
+GRID = good.BEAM + '[grid]\n"reduction.modes" = [2, 3]\n'
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Three files to run; all may read them, also a user without rights."""
+    folder = Path(tempfile.mkdtemp())
+    folder.chmod(0o755)
+    shutil.copy(good.MESHES / "beam.msh", folder)
+    for name, text in (("job", JOB), ("grid", GRID)):
+        (folder / f"{name}.toml").write_text(text)
+    yield folder
+    shutil.rmtree(folder)
+
+
+@pytest.fixture(scope="module")
+def warm(folder, tmp_path_factory):
+    """The process that forks, which has done each thing once."""
+    with forks(tmp_path_factory.mktemp("forks")) as server:
+        server.run("run", folder / "job.toml", "--output", folder / "warm", here=True)
+        yield server
+
+
+COMMANDS = {
+    "run": ["run", "job.toml"],
+    "simulate": ["simulate", "job.toml"],
+    "batch": ["batch", "grid.toml", "-j", "2", "--no-cache"],
+}
+
+
+def given(command, folder, output):
+    name, file, *options = COMMANDS[command]
+    return [name, folder / file, *options, "--output", output]
+
+
+@pytest.fixture(scope="module")
+def undisturbed(warm, folder):
+    """What each command makes, and how long it takes."""
+    found = {}
+    for name in COMMANDS:
+        code, error, seconds = warm.run(*given(name, folder, folder / f"whole-{name}"))
+        assert (code, error) == (0, "")
+        found[name] = contents(folder / f"whole-{name}"), seconds
+    return found
+
+
+def contents(folder):
+    """The bytes of all files without the time of their making, and without temporary ones; manifests as tables."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        if path.is_file() and ".part" not in path.name:
+            place = str(folder).encode()
+            found[str(path.relative_to(folder))] = TIME.sub(b"", path.read_bytes()).replace(place, b"")
+            if path.name in ("manifest.json", "batch.json"):
+                found[str(path.relative_to(folder))] = steady(json.loads(path.read_text()))
+    return found
+
+
+def steady(record):
+    """A manifest without what is of one run only; hashes are those of files with the time of their making."""
+    record = {key: value for key, value in record.items() if key not in OWN}
+    if "outputs" in record:
+        record["outputs"] = sorted(record["outputs"])
+    if "jobs" in record:
+        record["jobs"] = [steady({**job, "ran": None}) for job in record["jobs"]]
+    return record
+
+
+def all_whole(folder):
+    readers = {
+        ".h5": lambda path: h5py.File(path).close(),
+        ".png": lambda path: Image.open(path).load(),
+        ".json": lambda path: json.loads(path.read_text()),
+        ".toml": lambda path: tomllib.loads(path.read_text()),
+    }
+    for path in folder.rglob("*"):
+        if path.is_file() and ".part" not in path.name:
+            if path.suffix in readers:
+                readers[path.suffix](path)
+            elif path.suffix == ".html":
+                assert path.read_text().rstrip().endswith("</html>")
+            elif path.suffix == ".csv":
+                assert len({line.count(",") for line in path.read_text().splitlines()}) == 1
+                assert path.read_text().endswith("\n")
+    return True
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS)
+def test_killed_at_random_times(warm, folder, undisturbed, command):
+    """Always into the same folder: in the end, what an undisturbed run makes, to the last bit."""
+    whole, seconds = undisturbed[command]
+    output, moments, kills = folder / f"killed-{command}", random.Random(command), 0
+    for _ in range(-(-KILLS // len(COMMANDS))):
+        code, _, _ = warm.run(*given(command, folder, output), kill=moments.uniform(0, seconds))
+        kills += code == -signal.SIGKILL
+        assert all_whole(output)
+    assert kills
+    assert warm.run(*given(command, folder, output))[:2] == (0, "")
+    assert contents(output) == whole
+
+
+def test_the_same_input_gives_the_same_bytes(warm, folder, undisturbed):
+    """In the process that has done it before, and in one that has not."""
+    again = folder / "again"
+    assert warm.run(*given("run", folder, again))[:2] == (0, "")
+    assert contents(again) == undisturbed["run"][0]
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_full_disk(warm, folder, undisturbed, command):
+    """Files may have so many bytes: one sentence, and what has its final name is whole."""
+    sizes = sorted(len(data) for data in undisturbed[command][0].values() if isinstance(data, bytes))
+    for limit in (0, 1000, sizes[len(sizes) // 2], sizes[-1] - 1):
+        output = folder / f"full-{command}-{limit}"
+        code, error, _ = warm.run(*given(command, folder, output), limit=limit)
+        assert all_whole(output)
+        assert not [path for path in output.rglob("*") if ".part" in path.name]
+        if command == "batch" and (output / "batch.json").is_file():
+            assert (code, error) == (1, "")  # its jobs have failed, each with its sentence
+            continue
+        assert code == 2
+        assert error.startswith("modalprep: cannot write ")
+        assert "File too large" in error
+        assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_folder_that_may_not_be_written(warm, folder, command):
+    output = folder / f"closed-{command}"
+    output.mkdir(mode=0o555)
+    user = NOBODY if os.geteuid() == 0 else None  # root may write everywhere
+    code, error, _ = warm.run(*given(command, folder, output), user=user)
+    assert code == 2
+    assert error.startswith("modalprep: cannot write ")
+    assert "Permission denied" in error
+    assert error.count("\n") == 1
+    assert not list(output.iterdir())
+
+
+def test_file_that_may_not_be_read(warm, folder):
+    (folder / "secret.toml").write_text(JOB)
+    (folder / "secret.toml").chmod(0o000)
+    user = NOBODY if os.geteuid() == 0 else None
+    code, error, _ = warm.run("run", folder / "secret.toml", user=user)
+    assert code == 2
+    assert error.startswith(f"modalprep: {folder / 'secret.toml'}: Permission denied; check")
+    assert error.count("\n") == 1
