@@ -230,7 +230,7 @@ HALF = mp.scaled(FULL, 0.5)
         (lambda: fuelled(loads=(jet("ground"),)), "passes the ground"),
         (lambda: mp.Joint(name="j", type="universal", parent="ground", child="b", second_axis=np.eye(3)[0],
                           motion=mp.TimeFunction(0.0)), "1 prescribed motions"),
-        (lambda: mp.Joint(name="j", type="free", parent="ground", child="b", motion=mp.TimeFunction(0)), "a free joint"),
+        (lambda: mp.Joint(name="j", type="free", parent="ground", child="b", motion=mp.TimeFunction(0)), "a free"),
     ],
 )  # fmt: skip
 def test_nonsense_is_refused(make, sentence):

@@ -37,8 +37,7 @@ from modalprep.multibody.layout import (
     VELOCITY,
     WRENCH,
 )
-from modalprep.multibody.orbit import CURVATURE, RATE
-from modalprep.multibody.planet import central_field, centrifugal_potential, conductor_leg, gravity_law, orbit_field
+from modalprep.multibody.planet import conductor_leg, near_planet, planet_load
 from modalprep.multibody.tables import Tables, table
 from modalprep.multibody.variable_mass import Fill, leaving_power
 
@@ -100,7 +99,7 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
     """
     nx = tree.ints[0, NX]
     stored, gravity = 0.0, 0.0
-    power = leaving_power(loads.fill, loads.tables, loads.centre, tree, flex, W, F, y, t)
+    power = leaving_power(loads.fill, loads.tables, loads.centre, loads.orbit, tree, flex, W, F, y, t)
     for u in range(len(tau)):
         tau[u], slope[0, u], slope[1, u] = 0.0, 0.0, 0.0
     for i in range(len(loads.hinge_at)):
@@ -125,7 +124,7 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
         power += _leg(loads, i, tree, flex, W, F, t)
     for i in range(len(loads.gas_at)):
         power += _gas(loads, i, tree, flex, W, F, t)
-    if loads.centre[0] > 0.0 or loads.orbit[RATE] > 0.0:
+    if near_planet(loads.centre, loads.orbit):
         for i in range(len(tree.ints)):
             if tree.ints[i, BODY] >= 0:
                 gravity += _planet(loads, i, tree, flex, W, F)
@@ -305,17 +304,7 @@ def _rod(loads, i, tree, W):
 @compile_kernel
 def _planet(loads, i, tree, flex, W, F):
     """Gravity of a planet on a link's body, with the inertia that `outward` left in W; returns its potential."""
-    base, p = get9(W, i, ROTATION), get3(W, i, POSITION)
-    H, J, m, rate = get9(W, i, H_), get6(W, i, J_), tree.fixed[i, MASS], loads.orbit[RATE]
-    c, turn = (H[5], H[6], H[1]), 0.0
-    if rate > 0.0:
-        x = transposed_times(base, p)
-        field = orbit_field(rate, loads.orbit[CURVATURE], x, (base[0], base[1], base[2]))
-        turn = centrifugal_potential(rate, x, (base[6], base[7], base[8]), m, c, J)
-    else:
-        d = (p[0] - loads.centre[1], p[1] - loads.centre[2], p[2] - loads.centre[3])
-        field = central_field(loads.centre[0], transposed_times(base, d))
-    f, torque, U = gravity_law(field, m, c, J)
+    f, torque, U, field = planet_load(loads.centre, loads.orbit, tree, W, i)
     _add_at_root(W, i, 1.0, f, torque)
     if flex is not None:
         s = tree.ints[i, SLOT]
@@ -326,4 +315,4 @@ def _planet(loads, i, tree, flex, W, F):
             for a in range(tree.ints[i, MODES]):
                 S, L = mode_moments(tree, flex, F, i, P, a)
                 F.load[s, a] += dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])
-    return U + turn
+    return U

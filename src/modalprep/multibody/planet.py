@@ -4,8 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
-from modalprep.multibody.algebra import add3, axpy3, cross, dot3, symmetric_times
+from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.algebra import (
+    add3,
+    axpy3,
+    cross,
+    dot3,
+    get3,
+    get6,
+    get9,
+    symmetric_times,
+    transposed_times,
+)
+from modalprep.multibody.layout import H_, J_, MASS, POSITION, ROTATION
 from modalprep.multibody.orbit import (
     ARGUMENT,
     CURVATURE,
@@ -48,6 +59,34 @@ def orbit_field(rate, k, x, up):
     n = ((up[0] + k * x[0]) / s, (up[1] + k * x[1]) / s, (up[2] + k * x[2]) / s)
     g = axpy3((-q * x[0], -q * x[1], -q * x[2]), q * a * (1.0 + s + s * s), up)
     return g, rate * rate * (0.5 * xx - 0.5 * a * a * (s + 2.0) / s), n, q, q * k / s
+
+
+@compile_inline
+def near_planet(centre, orbit):
+    """Whether there is a central field, or an orbit."""
+    return centre[0] > 0.0 or orbit[RATE] > 0.0
+
+
+@compile_kernel
+def planet_load(centre, orbit, tree, W, i):
+    """Gravity of the planet on link i's body with the inertia that `outward` left in W, axes of the link.
+
+    Returns
+    -------
+    force, torque : at the link's origin; potential (J), that of the turning ground too; field at the origin
+    """
+    base, p = get9(W, i, ROTATION), get3(W, i, POSITION)
+    H, J, m, rate = get9(W, i, H_), get6(W, i, J_), tree.fixed[i, MASS], orbit[RATE]
+    c, turn = (H[5], H[6], H[1]), 0.0
+    if rate > 0.0:
+        x = transposed_times(base, p)
+        field = orbit_field(rate, orbit[CURVATURE], x, (base[0], base[1], base[2]))
+        turn = centrifugal_potential(rate, x, (base[6], base[7], base[8]), m, c, J)
+    else:
+        d = (p[0] - centre[1], p[1] - centre[2], p[2] - centre[3])
+        field = central_field(centre[0], transposed_times(base, d))
+    force, torque, U = gravity_law(field, m, c, J)
+    return force, torque, U + turn, field
 
 
 @compile_kernel

@@ -13,22 +13,11 @@ import numpy as np
 
 from modalprep.body.mass import FLAT
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.algebra import get3, get6, get9, transposed_times
+from modalprep.multibody.algebra import get3
 from modalprep.multibody.flexible import own_flexible
 from modalprep.multibody.kernel import own_rigid
-from modalprep.multibody.laws import gravity_law
-from modalprep.multibody.layout import (
-    H_,
-    J_,
-    KIND,
-    MASS,
-    MODES,
-    NX,
-    OMEGA,
-    POSITION,
-    ROTATION,
-    SLOT,
-)
+from modalprep.multibody.layout import KIND, MASS, MODES, NX, OMEGA, SLOT
+from modalprep.multibody.planet import near_planet, planet_load
 from modalprep.multibody.sums import body_sums
 from modalprep.multibody.tables import Tables, table
 
@@ -151,7 +140,7 @@ def _coordinates(now, at, L, c, root, out, to):
 
 
 @compile_kernel
-def leaving_power(fill, tables, centre, tree, flex, W, F, y, t):
+def leaving_power(fill, tables, centre, orbit, tree, flex, W, F, y, t):
     """Power (W, negative) of the energy that leaves with the mass: ``V' dM/dt V / 2`` and the potentials of gravity.
 
     After `outward` and `world`, before any load; it leaves the bodies' own inertias and biases as they were.
@@ -167,7 +156,7 @@ def leaving_power(fill, tables, centre, tree, flex, W, F, y, t):
                 set_mass(fill, tree, flex, i, m, side * CHANGE * m)
                 _own(tree, flex, W, F, link, y)
                 sums = body_sums(tree, flex, W, F, link)
-                energy = sums.kinetic + sums.gravity + _central(centre, tree, W, link)
+                energy = sums.kinetic + sums.gravity + _planet(centre, orbit, tree, W, link)
                 power += rate * side * energy / (2.0 * CHANGE * m)
             set_mass(fill, tree, flex, i, m, 0.0)
             _own(tree, flex, W, F, link, y)
@@ -186,11 +175,9 @@ def _own(tree, flex, W, F, link, y):
 
 
 @compile_kernel
-def _central(centre, tree, W, link):
-    """Potential (J) of a link's body in a central field; zero without one."""
-    if centre[0] == 0.0:
+def _planet(centre, orbit, tree, W, link):
+    """Potential (J) of a link's body near a planet; zero without one."""
+    if not near_planet(centre, orbit):
         return 0.0
-    p, H = get3(W, link, POSITION), get9(W, link, H_)
-    d = transposed_times(get9(W, link, ROTATION), (p[0] - centre[1], p[1] - centre[2], p[2] - centre[3]))
-    _, _, _, _, _, U = gravity_law(centre[0], d, tree.fixed[link, MASS], (H[5], H[6], H[1]), get6(W, link, J_))
+    _, _, U, _ = planet_load(centre, orbit, tree, W, link)
     return U

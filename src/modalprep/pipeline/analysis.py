@@ -27,7 +27,7 @@ from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.system_loads import time_function
 from modalprep.pipeline.system_schema import PieceTable
 from modalprep.pipeline.systems import in_theory, read_system
-from modalprep.report.analysis import most_moved, response_plot, system_table, write_response
+from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +37,7 @@ class Analysed:
     rest: Equilibrium | None
     modes: SystemModes | None
     linear: StateSpace | None
+    sweep: dict[float, SystemModes] | None
     inverse: InverseDynamics | None
     table: AnalysisTable
 
@@ -83,18 +84,27 @@ def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Ana
 
 
 def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
-    rest = None
-    if table.about != "start":
-        rest = static_equilibrium(system, t=table.time, steady=table.about == "steady")
+    rest = _rest(system, table, table.time)
     at = (None if rest is None else rest.y, table.time)
     wanted = table.inputs or table.outputs or table.state_space
     return Analysed(
         rest=rest,
         modes=system_modes(system, *at) if table.modes else None,
         linear=linearise(system, *at, inputs=table.inputs, outputs=table.outputs) if wanted else None,
+        sweep=None if table.sweep is None else _sweep(system, table),
         inverse=None if table.inverse is None else _inverse(system, table.inverse, folder),
         table=table,
     )
+
+
+def _rest(system: System, table: AnalysisTable, t: float) -> Equilibrium | None:
+    return None if table.about == "start" else static_equilibrium(system, t=t, steady=table.about == "steady")
+
+
+def _sweep(system: System, table: AnalysisTable) -> dict[float, SystemModes]:
+    times = np.linspace(table.time, table.sweep.until, table.sweep.points).tolist()
+    rests = {t: _rest(system, table, t) for t in times}
+    return {t: system_modes(system, None if rest is None else rest.y, t) for t, rest in rests.items()}
 
 
 def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynamics:
@@ -122,6 +132,11 @@ def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
         reporter.wrote(write_state_space(found.linear, stem.with_name(f"{stem.name}-state-space.{kind}")))
     if found.table.response is not None:
         _response(found, stem, reporter)
+    if found.sweep is not None:
+        table, reference = found.table.sweep, [curve.model_dump() for curve in found.table.sweep.reference]
+        reporter.wrote(write_sweep(found.sweep, found.table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
+        target = stem.with_name(f"{stem.name}-sweep.png")
+        reporter.wrote(sweep_plot(found.sweep, found.table.modes, target, label=table.label, reference=reference))
     if found.inverse is not None:
         _forces(found.inverse, stem, reporter)
 

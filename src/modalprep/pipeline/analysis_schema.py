@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from modalprep.formats.statespace import WRITERS
 from modalprep.pipeline.system_schema import EACH, THEORY, TIME, Theory, Time
-from modalprep.pipeline.tables import Table
+from modalprep.pipeline.tables import ReferenceTable, Table
 
 
 class ResponseTable(Table):
@@ -23,6 +23,15 @@ class ResponseTable(Table):
         if not self.lowest < self.highest:
             raise ValueError(f"lowest = {self.lowest:g} Hz must be below highest = {self.highest:g} Hz")
         return self
+
+
+class SweepTable(Table):
+    """Modes at many times: loads and masses are those of each time, the state does not move."""
+
+    until: float = Field(gt=0, description="s; from `time` of the analysis on")
+    points: Annotated[int, Field(ge=2, le=10_000)] = 100
+    label: str = Field("time (s)", description="of the axis, where loads are ramps that stand for something else")
+    reference: list[ReferenceTable] = Field([], description="known frequencies (y, Hz) over time (t) for the picture")
 
 
 class InverseTable(Table):
@@ -54,6 +63,7 @@ class AnalysisTable(Table):
     )
     state_space: list[Literal[*WRITERS]] = Field([], description="files to write A, B, C, D to")
     response: ResponseTable | None = Field(None, description="of the outputs to harmonic inputs")
+    sweep: SweepTable | None = Field(None, description="modes over time")
     inverse: InverseTable | None = None
 
     @model_validator(mode="after")

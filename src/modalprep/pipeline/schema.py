@@ -37,7 +37,7 @@ from modalprep.pipeline.system_schema import (
     JointTable,
     SimulationTable,
 )
-from modalprep.pipeline.tables import Table
+from modalprep.pipeline.tables import ReferenceTable, Table
 from modalprep.suggest import suggestion
 
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
@@ -50,20 +50,6 @@ class OutputTable(Table):
         "kept", description="mode pictures: kept, none, or how many"
     )
     export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
-
-
-class ReferenceTable(Table):
-    """Known points to draw into a plot."""
-
-    label: str
-    t: list[float]
-    y: list[float]
-
-    @model_validator(mode="after")
-    def _pairs(self) -> ReferenceTable:
-        if len(self.t) != len(self.y):
-            raise ValueError(f"t has {len(self.t)} values and y {len(self.y)}; give as many of each")
-        return self
 
 
 class PlotTable(Table):

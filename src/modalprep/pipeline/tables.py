@@ -38,3 +38,17 @@ class Table(BaseModel):
             if key not in cls.model_fields:
                 raise ValueError(f"unknown key {key!r}; {suggestion(key, cls.model_fields, 'known are')}")
         return data
+
+
+class ReferenceTable(Table):
+    """Known points to draw into a plot."""
+
+    label: str
+    t: list[float]
+    y: list[float]
+
+    @model_validator(mode="after")
+    def _pairs(self) -> ReferenceTable:
+        if len(self.t) != len(self.y):
+            raise ValueError(f"t has {len(self.t)} values and y {len(self.y)}; give as many of each")
+        return self

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -90,6 +92,58 @@ def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, pat
         writer.writerow(columns)
         writer.writerows(zip(*(np.char.mod("%.10g", c) for c in columns.values()), strict=True))
     return path
+
+
+def sweep_plot(
+    sweep: Mapping[float, SystemModes],
+    count: int,
+    path: str | Path,
+    *,
+    label: str = "time (s)",
+    reference: Sequence[Mapping[str, Any]] = (),
+) -> Path:
+    """Draw frequencies and growth rates of the lowest `count` modes that vibrate over the times of a sweep.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.modes import system_modes
+    >>> from modalprep.multibody.system import Joint, System
+    >>> wall = Joint(name="wall", type="weld", parent="ground", child="beam")
+    >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(wall,)))
+    >>> sweep_plot({0.0: found, 1.0: found}, 2, Path(tempfile.mkdtemp()) / "x.png").name
+    'x.png'
+    """
+    figure = Figure(figsize=(9.0, 6.2), layout="constrained")
+    upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
+    rows = np.array([(t, z.imag, z.real) for t, modes in sweep.items() for z in _vibrations(modes, count)]).reshape(-1, 3)
+    upper.plot(rows[:, 0], rows[:, 1] / (2 * np.pi), ".", color=plots.CURVES[0], markersize=4, label="modes")
+    lower.plot(rows[:, 0], rows[:, 2], ".", color=plots.CURVES[1], markersize=4)
+    for curve in reference:
+        upper.plot(curve["t"], curve["y"], "o", color=plots.INK, markerfacecolor="none", label=curve["label"])
+    upper.set(ylabel="frequency (Hz)", ylim=(0, None))
+    lower.set(xlabel=label, ylabel="growth (1/s)")
+    plots._head(upper, "Modes over time" if label == "time (s)" else f"Modes over {label}")
+    for axes in (upper, lower):
+        plots._plain(axes, grid="both")
+    return plots._save(figure, path)
+
+
+def write_sweep(sweep: Mapping[float, SystemModes], count: int, path: str | Path) -> Path:
+    """Write the eigenvalues (1/s) of the lowest `count` modes that vibrate, a row for each time."""
+    path, rows = Path(path), {t: _vibrations(modes, count) for t, modes in sweep.items()}
+    with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["t", *(f"mode {k + 1} {part}" for k in range(count) for part in ("re", "im"))])
+        for t, values in rows.items():
+            writer.writerow([f"{number:.10g}" for number in (t, *(x for z in values for x in (z.real, z.imag)))])
+    return path
+
+
+def _vibrations(modes: SystemModes, count: int) -> list[complex]:
+    """Return the eigenvalues of the lowest `count` modes that vibrate or grow."""
+    return [z for z in modes.eigenvalue.tolist() if z != 0][:count]
 
 
 def _pairs(linear: StateSpace, H: np.ndarray) -> list[tuple[str, np.ndarray]]:
