@@ -20,18 +20,33 @@ from modalprep.multibody import kernel
 from modalprep.multibody.channels import WORK, Channels
 from modalprep.multibody.deployment import (
     EXACT,
+    STIFF,
     DeployingSystem,
     Deployment,
     Stage,
+    aligning,
     first_stage,
     start_angles,
     stretches,
 )
 from modalprep.multibody.driver import ALPHA, EXPLICIT, ROSENBROCK
-from modalprep.multibody.evaluate import load
+from modalprep.multibody.evaluate import Model, build_model, load
 from modalprep.multibody.events import Event
 from modalprep.multibody.integrators import Integration
-from modalprep.multibody.layout import COORDINATES, MODES, PRESCRIBED, SPEEDS, UQ, XQ, Packed, U, X, pack
+from modalprep.multibody.layout import (
+    COORDINATES,
+    MASS,
+    MODES,
+    PRESCRIBED,
+    PRISMATIC,
+    SPEEDS,
+    UQ,
+    XQ,
+    Packed,
+    U,
+    X,
+    pack,
+)
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.observation import record
 from modalprep.multibody.packed_reels import pack_reels
@@ -43,6 +58,7 @@ from modalprep.multibody.stepping import SIZES
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 
 SAMPLES = 20_000  # of a law, between which it is taken to pass a length once
+ALIGNED = 0.1  # of a rod: way in which the guide aligns a rod of a beam that comes in
 OUT, IN, KINK, JAM = "out", "in", "kink", "jam"
 
 
@@ -56,7 +72,7 @@ def simulate_deployment(
     method: str = "auto",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
-    """Integrate a system with deployments; parameters and channels are those of `simulate`, and in addition
+    """Integrate a system with deployments; parameters and channels are those of `simulate`, and in addition a few.
 
     ``<deployment>.length``, ``.speed`` (m, m/s), ``.tension`` (N, in the beam just outside the exit), ``.rods`` (how
     many are out, wholly or in part), and ``energy.events`` (J), what events have given so far; it is also part of
@@ -159,7 +175,7 @@ class _Run:
             low, high = stage.range(d)
             if not np.isfinite(high if change.what == OUT else low):
                 return self._stopped(change, "stop", None)
-            name, function = _CHANGES[change.what, stage.locked]
+            name, function = _change(change.what, d, stage)
             self._log(d, name)
             return function(self.phase, d, stage)
         if change.what == KINK:
@@ -286,21 +302,46 @@ class _Phase:
         place, rate = self.hinge(d.name)
         return float(place[0]), float(rate[0])
 
+    def tilt(self, d: Deployment) -> tuple[float, float]:
+        """Return angle and rate between the innermost rod of a beam and the exit."""
+        i = self.packed.links_of(f"{d.name}{self.stage(d).rods}")[0]
+        place, rate, _ = self.loading.prescribe(self.t)[i]
+        return float(place), float(rate)
+
+    def stage(self, d: Deployment) -> Stage:
+        """Return the stage of a deployment."""
+        return self.stages[self.owner.system.deployments.index(d)]
+
+    def turned_in(self, d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return coordinates and speeds of the exit hinge of a cable's next rod, the innermost one gone; the reel's.
+
+        The cable slid along the innermost rod, now along the next: an impulse at the exit turns its velocity. Before
+        it, the next rod moves freely.
+        """
+        speed, hinge = self.travel(d)[1], f"{d.name}{stage.rods}"
+        turn, spin = self.turn(hinge) @ stage.turn, self.hinge(hinge)[1]
+        spin = stage.turn.T @ (spin if d.spatial else np.array([0.0, 0.0, spin[0]]))
+        system = self.owner.system.without_exit(self.stages, d, turn, speed * stage.turn[0], spin)
+        packed = pack(system)
+        loading = Loading(system, packed, self.loading.t_end)
+        loading.active = True
+        y = np.append(start_state(packed), 0.0)
+        _carry(self.packed, self.steps.y, packed, y)
+        for name in self.owner.system.bodies:  # with the mass that is stowed
+            packed.tree.fixed[packed.link_of(name), MASS:] = self.packed.tree.fixed[self.packed.link_of(name), MASS:]
+        first = int(packed.tree.ints[packed.link_of(f"{d.name}{stage.rods - 1}"), U])
+        wanted = {0: speed, 1: 0.0, 2: 0.0} if d.spatial else {0: speed, 1: 0.0, 2: 0.0, 3: 0.0, 4: 0.0}
+        if self.packed.types[self.packed.links_of(d.name)[0]] == PRISMATIC:
+            wanted.pop(0)
+        rows = first + np.array(list(wanted))
+        push(build_model(system, packed, loading), packed, self.t, y, rows, np.array(list(wanted.values())))
+        free = y[packed.nx + first : packed.nx + first + 6]
+        return _place(d, turn), free[3:] if d.spatial else free[5:], float(free[0])
+
     def stop(self, name: str, wanted: np.ndarray) -> None:
         """Give a joint other speeds by an impulse in it."""
-        m, y, nx = self.integration.model, self.steps.y, self.packed.nx
-        load(m, self.t, y)
-        kernel.inward(m.tree, m.flex, m.W, m.F, m.tau, None, 0.0, 0.0)
-        rows = np.array(self.rows(name)[1]) - nx
-        response = np.zeros((len(rows), self.packed.nu))
-        for row, out in zip(rows, response, strict=True):
-            kernel.clear_wrenches(m.tree, m.flex, m.W, m.F)
-            unit = np.zeros(self.packed.nu)
-            unit[row] = 1.0
-            kernel.inward_bias(m.tree, m.flex, m.W, m.F, unit)
-            kernel.forward_bias(m.tree, m.flex, m.W, m.F, unit, out)
-        impulse = np.linalg.solve(response[:, rows].T, wanted - y[nx + rows])
-        y[nx : nx + self.packed.nu] += impulse @ response
+        rows = np.array(self.rows(name)[1]) - self.packed.nx
+        push(self.integration.model, self.packed, self.t, self.steps.y, rows, wanted)
 
     def take_speeds(self, other: _Phase) -> None:
         """Take the speeds of the same joints in another phase."""
@@ -311,6 +352,22 @@ class _Phase:
         row = np.zeros((1, self.channels.width))
         record(self.integration.model, self.channels.columns, np.array([self.t]), self.steps.y[None], 0.0, row)
         return float(row[0, :WORK].sum())
+
+
+def push(m: Model, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> None:
+    """Give speeds other values by impulses in them; all others follow: ``u+ = u- + M^-1 G' p``."""
+    nx = packed.nx
+    load(m, t, y)
+    kernel.inward(m.tree, m.flex, m.W, m.F, m.tau, None, 0.0, 0.0)
+    response = np.zeros((len(rows), packed.nu))
+    for row, out in zip(rows, response, strict=True):
+        kernel.clear_wrenches(m.tree, m.flex, m.W, m.F)
+        unit = np.zeros(packed.nu)
+        unit[row] = 1.0
+        kernel.inward_bias(m.tree, m.flex, m.W, m.F, unit)
+        kernel.forward_bias(m.tree, m.flex, m.W, m.F, unit, out)
+    impulse = np.linalg.solve(response[:, rows].T, wanted - y[nx + rows])
+    y[nx : nx + packed.nu] += impulse @ response
 
 
 def _reaches(joint: str, name: str, length: float, direction: int) -> Event:
@@ -334,23 +391,41 @@ def _carry(old: Packed, before: np.ndarray, new: Packed, y: np.ndarray) -> None:
 
 
 def _insert(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
-    """The next rod follows: a beam's along the exit, a cable's along the rod before; it does not turn against that."""
+    """The next rod follows straight: a beam's in the guide, a cable's behind the last; nothing changes its velocity."""
     n = stage.rods
-    place, rate = phase.hinge(f"{d.name}{n}")
-    turn = phase.turn(f"{d.name}{n}") if d.EI > 0 else np.eye(3)
-    first = 0 * place if d.EI > 0 else place
-    return stage.with_(rods=n + 1, locked=True, turn=turn, fading=0.0), {f"{d.name}{n + 1}": (first, rate)}
+    if d.guided:
+        place, rate = phase.tilt(d)
+        bent = place + (phase.hinge(f"{d.name}{n - 1}")[0][0] if n > 1 else -place)
+        new = {f"{d.name}{n}": (np.array([place]), np.array([rate]))}
+        return stage.with_(rods=n + 1, tilt=None, fading=place - STIFF / 1.875 * bent), new
+    return stage.with_(rods=n + 1, locked=True, turn=np.eye(3)), {f"{d.name}{n + 1}": phase.hinge(f"{d.name}{n}")}
+
+
+def _remove(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
+    """The innermost rod is in; a beam's next is aligned while it follows, a cable's hangs on the exit."""
+    n = stage.rods
+    if d.guided:
+        place, rate = (float(value[0]) for value in phase.hinge(f"{d.name}{n - 1}"))
+        within = min(ALIGNED * d.rod / abs(phase.travel(d)[1]), float(phase.owner.times[-1]))
+        return stage.with_(rods=n - 1, tilt=aligning(phase.t, place, rate, within), fading=0.0), {}
+    place, rate, speed = phase.turned_in(d, stage)
+    places = {f"{d.name}{n - 1}": (place, rate)}
+    if stage.law is None:
+        places[d.name] = np.array([phase.travel(d)[0]]), np.array([speed])
+    return stage.with_(rods=n - 1, locked=False, turn=np.eye(3)), places
 
 
 def _unlock(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
-    """The innermost rod turns by itself; rest angles that keep the moments fade."""
-    n, x = stage.rods, 0.0
-    hinge = f"{d.name}{n - 1}" if n > 1 else f"{d.name}{n}"
-    if n > 1 and d.EI > 0:
-        angle, share = phase.hinge(f"{d.name}{n}")[0][0], d.least / (d.rod + 2 * d.least)
-        x = angle - (angle + stage.angle) * share
+    """The innermost rod turns by itself."""
     still = (_place(d, stage.turn), np.zeros(3 if d.spatial else 1))
-    return stage.with_(locked=False, turn=np.eye(3), fading=x), {hinge: still}
+    return stage.with_(locked=False, turn=np.eye(3)), {f"{d.name}{max(1, stage.rods - 1)}": still}
+
+
+def _lock(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
+    """The innermost rod is too short to turn by itself: an impulse stops it against the next one."""
+    hinge = f"{d.name}{max(1, stage.rods - 1)}"
+    phase.stop(hinge, np.zeros(3 if d.spatial else 1))
+    return stage.with_(locked=True, turn=phase.turn(hinge)), {}
 
 
 def _place(d: Deployment, turn: np.ndarray) -> np.ndarray:
@@ -360,39 +435,24 @@ def _place(d: Deployment, turn: np.ndarray) -> np.ndarray:
     return np.array([np.arctan2(turn[1, 0], turn[0, 0])])
 
 
-def _lock(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
-    """The innermost rod is too short to turn by itself: an impulse stops it against the next one."""
-    n = stage.rods
-    hinge = f"{d.name}{n - 1}" if n > 1 else f"{d.name}{n}"
-    phase.stop(hinge, np.zeros(3 if d.spatial else 1))
-    return stage.with_(locked=True, turn=phase.turn(hinge), fading=0.0), {}
-
-
-def _remove(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
-    """The innermost rod is in; the next one hangs on the exit."""
-    n = stage.rods
-    place, rate = phase.hinge(f"{d.name}{n}")
-    if d.spatial:
-        place, rate = _place(d, phase.turn(f"{d.name}{n}") @ stage.turn), stage.turn.T @ rate
-    else:
-        place = place + stage.angle
-    return stage.with_(rods=n - 1, locked=False, turn=np.eye(3), fading=0.0), {f"{d.name}{n - 1}": (place, rate)}
-
-
-_CHANGES = {  # by direction, and whether the innermost rod is locked
-    (OUT, False): ("insert", _insert),
-    (OUT, True): ("unlock", _unlock),
-    (IN, False): ("lock", _lock),
-    (IN, True): ("remove", _remove),
-}
+def _change(what: str, d: Deployment, stage: Stage) -> tuple[str, Callable]:
+    """Return name and function of what happens at an end of a stage."""
+    if d.guided:
+        return ("insert", _insert) if what == OUT else ("remove", _remove)
+    return {
+        (OUT, False): ("insert", _insert),
+        (OUT, True): ("unlock", _unlock),
+        (IN, False): ("lock", _lock),
+        (IN, True): ("remove", _remove),
+    }[what, stage.locked]
 
 
 def _places(d: Deployment, stage: Stage) -> dict[str, dict]:
-    """Start values of the hinges."""
+    """Start values of a beam's hinges."""
+    if not d.guided:
+        return {}
     angles, rates = start_angles(d, stage)
-    free = [k for k in range(1, stage.rods + 1) if not stage.locked or k != max(stage.rods - 1, 1)]
-    starts = {f"{d.name}{k}": {"angle": float(angles[k - 1]), "rate": float(rates[k - 1])} for k in free}
-    return {} if d.spatial else starts
+    return {f"{d.name}{k}": {"angle": float(angles[k - 1]), "rate": float(rates[k - 1])} for k in range(1, stage.rods)}
 
 
 def _samples(d: Deployment, t_end: float) -> tuple[np.ndarray, np.ndarray]:

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.rigid import rigid_body
@@ -17,9 +16,11 @@ from modalprep.multibody.system import Joint, System
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.records import Record
 
-LEAST = 0.25  # of a rod: what must be out before the innermost turns by itself; below, its inertia is too small
+LEAST = 0.25  # of a cable's rod: what must be out before the innermost turns by itself; below, its inertia is too small
+STIFF = 1e-3  # of a beam's rod: length that bends in a hinge where it leaves the exit
 EXACT = 1e-9  # of a rod: how well a length is known
 Z = np.array([0.0, 0.0, 1.0])
+EYE = np.eye(3)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -27,8 +28,9 @@ class Deployment(Record):
     """A uniform beam, cable or tether that slides through an exit of a rigid body or of the ground.
 
     It is cut into `segments` rods of length l, hinged where they meet; rod 1 is the outermost. What is out is a chain
-    of full rods and the innermost one, of length r, hinged at the exit. Springs bend as the beam does, ``EI`` over the
-    length around each hinge. Stowed mass sits at the exit. Rods and hinges are named ``<name>1``, ``<name>2``, ...,
+    of full rods and the innermost one, of length r outside. That of a beam (EI > 0) slides along the exit as in a
+    guide, and springs bend as the beam does, ``EI`` over the length around each hinge; that of a cable turns about the
+    exit. Stowed mass sits at the exit. Rods and the hinges on their inner ends are named ``<name>1``, ``<name>2``, ...,
     the sliding joint `name`; what hangs on the end is a body with the parent ``<name>1.tip``.
 
     Attributes
@@ -65,7 +67,7 @@ class Deployment(Record):
     jam : float
         s: from then on the length does not change.
     deflection : float
-        m, of the tip at the start, in the shape w(x/L) of a static force there, which only the length changes then.
+        m, of the tip at the start, in the shape of a static force there, which it keeps while the length changes.
 
     Raises
     ------
@@ -142,7 +144,12 @@ class Deployment(Record):
     @property
     def least(self) -> float:
         """Length from which the innermost rod turns by itself, m."""
-        return LEAST * self.rod
+        return 0.0 if self.guided else LEAST * self.rod
+
+    @property
+    def guided(self) -> bool:
+        """Whether the innermost rod is aligned with the exit: a beam, no cable."""
+        return self.EI > 0
 
     @property
     def start(self) -> tuple[float, float]:
@@ -156,7 +163,7 @@ class Deployment(Record):
 
     @property
     def leads(self) -> str:
-        """Name of the massless body between exit hinge and sliding joint."""
+        """Name of the massless body in the exit: on the sliding joint of a beam, on the exit hinge of a cable."""
         return f"{self.name}_exit"
 
 
@@ -169,11 +176,13 @@ class Stage(Record):
     rods : int
         The innermost included, at least 1.
     locked : bool
-        The innermost is too short to turn by itself: it is welded to the next rod, or the only one to the exit.
+        The innermost of a cable is too short to turn by itself: it is welded to the next, or the only one to the exit.
     turn : (3, 3)
         Rotation that the weld holds.
+    tilt : TimeFunction or None
+        Angle (rad) by which the innermost of a beam still differs from the exit's direction.
     fading : float
-        Rest angle of the exit's spring that fades while the innermost rod comes out, the next one's is its opposite.
+        Rest angle of the first spring that fades while the innermost rod comes out, the next one's is its opposite.
     law : TimeFunction or None
         Length that is out, where it is driven or held.
     held : bool
@@ -183,6 +192,7 @@ class Stage(Record):
     rods: int
     locked: bool
     turn: np.ndarray = field(default_factory=lambda: np.eye(3))
+    tilt: TimeFunction | None = None
     fading: float = 0.0
     law: TimeFunction | None = None
     held: bool = False
@@ -196,7 +206,8 @@ class Stage(Record):
         inner, least = self.inner(deployment), deployment.least
         if self.locked:
             return (inner if self.rods > 1 else -np.inf), inner + least
-        return inner + least, (self.rods * deployment.rod if self.rods < deployment.segments else np.inf)
+        low = -np.inf if deployment.guided and self.rods == 1 else inner + least
+        return low, (self.rods * deployment.rod if self.rods < deployment.segments else np.inf)
 
     @property
     def angle(self) -> float:
@@ -245,34 +256,63 @@ class DeployingSystem(Record):
             joints += [joint.with_(**(places or {}).get(joint.name, {})) for joint in _joints(d, stage)]
         return System(bodies=bodies, joints=tuple(joints), gravity=self.gravity, loads=self.loads)
 
+    def without_exit(
+        self, stages: list[Stage], d: Deployment, turn: np.ndarray, velocity: np.ndarray, spin: np.ndarray
+    ) -> System:
+        """Return the system with the innermost rod of a cable gone and the next one free of the exit.
+
+        turn : (3, 3) of that rod in the exit's frame; velocity, spin : (3,) of its root, relative to the exit, in its
+        own frame.
+        """
+        full, stage = self.at(stages), stages[self.deployments.index(d)]
+        gone = {d.leads, f"{d.name}{stage.rods}"}
+        rod = f"{d.name}{stage.rods - 1}"
+        loose = Joint(
+            name=rod, type="free", parent=d.parent, child=rod, position=d.position, rotation=d.frame @ turn,
+            velocity=velocity, spin=spin,
+        )  # fmt: skip
+        kept = tuple(joint for joint in full.joints if full.child(joint) not in {*gone, rod})
+        bodies = {name: body for name, body in full.bodies.items() if name not in gone}
+        return full.with_(bodies=bodies, joints=(*kept, loose))
+
     def full(self) -> System:
         """Return the system with everything out."""
         return self.at([Stage(rods=d.segments, locked=False) for d in self.deployments])
 
 
 def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:
-    m, l = d.mass_per_length * d.rod, d.rod
-    across = m * l**2 / 12
-    inertia = np.diag([d.rotary_inertia * l, across, across])
-    ends = {"root": np.zeros(3), "tip": np.array([l, 0, 0])}
-    rod = rigid_body(d.name, mass=m, centre=ends["tip"] / 2, inertia=inertia, interfaces=ends)
-    behind = {"root": np.zeros(3), "sleeve": np.array([-stage.rods * l, 0, 0])}
+    mass, ends = d.mass_per_length * d.rod, {"root": np.zeros(3), "tip": np.array([d.rod, 0, 0])}
+    across = mass * d.rod**2 / 12
+    inertia = np.diag([d.rotary_inertia * d.rod, across, across])
+    rod = rigid_body(d.name, mass=mass, centre=ends["tip"] / 2, inertia=inertia, interfaces=ends)
+    behind = {"root": np.zeros(3), "sleeve": np.array([-stage.rods * d.rod, 0, 0])}
     leads = rigid_body(d.leads, mass=1.0, centre=np.zeros(3), inertia=np.zeros((3, 3)), interfaces=behind)
     leads = leads.with_(m=0.0, points=np.zeros((1, 3)), shape=np.zeros((1, 3, 0)))
     return {d.leads: leads} | {f"{d.name}{k}": rod for k in range(stage.rods, 0, -1)}
 
 
 def _joints(d: Deployment, stage: Stage) -> Iterator[Joint]:
-    n, welded = stage.rods, stage.rods - 1 if stage.locked else 0
-    first = {"parent": d.parent, "child": d.leads, "position": d.position}
-    yield _hinge(d, n, stage, rotation=d.frame, welded=stage.locked and n == 1, **first)
-    yield _slider(d, stage)
+    """Yield exit hinge and sliding joint of a cable, sliding joint and tilt of a beam, then the hinges outwards."""
+    n, welded = stage.rods, max(1, stage.rods - 1) if stage.locked else 0
+    outside = {"parent": d.parent, "child": d.leads, "position": d.position, "rotation": d.frame}
+    inside = {"parent": f"{d.leads}.sleeve", "child": f"{d.name}{n}"}
+    yield _slider(d, stage, **(outside if d.guided else inside))
+    if d.guided:
+        yield _tilt(d, stage, **inside)
+    else:
+        yield _hinge(d, n, stage, welded=n == welded, **outside)
     for k in range(n - 1, 0, -1):
-        ends = {"parent": f"{d.name}{k + 1}.tip", "child": f"{d.name}{k}"}
-        yield _hinge(d, k, stage, rotation=np.eye(3), welded=k == welded, **ends)
+        yield _hinge(d, k, stage, welded=k == welded, parent=f"{d.name}{k + 1}.tip", child=f"{d.name}{k}")
 
 
-def _hinge(d: Deployment, k: int, stage: Stage, *, rotation: np.ndarray, welded: bool, **ends) -> Joint:
+def _tilt(d: Deployment, stage: Stage, **ends) -> Joint:
+    name = f"{d.name}{stage.rods}"
+    if stage.tilt is None:
+        return Joint(name=name, type="weld", **ends)
+    return Joint(name=name, type="revolute", motion=stage.tilt, **ends)
+
+
+def _hinge(d: Deployment, k: int, stage: Stage, *, welded: bool, rotation: np.ndarray = EYE, **ends) -> Joint:
     name = f"{d.name}{k}"
     if welded:
         return Joint(name=name, type="weld", rotation=rotation @ stage.turn, **ends)
@@ -283,14 +323,29 @@ def _hinge(d: Deployment, k: int, stage: Stage, *, rotation: np.ndarray, welded:
     return Joint(name=name, type="revolute", axis=rotation @ Z, rotation=rotation, elements=elements, **ends)
 
 
-def _slider(d: Deployment, stage: Stage) -> Joint:
+def _slider(d: Deployment, stage: Stage, *, rotation: np.ndarray = EYE, **ends) -> Joint:
     out, speed = d.start
     moves = {"displacement": out, "speed": speed} if stage.law is None else {"motion": stage.law}
     if stage.law is None and d.law is None:
         back = TimeFunction([(until, _minus(what)) for until, what in _pieces(d.tension)])
         moves["elements"] = (HingeElement(damping=d.brake, drive=back),)
-    ends = {"parent": f"{d.leads}.sleeve", "child": f"{d.name}{stage.rods}"}
-    return Joint(name=d.name, type="prismatic", axis=np.array([1.0, 0, 0]), **ends, **moves)
+    return Joint(name=d.name, type="prismatic", axis=rotation[:, 0], rotation=rotation, **ends, **moves)
+
+
+def aligning(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:
+    """Return an angle that goes from a value and rate at time t smoothly to zero, or None when it is there.
+
+    Examples
+    --------
+    >>> tilt = aligning(2.0, 0.1, -0.3, 0.5)
+    >>> [round(x, 9) for x in tilt(2.0)[:2]], tilt(2.5)[:2]
+    ([0.1, -0.3], (0.0, 0.0))
+    """
+    if angle == 0.0 and rate == 0.0:
+        return None
+    s = f"((t - {t!r})/{within!r})"
+    path = f"(1 - {s})**2*({angle!r} + {2 * angle + rate * within!r}*{s})"
+    return TimeFunction([(t, f"{angle!r} + {rate!r}*(t - {t!r})"), (t + within, path), (FOREVER, 0.0)])
 
 
 def _pieces(function: TimeFunction) -> list[tuple]:
@@ -355,27 +410,37 @@ def first_stage(d: Deployment) -> Stage:
         rods -= 1
     rods = min(max(rods, 1), d.segments)
     locked = out - (rods - 1) * d.rod < d.least
-    stage = Stage(rods=rods, locked=locked, law=stretches(d)[0][1] if d.law is not None else None)
-    bend = start_angles(d, stage)[0]
-    return stage.with_(turn=Rotation.from_euler("z", bend[-2] if rods > 1 else 0.0).as_matrix()) if locked else stage
+    return Stage(rods=rods, locked=locked, law=stretches(d)[0][1] if d.law is not None else None)
 
 
-def start_angles(d: Deployment, stage: Stage) -> np.ndarray:
-    """Return angles and rates (2, rods) of the hinges at the start, those of rod 1 first.
+def bending(d: Deployment, rods: int) -> np.ndarray:
+    """Return what bends in a beam's hinges (3, rods - 1), that of rod 1 first: lengths as polynomials of r.
 
-    Rods are chords of the static shape ``w(x/L)``; where its length changes, material moves across at
-    ``v (1 - x/L) w'(x)``.
+    Where a hinge leaves the exit it is stiff, and nothing jumps when the next one follows. The three next to the exit
+    have together the length of the beam around them, and its first moment about the exit: the slope and deflection
+    outside are those of the beam.
+
+    Examples
+    --------
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, EI=3.0, law="3.2")
+    >>> (bending(boom, 5).T @ [1.0, 0.5, 0.25]).round(3).tolist()  # the sum 3 l, its first moment (3 l)^2 / 2
+    [1.0, 0.812, 1.375, 0.813]
     """
-    (out, speed), inner = d.start, stage.inner(d)
-    x = np.concatenate([[0.0], out - inner + d.rod * np.arange(stage.rods)])
+    found = np.array([[1.0], [0.0], [0.0]]) * np.ones(max(3, rods - 1))
+    found[:, -3:] = [[0.625, 1.875 - STIFF, STIFF], [0.375, -0.75 + STIFF, 1.375 - STIFF], [0.0, -0.5, 0.5]]
+    return found[:, -(rods - 1) :] * np.array([[d.rod], [1.0], [1 / d.rod]]) if rods > 1 else found[:, :0]
+
+
+def start_angles(d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
+    """Return angles and rates (rods - 1,) of a beam's hinges at the start, those of rod 1 first.
+
+    They carry the moments of a static force at the tip, which keeps its deflection when the length changes: the
+    curvature at a distance c from the tip is ``3 w c / L^3``.
+    """
+    (out, speed), bends = d.start, bending(d, stage.rods)
+    r = out - stage.inner(d)
+    bend, slope = np.array([1.0, r, r**2]) @ bends, np.array([0.0, 1.0, 2 * r]) @ bends
     if not d.deflection or not out > 0:
-        return np.zeros((2, stage.rods))
-    w = d.deflection * (3 * out * x**2 - x**3) / (2 * out**3)
-    across = speed * (1 - x / out) * d.deflection * (6 * out * x - 3 * x**2) / (2 * out**3)
-    chord = np.diff(x)
-    chord[0] = max(chord[0], EXACT * d.rod)
-    across[0] = speed * w[1] / chord[0]  # the innermost rod slides along itself
-    turned = np.array([np.arctan2(np.diff(w), chord), np.diff(across) / chord])
-    if stage.locked and stage.rods > 1:
-        turned[1, 0] = turned[1, 1]
-    return np.diff(turned, axis=1, prepend=0.0)[:, ::-1]
+        return 0 * bend, 0 * bend
+    curvature = 3 * d.deflection * d.rod * np.arange(1, stage.rods) / out**3
+    return bend * curvature, speed * curvature * (slope - 3 * bend / out)

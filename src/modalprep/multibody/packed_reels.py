@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from modalprep.multibody.deployment import Deployment, Stage
+from modalprep.multibody.deployment import Deployment, Stage, bending
 from modalprep.multibody.forces import Loads
 from modalprep.multibody.layout import FIXED, MASS, PRESCRIBED, Packed, U, X
 from modalprep.multibody.loads import locate
@@ -28,14 +28,14 @@ def pack_reels(
     >>> stages = [first_stage(boom)]
     >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,)).at(stages)
     >>> packed = pack(system)
-    >>> pack_reels((boom,), stages, system, packed, pack_loads(system, packed, 1.0)).spring[:, 2:4].tolist()
-    [[0.0, 0.5], [1.0, 0.5]]
+    >>> pack_reels((boom,), stages, system, packed, pack_loads(system, packed, 1.0)).spring[:, 2:5].tolist()
+    [[0.002, 1.374, 0.25]]
     """
     at, reel, spring_at, springs = [], [], [], []
     row_of = {int(u): row for row, u in enumerate(loads.hinge_at[:, 1])}
     for k, (d, stage) in enumerate(zip(deployments, stages, strict=True)):
-        at.append(_at(d, system, packed))
-        reel.append([d.mass_per_length, d.rotary_inertia, d.rod, d.length, stage.inner(d), d.least])
+        at.append(_at(d, system, packed, stage))
+        reel.append([d.mass_per_length, d.rotary_inertia, d.rod, d.length, stage.inner(d)])
         for number, numbers in _springs(d, stage):
             u = int(packed.tree.ints[packed.links_of(f"{d.name}{number}")[0], U])
             spring_at.append((k, row_of[u]))
@@ -51,23 +51,19 @@ def pack_reels(
     )
 
 
-def _at(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:
-    slider = packed.links_of(d.name)[0]
+def _at(d: Deployment, system: System, packed: Packed, stage: Stage) -> tuple[int, ...]:
+    slider, rod = packed.links_of(d.name)[0], packed.link_of(f"{d.name}{stage.rods}")
     row, driven = packed.tree.ints[slider], packed.types[slider] in PRESCRIBED
     found = locate(system.bodies, d.parent, f"deployment {d.name!r}")
     base = (packed.link_of(found[0]), found[1]) if found else (-1, 0)
     place, speed = (-1, -1) if driven else (int(row[X]), packed.nx + int(row[U]))
-    return slider, place, speed, *base
+    along = int(np.argmax(np.abs(packed.align(rod)[0])))
+    return slider, place, speed, *base, rod, along
 
 
 def _springs(d: Deployment, stage: Stage) -> Iterator[tuple[int, list[float]]]:
-    """Yield hinges near the exit: rod, length that bends at r = 0 and its slope by r, rest that stays, that fades."""
-    n, fading = stage.rods, stage.fading
-    if not d.EI > 0:
-        return
-    if not stage.locked:
-        yield n, [0.0, 0.5, 0.0, fading]
-    if not stage.locked and n > 1:
-        yield n - 1, [d.rod / 2, 0.5, 0.0, -fading]
-    if stage.locked and n > 1:
-        yield n, [d.rod / 2, 1.0, -stage.angle, 0.0]
+    """Yield the three hinges next to the exit: rod, length that bends as a polynomial of r, rest that fades."""
+    if d.guided:
+        bends = bending(d, stage.rods)
+        for k, rest in zip(range(stage.rods - 1, 0, -1), (stage.fading, -stage.fading, 0.0), strict=False):
+            yield k, [*bends[:, k - 1], rest]

@@ -19,22 +19,25 @@ from modalprep.multibody.kernel import add_wrench
 from modalprep.multibody.laws import DAMPING, REST, STIFFNESS
 from modalprep.multibody.layout import FIRST, INERTIA, MASS, NODES, NX, ROTATION
 
-SLIDER, PLACE, SPEED, BASE, EXIT, AT = range(6)  # columns of Reels.at
-LINEAR_MASS, ROTARY, ROD, TOTAL, INNER, LEAST, REEL = range(7)  # of Reels.reel
-EI, MATERIAL, BEND0, BEND1, FIXED_REST, FADING_REST, SPRING = range(7)  # of Reels.spring
+SLIDER, PLACE, SPEED, BASE, EXIT, OUTER, AXIS, AT = range(8)  # columns of Reels.at
+LINEAR_MASS, ROTARY, ROD, TOTAL, INNER, REEL = range(6)  # of Reels.reel
+EI, MATERIAL, BEND0, BEND1, BEND2, FADING_REST, SPRING = range(7)  # of Reels.spring
 
 
 class Reels(NamedTuple):
     """Packed deployments in one stage, each with as many rods as are out."""
 
-    at: np.ndarray  # (reels, 5) int: slider's link, coordinate and speed in y (-1 prescribed), base (-1), its interface
-    reel: np.ndarray  # (reels, 6): mass and axial moment of inertia per length, length of a rod, of all of it, of all
-    # rods but the innermost; length from which the innermost turns by itself
+    at: (
+        np.ndarray
+    )  # (reels, 7) int: slider's link, coordinate and speed in y (-1 prescribed), base (-1), its interface,
+    # the innermost rod's link, which of its axes is along the rod
+    reel: np.ndarray  # (reels, 5): mass and axial moment of inertia per length, length of a rod, of all of it, of all
+    # rods but the innermost
     base: np.ndarray  # (bases,) int, links
     own: np.ndarray  # (bases, 10) their m, s0, J without stowed mass
     spring_at: np.ndarray  # (springs, 2) int: reel, row of the hinges' constants
-    spring: np.ndarray  # (springs, 6): EI, damping over stiffness, length that bends at r = 0 and its slope by r,
-    # rest angle that stays, and one that fades until the innermost rod is out
+    spring: np.ndarray  # (springs, 6): EI, damping over stiffness, length that bends as a polynomial of r (3), rest
+    # angle that fades until the innermost rod is out
 
 
 @compile_kernel
@@ -45,7 +48,7 @@ def pay_out(reels, tree, loads, y, motion):
             tree.fixed[reels.base[b], MASS + c] = reels.own[b, c]
     for k in range(len(reels.at)):
         length, _ = travel(reels, k, y, motion)
-        _innermost(tree, reels.at[k, SLIDER], reels.reel[k], length)
+        _innermost(tree, reels.at[k, OUTER], reels.at[k, AXIS], reels.reel[k], length)
         if reels.at[k, BASE] >= 0:
             _stowed(tree, reels.at[k, BASE], reels.at[k, EXIT], reels.reel[k], length)
     for h in range(len(reels.spring_at)):
@@ -66,16 +69,17 @@ def travel(reels, k, y, motion):
 
 
 @compile_kernel
-def _innermost(tree, i, reel, length):
-    """Rigid constants of the innermost rod, from ``l - r`` to ``l`` along z of its link."""
+def _innermost(tree, i, axis, reel, length):
+    """Rigid constants of the innermost rod, from ``l - r`` to ``l`` along an axis of its link."""
     out = max(0.0, length - reel[INNER])
     b, m = reel[ROD], reel[LINEAR_MASS]
     a = b - out
     across = m * (b * b * b - a * a * a) / 3.0
     tree.fixed[i, MASS] = m * out
-    tree.fixed[i, FIRST + 2] = 0.5 * m * out * (a + b)
-    tree.fixed[i, INERTIA], tree.fixed[i, INERTIA + 3] = across, across
-    tree.fixed[i, INERTIA + 5] = reel[ROTARY] * out
+    tree.fixed[i, FIRST + axis] = 0.5 * m * out * (a + b)
+    for c in range(3):
+        xx = INERTIA + (0, 3, 5)[c]
+        tree.fixed[i, xx] = reel[ROTARY] * out if c == axis else across
 
 
 @compile_kernel
@@ -98,10 +102,11 @@ def _stowed(tree, base, node, reel, length):
 def _spring(spring, reel, length):
     """Stiffness and rest angle of a hinge near the exit, and their derivatives by the length."""
     out = length - reel[INNER]
-    bend, span = spring[BEND0] + spring[BEND1] * out, reel[ROD] - reel[LEAST]
+    bend = spring[BEND0] + (spring[BEND1] + spring[BEND2] * out) * out
+    slope = spring[BEND1] + 2.0 * spring[BEND2] * out
     k = spring[EI] / bend
-    fading = spring[FADING_REST] / span
-    return k, spring[FIXED_REST] + fading * (reel[ROD] - out), -k * spring[BEND1] / bend, -fading
+    fading = spring[FADING_REST] / reel[ROD]
+    return k, fading * (reel[ROD] - out), -k * slope / bend, -fading
 
 
 @compile_kernel
