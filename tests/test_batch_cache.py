@@ -5,8 +5,8 @@ import time
 
 import numpy as np
 import pytest
-from scipy.sparse import csr_array
 from bad.good import BEAM
+from scipy.sparse import csr_array
 
 import modalprep as mp
 from modalprep.errors import AccuracyError

@@ -21,7 +21,7 @@ def test_law_of_a_joint_is_its_spring_and_damper():
     """Also a change with time."""
     pull = mp.HingeElement(stiffness=20.0, damping=1.5, drive="sin(3*t)")
     law = mp.feedback(
-        "law", "u", ["-20*u.angle.1 - 1.5*u.rate.1 + sin(3*t)"] + ["-20*u.angle.2 - 1.5*u.rate.2 + sin(3*t)"]
+        "law", "u", ["-20*u.angle.1 - 1.5*u.rate.1 + sin(3*t)", "-20*u.angle.2 - 1.5*u.rate.2 + sin(3*t)"]
     )
     options = {"t_end": 1.0, "rtol": 1e-10, "atol": 1e-12, "method": "explicit"}
     one = mp.simulate(bar(loads=(law,)), **options)

@@ -143,9 +143,7 @@ def load(model, t, y):
         energies = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope)
         model.shared[POWER], model.shared[SPRINGS], model.shared[POTENTIAL] = energies
     if model.reels is not None:
-        model.shared[POWER] += take_up(
-            model.reels, tree, flex, W, F, y, model.motion, model.tau, model.loads.hinge_at
-        )
+        model.shared[POWER] += take_up(model.reels, tree, flex, W, F, y, model.motion, model.tau, model.loads.hinge_at)
     if model.flags[CALLBACK]:
         copy(y, model.state)
         call_address(model.flags[CALLBACK], t)

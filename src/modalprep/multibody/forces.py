@@ -24,10 +24,7 @@ from modalprep.multibody.kernel import add_wrench, node_state, seen_spin
 from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, rod_law, spring_law
 from modalprep.multibody.layout import (
     BODY,
-    H_,
     IA,
-    J_,
-    MASS,
     MODES,
     NX,
     OMEGA,

@@ -205,8 +205,9 @@ class Callback(Record):
 
 
 Load = (
-    PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | ExpelledGas | ImmersedRod | Callback
-)
+    PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | ExpelledGas | ImmersedRod
+    | Callback
+)  # fmt: skip
 
 
 def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[str, int] | None:

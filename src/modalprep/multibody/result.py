@@ -33,8 +33,8 @@ class Result(Record):
         joint, ``.spin`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``, ``.torque`` (nt, 3):
         what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
         (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
-        m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of the
-        orbit of its root, in orbit at a known radius. ``<spring>.length`` (m) and ``.tension`` (N),
+        m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
+        the orbit of its root, in orbit at a known radius. ``<spring>.length`` (m) and ``.tension`` (N),
         ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``,

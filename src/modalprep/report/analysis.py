@@ -117,7 +117,8 @@ def sweep_plot(
     """
     figure = Figure(figsize=(9.0, 6.2), layout="constrained")
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 1))
-    rows = np.array([(t, z.imag, z.real) for t, modes in sweep.items() for z in _vibrations(modes, count)]).reshape(-1, 3)
+    found = [(t, z.imag, z.real) for t, modes in sweep.items() for z in _vibrations(modes, count)]
+    rows = np.array(found).reshape(-1, 3)
     upper.plot(rows[:, 0], rows[:, 1] / (2 * np.pi), ".", color=plots.CURVES[0], markersize=4, label="modes")
     lower.plot(rows[:, 0], rows[:, 2], ".", color=plots.CURVES[1], markersize=4)
     for curve in reference:
