@@ -20,9 +20,7 @@ def bar(**more):
 def test_law_of_a_joint_is_its_spring_and_damper():
     """Also a change with time."""
     pull = mp.HingeElement(stiffness=20.0, damping=1.5, drive="sin(3*t)")
-    law = mp.feedback(
-        "law", "u", ["-20*u.angle.1 - 1.5*u.rate.1 + sin(3*t)", "-20*u.angle.2 - 1.5*u.rate.2 + sin(3*t)"]
-    )
+    law = mp.feedback("law", "u", [f"-20*u.angle.{k} - 1.5*u.rate.{k} + sin(3*t)" for k in (1, 2)])
     options = {"t_end": 1.0, "rtol": 1e-10, "atol": 1e-12, "method": "explicit"}
     one = mp.simulate(bar(loads=(law,)), **options)
     two = mp.simulate(bar(joint={"elements": (pull, pull)}), **options)

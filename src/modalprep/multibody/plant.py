@@ -66,7 +66,8 @@ class Plant:
     start : (nx + nu,)
         State that the joints say, closed loops closed.
     scale : (nu,)
-        Size of a change of each coordinate: 1 rad, the largest body (m), a deflection of the body's own size.
+        Size of a change of each coordinate: 1 rad, the largest body or travel at the start (m), a deflection of the
+        body's own size.
     turns : (nu,) bool
         Whether the coordinate is an angle.
     owner : list of (str, str)
@@ -121,7 +122,8 @@ class Plant:
     def _measure(self) -> None:
         ints = self.packed.tree.ints
         sizes = {name: _size(body) for name, body in self.system.bodies.items()}
-        largest = max(sizes.values())
+        travels = [abs(x) for joint in self.system.joints for x in np.atleast_1d(joint.displacement)]
+        largest = max(*sizes.values(), *travels)
         for i, link in enumerate(self.packed.links):
             kind, u = self.packed.types[i], ints[i, U]
             self.owner[u : u + SPEEDS[kind]] = [("joint", link.joint.name)] * SPEEDS[kind]

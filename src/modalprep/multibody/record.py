@@ -55,12 +55,11 @@ class Recorder:
         if system.orbit is None or system.orbit.radius == np.inf:
             return {}
         root = {name: f"{name}.{body.interface_name[0]}" for name, body in system.bodies.items()}
-        return {
-            f"{name}.semi_major_axis": system.orbit.semi_major_axis(
-                channels[f"{at}.position"], channels[f"{at}.velocity"]
-            )
-            for name, at in root.items()
-        }
+        found = {}
+        for name, at in root.items():
+            places, speeds = channels[f"{at}.position"], channels[f"{at}.velocity"]
+            found[f"{name}.semi_major_axis"] = system.orbit.semi_major_axis(places, speeds)
+        return found
 
 
 def audited(
