@@ -118,6 +118,7 @@ def history_plot(
     axes.set_ylabel(ylabel or ", ".join(channels))
     _head(axes, title)
     _plain(axes, grid="both")
+    axes.ticklabel_format(axis="y", style="sci", scilimits=(-4, 8), useOffset=False)
     return _save(figure, path)
 
 
