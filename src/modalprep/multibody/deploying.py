@@ -20,6 +20,7 @@ from modalprep.multibody import kernel
 from modalprep.multibody.channels import WORK, Channels
 from modalprep.multibody.deployment import (
     EXACT,
+    FIRST_BEND,
     STIFF,
     DeployingSystem,
     Deployment,
@@ -40,7 +41,9 @@ from modalprep.multibody.layout import (
     PRESCRIBED,
     PRISMATIC,
     SPEEDS,
+    SPHERICAL,
     UQ,
+    WELD,
     XQ,
     Packed,
     U,
@@ -286,13 +289,6 @@ class _Phase:
         x, u = self.rows(name)
         return self.steps.y[x], self.steps.y[u]
 
-    def turn(self, name: str) -> np.ndarray:
-        """Return the rotation (3, 3) of a hinge, child to parent."""
-        place, _ = self.hinge(name)
-        if len(place) == 1:
-            return Rotation.from_euler("z", place[0]).as_matrix()
-        return Rotation.from_quat(place, scalar_first=True).as_matrix()
-
     def travel(self, d: Deployment) -> tuple[float, float]:
         """Return length and speed of a deployment."""
         i = self.packed.links_of(d.name)[0]
@@ -302,26 +298,32 @@ class _Phase:
         place, rate = self.hinge(d.name)
         return float(place[0]), float(rate[0])
 
-    def tilt(self, d: Deployment) -> tuple[float, float]:
-        """Return angle and rate between the innermost rod of a beam and the exit."""
-        i = self.packed.links_of(f"{d.name}{self.stage(d).rods}")[0]
-        place, rate, _ = self.loading.prescribe(self.t)[i]
-        return float(place), float(rate)
+    def number(self, hinge: str) -> int:
+        """Return the number of the deployment that a hinge belongs to."""
+        names = [d.name for d in self.owner.system.deployments]
+        return names.index(hinge.rstrip("0123456789"))
 
-    def stage(self, d: Deployment) -> Stage:
-        """Return the stage of a deployment."""
-        return self.stages[self.owner.system.deployments.index(d)]
+    def relative(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return rotation (3, 3) and angular velocity (3,), in the child's axes, in a hinge of rods or of the exit."""
+        i = self.packed.links_of(name)[0]
+        kind = self.packed.types[i]
+        if kind == SPHERICAL:
+            place, rate = self.hinge(name)
+            return Rotation.from_quat(place, scalar_first=True).as_matrix(), rate
+        if kind == WELD:
+            return self.stages[self.number(name)].turn, np.zeros(3)
+        place, rate = self.loading.prescribe(self.t)[i, :2] if kind in PRESCRIBED else np.ravel(self.hinge(name))
+        return Rotation.from_euler("z", place).as_matrix(), np.array([0.0, 0.0, rate])
 
     def turned_in(self, d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return coordinates and speeds of the exit hinge of a cable's next rod, the innermost one gone; the reel's.
+        """Return rotation and spin (in its axes) of the next rod, the innermost one gone, and the reel's speed.
 
-        The cable slid along the innermost rod, now along the next: an impulse at the exit turns its velocity. Before
+        What is out slid along the innermost rod, now along the next: an impulse at the exit turns its velocity. Before
         it, the next rod moves freely.
         """
-        speed, hinge = self.travel(d)[1], f"{d.name}{stage.rods}"
-        turn, spin = self.turn(hinge) @ stage.turn, self.hinge(hinge)[1]
-        spin = stage.turn.T @ (spin if d.spatial else np.array([0.0, 0.0, spin[0]]))
-        system = self.owner.system.without_exit(self.stages, d, turn, speed * stage.turn[0], spin)
+        (first, spin), (turn, rate) = (self.relative(f"{d.name}{k}") for k in (stage.rods, stage.rods - 1))
+        speed, spin, place = self.travel(d)[1], turn.T @ spin + rate, first @ turn
+        system = self.owner.system.without_exit(self.stages, d, place, speed * turn[0], spin)
         packed = pack(system)
         loading = Loading(system, packed, self.loading.t_end)
         loading.active = True
@@ -329,14 +331,15 @@ class _Phase:
         _carry(self.packed, self.steps.y, packed, y)
         for name in self.owner.system.bodies:  # with the mass that is stowed
             packed.tree.fixed[packed.link_of(name), MASS:] = self.packed.tree.fixed[self.packed.link_of(name), MASS:]
-        first = int(packed.tree.ints[packed.link_of(f"{d.name}{stage.rods - 1}"), U])
+        root = int(packed.tree.ints[packed.link_of(f"{d.name}{stage.rods - 1}"), U])
         wanted = {0: speed, 1: 0.0, 2: 0.0} if d.spatial else {0: speed, 1: 0.0, 2: 0.0, 3: 0.0, 4: 0.0}
         if self.packed.types[self.packed.links_of(d.name)[0]] == PRISMATIC:
             wanted.pop(0)
-        rows = first + np.array(list(wanted))
+        rows = root + np.array(list(wanted))
         push(build_model(system, packed, loading), packed, self.t, y, rows, np.array(list(wanted.values())))
-        free = y[packed.nx + first : packed.nx + first + 6]
-        return _place(d, turn), free[3:] if d.spatial else free[5:], float(free[0])
+        _carry(packed, y, self.packed, self.steps.y)
+        free = y[packed.nx + root : packed.nx + root + 6]
+        return place, free[3:], float(free[0])
 
     def stop(self, name: str, wanted: np.ndarray) -> None:
         """Give a joint other speeds by an impulse in it."""
@@ -355,10 +358,14 @@ class _Phase:
 
 
 def push(m: Model, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> None:
-    """Give speeds other values by impulses in them; all others follow: ``u+ = u- + M^-1 G' p``."""
-    nx = packed.nx
+    """Give speeds other values by impulses in them; all others follow: ``u+ = u- + M^-1 G' p``.
+
+    The inertia of these speeds does not matter; a unit more makes a thin rod's spin about itself determinate.
+    """
+    nx, more = packed.nx, np.zeros(packed.nu)
+    more[rows] = 1.0
     load(m, t, y)
-    kernel.inward(m.tree, m.flex, m.W, m.F, m.tau, None, 0.0, 0.0)
+    kernel.inward(m.tree, m.flex, m.W, m.F, m.tau, more, 0.0, 0.0)
     response = np.zeros((len(rows), packed.nu))
     for row, out in zip(rows, response, strict=True):
         kernel.clear_wrenches(m.tree, m.flex, m.W, m.F)
@@ -391,28 +398,25 @@ def _carry(old: Packed, before: np.ndarray, new: Packed, y: np.ndarray) -> None:
 
 
 def _insert(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
-    """The next rod follows straight: a beam's in the guide, a cable's behind the last; nothing changes its velocity."""
+    """The next rod follows, straight behind the last: nothing changes its place or velocity."""
     n = stage.rods
-    if d.guided:
-        place, rate = phase.tilt(d)
-        bent = place + (phase.hinge(f"{d.name}{n - 1}")[0][0] if n > 1 else -place)
-        new = {f"{d.name}{n}": (np.array([place]), np.array([rate]))}
-        return stage.with_(rods=n + 1, tilt=None, fading=place - STIFF / 1.875 * bent), new
-    return stage.with_(rods=n + 1, locked=True, turn=np.eye(3)), {f"{d.name}{n + 1}": phase.hinge(f"{d.name}{n}")}
+    if not d.guided:
+        return stage.with_(rods=n + 1, locked=True, turn=np.eye(3)), {f"{d.name}{n + 1}": phase.hinge(f"{d.name}{n}")}
+    bent = phase.hinge(f"{d.name}{n - 1}")[0][0] if n > 1 else 0.0
+    return stage.with_(rods=n + 1, fading=-STIFF / FIRST_BEND * bent), {f"{d.name}{n}": (np.zeros(1), np.zeros(1))}
 
 
 def _remove(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
-    """The innermost rod is in; a beam's next is aligned while it follows, a cable's hangs on the exit."""
+    """The innermost rod is in; a cable's next one hangs on the exit, a beam's is aligned while it follows."""
     n = stage.rods
-    if d.guided:
-        place, rate = (float(value[0]) for value in phase.hinge(f"{d.name}{n - 1}"))
-        within = min(ALIGNED * d.rod / abs(phase.travel(d)[1]), float(phase.owner.times[-1]))
-        return stage.with_(rods=n - 1, tilt=aligning(phase.t, place, rate, within), fading=0.0), {}
-    place, rate, speed = phase.turned_in(d, stage)
-    places = {f"{d.name}{n - 1}": (place, rate)}
-    if stage.law is None:
-        places[d.name] = np.array([phase.travel(d)[0]]), np.array([speed])
-    return stage.with_(rods=n - 1, locked=False, turn=np.eye(3)), places
+    turn, spin, speed = phase.turned_in(d, stage)
+    places = {} if stage.law is not None else {d.name: (np.array([phase.travel(d)[0]]), np.array([speed]))}
+    if not d.guided:
+        places[f"{d.name}{n - 1}"] = _place(d, turn), spin if d.spatial else spin[2:]
+        return stage.with_(rods=n - 1, locked=False, turn=np.eye(3)), places
+    within = min(ALIGNED * d.rod / abs(speed), float(phase.owner.times[-1]))
+    tilt = aligning(phase.t, float(np.arctan2(turn[1, 0], turn[0, 0])), float(spin[2]), within)
+    return stage.with_(rods=n - 1, tilt=tilt, fading=0.0), places
 
 
 def _unlock(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
@@ -425,7 +429,7 @@ def _lock(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     """The innermost rod is too short to turn by itself: an impulse stops it against the next one."""
     hinge = f"{d.name}{max(1, stage.rods - 1)}"
     phase.stop(hinge, np.zeros(3 if d.spatial else 1))
-    return stage.with_(locked=True, turn=phase.turn(hinge)), {}
+    return stage.with_(locked=True, turn=phase.relative(hinge)[0]), {}
 
 
 def _place(d: Deployment, turn: np.ndarray) -> np.ndarray:

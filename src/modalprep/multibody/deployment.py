@@ -17,6 +17,7 @@ from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.records import Record
 
 LEAST = 0.25  # of a cable's rod: what must be out before the innermost turns by itself; below, its inertia is too small
+FIRST_BEND = 1.875  # of a beam's rod: length that bends in the first hinge outside when the next one follows
 STIFF = 1e-3  # of a beam's rod: length that bends in a hinge where it leaves the exit
 EXACT = 1e-9  # of a rod: how well a length is known
 Z = np.array([0.0, 0.0, 1.0])
@@ -163,7 +164,7 @@ class Deployment(Record):
 
     @property
     def leads(self) -> str:
-        """Name of the massless body in the exit: on the sliding joint of a beam, on the exit hinge of a cable."""
+        """Name of the massless body between exit hinge and sliding joint."""
         return f"{self.name}_exit"
 
 
@@ -259,7 +260,7 @@ class DeployingSystem(Record):
     def without_exit(
         self, stages: list[Stage], d: Deployment, turn: np.ndarray, velocity: np.ndarray, spin: np.ndarray
     ) -> System:
-        """Return the system with the innermost rod of a cable gone and the next one free of the exit.
+        """Return the system with the innermost rod gone and the next one free of the exit.
 
         turn : (3, 3) of that rod in the exit's frame; velocity, spin : (3,) of its root, relative to the exit, in its
         own frame.
@@ -292,24 +293,20 @@ def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:
 
 
 def _joints(d: Deployment, stage: Stage) -> Iterator[Joint]:
-    """Yield exit hinge and sliding joint of a cable, sliding joint and tilt of a beam, then the hinges outwards."""
+    """Yield exit hinge, sliding joint, then the hinges outwards."""
     n, welded = stage.rods, max(1, stage.rods - 1) if stage.locked else 0
     outside = {"parent": d.parent, "child": d.leads, "position": d.position, "rotation": d.frame}
-    inside = {"parent": f"{d.leads}.sleeve", "child": f"{d.name}{n}"}
-    yield _slider(d, stage, **(outside if d.guided else inside))
-    if d.guided:
-        yield _tilt(d, stage, **inside)
-    else:
-        yield _hinge(d, n, stage, welded=n == welded, **outside)
+    yield _guide(d, stage, **outside) if d.guided else _hinge(d, n, stage, welded=n == welded, **outside)
+    yield _slider(d, stage)
     for k in range(n - 1, 0, -1):
         yield _hinge(d, k, stage, welded=k == welded, parent=f"{d.name}{k + 1}.tip", child=f"{d.name}{k}")
 
 
-def _tilt(d: Deployment, stage: Stage, **ends) -> Joint:
+def _guide(d: Deployment, stage: Stage, **ends) -> Joint:
     name = f"{d.name}{stage.rods}"
     if stage.tilt is None:
         return Joint(name=name, type="weld", **ends)
-    return Joint(name=name, type="revolute", motion=stage.tilt, **ends)
+    return Joint(name=name, type="revolute", axis=d.frame @ Z, motion=stage.tilt, **ends)
 
 
 def _hinge(d: Deployment, k: int, stage: Stage, *, welded: bool, rotation: np.ndarray = EYE, **ends) -> Joint:
@@ -323,13 +320,14 @@ def _hinge(d: Deployment, k: int, stage: Stage, *, welded: bool, rotation: np.nd
     return Joint(name=name, type="revolute", axis=rotation @ Z, rotation=rotation, elements=elements, **ends)
 
 
-def _slider(d: Deployment, stage: Stage, *, rotation: np.ndarray = EYE, **ends) -> Joint:
+def _slider(d: Deployment, stage: Stage) -> Joint:
     out, speed = d.start
     moves = {"displacement": out, "speed": speed} if stage.law is None else {"motion": stage.law}
     if stage.law is None and d.law is None:
         back = TimeFunction([(until, _minus(what)) for until, what in _pieces(d.tension)])
         moves["elements"] = (HingeElement(damping=d.brake, drive=back),)
-    return Joint(name=d.name, type="prismatic", axis=rotation[:, 0], rotation=rotation, **ends, **moves)
+    ends = {"parent": f"{d.leads}.sleeve", "child": f"{d.name}{stage.rods}"}
+    return Joint(name=d.name, type="prismatic", axis=EYE[0], **ends, **moves)
 
 
 def aligning(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:
@@ -427,7 +425,9 @@ def bending(d: Deployment, rods: int) -> np.ndarray:
     [1.0, 0.812, 1.375, 0.813]
     """
     found = np.array([[1.0], [0.0], [0.0]]) * np.ones(max(3, rods - 1))
-    found[:, -3:] = [[0.625, 1.875 - STIFF, STIFF], [0.375, -0.75 + STIFF, 1.375 - STIFF], [0.0, -0.5, 0.5]]
+    found[:, -3:] = [
+        [0.625, FIRST_BEND - STIFF, STIFF], [0.375, -0.75 + STIFF, FIRST_BEND - 0.5 - STIFF], [0.0, -0.5, 0.5]
+    ]  # fmt: skip
     return found[:, -(rods - 1) :] * np.array([[d.rod], [1.0], [1 / d.rod]]) if rods > 1 else found[:, :0]
 
 

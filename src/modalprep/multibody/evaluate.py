@@ -133,8 +133,7 @@ def load(model, t, y):
     tree, flex, W, F = model.tree, model.flex, model.W, model.F
     prescribe(model.loads, t, model.motion)
     refresh(model.loads.fill, model.loads.tables, tree, flex, t)
-    if model.reels is not None:
-        pay_out(model.reels, tree, model.loads, y, model.motion)
+    pay_out(model.reels, tree, model.loads, y, model.motion)
     outward(tree, flex, W, F, y, model.motion)
     model.shared[POWER] = 0.0
     if model.flags[LOADED] or model.cons is not None:
@@ -142,8 +141,7 @@ def load(model, t, y):
     if model.flags[LOADED]:
         energies = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope)
         model.shared[POWER], model.shared[SPRINGS], model.shared[POTENTIAL] = energies
-    if model.reels is not None:
-        model.shared[POWER] += take_up(model.reels, tree, flex, W, F, y, model.motion, model.tau, model.loads.hinge_at)
+    model.shared[POWER] += take_up(model.reels, tree, flex, W, F, y, model.motion, model.tau, model.loads.hinge_at)
     if model.flags[CALLBACK]:
         copy(y, model.state)
         call_address(model.flags[CALLBACK], t)

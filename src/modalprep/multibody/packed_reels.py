@@ -34,7 +34,7 @@ def pack_reels(
     at, reel, spring_at, springs = [], [], [], []
     row_of = {int(u): row for row, u in enumerate(loads.hinge_at[:, 1])}
     for k, (d, stage) in enumerate(zip(deployments, stages, strict=True)):
-        at.append(_at(d, system, packed, stage))
+        at.append(_at(d, system, packed))
         reel.append([d.mass_per_length, d.rotary_inertia, d.rod, d.length, stage.inner(d)])
         for number, numbers in _springs(d, stage):
             u = int(packed.tree.ints[packed.links_of(f"{d.name}{number}")[0], U])
@@ -51,14 +51,13 @@ def pack_reels(
     )
 
 
-def _at(d: Deployment, system: System, packed: Packed, stage: Stage) -> tuple[int, ...]:
-    slider, rod = packed.links_of(d.name)[0], packed.link_of(f"{d.name}{stage.rods}")
+def _at(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:
+    slider = packed.links_of(d.name)[0]
     row, driven = packed.tree.ints[slider], packed.types[slider] in PRESCRIBED
     found = locate(system.bodies, d.parent, f"deployment {d.name!r}")
     base = (packed.link_of(found[0]), found[1]) if found else (-1, 0)
     place, speed = (-1, -1) if driven else (int(row[X]), packed.nx + int(row[U]))
-    along = int(np.argmax(np.abs(packed.align(rod)[0])))
-    return slider, place, speed, *base, rod, along
+    return slider, place, speed, *base
 
 
 def _springs(d: Deployment, stage: Stage) -> Iterator[tuple[int, list[float]]]:

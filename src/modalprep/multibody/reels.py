@@ -4,7 +4,7 @@ The innermost rod, of length r outside, has the mass ``m r`` of what is out, and
 particles of a rod are those of a rigid body, so that its equations hold with the constants of the moment. Stowed mass
 sits at the exit and rides with the base. A particle that passes the exit at speed v changes its velocity by ``v e``,
 e along the innermost rod; the base feels ``-m v^2 e`` for it, going out or coming in, and the reel spends
-``m v^3 / 2``. Springs of the strain energy V give the reel the force ``-dV/dL``.
+``m v^3 / 2``; so do the spin and axial inertia of the rod. Springs of the strain energy V give the reel the force ``-dV/dL``.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.algebra import ZERO3, get3, get9
+from modalprep.multibody.algebra import dot3, get3, get9, times
 from modalprep.multibody.kernel import add_wrench
 from modalprep.multibody.laws import DAMPING, REST, STIFFNESS
-from modalprep.multibody.layout import FIRST, INERTIA, MASS, NODES, NX, ROTATION
+from modalprep.multibody.layout import FIRST, INERTIA, MASS, NODES, NX, OMEGA, ROTATION
 
-SLIDER, PLACE, SPEED, BASE, EXIT, OUTER, AXIS, AT = range(8)  # columns of Reels.at
+SLIDER, PLACE, SPEED, BASE, EXIT, AT = range(6)  # columns of Reels.at
 LINEAR_MASS, ROTARY, ROD, TOTAL, INNER, REEL = range(6)  # of Reels.reel
 EI, MATERIAL, BEND0, BEND1, BEND2, FADING_REST, SPRING = range(7)  # of Reels.spring
 
@@ -43,12 +43,14 @@ class Reels(NamedTuple):
 @compile_kernel
 def pay_out(reels, tree, loads, y, motion):
     """Set the masses and springs of a state; before `outward`."""
+    if reels is None:
+        return
     for b in range(len(reels.base)):
         for c in range(10):
             tree.fixed[reels.base[b], MASS + c] = reels.own[b, c]
     for k in range(len(reels.at)):
         length, _ = travel(reels, k, y, motion)
-        _innermost(tree, reels.at[k, OUTER], reels.at[k, AXIS], reels.reel[k], length)
+        _innermost(tree, reels.at[k, SLIDER], reels.reel[k], length)
         if reels.at[k, BASE] >= 0:
             _stowed(tree, reels.at[k, BASE], reels.at[k, EXIT], reels.reel[k], length)
     for h in range(len(reels.spring_at)):
@@ -69,17 +71,16 @@ def travel(reels, k, y, motion):
 
 
 @compile_kernel
-def _innermost(tree, i, axis, reel, length):
-    """Rigid constants of the innermost rod, from ``l - r`` to ``l`` along an axis of its link."""
+def _innermost(tree, i, reel, length):
+    """Rigid constants of the innermost rod, from ``l - r`` to ``l`` along z of its link."""
     out = max(0.0, length - reel[INNER])
     b, m = reel[ROD], reel[LINEAR_MASS]
     a = b - out
     across = m * (b * b * b - a * a * a) / 3.0
     tree.fixed[i, MASS] = m * out
-    tree.fixed[i, FIRST + axis] = 0.5 * m * out * (a + b)
-    for c in range(3):
-        xx = INERTIA + (0, 3, 5)[c]
-        tree.fixed[i, xx] = reel[ROTARY] * out if c == axis else across
+    tree.fixed[i, FIRST + 2] = 0.5 * m * out * (a + b)
+    tree.fixed[i, INERTIA], tree.fixed[i, INERTIA + 3] = across, across
+    tree.fixed[i, INERTIA + 5] = reel[ROTARY] * out
 
 
 @compile_kernel
@@ -115,16 +116,21 @@ def take_up(reels, tree, flex, W, F, y, motion, tau, hinge_at):
 
     A reel that moves by itself gets the force of its springs in `tau`; one that is driven spends their power.
     """
+    if reels is None:
+        return 0.0
     total, nx = 0.0, tree.ints[0, NX]
     for k in range(len(reels.at)):
         link, base = reels.at[k, SLIDER], reels.at[k, BASE]
         _, v = travel(reels, k, y, motion)
-        thrust = reels.reel[k, LINEAR_MASS] * v * v
-        total += 0.5 * thrust * v
+        turn, spin = get9(W, link, ROTATION), W[link, OMEGA + 2]
+        thrust, twist = reels.reel[k, LINEAR_MASS] * v * v, reels.reel[k, ROTARY] * v * spin
+        total += 0.5 * (thrust * v + twist * spin)
         if base >= 0:
-            turn = get9(W, link, ROTATION)
-            force = (-thrust * turn[2], -thrust * turn[5], -thrust * turn[8])
-            add_wrench(tree, flex, W, F, base, reels.at[k, EXIT], force, ZERO3)
+            along = (turn[2], turn[5], turn[8])
+            force = (-thrust * along[0], -thrust * along[1], -thrust * along[2])
+            torque = (-twist * along[0], -twist * along[1], -twist * along[2])
+            add_wrench(tree, flex, W, F, base, reels.at[k, EXIT], force, torque)
+            total += dot3(torque, times(get9(W, base, ROTATION), get3(W, base, OMEGA)))
     for h in range(len(reels.spring_at)):
         k, x = reels.spring_at[h, 0], hinge_at[reels.spring_at[h, 1], 0]
         length, v = travel(reels, k, y, motion)
