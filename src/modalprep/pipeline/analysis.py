@@ -134,9 +134,9 @@ def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
         _response(found, stem, reporter)
     if found.sweep is not None:
         table, reference = found.table.sweep, [curve.model_dump() for curve in found.table.sweep.reference]
-        reporter.wrote(write_sweep(found.sweep, found.table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
+        reporter.wrote(write_sweep(found.sweep, table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
         target = stem.with_name(f"{stem.name}-sweep.png")
-        reporter.wrote(sweep_plot(found.sweep, found.table.modes, target, label=table.label, reference=reference))
+        reporter.wrote(sweep_plot(found.sweep, table.modes, target, label=table.label, reference=reference))
     if found.inverse is not None:
         _forces(found.inverse, stem, reporter)
 

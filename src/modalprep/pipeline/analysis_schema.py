@@ -30,6 +30,7 @@ class SweepTable(Table):
 
     until: float = Field(gt=0, description="s; from `time` of the analysis on")
     points: Annotated[int, Field(ge=2, le=10_000)] = 100
+    modes: Annotated[int, Field(ge=1)] = Field(6, description="lowest that vibrate")
     label: str = Field("time (s)", description="of the axis, where loads are ramps that stand for something else")
     reference: list[ReferenceTable] = Field([], description="known frequencies (y, Hz) over time (t) for the picture")
 
