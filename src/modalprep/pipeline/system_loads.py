@@ -24,7 +24,7 @@ from modalprep.multibody.orbit import EARTH_RADIUS, CentralGravity, Conductor, D
 from modalprep.multibody.system import TRAVELS, TURNS
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.pipeline.build import rotation_matrix
-from modalprep.pipeline.environment_schema import CentralTable, ControlTable, OrbitTable
+from modalprep.pipeline.environment_schema import CentralTable, ControlTable, OrbitTable, WaterTable
 from modalprep.pipeline.load import naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_schema import (
@@ -37,7 +37,6 @@ from modalprep.pipeline.system_schema import (
     PieceTable,
     PointsTable,
     Time,
-    WaterTable,
 )
 from modalprep.suggest import suggestion
 
