@@ -37,13 +37,15 @@ def steady(count):
 
 
 def test_steady_tow_is_that_of_a_continuous_cable():
-    """Rods are tangents of its curve: the error is of second order in their length, four times less with 30 than 15."""
-    coarse, fine = steady(15), steady(30)
+    """Rods are tangents of its curve: the error is of second order in their length, four times less with 60 than 30.
+
+    Not quite yet, for the cable turns by the weight within two rods of ten metres: T / kn = 10 m.
+    """
+    coarse, fine = steady(30), steady(60)
     exact = np.array([TRAIL, DEPTH, ANGLE])
-    np.testing.assert_allclose(fine, exact, rtol=2e-3)
-    ratio = (coarse - exact)[:2] / (fine - exact)[:2]
-    np.testing.assert_allclose(ratio, 4.0, rtol=0.1)
-    np.testing.assert_allclose((4 * fine - coarse)[:2] / 3, exact[:2], rtol=3e-5)
+    np.testing.assert_allclose(fine, exact, rtol=1e-3)
+    np.testing.assert_allclose((coarse - exact)[:2] / (fine - exact)[:2], 4.0, rtol=0.12)
+    np.testing.assert_allclose((4 * fine - coarse)[:2] / 3, exact[:2], rtol=1e-4)
 
 
 def test_the_ship_gets_under_way(tmp_path):
@@ -51,5 +53,5 @@ def test_the_ship_gets_under_way(tmp_path):
     trail, _, depth = -run.seen_from("ship")["cable30.tip.position"][-1]
     found = steady(30)
     np.testing.assert_allclose([trail, depth], found[:2], rtol=1e-4)  # what is left of the transient
-    assert np.linalg.norm(run["cable1.force"][-1]) == pytest.approx(TENSION, rel=2e-3)
+    assert np.linalg.norm(run["cable1.force"][-1]) == pytest.approx(TENSION, rel=5e-3)  # rods of 10 m
     assert run.stats["energy_error"] < 1e-5

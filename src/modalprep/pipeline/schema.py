@@ -144,6 +144,12 @@ class Pipeline(Table):
             raise ValueError("[welds] join the bodies of [synthesis], which is missing; add it, or use [joints]")
         return self
 
+    @model_validator(mode="after")
+    def _events_have_a_run(self) -> Pipeline:
+        if self.events and (self.simulation is None or self.simulation.variables != "joint"):
+            raise ValueError("[events] happen in a [simulation], in joint variables; add one, or leave them out")
+        return self
+
     @field_validator("loads")
     @classmethod
     def _own_names(cls, loads: dict[str, LoadTable]) -> dict[str, LoadTable]:
