@@ -102,9 +102,13 @@ gravity = [0, -9.81, 0]
 [simulation]
 t_end = 0.01
 """
-PLATE = BEAM.replace("beam.msh", "plate.inp").replace("[properties.beam]", "[properties.skin]").replace(
-    'type = "beam"\nmaterial = "alloy"\nA = 4e-4\nIy = 8e-7\nIz = 2e-7\nJ = 5e-7', 'type = "shell"\nmaterial = "alloy"\nthickness = 0.01'
-).replace('group = "root"\nkind = "node"', 'group = "edge"\nkind = "rbe2"')  # fmt: skip
+SECTION = BEAM[BEAM.index("[properties") : BEAM.index("[interfaces")]
+SHEET = '[properties.skin]\ntype = "shell"\nmaterial = "alloy"\nthickness = 0.01\n\n'
+PLATE = (
+    BEAM.replace("beam.msh", "plate.inp")
+    .replace(SECTION, SHEET)
+    .replace('group = "root"\nkind = "node"', 'group = "edge"\nkind = "rbe2"')
+)
 INP = """*HEADING
 a plate of two squares
 *NODE
