@@ -1,10 +1,11 @@
 # make demo   from nothing to modal files, reports and a simulated pendulum
 # make test   all tests
+# make docs   the documentation, in build/site
 PYTHON ?= python3
 VENV := .venv
 PIP := $(VENV)/bin/python -m pip --quiet --disable-pip-version-check
 
-.PHONY: demo test clean
+.PHONY: demo test docs clean
 
 demo: $(VENV)/.installed
 	$(VENV)/bin/modalprep run pipelines/spinup-beam.toml
@@ -16,6 +17,10 @@ demo: $(VENV)/.installed
 test: $(VENV)/.installed-test
 	$(VENV)/bin/pytest
 
+docs: $(VENV)/.installed-docs
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
+	@echo "The documentation is in build/site/index.html."
+
 $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) .ci/system-libraries
 	@echo "Installing modalprep and its libraries into $(VENV), a few minutes and 2.4 GB the first time."
@@ -25,6 +30,10 @@ $(VENV)/.installed: pyproject.toml
 
 $(VENV)/.installed-test: $(VENV)/.installed
 	@$(PIP) install --editable '.[test]'
+	@touch $@
+
+$(VENV)/.installed-docs: $(VENV)/.installed
+	@$(PIP) install --editable '.[docs]'
 	@touch $@
 
 clean:

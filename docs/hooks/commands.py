@@ -9,8 +9,9 @@ import types
 from pathlib import Path
 from typing import NamedTuple, Union, get_args, get_origin, get_type_hints
 
-import modalprep.cli
 from typer.models import ArgumentInfo
+
+import modalprep.cli
 
 OPTIONS = re.compile(r"^<!-- options (\S+) -->$", re.MULTILINE)
 WORDS = {str: "text", int: "integer", float: "number", Path: "path", bool: ""}
@@ -90,9 +91,10 @@ def _usage(parameter):
 def _names(parameter):
     if parameter.positional:
         return f"`{parameter.name.upper()}`"
+    declared = [text for text in (parameter.info.default, *(parameter.info.param_decls or ())) if isinstance(text, str)]
     option = parameter.name.replace("_", "-")
     both = [f"--{option}", f"--no-{option}"] if parameter.kind is bool else [f"--{option}"]
-    return ", ".join(f"`{name}`" for name in parameter.info.param_decls or both)
+    return ", ".join(f"`{name}`" for name in declared or both)
 
 
 def _value(parameter):

@@ -1,7 +1,7 @@
-"""Equations as MathML, made at build time: no script, no request, text that can be searched and copied.
+r"""Equations as MathML, made at build time: no script, no request, text that can be searched and copied.
 
-``\\tag{4.3}`` numbers an equation of a display and makes it a target: ``#eq-4-3``. The glyphs are those of STIX Two Math,
-which the package ziamath brings along.
+``\tag{4.3}`` numbers an equation of a display and makes it a target: ``#eq-4-3``. The glyphs are those of STIX Two
+Math, which the package ziamath brings along.
 """
 
 import html

@@ -1,7 +1,8 @@
 """Pages take parts of the repository's own texts: one source, no copy.
 
-``<!-- include README.md -->`` stands for a whole file without its title, ``<!-- include README.md "Simulation" -->`` for
-what is under a heading (with ``only``: before the next heading of any level). Links between these texts lead to the pages that hold them; pictures come along.
+``<!-- include README.md -->`` stands for a whole file without its title, ``<!-- include README.md "Simulation" -->``
+for what is under a heading (with ``only``: before the next heading of any level), and ``with files`` folds the pipeline
+that a section is named after under it. Links between these texts lead to the pages that hold them.
 """
 
 import posixpath
@@ -44,11 +45,7 @@ def included(name, heading, how, page):
 
 
 def under(text, heading, name="text", only=False):
-    """Return what stands between a heading and the next of its level or above; `only`: the next of any level.
-
-    >>> under("# a\\n\\n## b\\nx\\n### c\\ny\\n## d\\nz", "b")
-    'x\\n### c\\ny\\n'
-    """
+    """Return what stands between a heading and the next of its level or above; `only`: the next of any level."""
     blank = re.sub(r"```.*?```", lambda code: re.sub(r"[^\n]", " ", code[0]), text, flags=re.DOTALL)
     begin = re.search(rf"^(#+) {re.escape(heading)}$", blank, re.MULTILINE)
     if begin is None:

@@ -15,9 +15,9 @@ def on_page_markdown(markdown, page, config, files):
 
 
 def reference(schema):
-    """Return a section for each table of the file, those inside it below; a table is described where it is first met."""
+    """Return a section for each table of the file; a table inside others is described where it is first met."""
     tables, told, lines = schema["$defs"], set(), []
-    plain = {key: value for key, value in schema["properties"].items() if not _refs(value)}
+    plain = {k: v for k, v in schema["properties"].items() if v.get("type") != "object" and not _refs(v)}
     lines += ["## Keys without a table { #top }", "", *_rows(plain, set()), ""]
     for key, value in schema["properties"].items():
         if key not in plain:
@@ -36,8 +36,10 @@ def _section(key, value, tables, told):
     if len(refs) == 1 and refs[0] not in told:
         told.add(refs[0])
         lines += _body(tables[refs[0]])
+    elif refs:
+        lines += [" or ".join(f"[{_title(ref, tables[ref])}](#{ref})" for ref in refs), ""]
     else:
-        lines += ["One of " + " · ".join(_link(ref) for ref in refs), ""]
+        lines += [f"A {_kind(value)}.", ""]
     waiting = [*refs]
     while waiting:
         ref = waiting.pop(0)
