@@ -24,9 +24,8 @@ def source(project):
 
 def sections(project):
     heading = re.compile(r"^#+ (\d+(?:\.\d+)?) .*\{ #s\S+ \}$", re.MULTILINE)
-    return {
-        number for page in (project / "docs" / "theory").glob("*.md") for number in heading.findall(page.read_text())
-    }
+    pages = [file.read_text() for file in (project / "docs" / "theory").glob("*.md")]
+    return {number for page in pages for number in heading.findall(page)}
 
 
 def test_every_cited_section_exists(project):
@@ -126,12 +125,16 @@ def test_examples_print_what_pages_show(name, project, checkout, monkeypatch, ca
 
 def agrees(shown, printed):
     """Say whether an output is the one shown, in which a line ``...`` stands for any number of lines."""
-    parts, printed, at = [tokens(part) for part in re.split(r"^\.\.\.$", shown, flags=re.M)], tokens(printed), 0
-    for k, part in enumerate(parts):
-        places = range(at, len(printed) - len(part) + 1) if k else [0]
-        ends = (place + len(part) for place in places if same(part, printed[place : place + len(part)]))
-        at = next(ends, len(printed) + 1)
-    return at == len(printed) or (at < len(printed) and not parts[-1])
+    first, *parts = [tokens(part) for part in re.split(r"^\.\.\.$", shown, flags=re.MULTILINE)]
+    printed, at = tokens(printed), len(first)
+    if not same(first, printed[:at]):
+        return False
+    for part in parts[:-1]:
+        ends = range(at + len(part), len(printed) + 1)
+        at = next((end for end in ends if same(part, printed[end - len(part) : end])), len(printed) + 1)
+    last = parts[-1] if parts else []
+    start = len(printed) - len(last)
+    return (start >= at if parts else start == at) and same(last, printed[start:])
 
 
 def tokens(text):
@@ -152,5 +155,6 @@ def test_examples_are_told_apart():
     shown = "a 1.00 x\n...\nb 2.0\n"
     assert agrees(shown, "a 1.01 x\nc\nd\nb 2.0\n")
     assert agrees("steps 3\nerror 1e-12\n", "steps 3\nerror 7e-15\n")
+    assert not agrees("a\n...\nb\n...\n", "a\nc\n")
     for wrong in ("a 1.00 x\nb 3.0\n", "a 1.00 y\nb 2.0\n", "a 1.00 x\nb 2.0\nc\n", "b 2.0\n", "a 1.00 x\n"):
         assert not agrees(shown, wrong), wrong
