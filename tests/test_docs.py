@@ -31,7 +31,7 @@ def sections(project):
 def test_every_cited_section_exists(project):
     known, cited = sections(project), 0
     for file, text in source(project).items():
-        for numbers in re.findall(rf"\btheory ({NUMBERS})", " ".join(text.split())):
+        for numbers in re.findall(rf"\b[Tt]heory ({NUMBERS})", " ".join(text.split())):
             for number in re.findall(r"\d+(?:\.\d+)?", numbers):
                 assert number in known, f"{file} cites theory {number}"
                 cited += 1

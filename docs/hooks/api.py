@@ -7,12 +7,14 @@ the names given. "theory 5.2" in a docstring becomes a link.
 import posixpath
 import re
 
+from mkdocs.exceptions import PluginError
+
 import modalprep
 
 PACKAGES = re.compile(r"^<!-- api (.+) -->$", re.MULTILINE)
 NAMES = re.compile(r"^<!-- names (.+) -->$", re.MULTILINE)
 HEADING = re.compile(r"^#+ (\d+(?:\.\d+)?) .*\{ ?#(\S+) ?\}$", re.MULTILINE)
-CITATION = re.compile(r"\btheory ((?:\d+(?:\.\d+)?)(?:(?:, | and | to )\d+(?:\.\d+)?)*)")
+CITATION = re.compile(r"\b([Tt]heory\s+)((?:\d+(?:\.\d+)?)(?:(?:, | and | to )\d+(?:\.\d+)?)*)")
 FOUND = {}
 
 
@@ -35,7 +37,7 @@ def on_page_content(content, page, config, files):
     """Link what docstrings cite."""
     if not page.file.src_uri.startswith("api/"):
         return content
-    return CITATION.sub(lambda found: "theory " + _linked(found[1], posixpath.dirname(page.file.url)), content)
+    return CITATION.sub(lambda found: found[1] + _linked(found[2], posixpath.dirname(page.file.url)), content)
 
 
 def public(packages):
@@ -50,7 +52,9 @@ def _entries(names):
 
 def _linked(numbers, folder):
     def link(found):
-        target = posixpath.relpath(FOUND[found[0]].split("#")[0], folder) + "#" + FOUND[found[0]].split("#")[1]
-        return f'<a href="{target}">{found[0]}</a>'
+        if found[0] not in FOUND:
+            raise PluginError(f"a docstring cites theory {found[0]}, which is on no page of docs/theory")
+        target, anchor = FOUND[found[0]].split("#")
+        return f'<a href="{posixpath.relpath(target, folder)}#{anchor}">{found[0]}</a>'
 
     return re.sub(r"\d+(?:\.\d+)?", link, numbers)
