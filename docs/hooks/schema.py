@@ -111,9 +111,8 @@ def _kind(value):
 
 def _list(value):
     least, most, item = value.get("minItems"), value.get("maxItems"), _kind(value.get("items", {}))
-    if least is not None and least == most:
-        return f"{least} of {item}" if " " in item else f"{least} {item}s"
-    return f"list of {item}"
+    item = f"{item}s" if item in WORDS.values() else f"({item})" if " or " in item else item
+    return f"list of {item}" if least is None or least != most else f"{least} {item}"
 
 
 def _default(value):
