@@ -18,7 +18,7 @@ test: $(VENV)/.installed-test
 	$(VENV)/bin/pytest
 
 docs: $(VENV)/.installed-docs
-	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
 	@echo "The documentation is in build/site/index.html."
 
 $(VENV)/.installed: pyproject.toml

@@ -35,7 +35,7 @@ def _section(key, value, tables, told):
         lines += [f"{_sentence(value['description'])}", ""]
     if len(refs) == 1 and refs[0] not in told:
         told.add(refs[0])
-        lines += _body(tables[refs[0]])
+        lines += [f'<a id="{refs[0]}"></a>', "", *_body(tables[refs[0]])]
     elif refs:
         lines += [" or ".join(f"[{_title(ref, tables[ref])}](#{ref})" for ref in refs), ""]
     else:
