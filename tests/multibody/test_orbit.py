@@ -16,6 +16,8 @@ from modalprep.multibody.flight import fly_system
 from modalprep.multibody.layout import pack
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.orbit import EARTH_MU, EARTH_RADIUS
+from modalprep.pipeline.environment_schema import ControlTable, OrbitTable
+from modalprep.pipeline.system_loads import read_orbit
 
 # of the size of random trees, so that every order of the field counts
 NEAR = mp.Orbit(rate=0.7, radius=12.0, inclination=0.9, argument=0.4, planet_spin=0.3,
@@ -250,3 +252,27 @@ def test_damper_of_a_slack_tether_never_pushes():
 def test_bad_input_is_refused(make, said):
     with pytest.raises(InputError, match=said):
         make()
+
+
+def test_orbit_of_a_pipeline_file():
+    dipole = {"strength": 3e-5, "tilt": "11 deg"}
+    orbit = read_orbit(OrbitTable(altitude=400e3, inclination="51.6 deg", dipole=dipole))
+    assert orbit.radius == EARTH_RADIUS + 400e3
+    assert orbit.rate == pytest.approx(np.sqrt(EARTH_MU / orbit.radius**3))
+    assert np.degrees([orbit.inclination, orbit.dipole.tilt]) == pytest.approx([51.6, 11.0])
+    assert read_orbit(OrbitTable(rate=1e-3)).constants[:2].tolist() == [1e-3, 0.0]
+    mars = read_orbit(OrbitTable(radius=4e6, mu=4.28e13))
+    assert mars.rate == pytest.approx(np.sqrt(4.28e13 / 4e6**3))
+    assert read_orbit(None) is None
+
+
+@pytest.mark.parametrize("table", [{}, {"altitude": 4e5, "rate": 1e-3}])
+def test_orbit_of_no_or_two_sizes_is_refused(table):
+    with pytest.raises(ValueError, match="needs one of 'altitude', 'radius' and 'rate'"):
+        OrbitTable(**table)
+
+
+@pytest.mark.parametrize("table", [{"at": "m.root"}, {"at": "m.root", "values": ["t"], "force": [0, 0, "t"]}])
+def test_control_of_no_or_two_kinds_is_refused(table):
+    with pytest.raises(ValueError, match="needs 'force' or 'torque' of an interface, or 'values' of a joint"):
+        ControlTable(**table)
