@@ -278,7 +278,7 @@ class DeployingSystem(Record):
 
     def full(self) -> System:
         """Return the system with everything out."""
-        return self.at([Stage(rods=d.segments, locked=False) for d in self.deployments])
+        return self.at([Stage(rods=d.segments, locked=False, law=TimeFunction(d.length)) for d in self.deployments])
 
 
 def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:

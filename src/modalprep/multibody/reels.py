@@ -4,7 +4,8 @@ The innermost rod, of length r outside, has the mass ``m r`` of what is out, and
 particles of a rod are those of a rigid body, so that its equations hold with the constants of the moment. Stowed mass
 sits at the exit and rides with the base. A particle that passes the exit at speed v changes its velocity by ``v e``,
 e along the innermost rod; the base feels ``-m v^2 e`` for it, going out or coming in, and the reel spends
-``m v^3 / 2``; so do the spin and axial inertia of the rod. Springs of the strain energy V give the reel the force ``-dV/dL``.
+``m v^3 / 2``; likewise with the spin of the rod about itself. Springs of the strain energy V give the reel the force
+``-dV/dL``.
 """
 
 from __future__ import annotations

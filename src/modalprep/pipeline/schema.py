@@ -12,6 +12,7 @@ from modalprep.pipeline.beam import BeamTable
 from modalprep.pipeline.chain import ChainTable, with_chains
 from modalprep.pipeline.closure_schema import ClosureTable, CouplerTable
 from modalprep.pipeline.depletion_schema import DepletionTable, JetTable
+from modalprep.pipeline.deployment_schema import DeploymentTable
 from modalprep.pipeline.environment_schema import ConductorTable, ControlTable, EnvironmentTable
 from modalprep.pipeline.event_schema import EventTable
 from modalprep.pipeline.fe_schema import (
@@ -94,6 +95,7 @@ class Pipeline(Table):
     joints: dict[str, JointTable] = Field({})
     chains: dict[str, ChainTable] = Field({}, description="many equal bodies, each hinged to the one before")
     beams: dict[str, BeamTable] = Field({}, description="of large deflection, in rigid segments with springs")
+    deployments: dict[str, DeploymentTable] = Field({}, description="beams, cables and tethers that come out of a body")
     forces: dict[str, ForceTable] = Field({})
     springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
     bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
@@ -130,6 +132,20 @@ class Pipeline(Table):
         bodies, joints = with_chains(self.chains, self.bodies, self.joints)
         bodies, joints = with_chains(self.beams, bodies, joints)
         return self.model_copy(update={"bodies": bodies, "joints": joints, "chains": {}, "beams": {}})
+
+    @model_validator(mode="after")
+    def _deployments_stand_alone(self) -> Pipeline:
+        others = ("analysis", "synthesis", "closures", "couplers")
+        if found := [name for name in others if self.deployments and getattr(self, name)]:
+            raise ValueError(f"[{found[0]}] does not go with [deployments], whose rods come and go; leave one out")
+        s = self.simulation
+        if self.deployments and s and (s.variables != "joint" or s.chosen_theory != "consistent"):
+            raise ValueError("[deployments] are simulated in joint variables and the consistent theory only")
+        if self.deployments and s and s.compare_conventional:
+            raise ValueError(
+                "[deployments] have no conventional theory to compare with; leave compare_conventional out"
+            )
+        return self
 
     @model_validator(mode="after")
     def _has_work(self) -> Pipeline:

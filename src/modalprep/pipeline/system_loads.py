@@ -10,6 +10,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.multibody.deployment import Deployment
 from modalprep.multibody.feedback import feedback
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.hydrodynamics import ImmersedRod, Water
@@ -24,6 +25,7 @@ from modalprep.multibody.orbit import EARTH_RADIUS, CentralGravity, Conductor, D
 from modalprep.multibody.system import TRAVELS, TURNS
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.pipeline.build import rotation_matrix
+from modalprep.pipeline.deployment_schema import DeploymentTable
 from modalprep.pipeline.environment_schema import CentralTable, ControlTable, OrbitTable, WaterTable
 from modalprep.pipeline.load import naming
 from modalprep.pipeline.schema import Pipeline
@@ -60,6 +62,22 @@ def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | 
         if isinstance(value, list):
             return TimeFunction([(FOREVER if p.until is None else p.until, p.value) for p in value])
         return TimeFunction(value)
+
+
+def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployment:
+    """Return the deployment of a table; files of its functions of time are relative to `folder`.
+
+    Examples
+    --------
+    >>> boom = DeploymentTable(length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
+    >>> read_deployment("boom", boom, Path()).start
+    (5.0, 0.5)
+    """
+    with naming(f"deployment {name!r}"):
+        given = {key: value for key, value in table if key not in ("law", "tension", "jam")}
+        given |= {key: np.array(given[key]) for key in ("axis", "normal", "position")}
+        functions = {key: time_function(key, getattr(table, key), folder) for key in ("law", "tension")}
+        return Deployment(name=name, jam=FOREVER if table.jam is None else table.jam, **functions, **given)
 
 
 def _points(path: Path) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,8 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
+from modalprep.multibody.deploying import deployment_channels, simulate_deployment
+from modalprep.multibody.deployment import DeployingSystem
 from modalprep.multibody.flight import fly_system
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
@@ -21,7 +23,13 @@ from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_closures import read_closures
 from modalprep.pipeline.system_depletions import read_depletions
-from modalprep.pipeline.system_loads import hinge_elements, prescribed_motion, read_loads, read_orbit
+from modalprep.pipeline.system_loads import (
+    hinge_elements,
+    prescribed_motion,
+    read_deployment,
+    read_loads,
+    read_orbit,
+)
 from modalprep.pipeline.system_schema import JointTable, SimulationTable, Theory
 
 LABELS = {
@@ -35,7 +43,7 @@ LABELS = {
 class Simulated:
     """The system, its runs by label, the first is the main one, and the files written."""
 
-    system: System
+    system: System | DeployingSystem
     runs: dict[str, Result]
     files: list[Path]
 
@@ -80,7 +88,7 @@ def simulate_pipeline(
     return Simulated(system, runs, files)
 
 
-def in_theory(system: System, theory: Theory) -> System:
+def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
     """Return the system with its bodies as a theory of deformation takes them.
 
     Examples
@@ -91,18 +99,28 @@ def in_theory(system: System, theory: Theory) -> System:
     >>> in_theory(arm, "no_geometric_stiffness").bodies["arm"].has_geometric_stiffness
     False
     """
-    return {"consistent": lambda: system, "ruthless": system.ruthless}.get(theory, system.conventional)()
+    if isinstance(system, DeployingSystem) and theory != "consistent":
+        raise InputError("[deployments] are of rigid rods, which have no geometric stiffness to leave out")
+    return {"consistent": lambda: system, "ruthless": lambda: system.ruthless()}.get(
+        theory, lambda: system.conventional()
+    )()
 
 
 def _csv_beside(target: Path) -> Path:
     return target.with_suffix(".csv") if target.suffix != ".csv" else target.with_name(f"{target.stem}-table.csv")
 
 
-def _simulate(path: Path, label: str, system: System, pipeline: Pipeline, reporter: Reporter, dense: bool) -> Result:
+def _simulate(
+    path: Path, label: str, system: System | DeployingSystem, pipeline: Pipeline, reporter: Reporter, dense: bool
+) -> Result:
     s = pipeline.simulation
     with reporter.progress(f"{path.name}: {label}", s.t_end) as progress:
         span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
-        if s.variables == "joint":
+        if isinstance(system, DeployingSystem):
+            if dense:
+                raise InputError("[deployments] have no dense twin; leave --dense out")
+            run = simulate_deployment(system, **span, atol=s.atol, method=s.method, progress=progress)
+        elif s.variables == "joint":
             events = read_events(pipeline.events)
             run = simulate(
                 system, **span, atol=s.atol, method=s.method, events=events, dense=dense, progress=progress
@@ -126,13 +144,15 @@ def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> 
 
 
 def _first_channels(table: SimulationTable, system: System) -> Result:
+    if isinstance(system, DeployingSystem):
+        return deployment_channels(system)
     if table.variables == "joint":
         return start_channels(system, table.t_end)
     step = min(table.output_step, table.t_end)
     return fly_system(in_theory(system, table.chosen_theory), t_end=step, output_step=step, variables=table.variables)
 
 
-def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System:
+def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
     """Return the system a pipeline file describes, its bodies read or built."""
     bodies = read_bodies(pipeline, path, output, reporter)
     with naming(path):
@@ -143,15 +163,19 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
         uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
         closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
         depletions, jets = read_depletions(pipeline, bodies, path.parent)
-        return System(
-            bodies=bodies,
-            joints=joints,
-            gravity=uniform,
-            loads=(*loads, *jets),
-            closures=closures,
-            orbit=read_orbit(pipeline.environment.orbit),
-            depletions=depletions,
-        )
+        parts = {"bodies": bodies, "joints": joints, "gravity": uniform, "loads": (*loads, *jets)}
+        parts["orbit"] = read_orbit(pipeline.environment.orbit)
+        if pipeline.deployments:
+            _refuse_beside_deployments(pipeline)
+            found = tuple(read_deployment(name, table, path.parent) for name, table in pipeline.deployments.items())
+            return DeployingSystem(**parts, deployments=found)
+        return System(**parts, closures=closures, depletions=depletions)
+
+
+def _refuse_beside_deployments(pipeline: Pipeline) -> None:
+    for name in ("closures", "couplers", "depletions", "events", "analysis"):
+        if getattr(pipeline, name):
+            raise InputError(f"[{name}] cannot stand beside [deployments]; leave one of them out")
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
