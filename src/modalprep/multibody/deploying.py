@@ -101,7 +101,7 @@ def simulate_deployment(
     """
     check_span(t_end, output_step, rtol, atol, method)
     times = output_times(t_end, output_step)
-    run = _Run(system, times, {"rtol": rtol, "atol": atol}, method)
+    run = Run(system, times, {"rtol": rtol, "atol": atol}, method)
     return run.through(progress)
 
 
@@ -121,7 +121,7 @@ class _Change(NamedTuple):
     what: str
 
 
-class _Run:
+class Run:
     """A run: the stages of the deployments, the phase that is integrated, what was recorded."""
 
     def __init__(self, system: DeployingSystem, times: np.ndarray, tolerances: dict, method: str) -> None:
@@ -133,7 +133,7 @@ class _Run:
         self.events: dict[str, list[float]] = {}
         stages = [first_stage(d) for d in system.deployments]
         places = [_places(d, stage) for d, stage in zip(system.deployments, stages, strict=True)]
-        self.phase = _Phase(self, stages, 0.0, {name: place for found in places for name, place in found.items()})
+        self.phase = Phase(self, stages, 0.0, {name: place for found in places for name, place in found.items()})
 
     def through(self, progress: Callable[[float], None] | None) -> Result:
         """Integrate to the end."""
@@ -166,7 +166,7 @@ class _Run:
         stage, places = self._next(change)
         stages = [*old.stages[:k], stage, *old.stages[k + 1 :]]
         self._count()
-        self.phase = _Phase(self, stages, old.t, {}, old, places)
+        self.phase = Phase(self, stages, old.t, {}, old, places)
         gained = self.phase.energy() - before
         self.phase.steps.y[-1] += gained
         self.histories.gained.append((old.t, gained))
@@ -196,7 +196,7 @@ class _Run:
         if stage.law is not None:
             stages = list(phase.stages)
             stages[change.k] = stage.with_(law=None)
-            freed = _Phase(self, stages, t, {}, phase, {d.name: (np.array([length]), np.array([speed]))})
+            freed = Phase(self, stages, t, {}, phase, {d.name: (np.array([length]), np.array([speed]))})
             freed.stop(d.name, np.array([wanted]))
             phase.take_speeds(freed)
         else:
@@ -212,11 +212,11 @@ class _Run:
             self.stats[name] = max(known, value) if name in ("stiffness_ratio", "method") else known + value
 
 
-class _Phase:
+class Phase:
     """The system between two changes of its stages."""
 
     def __init__(
-        self, run: _Run, stages: list[Stage], t: float, start: dict, before: _Phase | None = None,
+        self, run: Run, stages: list[Stage], t: float, start: dict, before: Phase | None = None,
         places: dict | None = None,
     ) -> None:  # fmt: skip
         self.owner, self.stages, self.t = run, stages, t
@@ -346,7 +346,7 @@ class _Phase:
         rows = np.array(self.rows(name)[1]) - self.packed.nx
         push(self.integration.model, self.packed, self.t, self.steps.y, rows, wanted)
 
-    def take_speeds(self, other: _Phase) -> None:
+    def take_speeds(self, other: Phase) -> None:
         """Take the speeds of the same joints in another phase."""
         _carry(other.packed, other.steps.y, self.packed, self.steps.y)
 
@@ -397,7 +397,7 @@ def _carry(old: Packed, before: np.ndarray, new: Packed, y: np.ndarray) -> None:
     y[-1] = before[-1]
 
 
-def _insert(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
+def _insert(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     """The next rod follows, straight behind the last: nothing changes its place or velocity."""
     n = stage.rods
     if not d.guided:
@@ -406,7 +406,7 @@ def _insert(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     return stage.with_(rods=n + 1, fading=-STIFF / FIRST_BEND * bent), {f"{d.name}{n}": (np.zeros(1), np.zeros(1))}
 
 
-def _remove(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
+def _remove(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     """The innermost rod is in; a cable's next one hangs on the exit, a beam's is aligned while it follows."""
     n = stage.rods
     turn, spin, speed = phase.turned_in(d, stage)
@@ -419,13 +419,13 @@ def _remove(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     return stage.with_(rods=n - 1, tilt=tilt, fading=0.0), places
 
 
-def _unlock(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
+def _unlock(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     """The innermost rod turns by itself."""
     still = (_place(d, stage.turn), np.zeros(3 if d.spatial else 1))
     return stage.with_(locked=False, turn=np.eye(3)), {f"{d.name}{max(1, stage.rods - 1)}": still}
 
 
-def _lock(phase: _Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
+def _lock(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     """The innermost rod is too short to turn by itself: an impulse stops it against the next one."""
     hinge = f"{d.name}{max(1, stage.rods - 1)}"
     phase.stop(hinge, np.zeros(3 if d.spatial else 1))
