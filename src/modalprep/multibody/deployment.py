@@ -12,6 +12,7 @@ from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.loads import Load
+from modalprep.multibody.orbit import Orbit
 from modalprep.multibody.system import Joint, System
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.records import Record
@@ -233,6 +234,7 @@ class DeployingSystem(Record):
     deployments: tuple[Deployment, ...]
     gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     loads: tuple[Load, ...] = ()
+    orbit: Orbit | None = None
 
     def __post_init__(self) -> None:
         """Check names, and that exits are in rigid bodies."""
@@ -255,7 +257,7 @@ class DeployingSystem(Record):
                 raise InputError(f"deployment {d.name!r} makes body {twice!r}, which is already there; rename one")
             bodies |= new
             joints += [joint.with_(**(places or {}).get(joint.name, {})) for joint in _joints(d, stage)]
-        return System(bodies=bodies, joints=tuple(joints), gravity=self.gravity, loads=self.loads)
+        return System(bodies=bodies, joints=tuple(joints), gravity=self.gravity, loads=self.loads, orbit=self.orbit)
 
     def without_exit(
         self, stages: list[Stage], d: Deployment, turn: np.ndarray, velocity: np.ndarray, spin: np.ndarray

@@ -135,7 +135,7 @@ class Pipeline(Table):
 
     @model_validator(mode="after")
     def _deployments_stand_alone(self) -> Pipeline:
-        others = ("analysis", "synthesis", "closures", "couplers")
+        others = ("analysis", "synthesis", "closures", "couplers", "depletions", "events")
         if found := [name for name in others if self.deployments and getattr(self, name)]:
             raise ValueError(f"[{found[0]}] does not go with [deployments], whose rods come and go; leave one out")
         s = self.simulation

@@ -166,16 +166,9 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
         parts = {"bodies": bodies, "joints": joints, "gravity": uniform, "loads": (*loads, *jets)}
         parts["orbit"] = read_orbit(pipeline.environment.orbit)
         if pipeline.deployments:
-            _refuse_beside_deployments(pipeline)
             found = tuple(read_deployment(name, table, path.parent) for name, table in pipeline.deployments.items())
             return DeployingSystem(**parts, deployments=found)
         return System(**parts, closures=closures, depletions=depletions)
-
-
-def _refuse_beside_deployments(pipeline: Pipeline) -> None:
-    for name in ("closures", "couplers", "depletions", "events", "analysis"):
-        if getattr(pipeline, name):
-            raise InputError(f"[{name}] cannot stand beside [deployments]; leave one of them out")
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
