@@ -180,6 +180,15 @@ def test_force_and_voltage_of_a_conductor():
     assert short["line.current"][0] == 10.0
 
 
+def test_voltage_at_the_node_of_an_inclined_orbit():
+    """The field points north, the planet turns east: (v cos i - w_E r) B L."""
+    i, r = 0.9, EARTH_RADIUS + 400e3
+    run = mp.simulate(conductor(2.0, inclination=i), t_end=1.0, output_step=1.0)
+    speed = np.sqrt(EARTH_MU / r) * np.cos(i) - 7.292115e-5 * r
+    expected = speed * STATION["strength"] * (EARTH_RADIUS / r) ** 3 * 2.0
+    assert run["line.emf"][0] == pytest.approx(expected, rel=1e-9)
+
+
 def test_field_of_a_tilted_dipole_over_the_pole():
     """Over the magnetic north pole the field is 2 B_0 down, and the planet's turn goes across the flight."""
     r = EARTH_RADIUS + 400e3
