@@ -102,7 +102,7 @@ def sweep_plot(
     label: str = "time (s)",
     reference: Sequence[Mapping[str, Any]] = (),
 ) -> Path:
-    """Draw frequencies and growth rates of the lowest `count` modes that vibrate over the times of a sweep.
+    """Draw frequencies and growth rates of the lowest `count` modes that vibrate or grow over the times of a sweep.
 
     Examples
     --------
@@ -132,7 +132,7 @@ def sweep_plot(
 
 
 def write_sweep(sweep: Mapping[float, SystemModes], count: int, path: str | Path) -> Path:
-    """Write the eigenvalues (1/s) of the lowest `count` modes that vibrate, a row for each time."""
+    """Write the eigenvalues (1/s) of the lowest `count` modes that vibrate or grow, a row for each time."""
     path, rows = Path(path), {t: _vibrations(modes, count) for t, modes in sweep.items()}
     with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
         writer = csv.writer(file)
@@ -144,7 +144,7 @@ def write_sweep(sweep: Mapping[float, SystemModes], count: int, path: str | Path
 
 def _vibrations(modes: SystemModes, count: int) -> list[complex]:
     """Return the eigenvalues of the lowest `count` modes that vibrate or grow."""
-    return [z for z in modes.eigenvalue.tolist() if z != 0][:count]
+    return [z for z in modes.eigenvalue.tolist() if z.imag > 0 or z.real > 0][:count]
 
 
 def _pairs(linear: StateSpace, H: np.ndarray) -> list[tuple[str, np.ndarray]]:
