@@ -83,7 +83,7 @@ def test_every_key_arrives(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "match"),
     [
-        ('bodies = "on*"', 'bodies = "un*"', "immersed 'hull': no body is called 'un*'"),
+        ('bodies = "on*"', 'bodies = "un*"', "immersed 'hull': no body is called 'un.'"),
         ("water = {", "# water = {", "there is no water; add .environment.water."),
         ('begins = ["floor"]', 'begins = ["flor"]', "closure 'flor' does not exist; did you mean 'floor'"),
         ('"floor.gap"', '"flor.gap"', "event 'down': no channel 'flor.gap'"),

@@ -24,10 +24,10 @@ def test_momenta_stay(docked):
 
 
 def test_energy_lost_and_time_of_contact(docked):
-    """0.25 m at 0.05 m/s; ``r S^-1 r / 2`` by dense equations of the flexible system."""
+    """0.252 m at 0.05 m/s; ``r S^-1 r / 2`` by dense equations of the flexible system."""
     (run,) = docked.runs.values()
     (blow,) = run.impacts["contact"]
-    assert blow.t == pytest.approx(5.0, rel=1e-9)
+    assert blow.t == pytest.approx(5.04, rel=1e-9)
     row = np.searchsorted(run.time, blow.t)
     system = docked.system
     plant, packed = Plant(system), pack(system)
@@ -45,9 +45,9 @@ def test_energy_lost_and_time_of_contact(docked):
 
 def test_the_ports_stay_together_and_the_panel_swings(docked):
     (run,) = docked.runs.values()
-    after = run.time > 5.0 + 1e-9
+    after = run.time > 5.04 + 1e-9
     apart = (run["chaser.port.position"] - run["satellite.port.position"])[after]
     np.testing.assert_allclose(np.linalg.norm(apart, axis=1), np.linalg.norm(apart[0]), atol=1e-9)
     swing = run["panel.tip.deflection.z"]
     assert np.abs(swing[~after]).max() < 1e-9
-    assert np.abs(swing[after]).max() > 1e-3
+    assert np.abs(swing[after]).max() > 5e-3

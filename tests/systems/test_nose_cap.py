@@ -28,7 +28,7 @@ def test_the_blow_is_that_of_two_free_bodies(run):
     S, v, lever = mobility(run, row, "package", 25.0, 0.8, "shoe")
     arm = (run["package.shoe.position"] - run["cap.centre.position"])[row, :2]
     turn = np.array([-arm[1], arm[0]])
-    S = S + np.eye(2) / 12.0 + np.outer(turn, turn) / 0.9
+    S = S + np.eye(2) / 40.0 + np.outer(turn, turn) / 4.0
     v = v - run["cap.centre.velocity"][row, :2] - run["cap.spin"][row, 2] * turn
     angle = 2 * np.arctan2(run["cap.orientation"][row, 3], run["cap.orientation"][row, 0])
     along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
@@ -54,7 +54,7 @@ def test_the_package_slides_under_friction_until_the_mouth(run):
     assert np.all(force[slides, 1] < 0)  # it is pressed on the wall all the way
     assert not np.any(force[run.time > end + 1e-9])
     shoe = run.seen_from("cap")["package.shoe.position"]
-    np.testing.assert_allclose(shoe[slides, 1], 0.25, atol=1e-9)
+    np.testing.assert_allclose(shoe[slides, 1], 0.15, atol=1e-9)
     assert np.interp(end, run.time, shoe[:, 0]) == pytest.approx(0.6, abs=1e-6)
 
 
@@ -63,6 +63,6 @@ def test_momentum_grows_by_the_pull_alone(run):
     row = np.searchsorted(run.time, blow.t)
     for name in ("momentum.linear", "momentum.angular"):
         np.testing.assert_allclose(run[name][row + 1], run[name][row], atol=1e-12 * np.abs(run[name]).max())
-    pull = run["momentum.linear"][0] + np.outer(run.time, [400, 60, 0])
+    pull = run["momentum.linear"][0] + np.outer(run.time, [400, 200, 0])
     np.testing.assert_allclose(run["momentum.linear"], pull, rtol=1e-9, atol=1e-9)
     assert run.stats["energy_error"] < 1e-7

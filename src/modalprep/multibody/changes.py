@@ -30,9 +30,12 @@ class Changes:
         self.loading, self.model = loading, model
         self.number = {closure.name: k for k, closure in enumerate(system.closures)}
         self.impacts: dict[str, list[Impact]] = {event.name: [] for event in events if event.changes}
+        self.past: set[str] = set()
 
     def armed(self, event: Event) -> bool:
         """Return whether an event that is there to begin or to end closures still can."""
+        if event.once and event.name in self.past:
+            return False
         if not event.changes or event.hits:
             return True
         active = self.loading.loops.closing.active
@@ -47,6 +50,7 @@ class Changes:
         SimulationError
             When blows pile up, or no impulses satisfy the law of friction.
         """
+        self.past.add(event.name)
         loops = self.loading.loops
         begins, ends, hits = ([self.number[n] for n in names] for names in (event.begins, event.ends, event.hits))
         for k in ends:

@@ -42,6 +42,8 @@ class Event(Record):
         Closures that act for this moment only: a blow that comes back by `restitution`.
     restitution : float
         Newton's coefficient of the hits, 0 to 1.
+    once : bool
+        Whether it begins, ends or hits something the first time only.
 
     Examples
     --------
@@ -57,6 +59,7 @@ class Event(Record):
     ends: tuple[str, ...] = ()
     hits: tuple[str, ...] = ()
     restitution: float = 0.0
+    once: bool = False
 
     def __post_init__(self) -> None:
         """Check the direction and the restitution."""

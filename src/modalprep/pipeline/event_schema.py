@@ -22,6 +22,7 @@ class EventTable(Table):
     ends: list[str] = Field([], description="closures that are let go")
     hits: list[str] = Field([], description="closures that act as a blow only")
     restitution: Annotated[float, Field(ge=0, le=1)] = Field(0.0, description="of the hits")
+    once: bool = Field(False, description="whether it does so the first time only")
 
 
 def read_events(tables: dict[str, EventTable]) -> tuple[Event, ...]:
