@@ -97,7 +97,7 @@ def test_order_n_equals_dense_under_every_load(seed):
     expected = loaded_accelerations(system, y, loading.motion, 0.3)
     assert np.abs(found - expected).max(initial=0.0) <= 1e-10 * np.abs(expected).max(initial=1e-300)
     dense = dense_loads(system, pack(system), y, loading.motion, 0.3)
-    np.testing.assert_allclose(energies, dense[1:], rtol=1e-11, atol=1e-11)
+    np.testing.assert_allclose(energies, dense[1:4], rtol=1e-11, atol=1e-11)
 
 
 def moved(system, y, h):
