@@ -41,9 +41,9 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def warm(folder, tmp_path_factory):
-    """The process that forks, which has done each thing once."""
+    """The process that forks; the solver is compiled then, which is not what is to be killed."""
     with forks(tmp_path_factory.mktemp("forks")) as server:
-        server.run("run", folder / "job.toml", "--output", folder / "warm", here=True)
+        server.run("run", folder / "job.toml", "--output", folder / "warm")
         yield server
 
 

@@ -1,4 +1,7 @@
-"""A warm process that forks for each run of a command: killed, short of disk space, or as another user."""
+"""A process with all modules loaded that forks for each run: killed, short of disk space, or as another user.
+
+It computes nothing itself: libraries that have do not outlive a fork.
+"""
 
 import json
 import os
@@ -8,6 +11,8 @@ from contextlib import contextmanager
 
 SERVER = """
 import json, os, resource, signal, sys, time
+import matplotlib.pyplot, meshio, modalprep.pipeline.batch, modalprep.pipeline.build, modalprep.pipeline.systems
+import modalprep.report.page, modalprep.report.plots
 from modalprep.cli import main
 
 def child(order):
@@ -28,8 +33,6 @@ def child(order):
 
 for line in sys.stdin:
     order, start = json.loads(line), time.monotonic()
-    if order["here"]:
-        main(order["arguments"] + ["--json"])
     process = os.fork()
     if not process:
         child(order)
@@ -39,7 +42,7 @@ for line in sys.stdin:
     _, status = os.waitpid(process, 0)
     print("DONE", os.waitstatus_to_exitcode(status), time.monotonic() - start, flush=True)
 """
-THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS")}  # a forked process has lost the others
+THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS")}
 
 
 class Forks:
@@ -48,10 +51,10 @@ class Forks:
     def __init__(self, process, folder):
         self._process, self._error = process, folder / "error.txt"
 
-    def run(self, *arguments, kill=None, limit=None, user=None, here=False):
-        """Return exit code, standard error and seconds of a run; `here` runs it in the process itself before."""
+    def run(self, *arguments, kill=None, limit=None, user=None):
+        """Return exit code, standard error and seconds of a run."""
         order = {"arguments": [str(a) for a in arguments], "error": str(self._error)}
-        order |= {"kill": kill, "limit": limit, "user": user, "here": here}
+        order |= {"kill": kill, "limit": limit, "user": user}
         print(json.dumps(order), file=self._process.stdin, flush=True)
         while not (line := self._process.stdout.readline()).startswith("DONE"):
             assert line, "the process that forks has died"
