@@ -10,7 +10,7 @@ MAY_IMPORT = {
     "reduction": BASE | {"linalg", "fe"},
     "body": BASE | {"linalg", "fe", "reduction"},
     "multibody": BASE | {"body"},
-    "formats": BASE | {"body", "reduction", "multibody"},
+    "formats": BASE | {"linalg", "body", "reduction", "multibody"},
     "report": BASE | {"body", "reduction", "multibody", "formats"},
     "pipeline": BASE | {"body", "fe", "formats", "linalg", "multibody", "reduction", "report"},
 }

@@ -17,7 +17,6 @@ OPERATORS = {
     ast.Mult: lambda a, b: a * b,
     ast.Div: lambda a, b: a / b,
     ast.Pow: lambda a, b: a**b,
-    ast.BitXor: lambda a, b: a**b,
 }
 
 
@@ -49,7 +48,7 @@ def read_expression(text: str) -> Any:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            return _translated(ast.parse(" ".join(text.split()), mode="eval").body)
+            return _translated(ast.parse(" ".join(text.replace("^", "**").split()), mode="eval").body)
     except InputError as error:
         raise InputError(f"function of time {text!r}: {error}; use t and {FUNCTIONS}") from None
     except (SyntaxError, ValueError, ArithmeticError, RuntimeError, MemoryError, TypeError) as error:
@@ -69,7 +68,7 @@ def _translated(node: ast.expr) -> Any:
         case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=operand):
             value = _translated(operand)
             return -value if isinstance(sign, ast.USub) else value
-        case ast.BinOp(left=base, op=ast.Pow() | ast.BitXor(), right=exponent) if (n := _integer(exponent)) is not None:
+        case ast.BinOp(left=base, op=ast.Pow(), right=exponent) if (n := _integer(exponent)) is not None:
             return _translated(base) ** n
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
             return OPERATORS[type(op)](_translated(left), _translated(right))
