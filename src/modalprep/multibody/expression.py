@@ -35,7 +35,7 @@ def read_expression(text: str) -> Any:
     >>> read_expression("2*sin(t)^2")
     2.0*sin(t)**2
     >>> read_expression("9**9**9*t")
-    inf*t
+    inf.0*t
     >>> read_expression("open(t)")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     modalprep.errors.InputError: function of time 'open(t)': unknown name open; use t and sin, cos, ...
