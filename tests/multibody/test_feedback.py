@@ -40,7 +40,7 @@ def test_body_axes_turn_with_the_interface():
     [
         (["u.angle.3", 0], "control 'law': no channel 'u.angle.3'"),
         (["u.angle", 0], "no channel 'u.angle'"),
-        (["q", 0], "unknown name 'q'"),
+        (["q", 0], "unknown name q"),
         (["2*(", 0], "is not an expression"),
         ([1.0], "has 1 numbers; give 2"),
     ],

@@ -245,7 +245,7 @@ def test_infinite_load_names_body_and_time():
     [
         ({"when": "hinge.angel"}, "no channel 'hinge.angel'"),
         ({"when": "rod.end.position.w"}, "no channel"),
-        ({"when": "hinge.angle + x"}, "unknown name 'x'"),
+        ({"when": "hinge.angle + x"}, "unknown name x"),
         ({"when": "hinge.angle +"}, "is not an expression"),
     ],
 )

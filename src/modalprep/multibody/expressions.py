@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
+from modalprep.multibody.arithmetic import read_expression
 from modalprep.multibody.loads import locate
 from modalprep.multibody.loops import Loops
 from modalprep.multibody.state import State
@@ -46,14 +47,9 @@ def channel_expression(
     names = list(dict.fromkeys(CHANNEL.findall(text)))
     readers = [_reader(system, name, what, loops) for name in names]
     symbols = {name: f"channel_{k}" for k, name in enumerate(names)}
-    try:
-        value = symengine.sympify(CHANNEL.sub(lambda match: symbols[match[0]], text))
-        unknown = [str(s) for s in value.free_symbols if str(s) not in ("t", *symbols.values())]
-    except (RuntimeError, TypeError, ValueError, SyntaxError, AttributeError) as error:
-        raise InputError(f"{what}: {text!r} is not an expression: {error}") from None
-    if unknown:
-        raise InputError(f"{what}: unknown name {unknown[0]!r} in {text!r}; use t and channels")
-    compiled = symengine.Lambdify([symengine.Symbol(s) for s in ("t", *symbols.values())], [value])
+    known = ("t", *symbols.values())
+    value = read_expression(CHANNEL.sub(lambda match: symbols[match[0]], text), f"{what}: {text[:60]!r}", known)
+    compiled = symengine.Lambdify([symengine.Symbol(name) for name in known], [value])
     return lambda t, state: float(compiled(np.array([t, *(read(state) for read in readers)]))[0])
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 
 from modalprep.errors import InputError
-from modalprep.multibody.expression import FUNCTIONS, read_expression
+from modalprep.multibody.arithmetic import FUNCTIONS, read_expression
 
 FOREVER = float("inf")
 SAMPLES = (64, 65536)  # first and largest number of intervals of a sampled callable

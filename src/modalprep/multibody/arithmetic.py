@@ -20,10 +20,10 @@ OPERATORS = {
 }
 
 
-def read_expression(text: str) -> Any:
-    """Return an expression of ``t`` as symengine's; all numbers but exponents are floating point.
+def read_expression(text: str, what: str = "", known: tuple[str, ...] = ("t",)) -> Any:
+    """Return an expression of the `known` names as symengine's; all numbers but exponents are floating point.
 
-    Exact numbers would let ``9**9**9`` take all memory.
+    Exact numbers would let ``9**9**9`` take all memory. `what` begins the sentence of an error.
 
     Raises
     ------
@@ -40,40 +40,38 @@ def read_expression(text: str) -> Any:
     Traceback (most recent call last):
     modalprep.errors.InputError: function of time 'open(t)': unknown name open; use t and sin, cos, ...
     """
+    what, names = what or f"function of time {text[:60]!r}", "t" if known == ("t",) else "t, channels"
     if len(text) > LONGEST:
-        raise InputError(
-            f"function of time {text[:60]!r}... has {len(text)} characters, more than {LONGEST}; give it in pieces, or "
-            "by points"
-        )
+        raise InputError(f"{what}... has {len(text)} characters, more than {LONGEST}; give it in pieces, or by points")
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
-            return _translated(ast.parse(" ".join(text.replace("^", "**").split()), mode="eval").body)
+            return _translated(ast.parse(" ".join(text.replace("^", "**").split()), mode="eval").body, known)
     except InputError as error:
-        raise InputError(f"function of time {text!r}: {error}; use t and {FUNCTIONS}") from None
+        raise InputError(f"{what}: {error}; use {names} and {FUNCTIONS}") from None
     except (SyntaxError, ValueError, ArithmeticError, RuntimeError, MemoryError, TypeError) as error:
-        raise InputError(f"function of time {text!r} is not an expression of t: {error}") from None
+        raise InputError(f"{what} is not an expression of {names}: {error}") from None
 
 
-def _translated(node: ast.expr) -> Any:
+def _translated(node: ast.expr, known: tuple[str, ...]) -> Any:
     import symengine
 
     match node:
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             return symengine.RealDouble(float(value))
-        case ast.Name(id="t"):
-            return symengine.Symbol("t")
+        case ast.Name(id=name) if name in known:
+            return symengine.Symbol(name)
         case ast.Name(id="pi"):
             return symengine.pi
         case ast.UnaryOp(op=ast.USub() | ast.UAdd() as sign, operand=operand):
-            value = _translated(operand)
+            value = _translated(operand, known)
             return -value if isinstance(sign, ast.USub) else value
         case ast.BinOp(left=base, op=ast.Pow(), right=exponent) if (n := _integer(exponent)) is not None:
-            return _translated(base) ** n
+            return _translated(base, known) ** n
         case ast.BinOp(left=left, op=op, right=right) if type(op) in OPERATORS:
-            return OPERATORS[type(op)](_translated(left), _translated(right))
+            return OPERATORS[type(op)](_translated(left, known), _translated(right, known))
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS.split(", ")[:-1]:
-            return getattr(symengine, name)(_translated(argument))
+            return getattr(symengine, name)(_translated(argument, known))
         case ast.Name(id=name) | ast.Call(func=ast.Name(id=name)):
             raise InputError(f"unknown name {name}")
     raise InputError(f"{ast.unparse(node)[:60]!r} is no arithmetic")
