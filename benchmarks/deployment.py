@@ -19,7 +19,8 @@ import numpy as np
 from chains import medians
 
 import modalprep as mp
-from modalprep.multibody.deploying import Phase, Run
+from modalprep.multibody.deploying import Run
+from modalprep.multibody.deployment_phase import Phase
 from modalprep.multibody.evaluate import evaluate
 
 RODS = (10, 30, 100, 300, 1000)

@@ -211,11 +211,6 @@ class Stage(Record):
         low = -np.inf if deployment.guided and self.rods == 1 else inner + least
         return low, (self.rods * deployment.rod if self.rods < deployment.segments else np.inf)
 
-    @property
-    def angle(self) -> float:
-        """Angle of the weld about z, rad."""
-        return float(np.arctan2(self.turn[1, 0], self.turn[0, 0]))
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DeployingSystem(Record):
