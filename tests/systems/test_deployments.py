@@ -1,9 +1,11 @@
 """Beams and tethers that come out of a body or go in: the continuum's tip (own Galerkin solution), identities."""
 
 import numpy as np
+import pytest
 from systems.shipped import run_shipped
 
 import modalprep as mp
+from modalprep.cli import main
 
 TIMES = np.array([1.0, 2.0, 4.0, 6.0, 8.0, 10.0])
 OUT = [0.03247, 0.10427, 0.09550, 0.11375, -0.00580, 0.11691]
@@ -63,3 +65,44 @@ def test_deploying_tether(tmp_path):
     assert run["energy.events"][-1] < 0
     assert run["tether.tension"][1:].min() > 0  # it stays taut
     assert run["orbit.spin.z"][jammed].max() < 0.5 * run["orbit.spin.z"][0]
+
+
+BOOM = """
+[deployments.boom]
+length = 2.0
+segments = 4
+mass_per_length = 1.0
+EI = 100.0
+{key}
+[simulation]
+t_end = 1.0
+{more}
+"""
+
+
+@pytest.mark.parametrize(
+    ("key", "more", "words"),
+    [
+        ('law = "1 + 2*t"', "", "the law asks for"),
+        ("", "", "deployment 'boom': give either a 'law'"),
+        ('law = "1"', "compare_conventional = true", "no conventional theory"),
+        ('law = "1"', "[analysis]", "[analysis] does not go with [deployments]"),
+        ('law = "1"\nparent = "bus.exit"', "", "'bus'"),
+        ('law = "sin("', "", "not an expression"),
+    ],
+)
+def test_bad_tables(tmp_path, capsys, key, more, words):
+    """One sentence, exit code 2."""
+    file = tmp_path / "boom.toml"
+    file.write_text(BOOM.format(key=key, more=more))
+    assert main(["simulate", str(file), "--output", str(tmp_path)]) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_command_line(tmp_path):
+    """`modalprep simulate` writes what is asked for; a film is refused."""
+    file = tmp_path / "boom.toml"
+    file.write_text(BOOM.format(key='law = "0.6 + t"', more='output = ["boom.rods", "boom1.tip.position"]'))
+    assert main(["simulate", str(file), "--output", str(tmp_path)]) == 0
+    assert mp.read_csv(tmp_path / "boom" / "boom-run.csv")["boom.rods"][-1] == 4
+    assert main(["simulate", str(file), "--animate", str(tmp_path / "film.gif")]) == 2

@@ -86,9 +86,12 @@ def simulate(
     from modalprep.pipeline.systems import simulate_pipeline
 
     if animate:
+        from modalprep.errors import InputError
         from modalprep.report.animation import check_target
 
         check_target(animate)
+        if load_pipeline(file).deployments:
+            raise InputError(f"{file}: a film cannot show [deployments], whose rods come and go; leave --animate out")
     reporter = Reporter(quiet=as_json)
     done = simulate_pipeline(
         file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, dense=dense
