@@ -6,10 +6,10 @@ import re
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.multibody.arithmetic import read_expression
+from modalprep.multibody.laws import rotation_vector
 from modalprep.multibody.loads import locate
 from modalprep.multibody.loops import Loops
 from modalprep.multibody.state import State
@@ -32,10 +32,10 @@ def channel_expression(
     """Return ``(t, state) -> value`` of an expression of channels and ``t``.
 
     Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
-    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad),
-    inertial axes; ``<body>.modal.<number>``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad)
-    and ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
-    one condition, active or not.
+    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad,
+    below pi), inertial axes; ``<body>.modal.<number>``. With `loops`, whose work belongs to the state:
+    ``<closure>.gap`` (m, rad) and ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the
+    ends apart) of closures with one condition, active or not.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[S
         at, axis = f"{body}.{words[0]}", AXES[words[2]]
         locate(system.bodies, at, what)
         if words[1] == "rotation":
-            return lambda state: float(Rotation.from_matrix(state[at].rotation).as_rotvec()[axis])
+            return lambda state: rotation_vector(tuple(state[at].rotation.ravel().tolist()))[0][axis]
         return lambda state: float(getattr(state[at], words[1])[axis])
     return None
 

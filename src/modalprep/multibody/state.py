@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,7 +46,7 @@ class State:
     def __init__(
         self, system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, frame: Callable[[str, int], Frame]
     ) -> None:
-        self.system, self.packed, self._y, self._motion, self._frame = system, packed, y, motion, frame
+        self.system, self.packed, self._y, self._motion, self._frame = system, packed, y, motion, cache(frame)
 
     @property
     def coordinates(self) -> np.ndarray:
