@@ -55,17 +55,17 @@ def test_without_a_way_gas_takes_no_angular_momentum(tmp_path):
 def test_tail_wags_dog(tmp_path):
     """Side force ``m a - T sin d`` and torques of the actuators in closed form; the zero of the force."""
     run = only_run("nozzle-gimbal", tmp_path)
-    t, (m, l, J, T, size) = run.time, (500.0, 0.8, 420.0, 4e5, 0.01)
+    t, (m, arm, J, T, size) = run.time, (500.0, 0.8, 420.0, 4e5, 0.01)
     d = size * np.sin(t**2)
     rate = 2 * size * t * np.cos(t**2)
     second = size * (2 * np.cos(t**2) - 4 * t**2 * np.sin(t**2))
-    side = -m * l * (second * np.cos(d) - rate**2 * np.sin(d)) - T * np.sin(d)
+    side = -m * arm * (second * np.cos(d) - rate**2 * np.sin(d)) - T * np.sin(d)
     np.testing.assert_allclose(run["gimbal.angle"], np.stack([d, 0 * t], axis=1), atol=1e-11)
     np.testing.assert_allclose(run["gimbal.force.y"], side, atol=1e-8 * T * size)
     # accelerations of tables of time are good to 1e-9 of the largest
     largest = np.abs(J * second).max()
     np.testing.assert_allclose(run["gimbal.drive"], np.stack([J * second, 0 * t], axis=1), atol=2e-9 * largest)
-    near = np.abs(2 * t - np.sqrt(T / (m * l))) < 0.1
+    near = np.abs(2 * t - np.sqrt(T / (m * arm))) < 0.1
     # second order of d, the chirp's own acceleration 2 / w^2, and 0.1 of 31.6 rad/s either side
     assert np.abs(run["gimbal.force.y"][near]).max() < 0.012 * T * size
     assert np.abs(run["gimbal.force.y"][t < 5]).max() > 0.95 * T * size
@@ -78,8 +78,9 @@ def test_commanded_nozzle_turns_the_rocket(tmp_path):
     nozzle = mp.rigid_body("nozzle", mass=1e-2, centre=np.zeros(3), inertia=1e-2 * np.eye(3),
                            interfaces={"hinge": np.zeros(3)})  # fmt: skip
     command = 1e-3
+    motion = (mp.TimeFunction(command), mp.TimeFunction(0))
     gimbal = mp.Joint(name="gimbal", type="universal", parent="rocket.tail", child="nozzle",
-                      second_axis=np.array([0, 1.0, 0]), motion=(mp.TimeFunction(command), mp.TimeFunction(0)))  # fmt: skip
+                      second_axis=np.array([0, 1.0, 0]), motion=motion)  # fmt: skip
     flight = mp.Joint(name="flight", type="free", parent="ground", child="rocket")
     thrust = mp.PointForce(name="thrust", at="nozzle.hinge", force=(4e5, 0, 0), axes="body")
     system = mp.System(bodies={"rocket": rocket, "nozzle": nozzle}, joints=(flight, gimbal), loads=(thrust,))
