@@ -142,7 +142,7 @@ def test_it_runs(folder):
         (("t = [0, 1, 1, 2], ", ""), ["both 't' and 'values'"]),
         (
             ("values = [1, 1, 3, 3] }", "values = [1, 1, 3, 3] }\nmotion = 1"),
-            ["'slide'", "revolute or prismatic"],
+            ["joint 'slide'", "motion has 1 value(s)", "2 coordinate"],
         ),
         (('at = "b.tip"', 'at = "b.top"'), ["force 'push'", "'b.top' names no interface", "did you mean 'tip'?"]),
         (('at = "b.tip"', ""), ["[forces.push]", "needs either 'at' or 'body'"]),
