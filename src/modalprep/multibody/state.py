@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -46,7 +45,8 @@ class State:
     def __init__(
         self, system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, frame: Callable[[str, int], Frame]
     ) -> None:
-        self.system, self.packed, self._y, self._motion, self._frame = system, packed, y, motion, cache(frame)
+        self.system, self.packed, self._y, self._motion, self._frame = system, packed, y, motion, frame
+        self._seen: dict[tuple[str, int], Frame] = {}
 
     @property
     def coordinates(self) -> np.ndarray:
@@ -63,7 +63,9 @@ class State:
         found = locate(self.system.bodies, name, "state")
         if found is None:
             raise InputError("state: the ground does not move")
-        return self._frame(*found)
+        if found not in self._seen:
+            self._seen[found] = self._frame(*found)
+        return self._seen[found]
 
     def joint(self, name: str) -> JointState:
         """Return coordinates and speeds of a joint."""
