@@ -229,6 +229,28 @@ def test_capture_friction_and_release(method):
     assert run.stats["energy_error"] < (1e-9 if method == "explicit" else 1e-4)
 
 
+def test_a_bead_slides_down_a_wire():
+    """On a line at a to the horizontal: ``g (sin a - mu cos a) t^2 / 2``; the force across is ``m g cos a``."""
+    a, mu = 0.6, 0.25
+    wire = mp.Closure(name="wire", type="point_on_line", a="ground", b="ball.centre", friction=mu, sliding=1e-5,
+                      axis=np.array([np.cos(a), -np.sin(a), 0]))  # fmt: skip
+    run = mp.simulate(ball(height=0.0).with_(closures=(wire,)), t_end=1.0, rtol=1e-9)
+    travel = np.linalg.norm(run["ball.centre.position"], axis=1)
+    np.testing.assert_allclose(travel, G * (np.sin(a) - mu * np.cos(a)) * run.time**2 / 2, atol=1e-4)  # it starts loose
+    force = run["wire.force"][1:]
+    np.testing.assert_allclose(np.linalg.norm(force, axis=1), 0.5 * G * np.cos(a) * np.hypot(1, mu), rtol=1e-6)
+    assert run.stats["energy_error"] < 1e-8
+
+
+def test_events_change_the_closures_of_the_dense_twin_too():
+    touch = mp.Event(name="touch", when="floor.gap", direction=-1, begins=("floor",))
+    system = ball(height=0.1, friction=0.2, speed=2.0)
+    runs = [mp.simulate(system, t_end=0.3, events=(touch,), rtol=1e-9, dense=dense) for dense in (False, True)]
+    one, two = (run["ball.centre.position"][-1] for run in runs)
+    assert one[1] == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(one, two, atol=1e-9)
+
+
 def test_a_particle_leaves_a_sphere_where_it_pulls():
     """From rest at a to the vertical it leaves where ``cos b = 2/3 cos a``: an event of the multiplier."""
     a, R = 0.2, 2.0
