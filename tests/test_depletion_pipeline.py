@@ -48,8 +48,8 @@ pressure = 3
 way = ["rocket.nose"]
 
 [controls.damper]
-on = "root"
-law = ["-2*root.rate.1 + t", "fin.tip.rotation.z*fin.modal.1"]
+at = "root"
+values = ["-2*root.rate.1 + t", "fin.tip.rotation.z*fin.modal.1"]
 
 [simulation]
 t_end = 1
