@@ -38,8 +38,8 @@ class Result(Record):
         ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``,
-        ``energy.stored`` (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.in`` (W, the rate of the
-        work), ``momentum.linear``, ``momentum.angular`` (nt, 3).
+        ``energy.stored`` (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.in`` (W, the rate
+        of the work), ``momentum.linear``, ``momentum.angular`` (nt, 3).
     status : str
         ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
     message : str
