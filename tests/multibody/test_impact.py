@@ -290,6 +290,23 @@ def test_a_latch_holds_the_angle_at_its_event():
     assert run.stats["energy_error"] < 1e-9
 
 
+def test_a_drive_that_goes_on_through_a_blow_does_work():
+    """The latch of a wing on a hub whose turn is prescribed: the drive's impulse counts in the energy balance."""
+    hub = rigid_body("hub", mass=3.0, centre=np.zeros(3), inertia=0.4 * np.eye(3), interfaces={"root": np.zeros(3)})
+    joints = (
+        mp.Joint(name="turn", type="revolute", parent="ground", child="hub", motion=mp.TimeFunction("1.5*t")),
+        mp.Joint(name="wing", type="revolute", parent="hub.root", child="rod", angle=-1.0, rate=2.0),
+    )
+    latch = mp.Coupler(name="latch", factors={"wing": 1.0}, active=False)
+    stop = mp.Event(name="stop", when="wing.angle - 0.3", begins=("latch",))
+    run = mp.simulate(mp.System(bodies={"hub": hub, "rod": rod()}, joints=joints, closures=(latch,)), t_end=2.0,
+                      events=(stop,))  # fmt: skip
+    J = 2.0 * 1.5**2 / 3
+    drop = run["energy.work"][-1] - run["energy.work"][0]
+    assert drop == pytest.approx(J * (1.5**2 - 3.5**2) / 2, rel=1e-8)
+    assert run.stats["energy_error"] < 1e-9
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_friction_equals_the_dense_solution_on_random_trees(seed):
     system = random_tree(seed, root="free", most=1 if seed % 3 == 0 else 5)

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from modalprep.errors import SimulationError
-from modalprep.multibody.evaluate import Model, load
+from modalprep.multibody.dense import body_states, energy_and_momentum
+from modalprep.multibody.evaluate import SPRINGS, Model, load
 from modalprep.multibody.events import Event, check_changes
 from modalprep.multibody.impact import Impact, strike
 from modalprep.multibody.loading import Loading
@@ -43,7 +44,7 @@ class Changes:
         return waiting or any(active(self.number[name]) for name in event.ends)
 
     def apply(self, event: Event, t: float, y: np.ndarray) -> None:
-        """Let the closures of an event act on a state ``y (nx + nu + 1,)``; what is lost is taken off its work.
+        """Let the closures of an event act on a state ``y (nx + nu + 1,)``; the change of energy counts as work.
 
         Raises
         ------
@@ -62,10 +63,18 @@ class Changes:
                 loops.begin(k)
             blow = strike(loops, self.model.W, self.model.F, y[:-1], t, hits, event.restitution)
             self._count(event, blow)
+            before = self._energy(t, y)
             y[:-1] = blow.y
-            y[-1] -= blow.lost
+            y[-1] += self._energy(t, y) - before
         if self.model.bonds is not None:
             self.model.bonds.constants[: len(loops.arrays.rows)] = loops.arrays.constants
+
+    def _energy(self, t: float, y: np.ndarray) -> float:
+        """Return kinetic energy and what springs and moved water hold: impulses of prescribed hinges change it too."""
+        load(self.model, t, y)
+        states = body_states(self.loading.system, self.loading.packed, y[:-1], self.model.motion)
+        kinetic = energy_and_momentum(np.zeros(3), states)["kinetic"]
+        return float(kinetic + self.model.shared[SPRINGS])
 
     def _count(self, event: Event, blow: Impact) -> None:
         self.impacts[event.name].append(blow)

@@ -40,7 +40,7 @@ class Impact(Record):
     impulse : dict
         ``name.force`` (3,) N s and ``name.torque`` (3,) N m s on b, at b, in a's axes; ``name.multiplier`` of couplers.
     lost : float
-        Kinetic energy that it took, J.
+        Kinetic energy that its impulses took, J; prescribed hinges that move may give some back.
     sticks : dict of str to bool
         Of each closure with friction that was hit: whether b's point stopped sliding.
     """
@@ -131,9 +131,8 @@ def strike(
     acting |= dict.fromkeys(struck, 1 + restitution)
     contacts = {k: _contact(loops, k) for k in acting if loops.closing.sliding(k)}
     target = _target(loops, acting)
-    work.multiplier[:], sticks = impulses(
-        work.S, work.rate, target, list(contacts.values()), f"impact at t = {t:g} s"
-    )  # fmt: skip
+    what = f"impact at t = {t:g} s"
+    work.multiplier[:], sticks = impulses(work.S, work.rate, target, list(contacts.values()), what)
     after = y.copy()
     after[packed.nx : packed.nx + packed.nu] += work.Y.T @ work.multiplier
     return Impact(
