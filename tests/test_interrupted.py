@@ -87,7 +87,7 @@ def test_terminated(pipeline, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("moment", [".part.h5", "bracket.h5"])
+@pytest.mark.parametrize("moment", [".part.png", "bracket.h5"])
 def test_interrupted_by_the_user(pipeline, tmp_path, moment):
     """Ctrl-C: one line, exit code 130, no temporary file left."""
     code, error = run(pipeline, tmp_path, signal.SIGINT, moment)

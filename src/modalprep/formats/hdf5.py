@@ -8,6 +8,7 @@ from pathlib import Path
 
 import h5py
 
+from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.linalg.memory import available_memory
 
@@ -54,6 +55,25 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[h5py.File]:
         raise InputError(f"{kind} {path}: {error}; {advice}") from None
     except FAULTS as error:
         raise InputError(f"{kind} {path} is damaged or not a {kind} ({error}); {advice}") from None
+
+
+@contextmanager
+def writing(path: Path) -> Iterator[h5py.File]:
+    """Open a file in memory and write it at the end, whole or not at all.
+
+    HDF5 itself cannot recover from a full disk: it would leave its file behind.
+
+    Raises
+    ------
+    InputError
+        When the folder cannot be written, or the disk is full.
+    """
+    with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
+        yield file
+        file.flush()
+        image = file.id.get_file_image()
+    with atomic_path(path) as temporary:
+        temporary.write_bytes(image)
 
 
 def _refuse_dangers(file: h5py.File) -> None:

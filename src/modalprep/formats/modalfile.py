@@ -11,10 +11,9 @@ from typing import Any
 import h5py
 import numpy as np
 
-from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.formats.hdf5 import reading
+from modalprep.formats.hdf5 import reading, writing
 from modalprep.reduction.table import ModeTable
 
 FORMAT, VERSION = "modalprep", 1
@@ -72,7 +71,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
     FlexibleBody('beam', m=12 kg, 2 modes, 0.6044..1.209 Hz)
     """
     path = Path(path)
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+    with writing(path) as file:
         from modalprep import __version__
 
         file.attrs.update(format=FORMAT, format_version=VERSION, units="SI", name=body.name)

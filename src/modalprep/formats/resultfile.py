@@ -11,7 +11,7 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
-from modalprep.formats.hdf5 import reading
+from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.result import Result
 
 
@@ -27,7 +27,7 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
     array([1., 1.])
     """
     path = Path(path)
-    with atomic_path(path) as temporary, h5py.File(temporary, "w") as file:
+    with writing(path) as file:
         file.attrs.update(format="modalprep result", format_version=1, units="SI")
         for group, run in {"": result, **(runs or {})}.items():
             target = file.require_group(group) if group else file
