@@ -55,7 +55,7 @@ def test_equations_are_those_of_particles(seed):
 
 
 def section_four(body, q):
-    """M(q) as FORMULATION section 4 prints it."""
+    """M(q) as theory 4 prints it."""
     PW = body.P + body.Kg_W
     half = body.H @ q + 0.5 * (PW @ q) @ q
     s = body.s0 + body.S @ q + 0.5 * (body.Kg_A @ q) @ q

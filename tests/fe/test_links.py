@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.examples import beam_mesh, spinup_section
+from modalprep.fe.interface import interface_position
 from modalprep.fe.links import PlacedLink, constraint_matrix
 from modalprep.fe.mesh import Link, Mesh
 
@@ -177,3 +178,14 @@ def test_any_orientation():
     u = np.concatenate([motion, rigid(nodes, motion)])
     C, free, _ = constraint_matrix([placed("rbe3", nodes, keeps_frame=True)], len(u))
     np.testing.assert_allclose(C @ u[free], u, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["quad", "quad8"])
+def test_frame_sits_in_the_centroid_of_its_faces(kind):
+    """A trapezoid of parallel sides a = 2, b = 1 and height 1: (a^2 + a b + b^2) / 3 (a + b), (a + 2 b) / 3 (a + b)."""
+    corners = np.array([[0, 0, 0], [2.0, 0, 0], [1.0, 1.0, 0], [0, 1.0, 0]])
+    points = np.vstack([corners, (corners + np.roll(corners, -1, axis=0)) / 2])[: 4 if kind == "quad" else 8]
+    cell = np.arange(len(points))[None]
+    mesh = Mesh(points=points, cells={kind: cell}, groups={"face": {kind: np.array([0])}})
+    place = interface_position(mesh, "face", mp.Interface(group="face"), cell[0])
+    np.testing.assert_allclose(place, [7 / 9, 4 / 9, 0], rtol=1e-14)

@@ -280,7 +280,7 @@ def test_output4_with_exponents_of_fortran(tmp_path):
 
 
 def test_output4_binary_by_its_description(tmp_path):
-    """Records of FORMATS.md section 6, single precision too."""
+    """Records of theory 8.2, single precision too."""
     A = np.array([[4.0, -2.0], [-2.0, 5.0]])
     out = io.BytesIO()
 

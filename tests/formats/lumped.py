@@ -50,7 +50,7 @@ def particles(seed=0, n=4, count=12, interfaces=3, curvature=0.2) -> Particles:
 
 
 def modal_integrals(m, x, phi, g) -> dict[str, np.ndarray]:
-    """Sums of FORMULATION section 4 over particles: see `Particles`."""
+    """Sums of theory 4 over particles: see `Particles`."""
     return {
         "s0": m @ x,
         "E0": np.einsum("p,pa,pb->ab", m, x, x),
@@ -63,7 +63,7 @@ def modal_integrals(m, x, phi, g) -> dict[str, np.ndarray]:
 
 
 def modal_body(lump: Particles):
-    """Return the particles as a modal body: the arrays of FORMULATION section 4."""
+    """Return the particles as a modal body: the arrays of theory 4."""
     m, x, phi, g = lump.m, lump.x, lump.phi, lump.g
     k = len(lump.psi)
     names = ["root", *(f"n{i}" for i in range(1, k))]

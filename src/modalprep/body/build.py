@@ -1,4 +1,4 @@
-"""From a reduction to the modal body: modal integrals and geometric stiffness, FORMULATION section 4."""
+"""From a reduction to the modal body: modal integrals and geometric stiffness, theory 4."""
 
 from __future__ import annotations
 

@@ -79,7 +79,7 @@ class CheckReport(Record):
 
 
 def check_model(model: FEModel) -> list[Check]:
-    """Check an assembled model against the identities of FORMULATION section 1.
+    """Check an assembled model against the identities of theory 1.
 
     Examples
     --------

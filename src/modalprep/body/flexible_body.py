@@ -15,7 +15,7 @@ ORIGIN, AXES = "origin at the root interface", "axes of the mesh"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FlexibleBody(Record):
-    """A flexible body in modal coordinates (FORMULATION section 4).
+    """A flexible body in modal coordinates (theory 4).
 
     Frame B has its origin at the root interface and the axes of the mesh, unless `frame` says otherwise
     (frames.py); every vector is resolved in B. SI units. With ``u_a(x) = phi_a(x) q`` the modal displacement and

@@ -7,7 +7,7 @@ against the old one (`in_mean_axes`, `reroot`) follows a rigid motion ``-a q`` o
 ``u2' = u2 + (a_r q) x u - (a_r q) x ((a_r q) x x) / 2 - d2 - theta2 x x``,
 
 which is what the geometric stiffness stores: ``int rho u2``, ``int rho x_b u2`` and ``u2`` at the interfaces
-(FORMULATION section 4). d2 and theta2 are the frame's own motion of second order, found as its first order is: the new
+(theory 4). d2 and theta2 are the frame's own motion of second order, found as its first order is: the new
 root stays at rest, or the mean axes stay mean. A load is then reacted there, and no static answer is needed again.
 """
 

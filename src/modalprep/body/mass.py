@@ -1,8 +1,8 @@
-"""Mass matrix of a modal body: rigid part, coupling and its growth with the deflection, FORMULATION section 4.
+"""Mass matrix of a modal body: rigid part, coupling and its growth with the deflection, theory 4.
 
 The mass matrix is the Gram matrix of the partial velocities of the particles, so it cannot be indefinite, however large
 the deflection, as long as every product of partial velocities is kept. With the displacement ``phi q + q u2 q / 2`` the
-partial velocity of a mode is ``phi + u2 q``. The S(q), L(q) of FORMULATION section 4 are its moments; beside them that
+partial velocity of a mode is ``phi + u2 q``. The S(q), L(q) of theory 4 are its moments; beside them that
 section keeps the identity in the modal block, which lacks the products of ``u2 q``. It shows when ``Kg q`` reaches the
 size of S and H: for a mode of wave number k at deflections of 1 / (k^2 L), a thousandth of the length L for the twelfth
 mode of a beam.
@@ -28,7 +28,7 @@ line of length 1 that turns has ``x = (1 - y^2)^(1/2) = 1 - y^2 / 2 - ..`` and n
 body takes ``1 + tau g = 1 / (1 - tau + 3/2 tau^2)``, equal to second order in tau, which shrinks it to nothing at most
 and never through its root.
 
-To first order in q the equations of motion are those of FORMULATION section 4: ``q''`` is small with q, so that the
+To first order in q the equations of motion are those of theory 4: ``q''`` is small with q, so that the
 growth of M_ff is of second order, as is that of L. The strain energy keeps ``q K q / 2``, so that at finite deflections
 the answer is right to the square of the slopes: 0.2 % at the deepest 0.057 L of the spin-up beam. Without geometric
 stiffness the equations are the same altogether. What is lost is the motion of u2 that is not affine; it could only add
@@ -80,7 +80,7 @@ class AffinePart(NamedTuple):
 
 
 class Deflected(NamedTuple):
-    """Moments of a body at a deflection q: p(q), dp(q), then the letters of FORMULATION section 4."""
+    """Moments of a body at a deflection q: p(q), dp(q), then the letters of theory 4."""
 
     p: np.ndarray  # (3, 4)
     dp: np.ndarray  # (3, 4, n)

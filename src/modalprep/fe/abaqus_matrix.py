@@ -1,4 +1,4 @@
-"""Matrices of Abaqus and CalculiX as text: substructures, and entries one a line (FORMATS.md section 7)."""
+"""Matrices of Abaqus and CalculiX as text: substructures, and entries one a line (theory 8.3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From a mesh and its properties to the finite-element model: FORMULATION section 1."""
+"""From a mesh and its properties to the finite-element model: theory 1."""
 
 from __future__ import annotations
 

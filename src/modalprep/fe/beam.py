@@ -151,7 +151,7 @@ class BeamBlock:
         return B, C
 
     def mass(self) -> MassObjects:
-        """Every mass object of FORMULATION section 1; the section adds two samples per point."""
+        """Every mass object of theory 1; the section adds two samples per point."""
         s, nq = self.section, self.dx.shape[1]
         tx, ty, tz = np.moveaxis(self.motion[:, :, 3:], 2, 0)
         zero = np.zeros_like(tx)
@@ -174,7 +174,7 @@ class BeamBlock:
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """Stiffness of the prestress that the displacements ``d (ne, 12)`` cause: N, My, Mz and shears.
 
-        FE.md section 3: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
+        Theory 7.1: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
         - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``.
         """
         s, E = self.section, self.section.material.E

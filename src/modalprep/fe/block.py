@@ -27,7 +27,7 @@ class RigidInertia:
 
 
 class MassObjects(NamedTuple):
-    """Mass of one block: linear vectors, mass tensor and rigid inertia of FORMULATION section 1.
+    """Mass of one block: linear vectors, mass tensor and rigid inertia of theory 1.
 
     The tensor is `scalar (ne, nn, nn)` where every component of displacement has the same shapes (solids),
     else six ``pairs[a, b] (ne, nl, nl)``.
@@ -77,7 +77,7 @@ class MassSamples(NamedTuple):
 
 
 def mass_from_samples(s: MassSamples) -> MassObjects:
-    """Sum g, h, M_ab and the rigid inertia of FORMULATION section 1 over mass samples."""
+    """Sum g, h, M_ab and the rigid inertia of theory 1 over mass samples."""
     shape = np.ascontiguousarray(np.moveaxis(s.shape, 2, 0))  # component first: (3, ne, ns, nl)
     weighted = s.weight[..., None] * shape
     g = (s.unit @ weighted).transpose(1, 2, 0)

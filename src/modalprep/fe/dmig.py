@@ -1,4 +1,4 @@
-"""Nastran DMIG cards: matrices by name between (grid, component) pairs (FORMATS.md section 5)."""
+"""Nastran DMIG cards: matrices by name between (grid, component) pairs (theory 8.1)."""
 
 from __future__ import annotations
 

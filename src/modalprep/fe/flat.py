@@ -16,7 +16,7 @@ import numpy as np
 from modalprep.fe.laminate import turned, turned_shear
 from modalprep.fe.reference import shapes
 
-DRILLING = {"quad": 0.05, "triangle": 1e-2}  # FE.md section 4: much less is too soft, much more stiffens curved shells
+DRILLING = {"quad": 0.05, "triangle": 1e-2}  # theory 7.4: much less is too soft, much more stiffens curved shells
 W, TX, TY, TZ = 2, 3, 4, 5
 
 

@@ -99,12 +99,17 @@ def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, node
     if spec.position is not None and spec.kind != "node":
         return np.asarray(spec.position, dtype=float)
     group = mesh.group(spec.group) if spec.group else {}
-    surfaces = [c[:, :3] for kind, c in group.items() if cell_dimension(kind) == 2]
+    surfaces = [c[:, list(t)] for kind, c in group.items() if cell_dimension(kind) == 2 for t in _triangles(kind)]
     if not surfaces:
         return mesh.points[nodes].mean(axis=0)
     corners = mesh.points[np.concatenate(surfaces)]
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     return area @ corners.mean(axis=1) / area.sum()
+
+
+def _triangles(kind: str) -> list[tuple[int, int, int]]:
+    """Corners of the triangles that a surface cell is made of."""
+    return [(0, 1, 2), (0, 2, 3)] if kind.startswith("quad") else [(0, 1, 2)]
 
 
 def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) -> Mesh:

@@ -1,6 +1,6 @@
 """Mass integrals of a model of which only the assembled mass matrix is known.
 
-The twelve linear vectors and the mass tensor of FORMULATION section 1 need the displacement field, which an
+The twelve linear vectors and the mass tensor of theory 1 need the displacement field, which an
 assembled M no longer shows. Exact whatever the elements are: m, s0, E0, g, the antisymmetric part of h (all from
 M times a rigid motion), the sum ``M_11 + M_22 + M_33``; with them the mass matrix of the undeformed body. The rest
 follows from one assumption on the field,

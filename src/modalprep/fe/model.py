@@ -1,4 +1,4 @@
-"""The assembled finite-element model: FORMULATION section 1."""
+"""The assembled finite-element model: theory 1."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Nastran OUTPUT4 files: matrices by name, text or binary, dense columns or strings (FORMATS.md section 6)."""
+"""Nastran OUTPUT4 files: matrices by name, text or binary, dense columns or strings (theory 8.2)."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class MassBlock:
         return np.zeros(len(self.nodes))
 
     def mass(self) -> MassObjects:
-        """Every mass object of FORMULATION section 1.
+        """Every mass object of theory 1.
 
         ``int x x^T dm = tr(J)/2 - J`` about the mass centre; each principal axis of it is a sample whose
         displacement is ``theta x axis``.

@@ -103,7 +103,7 @@ class Ply:
 
 @dataclass(frozen=True, kw_only=True)
 class Shell:
-    """Three- or four-node shell: membrane, bending, transverse shear and drilling (FE.md section 3).
+    """Three- or four-node shell: membrane, bending, transverse shear and drilling (theory 7.3).
 
     A homogeneous sheet is `material` and `thickness`; a laminate is `plies`, listed from the bottom (-e3) to the
     top. Axis 1 of the material is the projection of `axis` on the element turned by `angle` about its normal.

@@ -150,7 +150,7 @@ class ShellBlock:
         return strain @ C[:, :6, :6]
 
     def mass(self) -> MassObjects:
-        """Every mass object of FORMULATION section 1: samples of the mid-surface, and of the thickness."""
+        """Every mass object of theory 1: samples of the mid-surface, and of the thickness."""
         s = self._section
         surface, sheet = (FlatCells(self.kind, self.xy, degree) for degree in MASS_DEGREE[self.kind])
         z = s.first / s.mass

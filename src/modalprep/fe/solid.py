@@ -112,7 +112,7 @@ class SolidBlock:
         return slope * (det0 / det)[:, :, None, None]
 
     def mass(self) -> MassObjects:
-        """Every mass object of FORMULATION section 1; one scalar matrix serves all components."""
+        """Every mass object of theory 1; one scalar matrix serves all components."""
         N, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
         dx = self._measure(dN, weight)
         rho = self.section.material.rho * dx

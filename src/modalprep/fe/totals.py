@@ -25,7 +25,7 @@ def column_blocks(n: int) -> list[slice]:
 
 
 class MassTensor:
-    """``M_ab = int rho N_a^T N_b`` of FORMULATION section 1.
+    """``M_ab = int rho N_a^T N_b`` of theory 1.
 
     Solids have the same shapes for every component, so that one matrix over nodes serves all nine; beams and
     shells add six matrices over DOFs.

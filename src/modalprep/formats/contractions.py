@@ -1,4 +1,4 @@
-"""The three contractions by which exchange formats hold the modal integrals ``H, P, Kg_W`` of FORMULATION section 4.
+"""The three contractions by which exchange formats hold the modal integrals ``H, P, Kg_W`` of theory 4.
 
 Each takes an array ``X[a, b, ...]`` that stands for ``int rho r_b X_a``, the first moment of a vector field.
 """

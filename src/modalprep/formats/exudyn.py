@@ -24,7 +24,7 @@ def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
     ``ObjectFFRFreducedOrderInterface().LoadFromFile(path, mode="NPZ")`` reads it, ``AddObjectFFRFreducedOrder`` puts
     it in a system. The floating frame is frame B of `FlexibleBody`. Root-clamped modes move nothing at its origin: a
     joint at the root is a joint of the rigid body node (``MarkerNodeRigid``) without further reference conditions, and
-    the equations are those of FORMULATION section 4 with Kg = 0. In another frame (frames.py) the root, too, is
+    the equations are those of theory 4 with Kg = 0. In another frame (frames.py) the root, too, is
     reached through its six nodes.
 
     Nodes, in this order: the mesh (`body.points`), then six for each interface, at `ARM` body sizes along the axes of

@@ -72,7 +72,7 @@ def superelement(body: FlexibleBody) -> Superelement:
 
     References
     ----------
-    Craig and Kurdila (2006), chapter 17; FORMULATION sections 3 and 4.
+    Craig and Kurdila (2006), chapter 17; theory 3 and 4.
 
     Examples
     --------

@@ -6,7 +6,7 @@ The equation of motion of its readers, first order in q, with ``wq = (wx^2, wy^2
     ~mdCM a + J w'        + Cr^T q'' + sum_j Gr_j q'_j w + w~ J w            = T
     Ct a    + Cr w'       + Me q''   + sum_j Ge_j q'_j w + Oe wq + Ke q + De q' = sum phi^T f + psi^T t
 
-with ``a`` less gravity and every matrix ``X = M0 + sum_k M1[:, k, :] q_k``. Against FORMULATION section 4 it lacks the
+with ``a`` less gravity and every matrix ``X = M0 + sum_k M1[:, k, :] q_k``. Against theory 4 it lacks the
 second order of ``mdCM`` and ``J`` and the first of ``Gr`` and of the Coriolis ``Ct``; the modal row is complete.
 """
 

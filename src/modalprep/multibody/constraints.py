@@ -1,4 +1,4 @@
-"""Closed loops and motion constraints of the kernel: FORMULATION section 5.
+"""Closed loops and motion constraints of the kernel: theory 5.
 
 Constraints ``Phi(x, t) = 0`` hold between ends: interfaces of bodies with their elastic motion, or frames of the
 ground. Each row has one line of action ``(f, ta, tb)``: its rate is ``f.(vb - va) + ta.wa + tb.wb`` less the rate of

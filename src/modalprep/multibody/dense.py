@@ -61,7 +61,7 @@ class BodyState:
 
 
 def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mass matrix (6 + n, 6 + n) and bias (6 + n,) of FORMULATION section 4, its M(q) made positive.
+    """Return the mass matrix (6 + n, 6 + n) and bias (6 + n,) of theory 4, its M(q) made positive.
 
     With the coordinates of body/mass.py, ``Omega_r = w~ w~ p_r + 2 w~ p_r' + dp_r' q'`` is what the particles of the
     affine part accelerate by when A, alpha and q'' are zero.

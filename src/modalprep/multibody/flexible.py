@@ -1,4 +1,4 @@
-"""The part of the order-n kernel that concerns modes: FORMULATION sections 4 and 5."""
+"""The part of the order-n kernel that concerns modes: theory 4 and 5."""
 
 from __future__ import annotations
 

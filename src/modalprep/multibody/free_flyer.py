@@ -1,6 +1,6 @@
 """A free-flying body in momenta and in efficient variables: book chapter 9 and appendix A.
 
-With the mass matrix M(q) of FORMULATION section 4 and ``u = (v, w, q')`` in the body's axes the momenta are
+With the mass matrix M(q) of theory 4 and ``u = (v, w, q')`` in the body's axes the momenta are
 ``(p, h, pi) = M u``, and (Lagrange in quasi-coordinates)
 
     p' = -w~ p + F ;   h' = -w~ h - v~ p + T ;   pi' = dT/dq - K q - D q'

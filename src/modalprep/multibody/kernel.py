@@ -1,4 +1,4 @@
-"""Order-n forward dynamics of a tree of rigid and flexible bodies: FORMULATION sections 4 and 5.
+"""Order-n forward dynamics of a tree of rigid and flexible bodies: theory 4 and 5.
 
 One evaluation: `outward`, [`world`, loads by `add_wrench`,] `inward`, `forward`, `kinematic`; `derivative` is all of
 them for a system without loads. Cost linear in the links. Nothing is allocated or raised: a pivot that is not

@@ -24,7 +24,7 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     """Return the vibration of a body whose root turns steadily.
 
     ``q'' + (2 w~_ab P_ab + D) q' + [K + W_ab (P_ab + Kg_W_ab) + A_a Kg_A_a] q = -(S_a A_a + W_ab H_ab)`` with
-    ``W = w~ w~``: FORMULATION section 4 with constant A and w, exact in q. A complex pair counts once; an unstable
+    ``W = w~ w~``: theory 4 with constant A and w, exact in q. A complex pair counts once; an unstable
     real pair has frequency 0.
 
     Parameters

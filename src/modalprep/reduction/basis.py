@@ -81,7 +81,7 @@ def effective_mass(held: Clamped, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarr
     """Return the effective masses ``(n, 6)`` of interior vectors ``Phi (n_i, n)`` and the body's totals ``(6,)``.
 
     ``L = Phi^T (M_ii Psi + M_ib) R_b``, ``m_eff = L o L``; directions x, y, z in kg and rotations about the root
-    interface in kg m^2. FORMULATION section 3.
+    interface in kg m^2. Theory 3.
     """
     R = held.model.rigid_body()[held.model.free]
     MR = held.M @ R

@@ -1,4 +1,4 @@
-"""Craig-Bampton and Guyan reduction of a model to the coordinates of its body: FORMULATION section 3."""
+"""Craig-Bampton and Guyan reduction of a model to the coordinates of its body: theory 3."""
 
 from __future__ import annotations
 

@@ -208,7 +208,7 @@ def component_damping(
     """Return damping of the components that gives their system a wanted one.
 
     Least squares: one ``d_j >= 0`` per component coordinate, such that ``sum_j Phi_js^2 d_j = 2 zeta_s w_s`` in the
-    least squares of relative errors (Lawson & Hanson, Solving Least Squares Problems, chapter 23: NNLS; CASES 7.1).
+    least squares of relative errors (Lawson & Hanson, Solving Least Squares Problems, chapter 23: NNLS; theory 3.8).
     There may be more coordinates than system modes: of what fits alike, the d nearest to the wanted ratios at the
     component's own frequencies is taken (`PREFERENCE`).
 

@@ -22,7 +22,7 @@ STRAIN = 1e-15  # of the absolute terms of a strain energy: round-off
 
 
 class ModalBody(Protocol):
-    """What synthesis asks of a body, such as `body.FlexibleBody` (FORMULATION section 4)."""
+    """What synthesis asks of a body, such as `body.FlexibleBody` (theory 4)."""
 
     m: float
     s0: np.ndarray
@@ -96,8 +96,7 @@ def projected_basis(
     With ``M = L L^T`` the singular value decomposition ``L^T X = U diag(sigma) V^T`` orders the directions
     ``L^-T U`` by the mass they move in all system modes together: ``sigma_k^2`` of ``trace X^T M X``. L is not formed:
     X = Q R is orthonormalised by Gram-Schmidt in the inner product of M and R decomposed. What is kept is diagonalised
-    with K and M (`linalg.ritz`). Book chapter 7 (singular value decomposition of projected system modes); FORMULATION
-    section 3; CASES 7.1.
+    with K and M (`linalg.ritz`). Book chapter 7 (singular value decomposition of projected system modes); theory 3.7.
 
     Parameters
     ----------
@@ -276,8 +275,8 @@ def _table(body: ModalBody, projected: ProjectedBasis) -> ModeTable:
 def body_matrices(body: ModalBody) -> tuple[np.ndarray, np.ndarray]:
     """Return the mass matrix ``(6 + n, 6 + n)`` and stiffness ``(6 + n,)`` of a body that is free and at rest.
 
-    ``[[m, -s0~, S], [s0~, J, C], [S^T, C^T, 1]]`` with ``C_c = eps_cab H_ba`` and ``J = tr(E0) - E0``: FORMULATION
-    section 4. It is the Craig-Bampton form of the body, its root the boundary.
+    ``[[m, -s0~, S], [s0~, J, C], [S^T, C^T, 1]]`` with ``C_c = eps_cab H_ba`` and ``J = tr(E0) - E0``: theory
+    4. It is the Craig-Bampton form of the body, its root the boundary.
 
     Examples
     --------

@@ -96,12 +96,12 @@ def synthesize(
     """Weld modal bodies at their interfaces and return the modes of the system at rest.
 
     Each body moves by ``x = (d, theta, q)``, its root and its modal coordinates, with the mass matrix of
-    FORMULATION section 4 at q = 0 and the stiffness ``diag(0, K)``. An interface moves by
+    theory 4 at q = 0 and the stiffness ``diag(0, K)``. An interface moves by
     ``(d + theta x r + phi q, theta + psi q)``; a weld makes two of them equal: ``G x = 0``. With G split into columns
     without strain (z) and elastic ones in units of strain energy (y), the singular value decomposition of ``G_z`` gives
     the rigid motions (its null space) and the conditions left for y (its left null space), whose orthonormal null
     space has unit strain energy: `linalg.ritz` diagonalises its flexibility, accurate for soft modes beside stiff ones.
-    Craig & Kurdila, Fundamentals of Structural Dynamics, 2nd ed., chapter 17; FORMULATION section 3; book chapter 7.
+    Craig & Kurdila, Fundamentals of Structural Dynamics, 2nd ed., chapter 17; theory 3; book chapter 7.
 
     Parameters
     ----------

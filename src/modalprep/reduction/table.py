@@ -26,7 +26,7 @@ class ModeTable(Record):
         Hz; NaN for constraint modes, which have none.
     effective_mass : (n, 6) float
         Modal effective mass in x, y, z (kg) and about x, y, z (kg m^2) through the root interface;
-        NaN where the kind has none. FORMULATION section 3.
+        NaN where the kind has none. Theory 3.
     total : (6,) float
         Rigid-body mass (kg) and moments of inertia (kg m^2) of the whole body about the root interface.
     kept : (n,) bool

@@ -16,7 +16,7 @@ def truncation_vectors(held: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.nda
     ``F_t = F - M Phi Phi^T F``, ``K X = F_t``, then ``(X^T K X) y = (X^T M X) y w^2``; the vectors ``X y`` are
     M-orthonormal among themselves and to the modes. Loads whose remaining static energy is below `ENERGY` of the
     largest load's are left out, and dependent combinations (`linalg.ritz`).
-    FORMULATION section 3; Dickens, Nakagawa, Wittbrodt, Computers & Structures 62 (1997) 985.
+    Theory 3; Dickens, Nakagawa, Wittbrodt, Computers & Structures 62 (1997) 985.
 
     Parameters
     ----------
