@@ -298,3 +298,17 @@ def test_electrodynamic_tether(tmp_path):
     assert np.abs(run["tether1.angle"]).max() < 0.2
     np.testing.assert_allclose(run["line.emf"], -3730.04, rtol=6e-3)  # 0.3 % per 7 km of height, and swing
     assert run.stats["energy_error"] < 1e-9
+
+
+def test_tether_that_is_reeled_out_rod_by_rod(tmp_path):
+    """The dumbbell's swing, while one rod becomes ten; the tether's mass is 0.4 % of the satellite's by then."""
+    system, span = shipped("tether-reel-out", tmp_path)
+    run = mp.simulate_deployment(system, t_end=10 / N, output_step=0.5 / N, rtol=span.rtol, method="explicit")
+    x, y, _ = run["satellite.root.position"][at(run, TAU[:6])].T
+    expected = [-28.333947, -36.741559, -15.897570, -6.330931, 1.184455, -7.581850]
+    np.testing.assert_allclose(
+        np.degrees(np.arctan2(y, x)), expected, atol=0.01
+    )  # of 37: mass and bending of the tether
+    assert (run["tether.rods"][[0, -1]] == [1, 9]).all()
+    assert run["tether.tension"][-1] == pytest.approx(3 * 500 * N**2 * 17978, rel=0.1)  # and what swings
+    assert run.stats["energy_error"] < 1e-10

@@ -116,9 +116,8 @@ class ExpelledGas(Record):
     With ``m'`` the mass that leaves each second the thrust is ``m' speed + pressure`` along the exit's axis, which
     turns with its interface, elastic rotation included (a follower force). On its way the gas, whose mass on the way
     is that of the solid it was, asks for the Coriolis force ``-int 2 m' (w x t).v_r ds`` of jet damping (book
-    chapter 12);
-    between neighbouring points of the way all velocities are taken as linear, so that ``w x t ds`` is the difference
-    of two velocities and bending rates count as well.
+    chapter 12); between neighbouring points of the way all velocities are taken as linear, so that ``w x t ds`` is the
+    difference of two velocities and bending rates count as well.
 
     Attributes
     ----------
