@@ -79,7 +79,7 @@ def test_order_n_equals_dense_under_every_load(seed, orbit):
     expected = loaded_accelerations(system, y, loading.motion, 0.3)
     assert np.abs(found - expected).max() <= 1e-10 * np.abs(expected).max()
     dense = dense_loads(system, pack(system), y, loading.motion, 0.3)
-    np.testing.assert_allclose(energies, dense[1:], rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(energies, dense[1:4], rtol=1e-10, atol=1e-10)
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 4, 5, 7, 8, 9, 10])
