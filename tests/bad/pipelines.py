@@ -175,7 +175,7 @@ SYSTEMS = [
     (_HINGE, f'{_HINGE}\n[joints.b]\ntype = "weld"\nchild = "arm.root"', "'arm' is the child of 2 joints"),
     (_HINGE, f'{_HINGE}\n[joints.hinge]\ntype = "weld"', "is not valid TOML", "twice"),
     ('type = "revolute"\nchild = "arm.root"', 'type = "hinge"\nchild = "arm.root"', "[joints.hinge.type]", "'weld', "),
-    ('type = "revolute"\nchild = "arm.root"', f'type = "weld"\nmotion = "t"\n{_HINGE}', "hinge", "a weld joint cannot have"),
+    ('type = "revolute"\nchild = "arm.root"', f'type = "weld"\nmotion = "t"\n{_HINGE}', "hinge", "a weld joint cannot"),
     ('type = "revolute"\nchild = "arm.root"', f'type = "universal"\n{_HINGE}', "needs a second_axis"),
     ('[joints.hinge]\ntype = "revolute"\nchild = "arm.root"', "", "body 'arm' is the child of 0 joints"),
     ('file = "body.h5"', 'file = "none.h5"', "modal file", "none.h5 does not exist"),

@@ -30,6 +30,7 @@ class ModalBody(Protocol):
     S: np.ndarray
     H: np.ndarray
     K: np.ndarray
+    modal_mass: np.ndarray
     phi: np.ndarray
     psi: np.ndarray
     interface_name: tuple[str, ...]
@@ -275,7 +276,7 @@ def _table(body: ModalBody, projected: ProjectedBasis) -> ModeTable:
 def body_matrices(body: ModalBody) -> tuple[np.ndarray, np.ndarray]:
     """Return the mass matrix ``(6 + n, 6 + n)`` and stiffness ``(6 + n,)`` of a body that is free and at rest.
 
-    ``[[m, -s0~, S], [s0~, J, C], [S^T, C^T, 1]]`` with ``C_c = eps_cab H_ba`` and ``J = tr(E0) - E0``: theory
+    ``[[m, -s0~, S], [s0~, J, C], [S^T, C^T, M_ff]]`` with ``C_c = eps_cab H_ba`` and ``J = tr(E0) - E0``: theory
     4. It is the Craig-Bampton form of the body, its root the boundary.
 
     Examples
@@ -287,7 +288,7 @@ def body_matrices(body: ModalBody) -> tuple[np.ndarray, np.ndarray]:
     """
     s, J, H = skew(body.s0), np.trace(body.E0) * np.eye(3) - body.E0, body.H
     C = np.array([H[2, 1] - H[1, 2], H[0, 2] - H[2, 0], H[1, 0] - H[0, 1]])
-    rows = [body.m * np.eye(3), -s, body.S], [s, J, C], [body.S.T, C.T, np.eye(body.n)]
+    rows = [body.m * np.eye(3), -s, body.S], [s, J, C], [body.S.T, C.T, body.modal_mass]
     return np.block([list(row) for row in rows]), np.concatenate([np.zeros(6), body.K])
 
 
