@@ -324,6 +324,18 @@ def cayley_rate(x, s, v):
 
 
 @compile_inline
+def half_tangent(x):
+    """Argument of the Cayley map whose turn is the rotation vector x, to the fourth order: ``2 tan(|x|/2) x / |x|``."""
+    return axpy3(x, dot3(x, x) / 12.0, x)
+
+
+@compile_inline
+def half_tangent_rate(x, v):
+    """Return the rate of `half_tangent` for a rate v of x."""
+    return axpy3(axpy3(v, dot3(x, x) / 12.0, v), dot3(x, v) / 6.0, x)
+
+
+@compile_inline
 def skew_columns(r, H):
     """Return ``r~ H``."""
     return (

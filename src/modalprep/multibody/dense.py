@@ -91,20 +91,22 @@ def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np
     """Motion of interface k in the body frame.
 
     Returns ``r (3,), R (3, 3), Phi (6, n), vel (6,), acc (6,)``: position, rotation, partial velocities, elastic
-    velocity, and the acceleration when A and
-    q'' are zero. The rotation is the Cayley map of ``psi q``.
+    velocity, and the acceleration when A and q'' are zero. The rotation vector is ``psi q`` to the fourth order: R is
+    the Cayley map of ``(1 + v.v / 12) v``, with ``v = psi q``, and has no singularity.
     """
     u = body.phi[k] @ q - 0.5 * (body.Kg_F[k] @ q) @ q
-    x = body.psi[k] @ q - 0.5 * (body.Kg_T[k] @ q) @ q
+    v = body.psi[k] @ q - 0.5 * (body.Kg_T[k] @ q) @ q
     r = body.interface_position[k] + u
+    x, slope = (1 + v @ v / 12) * v, (1 + v @ v / 12) * np.eye(3) + np.outer(v, v) / 6
     s = 4 / (4 + x @ x)
     to_rate = s * (np.eye(3) + skew(x) / 2)
-    translation, turn = body.phi[k] - body.Kg_F[k] @ q, body.psi[k] - body.Kg_T[k] @ q
-    xd = turn @ qd
+    translation, turn = body.phi[k] - body.Kg_F[k] @ q, slope @ (body.psi[k] - body.Kg_T[k] @ q)
+    vd, xd = (body.psi[k] - body.Kg_T[k] @ q) @ qd, turn @ qd
+    xdd = (v @ vd) / 3 * vd + (vd @ vd) / 6 * v - slope @ ((body.Kg_T[k] @ qd) @ qd)  # without q''
     Phi = np.vstack([translation, to_rate @ turn])
     vel = Phi @ qd
     linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, vel[:3]) - (body.Kg_F[k] @ qd) @ qd
-    angular = -s / 2 * (x @ xd) * vel[3:] - to_rate @ ((body.Kg_T[k] @ qd) @ qd) + np.cross(w, vel[3:])
+    angular = -s / 2 * (x @ xd) * vel[3:] + to_rate @ xdd + np.cross(w, vel[3:])
     R = np.eye(3) + s * (skew(x) + skew(x) @ skew(x) / 2)
     return r, R, Phi, vel, np.concatenate([linear, angular])
 

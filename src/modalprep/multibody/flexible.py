@@ -26,6 +26,8 @@ from modalprep.multibody.algebra import (
     get6,
     get8,
     get12,
+    half_tangent,
+    half_tangent_rate,
     inertia_times,
     product_transposed,
     put3,
@@ -236,9 +238,10 @@ def node_shape(tree, flex, F, p, node, slot):
 @compile_inline
 def turn_shape(F, slot, n, x, s, offset):
     """Turn the rows ``psi(q)`` of F.Phi to angular velocities and move the point by `offset`; fill F.PhiT."""
+    argument = half_tangent(x)
     for a in range(n):
         phi = row8(F.Phi, slot, a)
-        t = cayley_rate(x, s, (phi[3], phi[4], phi[5]))
+        t = cayley_rate(argument, s, half_tangent_rate(x, (phi[3], phi[4], phi[5])))
         v = add3((phi[0], phi[1], phi[2]), cross(t, offset))
         for c in range(3):
             F.Phi[slot, a, c], F.Phi[slot, a, 3 + c] = v[c], t[c]
@@ -249,17 +252,20 @@ def turn_shape(F, slot, n, x, s, offset):
 def node_motion(tree, flex, W, F, p, node, slot, arm):
     """Motion of an interface of a flexible body in its link's axes, F.Phi before `turn_shape`.
 
-    Returns the position, the rotation of the node (Cayley map of ``psi q``), x and s of that map, the elastic velocity
-    and spin, and the acceleration (linear, angular) that remains when A and q'' are zero.
+    Returns the position, the rotation of the node, its rotation vector ``psi q`` and the s of its Cayley map, the
+    elastic velocity and spin, and the acceleration (linear, angular) that remains when A and q'' are zero.
     """
     moved, rates, second = node_shape(tree, flex, F, p, node, slot)
     w = get3(W, p, OMEGA)
-    x, xd = (moved[3], moved[4], moved[5]), (rates[3], rates[4], rates[5])
+    turn, turning = (moved[3], moved[4], moved[5]), (rates[3], rates[4], rates[5])
+    x, xd = half_tangent(turn), half_tangent_rate(turn, turning)
+    xdd = half_tangent_rate(turn, (second[3], second[4], second[5]))
+    xdd = axpy3(axpy3(xdd, dot3(turn, turning) / 3.0, turning), dot3(turning, turning) / 6.0, turn)
     R, s = cayley(x)
     r, v, t = add3(arm, (moved[0], moved[1], moved[2])), (rates[0], rates[1], rates[2]), cayley_rate(x, s, xd)
     linear = add3(cross(w, axpy3(cross(w, r), 2.0, v)), (second[0], second[1], second[2]))
-    angular = add3(cayley_rate(x, s, (second[3], second[4], second[5])), cross(w, t))
-    return r, R, x, s, v, t, linear, axpy3(angular, -0.5 * s * dot3(x, xd), t)
+    angular = add3(cayley_rate(x, s, xdd), cross(w, t))
+    return r, R, turn, s, v, t, linear, axpy3(angular, -0.5 * s * dot3(x, xd), t)
 
 
 @compile_inline
