@@ -112,3 +112,17 @@ def test_lateral_torsional_buckling_under_uniform_moment():
     critical = E * 2e-5 / np.abs(values).max()
     GJ = section.material.G * section.J
     assert critical == pytest.approx(np.pi / 10 * np.sqrt(E * 2e-7 * GJ), rel=4e-3)  # order h^2: 6e-3 at 8
+
+
+def test_prestress_turns_with_the_beam():
+    """Forces turn with the beam, moments half: the work of a moment is on rotation vectors, ``m.(1 + t~ / 2) dt``."""
+    model = assemble(beam_mesh(1, 1.0), {"beam": spinup_section(shear=False)}, ROOT)
+    bent = 1e-3 * np.random.default_rng(1).standard_normal(12)
+    load = model.K @ bent
+    Kg, (force, moment) = model.geometric_stiffness(bent, load), np.split(load.reshape(2, 6), 2, axis=1)
+    for turn in np.eye(3):
+        motion = np.hstack([np.cross(turn, model.points), np.tile(turn, (2, 1))])
+        expected = np.hstack([np.cross(turn, force), 0.5 * np.cross(turn, moment)])
+        found = (Kg @ motion.ravel()).reshape(2, 6)
+        # along the beam a turned shear force is left to the stretch, which is stiff
+        np.testing.assert_allclose(found[:, 1:], expected[:, 1:], rtol=1e-9, atol=1e-9 * np.abs(load).max())

@@ -172,27 +172,39 @@ class BeamBlock:
         return self.section.A * self.dx.sum(axis=1)
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Stiffness of the prestress that the displacements ``d (ne, 12)`` cause: N, My, Mz and shears.
+        """Stiffness of the prestress that the displacements ``d (ne, 12)`` cause: N, shears and moments.
 
         Theory 7.1: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
-        - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``.
+        - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``, for slopes v', w' at the ends; and
+        ``T (tz dty' - ty dtz' + ..) / 2``. The nodes turn by rotation vectors, so that beams may meet at an angle:
+        ``v' = tz + tx ty / 2``, ``w' = -ty + tx tz / 2``, which is what `_turn_ends` adds.
         """
         s, E = self.section, self.section.material.E
         local = d[:, None, :, None]
         first, second = (self.grad @ local)[..., 0], (self.hess @ local)[..., 0]
         N, My, Mz = E * s.A * first[..., 0], E * s.Iy * first[..., 4], E * s.Iz * first[..., 5]
         Vz, Vy = E * s.Iy * second[..., 4], -E * s.Iz * second[..., 5]
-        G = np.zeros((*self.dx.shape, 4, 4))  # in v', w', tx', tx
+        G = np.zeros((*self.dx.shape, 8, 8))  # in v', w', tx', tx, ty, tz, ty', tz'
         G[..., 0, 0] = G[..., 1, 1] = N
         G[..., 2, 2] = N * (s.Iy + s.Iz) / s.A
-        for i, j, value in ((0, 2, -My), (1, 2, -Mz), (0, 3, -Vz), (1, 3, Vy)):
+        half = 0.5 * s.material.G * s.J * first[..., 3]
+        for i, j, value in ((0, 2, -My), (1, 2, -Mz), (0, 3, -Vz), (1, 3, Vy), (4, 7, -half), (5, 6, half)):
             G[..., i, j] = G[..., j, i] = value
-        Z = np.concatenate([self.grad[:, :, 1:4], self.motion[:, :, 3:4]], axis=2)
+        Z = np.concatenate([self.grad[:, :, 1:4], self.motion[:, :, 3:], self.grad[:, :, 4:]], axis=2)
         Kg = _contract(Z, (G * self.dx[..., None, None]) @ Z)
+        force, moment = np.split((self.stiffness() @ d[:, :, None]).reshape(-1, 2, 6), 2, axis=2)
+        self._turn_ends(Kg, moment - np.cross(self.arm, force))
         if np.any(self.arm):
-            force = (self.stiffness() @ d[:, :, None]).reshape(-1, 2, 6)[:, :, :3]
             add_arms(Kg, force, self.arm)
         return Kg
+
+    def _turn_ends(self, Kg: np.ndarray, moment: np.ndarray) -> None:
+        """Add the work of the end moments ``(ne, 2, 3)`` on the slopes' second order, ``tx (my tz - mz ty) / 2``."""
+        along = np.repeat(self.frame[:, None, 0], 2, axis=1)
+        half = 0.5 * along[..., :, None] * np.cross(along, moment)[..., None, :]
+        for end in (0, 1):
+            rows = slice(6 * end + 3, 6 * end + 6)
+            Kg[:, rows, rows] += half[:, end] + half[:, end].swapaxes(1, 2)
 
 
 def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
