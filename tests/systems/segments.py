@@ -15,9 +15,12 @@ from modalprep.pipeline.load import load_pipeline
 from modalprep.pipeline.systems import read_system
 
 
-def with_segments(name, segments, folder):
-    """System of ``pipelines/<name>.toml`` with another number of segments."""
+def with_segments(name, segments, folder, changes=()):
+    """System of ``pipelines/<name>.toml`` with another number of segments, and with `changes` of its words."""
     text = (PIPELINES / f"{name}.toml").read_text()
+    for old, new in dict(changes).items():
+        assert text.count(old) == 1
+        text = text.replace(old, new)
     beam = re.search(r"\[beams\.(\w+)\]", text)[1]
     count = int(re.search(r"segments = (\d+)", text)[1])
     text = text.replace(f"segments = {count}", f"segments = {segments}")

@@ -1,9 +1,8 @@
 """Beams in rigid segments: statics, frequencies and large motion against closed forms and geometrically exact beams."""
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
+from systems.exact_beams import exudyn_ends
 from systems.segments import PIPELINES, order, rest, system_of, with_segments
 
 import modalprep as mp
@@ -190,47 +189,95 @@ def test_flying_spaghetti(tmp_path):
         np.testing.assert_allclose(found, expected, atol=error)
 
 
-def test_flying_spaghetti_against_exudyn(tmp_path):
+@pytest.mark.parametrize("EI", [100.0, 500.0])
+def test_flying_spaghetti_against_exudyn(tmp_path, EI):
     """Geometrically exact elements of another program while the load acts, 20 and 40 extrapolated, as the rods are."""
     exudyn = pytest.importorskip("exudyn")
-    rods = [ends(spaghetti(tmp_path, n, 2.5), n)[1] for n in (20, 40)]
-    elements = [exudyn_spaghetti(exudyn, n) for n in (20, 40)]
+    rods, elements = [], []
+    for n in (20, 40):
+        system = with_segments("flying-spaghetti", n, tmp_path, {"EI = 100.0": f"EI = {EI}"})
+        rods.append(ends(mp.simulate(system, t_end=2.5, output_step=2.5), n)[1])
+        places, push = np.linspace([6.0, 0.0], [0.0, 8.0], n + 1), ((8, 0), -80)
+        data = {"EI": EI, "mass": 1.0, "rotary": 10.0, "axial": 1e4, "shear": 1e4}
+        elements.append(exudyn_ends(exudyn, places, 1.25e-3, [2.5], push=push, **data)[0])
     found, expected = ((4 * fine - coarse) / 3 for coarse, fine in (rods, elements))
     np.testing.assert_allclose(found, expected, atol=2e-3)  # a tenth of what 20 rods lack
+    if EI == 500:  # the same elements, for those who have not the program
+        np.testing.assert_allclose(expected, STIFF, atol=1e-4)
 
 
-def exudyn_spaghetti(exudyn, n):
-    from exudyn import itemInterface as items
+STIFF = [4.4299, -0.7848, 5.9458, 8.9700]  # ends at 2.5 s with EI = 500 N m^2: Exudyn 1.13, 20 and 40, extrapolated
 
-    container = exudyn.SystemContainer()
-    mbs = container.AddSystem()
-    places = np.linspace([6.0, 0.0], [0.0, 8.0], n + 1)
-    nodes = [mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[*place, 0.0])) for place in places]
-    for pair in pairwise(nodes):
-        mbs.AddObject(
-            items.ObjectBeamGeometricallyExact2D(
-                nodeNumbers=[*pair],
-                length=10 / n,
-                massPerLength=1.0,
-                crossSectionInertia=10.0,
-                bendingStiffness=100.0,
-                axialStiffness=1e4,
-                shearStiffness=1e4,
-            )
+
+def test_stiff_flying_spaghetti(tmp_path):
+    """EI = 500 N m^2: rods extrapolated against the numbers above, and what no stiffness changes."""
+    rods = []
+    for n in (20, 40):
+        run = mp.simulate(
+            with_segments("flying-spaghetti", n, tmp_path, {"EI = 100.0": "EI = 500.0"}), t_end=5.0, output_step=2.5
         )
-    end = mbs.AddMarker(items.MarkerNodeRigid(nodeNumber=nodes[0]))
-    for load, vector in ((items.LoadForceVector, [8, 0, 0]), (items.LoadTorqueVector, [0, 0, -80])):
-        mbs.AddLoad(load(markerNumber=end, loadVector=vector))
-    mbs.Assemble()
-    settings = exudyn.SimulationSettings()
-    settings.timeIntegration.numberOfSteps = 2000
-    settings.timeIntegration.endTime = 2.5
-    settings.timeIntegration.generalizedAlpha.spectralRadius = 1.0
-    settings.solution.file.write = False
-    settings.timeIntegration.verboseMode = 0
-    mbs.SolveDynamic(settings)
-    state = [mbs.GetNodeOutput(k, exudyn.OutputVariableType.Position)[:2] for k in (nodes[0], nodes[-1])]
-    return np.concatenate(state)
+        rods.append(ends(run, n)[1])
+    np.testing.assert_allclose((4 * rods[1] - rods[0]) / 3, STIFF, atol=2e-3)
+    np.testing.assert_allclose(run["momentum.linear"][1:], [[20, 0, 0]] * 2, atol=1e-6)
+    spin = run["momentum.angular"][1:, 2] + 20 * 4  # about the centre of mass, which flies along y = 4
+    np.testing.assert_allclose(spin, spin[0], rtol=1e-6)
+
+
+ARM = [  # tip at 1, 2 .. 10 s: geometrically exact elements of Exudyn 1.13, 20 and 40, extrapolated; step 5 ms
+    (9.9789, -0.0784), (9.8093, 1.5268), (7.9510, 6.0504), (3.0797, 9.4808), (-0.5856, 9.9200),
+    (-1.2173, 9.8929), (0.2127, 9.9943), (2.1568, 9.7503), (2.4476, 9.6728), (0.7870, 9.9689),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rotating_arm(tmp_path_factory):
+    """Tips (10, 2) of 20 and 40 rods, extrapolated."""
+    tips = []
+    for n in (20, 40):
+        system = with_segments("rotating-arm", n, tmp_path_factory.mktemp("arm"))
+        run = mp.simulate(system, t_end=10, output_step=1.0, method="explicit")
+        assert run.stats["energy_error"] < 1e-8
+        tips.append(run[f"arm{n}.tip.position"][1:, :2])
+    assert np.linalg.norm(tips[0] - ARM, axis=1).max() < 0.02  # as the picture is drawn
+    assert order([np.linalg.norm(tip - ARM) for tip in tips]) == pytest.approx(2.0, abs=0.4)
+    return (4 * tips[1] - tips[0]) / 3
+
+
+def test_rotating_arm(rotating_arm):
+    np.testing.assert_allclose(rotating_arm, ARM, atol=2e-3)  # a tenth of what 20 rods lack
+
+
+def test_rotating_arm_against_exudyn(rotating_arm):
+    """Elements 10 and 20, extrapolated, while the arm starts and stops."""
+    exudyn = pytest.importorskip("exudyn")
+
+    def turn(t):
+        if t < 5:
+            return 0.15 * (t - np.sin(np.pi * t) / np.pi) if t < 1 else 0.3 * t - 0.15
+        return 1.35 + 0.15 * (t - 5 + np.sin(np.pi * (t - 5)) / np.pi) if t < 6 else 1.5
+
+    data = {"EI": 1000.0, "mass": 1.0, "rotary": 1e-3, "axial": 1e6, "shear": 1e6}  # 1e-5 of the length at most
+    coarse, fine = (
+        exudyn_ends(exudyn, np.linspace([0, 0], [10, 0], n + 1), 0.01, range(1, 7), turn=turn, **data)[:, 2:]
+        for n in (10, 20)
+    )
+    np.testing.assert_allclose(rotating_arm[:6], (4 * fine - coarse) / 3, atol=3e-3)
+
+
+def test_short_beam_that_shears(tmp_path):
+    """Half as high as a quarter of its length: Nachbagauer et al., J. Comput. Nonlinear Dyn. 8 (2013) 021004."""
+    E, nu, height, width = 2.07e11, 0.3, 0.5, 0.1
+    area, inertia = height * width, width * height**3 / 12
+    shear = 10 * (1 + nu) / (12 + 11 * nu) * E / (2 * (1 + nu)) * area
+    tips = []
+    for n in (10, 20, 40):
+        text = CANTILEVER.format(n=n, EI=E * inertia, more=f"EA = {E * area}\nGA = {shear}")
+        loaded = f'[forces.tip]\nat = "arm{n}.tip"\nforce = [0, {5e8 * height**3}, 0]\n'
+        tips.append(rest(system_of(text.replace("length = 1.0", "length = 2.0") + loaded, tmp_path))[:2])
+    np.testing.assert_allclose(tips[1], [2 - 0.150971, 0.710568], atol=5e-4)
+    # stretch and shear lie in the axes before the turn: an error of order one, of strain times turn, beside that of two
+    extrapolated = (8 * tips[2] - 6 * tips[1] + tips[0]) / 3
+    np.testing.assert_allclose(extrapolated, [2 - 0.150971, 0.710568], atol=5e-6)
 
 
 def test_flying_spaghetti_in_space(tmp_path):
