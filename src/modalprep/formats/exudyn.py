@@ -12,6 +12,7 @@ from modalprep.body.faces import FACES
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.contractions import inertia, moment
+from modalprep.formats.nodes import refuse_other_modal_mass
 from modalprep.vectors import skew
 
 ROTATION = "NodeType.RotationEulerParameters"
@@ -64,6 +65,7 @@ def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
     path = Path(path)
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to write for Exudyn; make it an ObjectRigidBody there")
+    refuse_other_modal_mass(body)
     if path.suffix != ".npz":
         raise InputError(f"Exudyn finds its file by the name: {path} must end in .npz")
     with atomic_path(path) as temporary, open(temporary, "wb") as file:

@@ -37,7 +37,7 @@ def export_nodes(body: FlexibleBody, mesh_nodes: Sequence[int] = ()) -> list[Nod
     Raises
     ------
     InputError
-        When the body has no modes or a mesh node does not exist.
+        When the body has no modes, or not a modal mass of 1, or a mesh node does not exist.
 
     Examples
     --------
@@ -47,10 +47,20 @@ def export_nodes(body: FlexibleBody, mesh_nodes: Sequence[int] = ()) -> list[Nod
     """
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes; enter it as a rigid body of {body.m:g} kg instead")
+    refuse_other_modal_mass(body)
     wrong = [p for p in mesh_nodes if not 0 <= p < len(body.points)]
     if wrong:
         raise InputError(f"mesh node {wrong[0]} does not exist; {body.name!r} has 0 to {len(body.points) - 1}")
     return [_interface(body, k) for k in range(len(body.interface_name))] + [_point(body, p) for p in mesh_nodes]
+
+
+def refuse_other_modal_mass(body: FlexibleBody) -> None:
+    """Refuse a body whose modal mass is not 1, as programs take it to be: one at another fill level."""
+    if not body.normalised:
+        raise InputError(
+            f"body {body.name!r} has the modes of another fill level, so that its modal mass is not 1, which this "
+            "format cannot say; export the body whose modes they are"
+        )
 
 
 def _interface(body: FlexibleBody, k: int) -> Node:
