@@ -19,6 +19,7 @@ from modalprep.vectors import skew
 
 ENERGY = 1e-10  # sums of positive terms, each to 1e-13
 BOUND = 1e-6  # how far round-off may bring a Ritz value below the full model's
+PRESTRESS = 1e-6  # stiff parts on soft ones: their stress is a small difference of large turns, of which 1e-9 was seen
 BUCKLING = 0.1  # a basis that buckles within a tenth of the full model's load serves for design
 SAME = 1e-9  # of the body's size: an interface on the root
 
@@ -51,7 +52,7 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
         Check("kinetic energy", _energy_error(model, reduction.basis, body, rng), ENERGY,
               "of a random motion, by M(q) of the body = by the mesh", required=model.M_ab.exact),
         Check("static answers", _unbalanced(model, reduction), RIGID, "forces of the unit loads balance"),
-        Check("prestress", _prestress_error(model, reduction, body, rng), IDENTITY,
+        Check("prestress", _prestress_error(model, reduction, body, rng), PRESTRESS,
               "Kg of a random combination of loads, by the body = by the mesh"),
     ]  # fmt: skip
 
