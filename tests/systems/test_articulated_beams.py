@@ -74,7 +74,7 @@ def test_frequencies_agree_as_modes_increase(beams):
 
 
 def test_knock_is_a_sum_of_modes(folder):
-    """Displacements of a hundredth of the length: the linear response, to the square of that."""
+    """Displacements of a hundredth of the length, slopes of three: the linear response, to the square of those."""
     found = run_shipped("articulated-beams", folder)
     (run,) = found.runs.values()
     assert run.stats["energy_error"] < 1e-9
@@ -87,7 +87,7 @@ def test_knock_is_a_sum_of_modes(folder):
     size = {"rtol": 1e-9, "atol": 1e-12, "method": "DOP853", "max_step": 0.1}
     z = solve_ivp(rate, (0, run.time[-1]), np.zeros(len(linear.A)), t_eval=run.time, **size).y
     tip = run["outer.tip.position.y"]
-    assert np.abs(linear.C[0] @ z - tip).max() < 5e-4 * np.abs(tip).max()
+    assert np.abs(linear.C[0] @ z - tip).max() < 1e-3 * np.abs(tip).max()
 
 
 def test_recovered_torques_move_the_arm_as_prescribed(folder):
