@@ -36,7 +36,8 @@ class BeamTable(Table):
     damping: float = Field(0.0, ge=0, description="of the material: damping over stiffness, s")
     parent: str = Field("ground", description="what carries it: 'ground' or 'body.interface'")
     root: dict[str, Any] = Field(
-        {}, description="joint to the parent: keys that the clamp has, or, with a 'type', a joint of its own"
+        {},
+        description="joint to the parent: keys that the clamp has (turns about z, y, x), or, with a 'type', its own",
     )
 
     @model_validator(mode="after")
