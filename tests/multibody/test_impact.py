@@ -194,6 +194,24 @@ def test_a_ball_bounces(method, accuracy):
     np.testing.assert_allclose(run["ball.centre.velocity.y"][row : row + 2], [-v, e * v], rtol=10 * accuracy)
 
 
+@pytest.mark.parametrize("change", ["orbit", "depletion"])
+def test_a_blow_is_in_the_balance_of_a_turning_ground_and_of_a_mass_that_changes(change):
+    """What the blow took is that of the relative motion, and of the mass of the moment."""
+    system = ball().with_(gravity=np.zeros(3), joints=(ball(speed=-0.5).joints[0].with_(velocity=[0.3, -2.0, 0]),))
+    if change == "orbit":
+        system = system.with_(orbit=mp.Orbit(rate=0.3))
+    else:
+        fuel = mp.Depletion(name="fuel", body="ball", levels=(mp.scaled(system.bodies["ball"], 0.4),), mass="0.5-0.1*t")
+        system = system.with_(depletions=(fuel,))
+    bounce = mp.Event(name="bounce", when="floor.gap", direction=-1, hits=("floor",), restitution=0.5)
+    run = mp.simulate(system, t_end=1.5, rtol=1e-10, atol=1e-13, method="explicit", events=(bounce,))
+    (blow,) = run.impacts["bounce"]
+    row = np.searchsorted(run.time, blow.t)
+    mass = 0.5 if change == "orbit" else run["ball.mass"][row]
+    assert blow.lost == pytest.approx(mass / 2 * (1 - 0.25) * run["ball.centre.velocity.y"][row] ** 2, rel=1e-9)
+    assert run.stats["energy_error"] < 1e-9
+
+
 def test_bounces_without_end_are_refused():
     bounce = mp.Event(name="bounce", when="floor.gap", direction=-1, hits=("floor",), restitution=0.5)
     with pytest.raises(mp.SimulationError, match="comes again and again"):

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from modalprep.errors import SimulationError
-from modalprep.multibody.dense import body_states, energy_and_momentum
-from modalprep.multibody.evaluate import SPRINGS, Model, load
+from modalprep.multibody.evaluate import Model, load
 from modalprep.multibody.events import Event, check_changes
 from modalprep.multibody.impact import Impact, strike
 from modalprep.multibody.loading import Loading
+from modalprep.multibody.observation import energy
 from modalprep.multibody.system import System
 
 MOST_BLOWS = 1000  # in one run
@@ -63,18 +63,11 @@ class Changes:
                 loops.begin(k)
             blow = strike(loops, self.model.W, self.model.F, y[:-1], t, hits, event.restitution)
             self._count(event, blow)
-            before = self._energy(t, y)
+            before = energy(self.model, t, y)
             y[:-1] = blow.y
-            y[-1] += self._energy(t, y) - before
+            y[-1] += energy(self.model, t, y) - before  # impulses of prescribed hinges change it too
         if self.model.bonds is not None:
             self.model.bonds.constants[: len(loops.arrays.rows)] = loops.arrays.constants
-
-    def _energy(self, t: float, y: np.ndarray) -> float:
-        """Return kinetic energy and what springs and moved water hold: impulses of prescribed hinges change it too."""
-        load(self.model, t, y)
-        states = body_states(self.loading.system, self.loading.packed, y[:-1], self.model.motion)
-        kinetic = energy_and_momentum(np.zeros(3), states)["kinetic"]
-        return float(kinetic + self.model.shared[SPRINGS])
 
     def _count(self, event: Event, blow: Impact) -> None:
         self.impacts[event.name].append(blow)

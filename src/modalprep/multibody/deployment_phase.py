@@ -9,11 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.multibody import kernel
-from modalprep.multibody.channels import WORK, Channels
-from modalprep.multibody.deployment import (
-    Deployment,
-    Stage,
-)
+from modalprep.multibody.deployment import Deployment, Stage
 from modalprep.multibody.driver import ALPHA, EXPLICIT, ROSENBROCK
 from modalprep.multibody.evaluate import Model, build_model, load
 from modalprep.multibody.events import Event
@@ -35,7 +31,7 @@ from modalprep.multibody.layout import (
     pack,
 )
 from modalprep.multibody.loading import Loading
-from modalprep.multibody.observation import record
+from modalprep.multibody.observation import energy
 from modalprep.multibody.packed_reels import pack_reels
 from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
@@ -79,13 +75,12 @@ class Phase:
         later = run.times[run.times > t * (1 + 1e-14)] if before else run.times
         self.integration = Integration(
             self.system, self.packed, self.loading, y, later, deflections(self.system, self.packed),
-            method=run.method, step=None, rho=0.9, events=self._events(), twin=None, **run.tolerances,
+            method=run.method, events=self._events(), **run.tolerances,
         )  # fmt: skip
         self.steps, self.counts = self.integration.steps, {}
         self.loading.enter(*self.loading.stretches[0])
         if before:
             self.steps.size[:SIZES] = before.steps.size[:SIZES]
-        self.channels = Channels(self.system, self.packed, None)
 
     def _events(self) -> list[Event]:
         """Return the ends of the stages of reels that move by themselves."""
@@ -196,9 +191,7 @@ class Phase:
 
     def energy(self) -> float:
         """Return the energy of the system and its springs, J."""
-        row = np.zeros((1, self.channels.width))
-        record(self.integration.model, self.channels.columns, np.array([self.t]), self.steps.y[None], 0.0, row)
-        return float(row[0, :WORK].sum())
+        return energy(self.integration.model, self.t, self.steps.y)
 
 
 def push(m: Model, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> None:

@@ -33,12 +33,13 @@ from modalprep.multibody.channels import (
     WORK,
 )
 from modalprep.multibody.constraints import FORCE, TORQUE_B, TURN, settle
-from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, POTENTIAL, SPRINGS, evaluate
+from modalprep.multibody.evaluate import FAILED_CALLBACK, GOOD, POTENTIAL, SPRINGS, Model, evaluate, load
 from modalprep.multibody.flexible import node_shape
 from modalprep.multibody.forces import leg_state, prescribe, spring_state
 from modalprep.multibody.kernel import carried, node_acceleration, node_state, outward, reactions, world
 from modalprep.multibody.layout import (
     ALIGN,
+    BODY,
     MASS,
     MODES,
     PIVOT,
@@ -103,6 +104,19 @@ def observe(model, columns, t, y, ydot, row):
         _sums(tree, flex, W, F, link, row)
         for node in range(count):
             _interface(tree, flex, W, F, link, node, row, column + 12 * node)
+
+
+def energy(model: Model, t: float, y: np.ndarray) -> float:
+    """Return the energy (J) of all bodies, springs and fields at a state ``y (nx + nu + 1,)``."""
+    load(model, t, y)
+    tree, flex, W, F = model.tree, model.flex, model.W, model.F
+    outward(tree, flex, W, F, y, model.motion)  # loads may have added to the bodies' own inertias
+    world(tree, W)
+    total = float(model.shared[SPRINGS] + model.shared[POTENTIAL])
+    for link in np.flatnonzero(tree.ints[:, BODY] >= 0):
+        sums = body_sums(tree, flex, W, F, link)
+        total += sums.kinetic + sums.strain + sums.gravity
+    return total
 
 
 @compile_inline
