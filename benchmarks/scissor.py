@@ -1,10 +1,11 @@
-"""How does one evaluation of the accelerations of a scissor mast grow with its bays, each a closed loop?
+"""How does one evaluation of the accelerations grow with closed loops, and with the bodies of one loop?
 
     python benchmarks/scissor.py [--quick]
 
-Prints the CPU time of an evaluation over that of the shortest mast, medians of alternating rounds, then one line of
-JSON: `scissor_32_vs_4`, the ratio of masts of 32 and 4 bays, and `scissor_slope`, the exponent of the time over the
-bays between them, redundant conditions included. The loops are not independent of each other: one more is one more
+Prints the CPU time of an evaluation over that of the shortest scissor mast and chain, medians of alternating rounds,
+then one line of JSON: `scissor_32_vs_4`, the ratio of masts of 32 and 4 bays, and `scissor_slope`, the exponent of the
+time over the bays between them, redundant conditions included; `pinned_chain_slope`, the exponent over the bodies of a
+chain whose end is pinned, from 60 to 540. The loops of the mast are not independent of each other: one more is one more
 row and column of a full matrix.
 """
 
@@ -23,6 +24,7 @@ from modalprep.multibody.plant import Plant
 
 ANGLE = np.radians(40)  # of the bars from the base
 BAYS = (4, 8, 16, 32)
+LENGTHS = (60, 180, 540)
 
 
 def bar(name: str, root: float) -> mp.FlexibleBody:
@@ -50,6 +52,17 @@ def mast(bays: int) -> mp.System:
     return mp.System(bodies=bodies, joints=tuple(joints), closures=tuple(closures), gravity=np.array([0, -9.81, 0]))
 
 
+def pinned(n: int) -> mp.System:
+    """Return a chain of bars between two pins on the ground."""
+    rod, names = bar("rod", 0.0), [f"l{k}" for k in range(n)]
+    joints = tuple(
+        mp.Joint(name=f"j{k}", type="revolute", parent=f"l{k - 1}.top" if k else "ground", child=name)
+        for k, name in enumerate(names)
+    )
+    pin = Closure(name="pin", type="spherical", a="ground", b=f"{names[-1]}.top", position=np.array([n, 0, 0]))
+    return mp.System(bodies=dict.fromkeys(names, rod), joints=joints, closures=(pin,), gravity=np.array([0, -9.81, 0]))
+
+
 def evaluation(system: mp.System) -> Callable[[int], None]:
     """Return a call that evaluates the accelerations a number of times at the start."""
     plant = Plant(system)
@@ -63,17 +76,30 @@ def evaluation(system: mp.System) -> Callable[[int], None]:
     return call
 
 
+def growth(systems: dict[str, mp.System], rounds: int) -> list[float]:
+    """Return, and print, the time of an evaluation of each system over that of the first."""
+    spent = medians([evaluation(system) for system in systems.values()], rounds)
+    for name, time in zip(systems, spent, strict=True):
+        print(f"{name}: {time / spent[0]:.2f} times the first")
+    return spent
+
+
+def slope(spent: list[float], sizes: tuple[int, ...]) -> float:
+    """Return the exponent of the time over the size, from the first to the last."""
+    return round(float(np.log(spent[-1] / spent[0]) / np.log(sizes[-1] / sizes[0])), 3)
+
+
 def main() -> None:
     """Print the curve and the line of JSON."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer rounds")
     rounds = 7 if parser.parse_args().quick else 31
-    spent = medians([evaluation(mast(bays)) for bays in BAYS], rounds)
-    for bays, time in zip(BAYS, spent, strict=True):
-        print(f"{bays:2d} bays: {time / spent[0]:.2f} times the mast of {BAYS[0]}")
-    ratio = spent[-1] / spent[0]
-    slope = np.log(ratio) / np.log(BAYS[-1] / BAYS[0])
-    print(json.dumps({"scissor_32_vs_4": round(ratio, 1), "scissor_slope": round(float(slope), 3)}))
+    figures = {}
+    masts = growth({f"mast of {bays} bays": mast(bays) for bays in BAYS}, rounds)
+    figures["scissor_32_vs_4"] = round(masts[-1] / masts[0], 1)
+    figures["scissor_slope"] = slope(masts, BAYS)
+    figures["pinned_chain_slope"] = slope(growth({f"chain of {n}": pinned(n) for n in LENGTHS}, rounds), LENGTHS)
+    print(json.dumps(figures))
 
 
 if __name__ == "__main__":

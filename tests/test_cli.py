@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 
@@ -141,15 +140,13 @@ def test_render(body, tmp_path):
         assert (tmp_path / name).stat().st_size > 1000
 
 
-def test_help_is_quick():
-    """The best of three: the limit is ten times what it takes, far below the seconds of SciPy, numba and VTK."""
-    seconds = []
-    for _ in range(3):
-        begin = time.monotonic()
-        code = "from modalprep.cli import entry; entry()"
-        subprocess.run([sys.executable, "-c", code, "--help"], check=True, capture_output=True)
-        seconds.append(time.monotonic() - begin)
-    assert min(seconds) < 2.0
+def test_help_loads_no_heavy_library():
+    """SciPy, numba, VTK and the mesh libraries take seconds to import, each."""
+    heavy = {"numpy", "scipy", "numba", "vtkmodules", "pyvista", "skfem", "gmsh", "meshio", "h5py", "matplotlib"}
+    code = "import sys\nfrom modalprep.cli import entry\ntry: entry()\nfinally: print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code, "--help"], check=True, capture_output=True, text=True)
+    assert "modalprep.cli" in done.stdout.split()
+    assert not heavy & set(done.stdout.split())
 
 
 def keys_unknown_to(schema, table, definitions, where=""):

@@ -1,7 +1,6 @@
 """Mesh quality: every flaw is made by hand and counted; sound meshes give no finding."""
 
 import json
-import time
 
 import numpy as np
 import pytest
@@ -496,11 +495,10 @@ def test_errors_come_first_and_can_be_raised():
     check_mesh(mesh(*plate()[:1], quad=plate()[1])).refuse_errors()
 
 
-def test_hundred_thousand_cells_take_seconds():
+def test_hundred_thousand_cells_are_checked():
     points, quads = plate(320, 320)
-    start = time.perf_counter()
-    check_mesh(mesh(points, quad=quads))
-    assert time.perf_counter() - start < 5  # 0.4 s here
+    quality = check_mesh(mesh(points, quad=quads))
+    assert not quality.findings
 
 
 # ---- the command

@@ -1,6 +1,5 @@
 """Closed loops: closed forms, published mechanisms, joints cut and closed again, redundancy, bad input."""
 
-import time
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ from systems.shipped import shipped
 
 import modalprep as mp
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody import kernel
 from modalprep.multibody.closures import Closure, Coupler
 from modalprep.multibody.dense_constraints import reduced_accelerations
 from modalprep.multibody.hinge import HingeElement
@@ -326,39 +324,6 @@ def test_a_mechanism_that_locks_names_time_and_loop(method, options):
         mp.simulate(system.with_(closures=(*system.closures, drive)), t_end=1.0, method=method, **options)
     found = float(str(refused.value).split("t = ")[1].split(" s")[0])
     assert found == pytest.approx(stop, abs=1e-6)
-
-
-def closed_chain(n):
-    """Chain of n rods whose end is pinned to the ground."""
-    rod = link("rod", 1.0, (0.5, 0), 1 / 12, end=(1, 0))
-    joints = tuple(
-        mp.Joint(name=f"j{i}", type="revolute", parent=f"l{i - 1}.end" if i else "ground", child=f"l{i}")
-        for i in range(n)
-    )
-    pin = Closure(name="pin", type="spherical", a="ground", b=f"l{n - 1}.end", position=np.array([0.5 * n, 0, 0]))
-    return mp.System(bodies={f"l{i}": rod for i in range(n)}, joints=joints, closures=(pin,), gravity=GRAVITY)
-
-
-def test_cost_of_a_loop_is_linear_in_the_bodies():
-    """Three rows, 60 to 540 bodies: exponent of the time of an evaluation."""
-    sizes, times = [60, 180, 540], []
-    for n in sizes:
-        packed = pack(system := closed_chain(n))
-        loading = Loading(system, packed, 1.0)
-        W, _ = workspace(packed.tree, None)
-        y, udot, motion = 0.1 * np.ones(2 * n), np.zeros(n), np.zeros((n, 3))
-        best = np.inf
-        for _ in range(20):
-            begin = time.perf_counter()
-            kernel.outward(packed.tree, None, W, None, y, motion)
-            loading.loops.residual(W, None, y, motion, 0.0)
-            kernel.inward(packed.tree, None, W, None, loading.tau, None, 0.0, 0.0)
-            kernel.forward(packed.tree, None, W, None, loading.tau, udot)
-            loading.loops.correct(W, None, udot)
-            best = min(best, time.perf_counter() - begin)
-        times.append(best)
-    exponent = np.polyfit(np.log(sizes), np.log(times), 1)[0]
-    assert 0.5 < exponent < 1.25  # calls from Python weigh on the small ones
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,13 @@ heads[4].click(); out.masses = [...table.tBodies[0].rows].map(row => Number(row.
 heads[1].click(); out.kinds = column(1);
 """
 
+# The moving pictures come when the probe asks: a busy machine shows fewer than it would.
+FRAMES = """
+const frames = []; let clock = performance.now();
+window.requestAnimationFrame = draw => frames.push(draw);
+const nextFrame = () => { clock += 60; frames.splice(0).forEach(draw => draw(clock)); };
+"""
+
 VIEW = """
 const box = document.getElementById("viewer"), canvas = box.querySelector("canvas");
 const part = name => box.querySelector(`[name=${name}]`);
@@ -74,7 +81,7 @@ if (out.state === "drawn") {
   part("reset").click();
   part("play").click(); out.playing = part("play").textContent;
   out.moving = [];
-  for (let k = 0; k < 6; k++) { await wait(110); out.moving.push(look().sum); }
+  for (let k = 0; k < 6; k++) { nextFrame(); out.moving.push(look().sum); }
   part("play").click(); out.paused = part("play").textContent; out.still = look();
   out.edges = (part("edges").click(), look()); part("edges").click();
   if (out.modes > 1) { set("mode", out.modes - 1, "change"); out.last = look(); }
@@ -97,7 +104,7 @@ def pages(tmp_path_factory):
 @pytest.fixture(scope="module", params=["cantilever", "block", "frame"])
 def viewed(request, pages):
     """What the probe of the viewer found of a body of beams, of solids, of both with shells."""
-    out = run_page(*pages(request.getfixturevalue(request.param)), VIEW)
+    out = run_page(*pages(request.getfixturevalue(request.param)), VIEW, before=FRAMES)
     if out["state"] == "no-webgl":
         pytest.skip("this chromium has no WebGL 2")
     return request.getfixturevalue(request.param), out
@@ -144,7 +151,7 @@ def test_body_moves_turns_and_zooms(viewed):
         assert out[other]["ink"] > 500, other
     for same in ("back", "unfocused", "still"):
         assert out[same]["sum"] == out["first"]["sum"], same
-    assert len(set(out["moving"])) > 2
+    assert len(set(out["moving"])) == 6
     assert out["zoomed"]["ink"] > 1.1 * out["first"]["ink"]
     assert out["scrolls"]  # the page, as long as the view is not in use
     assert out["zooms"]
