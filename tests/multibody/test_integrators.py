@@ -6,6 +6,7 @@ from scipy.special import ellipk
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
+from modalprep.multibody import driver
 
 GRAVITY = np.array([0, -9.81, 0])
 METHODS = ("explicit", "generalized_alpha", "rosenbrock")
@@ -87,25 +88,71 @@ def test_a_stiff_swing_keeps_the_tolerance():
         assert run.stats["energy_error"] < 10 * rtol
 
 
+def swinging(factor, damping):
+    """An arm some hundred times stiffer than what moves it, with its modal damping."""
+    arm = uniform_beam(modes=3)
+    body = arm.with_(K=arm.K * factor, D=damping * np.sqrt(arm.K * factor))
+    joint = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    return mp.System(bodies={"arm": body}, joints=(joint,), gravity=GRAVITY)
+
+
 def test_auto_takes_what_the_tolerance_and_the_stiffness_ask():
     """The explicit and the implicit ones each somewhere, with the counted reason; never the wrong side of the two.
 
-    Among the implicit ones a trial at the start is a guess: the other may take a fourth of the evaluations.
+    Short runs do not pay for a trial of the other implicit method, which may take a fourth of the evaluations.
     """
-    arm = uniform_beam(modes=3)
     taken = set()
     for factor, damping, rtol in ((1e6, 2.0, 1e-4), (1e6, 2.0, 1e-10), (1e5, 0.02, 1e-10)):
-        body = arm.with_(K=arm.K * factor, D=damping * np.sqrt(arm.K * factor))
-        joint = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
-        system = mp.System(bodies={"arm": body}, joints=(joint,), gravity=GRAVITY)
+        system = swinging(factor, damping)
         runs = {m: mp.simulate(system, t_end=0.5, output_step=0.5, rtol=rtol, method=m) for m in ("auto", *METHODS)}
         spent = {m: run.stats["evaluations"] for m, run in runs.items()}
-        if runs["auto"].stats["method"]:
-            assert "evaluations of the equations a second on trial, against" in runs["auto"].message
+        assert "explicit" in runs["auto"].message
+        assert "evaluations" in runs["auto"].message
         assert spent["auto"] < 4 * min(spent[m] for m in METHODS)
         taken.add(runs["auto"].stats["method"])
     assert 0.0 in taken
     assert taken & {1.0, 2.0}
+
+
+def test_auto_costs_nothing_where_its_first_method_is_right():
+    """No trial before the run: as many evaluations as with the method asked for by name."""
+    options = {"t_end": 0.5, "output_step": 0.5, "rtol": 1e-4}
+    auto, named = (
+        mp.simulate(swinging(1e6, 2.0), method=method, **options) for method in ("auto", "generalized_alpha")
+    )
+    assert auto.stats["evaluations"] == named.stats["evaluations"]
+    np.testing.assert_array_equal(auto["hinge.angle"], named["hinge.angle"])
+
+
+def test_auto_changes_as_vibrations_decay():
+    """At a tight tolerance explicit as long as the start rings, implicit when it does not: less than any one method."""
+    options = {"t_end": 2.0, "output_step": 0.5, "rtol": 1e-8}
+    runs = {m: mp.simulate(swinging(1e5, 0.02), method=m, **options) for m in ("auto", *METHODS)}
+    fine = mp.simulate(swinging(1e5, 0.02), method="explicit", **options | {"rtol": 1e-11})
+    assert "; explicit before t = 0.0" in runs["auto"].message
+    np.testing.assert_allclose(runs["auto"]["hinge.angle"], fine["hinge.angle"], rtol=1e-7)  # of all steps together
+    spent = {m: run.stats["evaluations"] for m, run in runs.items()}
+    assert spent["auto"] < 0.8 * min(spent[m] for m in METHODS)
+
+
+@pytest.mark.parametrize("method", ["auto", "generalized_alpha"])
+def test_auto_goes_on_where_an_implicit_method_cannot(method, monkeypatch):
+    """As if the sweeps did not converge: the explicit method takes over, unless another was asked for."""
+    advance = driver.advance
+
+    def collapsing(model, run, watch, chosen, *rest):
+        return driver.COLLAPSED if chosen == driver.ALPHA else advance(model, run, watch, chosen, *rest)
+
+    monkeypatch.setattr(driver, "advance", collapsing)
+    options = {"t_end": 0.01, "rtol": 1e-4, "method": method}
+    stiff = swinging(1e10, 0.02)
+    if method != "auto":
+        with pytest.raises(mp.SimulationError, match="stopped at t = 0"):
+            mp.simulate(stiff, **options)
+        return
+    run = mp.simulate(stiff, **options)
+    assert run.stats["method"] == driver.EXPLICIT
+    assert "explicit, DOP853, as generalized-alpha could not go on at t = 0 s" in run.message
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -10,7 +10,6 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.multibody import kernel
 from modalprep.multibody.deployment import Deployment, Stage
-from modalprep.multibody.driver import ALPHA, EXPLICIT, ROSENBROCK
 from modalprep.multibody.evaluate import Model, build_model, load
 from modalprep.multibody.events import Event
 from modalprep.multibody.integrators import Integration
@@ -37,6 +36,7 @@ from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
 from modalprep.multibody.simulate import deflections
 from modalprep.multibody.stepping import SIZES
+from modalprep.multibody.stiffness import METHODS
 
 if TYPE_CHECKING:
     from modalprep.multibody.deploying import Run
@@ -112,9 +112,7 @@ class Phase:
 
     def _method(self) -> str:
         """Return the name of the method that was chosen, for the next phase."""
-        return {EXPLICIT: "explicit", ROSENBROCK: "rosenbrock", ALPHA: "generalized_alpha"}[
-            self.integration.choice.method
-        ]
+        return next(name for name, method in METHODS.items() if method == self.integration.choice.method)
 
     def rows(self, name: str) -> tuple[list[int], list[int]]:
         """Return the places in y of coordinates and speeds of a joint of one hinge."""

@@ -37,10 +37,9 @@ from modalprep.multibody.stepping import (
     T,
     new_run,
 )
-from modalprep.multibody.stiffness import Choice, choose
+from modalprep.multibody.stiffness import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.system import System
 
-METHODS = ("auto", "explicit", "generalized_alpha", "rosenbrock")
 NAMES = {
     EXPLICIT: "explicit, DOP853",
     ROSENBROCK: "implicit, Rosenbrock-W of order 3",
@@ -74,7 +73,7 @@ class Integration:
     times : (nt,)
         Output times, s, ascending, within the stretches of `loading`.
     method : str
-        One of METHODS.
+        "auto", "explicit", "generalized_alpha" or "rosenbrock".
     step : float or None
         A fixed step, s; by error control otherwise.
     rho : float
@@ -108,7 +107,7 @@ class Integration:
         for flag, pointer in self.pointers.items():
             self.model.flags[flag] = pointer.address if pointer else 0
         self.watch = self._watch(times, size)
-        self.choice = choose(self.model, self.steps, self.watch, loading, method, loading.t_end)
+        self.choice = choose(self.model, self.steps, loading, method, loading.t_end)
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
         return Pointer(function, self.model.shared[RAISED:])
@@ -157,18 +156,21 @@ class Integration:
             self.loading.enter(begin, end)
             self._begin(begin, end)
             while True:
-                code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, CHUNK)
+                code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, self._chunk())
                 found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
                 self._drain(record)
-                self._refuse(code)
+                self.raise_callback()
+                if code == driver.COLLAPSED:
+                    self._escape(record, end)
+                    continue
                 if progress:
                     progress(float(self.steps.clock[T]))
                 if code == driver.STOPPED and self._change(found, record, end):
                     continue
                 if code not in (driver.RUNNING, driver.FULL):
                     break
-                if self.steps.count[EVALUATIONS] > self.choice.spare + self.choice.limit * self.steps.clock[T]:
-                    self._give_up(record, end)
+                if code == driver.RUNNING and self.steps.count[EVALUATIONS] > self.choice.review:
+                    self._review(record, end)
             if code != driver.REACHED:
                 break
         return self._outcome(code, found, record)
@@ -205,14 +207,29 @@ class Integration:
         self._look(t)
         return True
 
-    def _give_up(self, record: Record, end: float) -> None:
-        """Go on with the explicit method."""
-        t = float(self.steps.clock[T])
-        self._sample_all(record)
-        name, limit = NAMES[self.choice.method], self.choice.limit
-        why = f"; {name} before t = {t:.3g} s, where it came to take over {limit:.2g} evaluations a second"
-        self.choice = Choice(EXPLICIT, self.choice.ratio, why)
-        self._begin(t, end)
+    def _chunk(self) -> int:
+        """Return the steps up to the next review, at about five evaluations each, or fewer."""
+        left = (self.choice.review - self.steps.count[EVALUATIONS]) / 5
+        return int(min(CHUNK, max(TRIAL_STEPS, left)))
+
+    def _review(self, record: Record, end: float) -> None:
+        """Go on with the method that should be quickest from here."""
+        choice = review(self.model, self.steps, self.watch, self.choice, end, self.loading.t_end)
+        self.raise_callback()
+        self._go_on(choice, record, end)
+
+    def _escape(self, record: Record, end: float) -> None:
+        """Go on without an implicit method that does not converge, where the choice is free."""
+        choice = without(self.choice, t := float(self.steps.clock[T]))
+        if choice.method == self.choice.method:
+            raise failure(self, t)
+        self._go_on(choice, record, end)
+
+    def _go_on(self, choice: Choice, record: Record, end: float) -> None:
+        changes, self.choice = choice.method != self.choice.method, choice
+        if changes:
+            self._sample_all(record)
+            self._begin(float(self.steps.clock[T]), end)
 
     def _sample_all(self, record: Record) -> None:
         full = True
@@ -226,11 +243,6 @@ class Integration:
             record(self.watch.times[done - count : done], self.watch.samples[:count])
             self.raise_callback()
         self.steps.count[SAMPLED] = 0
-
-    def _refuse(self, code: int) -> None:
-        self.raise_callback()
-        if code == driver.COLLAPSED:
-            raise failure(self, float(self.steps.clock[T]))
 
     def raise_callback(self) -> None:
         """Raise what a function of the user raised in compiled code."""

@@ -10,12 +10,13 @@ from modalprep.errors import InputError
 from modalprep.multibody.dense_constraints import closed_accelerations
 from modalprep.multibody.dense_loads import loaded_accelerations
 from modalprep.multibody.events import Event
-from modalprep.multibody.integrators import METHODS, Integration
+from modalprep.multibody.integrators import Integration
 from modalprep.multibody.layout import XQ, Packed, pack
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
 from modalprep.multibody.result import Result, output_times
+from modalprep.multibody.stiffness import METHODS
 from modalprep.multibody.system import System
 
 MOST_OUTPUTS = 1e7
@@ -54,7 +55,7 @@ def simulate(
     method : {"auto", "explicit", "generalized_alpha", "rosenbrock"}
         DOP853, of order 8; generalized-alpha, of order 2, and ROS34PW2, of order 3, which treat the stiffness of modes,
         hinges, springs and bushings implicitly: steps are then as long as the motion allows, whatever the highest
-        frequency. "auto" counts what each of them spends on the first steps and takes the quickest; `Result.message`
+        frequency. "auto" counts as it goes what each of them spends, and changes to the quickest; `Result.message`
         says which, and why. Python callbacks are called in these trials too.
     step : float or None
         A fixed step (s) in place of error control.
@@ -117,8 +118,8 @@ def check_span(t_end: float, output_step: float, rtol: float, atol: float, metho
             f"simulation t_end = {t_end:g} with output_step = {output_step:g} asks for more than {MOST_OUTPUTS:.0e} "
             "output times; lower t_end or raise output_step"
         )
-    if method not in METHODS:
-        raise InputError(f"simulation method {method!r} is not one of {', '.join(METHODS)}")
+    if method not in ("auto", *METHODS):
+        raise InputError(f"simulation method {method!r} is not one of auto, {', '.join(METHODS)}")
 
 
 def start_channels(system: System, t_end: float) -> Result:

@@ -1,4 +1,4 @@
-"""Which step method suits a run: its highest frequency, and what each method spends on the first steps."""
+"""Which step method suits a run: its highest frequency, and what each method spends on a second of motion."""
 
 from __future__ import annotations
 
@@ -14,45 +14,56 @@ from modalprep.multibody.stepping import EVALUATIONS, FIXED, Run, T, move
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
 STEP_COST = 12.0  # evaluations of an explicit step
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
+FIRST_REVIEW = 100.0  # evaluations before the choice is looked at
+SHARE = 0.005  # of the evaluations of a run, before the first review and for a trial of another method
 TRIAL_STEPS = 20  # that are counted, after as many at least that find the step
-TRIAL_SHARE = (
-    0.005  # of the evaluations of an explicit run, for the trial of each method: vibrations of the start decay
-)
-PATIENCE = 2.0  # times the explicit method's cost: an implicit run beyond it is changed
+LEAST_TRIAL = 200.0  # evaluations of a trial
+WORTH = 0.8  # of the cost of the method in use: another that takes more does not take its place
 ITERATIONS, SETTLED = 30, 5e-3  # of a power iteration: the frequency to a few per cent, which is all that is asked
 NUDGE = 1e-7  # of the largest coordinate
 
 
+METHODS = {"explicit": EXPLICIT, "generalized_alpha": ALPHA, "rosenbrock": ROSENBROCK}
 SHORT = {EXPLICIT: "explicit", ROSENBROCK: "Rosenbrock", ALPHA: "generalized-alpha"}
 
 
 class Choice(NamedTuple):
-    """Method, the steps that stability would ask of the explicit one, why, and the cost that is too much for it.
+    """Method, the steps that stability would ask of the explicit one, why (the end of a sentence), since when.
 
-    `why` is the end of a sentence; more evaluations than ``spare + limit t`` up to time t are too many.
+    It is looked at again after `review` evaluations; `explicit` is the least that the explicit method spends on a
+    second.
     """
 
     method: int
     ratio: float
-    why: str
-    limit: float = np.inf
-    spare: float = 0.0
+    why: str = ""
+    explicit: float = 0.0
+    review: float = np.inf
+    t: float = 0.0
+    spent: int = 0
 
 
-def choose(model: Model, run: Run, watch: Watch, loading: Loading, method: str, t_end: float) -> Choice:
-    """Return the method asked for, or for "auto" the one that should be quickest."""
+def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
+    """Return the method asked for, or for "auto" the one to begin with.
+
+    An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
+    tolerance and motion, and vibrations where these count. So a run that is not stiff is for the explicit method, any
+    other begins with generalized-alpha, and `review` counts.
+    """
     loading.enter(*loading.stretches[0])
-    top = top_frequency(model, run, loading.stretches[0][0])
+    start = loading.stretches[0][0]
+    top = top_frequency(model, run, start)
     steps = top * t_end / STABLE
-    named = {"explicit": EXPLICIT, "generalized_alpha": ALPHA, "rosenbrock": ROSENBROCK}
-    if method in named:
-        return Choice(named[method], steps, "")
+    if method in METHODS:
+        return Choice(METHODS[method], steps)
     if run.clock[FIXED] > 0.0:
         explicit = run.clock[FIXED] * top < STABLE
         return Choice(EXPLICIT if explicit else ALPHA, steps, ", chosen by the step against the highest frequency")
     if steps < FEW_STEPS:
-        return Choice(EXPLICIT, steps, "")
-    return _quickest(model, run, watch, loading.stretches[0], steps, STEP_COST * top / STABLE)
+        return Choice(EXPLICIT, steps)
+    first = max(FIRST_REVIEW, SHARE * STEP_COST * steps)
+    why = f", chosen against {STEP_COST * steps:.2g} evaluations that the explicit method takes at least"
+    return Choice(ALPHA, steps, why, STEP_COST * top / STABLE, first, start)
 
 
 def top_frequency(model: Model, run: Run, t: float) -> float:
@@ -77,42 +88,56 @@ def top_frequency(model: Model, run: Run, t: float) -> float:
     return float(np.sqrt(square))
 
 
-def _quickest(model: Model, run: Run, watch: Watch, stretch: tuple, steps: float, explicit: float) -> Choice:
-    """Choose the method that spends the fewest evaluations on a second of motion at the tolerance of the run.
+def review(model: Model, run: Run, watch: Watch, choice: Choice, stop: float, t_end: float) -> Choice:
+    """Return the method that should spend the fewest evaluations on the rest of the run.
 
-    An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
-    tolerance and motion, and vibrations where these count. So stiff systems and loose tolerances are for implicit
-    methods, of order 2 or 3, tight tolerances for the explicit one of order 8; what wins is counted. The Rosenbrock
-    method is left out where springs or bushings may turn, which takes its order. What the explicit method spends a
-    second at least, `explicit`, is known; a trial ends where it has spent what the best method so far asks for the
-    whole run.
+    Counted is what the method in use has spent since the last review, and what the others spend on a trial, where the
+    rest of the run is long enough to pay for it; of the explicit method the least is known. The Rosenbrock method is
+    left out where springs or bushings may turn, which takes its order. The next review comes when as many evaluations
+    again are spent: vibrations of the start decay, others come.
     """
-    budget, bonds, cost = TRIAL_SHARE * STEP_COST * steps, model.bonds is not model.cons, {EXPLICIT: explicit}
-    for method in (ALPHA,) if bonds else (ROSENBROCK, ALPHA):
-        most = min(cost.values()) * (stretch[1] - stretch[0])
-        cost[method] = _cost(model, run, watch, method, stretch, budget, most)
+    t, spent = float(run.clock[T]), int(run.count[EVALUATIONS])
+    cost = {choice.method: (spent - choice.spent) / (t - choice.t)}
+    if choice.method != EXPLICIT:
+        cost[EXPLICIT] = choice.explicit
+    implicit = (ALPHA,) if model.bonds is not model.cons else (ROSENBROCK, ALPHA)
+    for method in implicit:
+        budget = SHARE * min(cost.values()) * (t_end - t)
+        if method not in cost and budget > LEAST_TRIAL:
+            cost[method] = _trial(model, run, watch, method, (t, stop), budget)
     best = min(cost, key=cost.__getitem__)
+    if cost[best] > WORTH * cost[choice.method]:
+        best = choice.method
     others = " and ".join(f"{cost[method]:.2g} {SHORT[method]}" for method in cost if method != best)
-    why = f", chosen for {cost[best]:.2g} evaluations of the equations a second on trial, against {others}"
-    return Choice(best, steps, why, np.inf if best == EXPLICIT else PATIENCE * explicit, budget)
+    why = f", chosen for {cost[best]:.2g} evaluations of the equations a second, against {others}"
+    if best != choice.method:
+        why += f"; {SHORT[choice.method]} before t = {t:.3g} s"
+    return choice._replace(method=best, why=why, review=2.0 * spent, t=t, spent=int(run.count[EVALUATIONS]))
 
 
-def _cost(model: Model, run: Run, watch: Watch, method: int, stretch: tuple, budget: float, most: float) -> float:
-    """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole run.
+def without(choice: Choice, t: float) -> Choice:
+    """Return the explicit method for a choice that was free, after an implicit one could not go on at t."""
+    if choice.review == np.inf:
+        return choice
+    why = f", as {SHORT[choice.method]} could not go on at t = {t:.3g} s"
+    return choice._replace(method=EXPLICIT, why=why, review=np.inf)
 
-    After `most` evaluations the trial ends too.
-    """
+
+def _trial(model: Model, run: Run, watch: Watch, method: int, stretch: tuple[float, float], budget: float) -> float:
+    """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole stretch."""
     first, stop = stretch
     trial = Run(*(part.copy() for part in run))
+    trial.count[EVALUATIONS] = 0
     unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, dtype=np.int64))
     if begin(model, trial, method, first, stop) != GOOD:
         return np.inf
     code, trials, cost = RUNNING, 0, np.inf
-    while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget) and trial.count[EVALUATIONS] < most:
-        t, spent = trial.clock[T], trial.count[EVALUATIONS]
+    while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget):
+        t, before = trial.clock[T], trial.count[EVALUATIONS]
         code = advance(model, trial, unwatched, method, stop, TRIAL_STEPS)
         moved, trials = trial.clock[T] - t, trials + 1
-        cost = (trial.count[EVALUATIONS] - spent) / moved if moved > 0.0 else np.inf
+        cost = (trial.count[EVALUATIONS] - before) / moved if moved > 0.0 else np.inf
+    run.count[EVALUATIONS] += trial.count[EVALUATIONS]
     if code == REACHED:
         return trial.count[EVALUATIONS] / (stop - first)
     return cost if code == RUNNING else np.inf
