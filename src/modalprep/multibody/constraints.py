@@ -334,16 +334,19 @@ def constraint_accelerations(cons, tree, flex, W, F, work, alpha, beta, udot):
 
 
 @compile_kernel
-def aim(cons, tree, flex, W, F, work, c1, c2, by_rate, by_place):
+def aim(cons, tree, flex, W, F, work, c1, c2, places, by_rate, by_place):
     """Say what the rows aim at in an implicit step, after `constraint_residual` and before `inward`.
 
     The step has the matrix ``M + c1 D + c2 K`` and the force ``-D by_rate - K by_place``, both (nu,), of springs and
-    bushings too. Constraints aim at ``Phi = 0`` where a further ``c2 u' + by_place`` takes the coordinates.
+    bushings too. With `places` constraints aim at ``Phi = 0`` where a further ``c2 u' + by_place`` takes the
+    coordinates; else they hold their accelerations, and aim at nothing.
     """
     if cons is None:
         return
-    spread(tree, flex, W, F, by_place)
-    _observe(cons, tree, flex, W, F, work, 0.0)
+    yields = _yields(cons)
+    if places or yields:
+        spread(tree, flex, W, F, by_place)
+        _observe(cons, tree, flex, W, F, work, 0.0)
     for i in range(len(cons.rows)):
         along, stiffness = _along(cons, work, i, by_place), cons.yielding[i, 0]
         if np.isinf(stiffness):
@@ -351,10 +354,21 @@ def aim(cons, tree, flex, W, F, work, c1, c2, by_rate, by_place):
         else:
             work.compliance[i] = 1.0 / (c1 * cons.yielding[i, 1] + c2 * stiffness)
             work.goal[i] = -work.compliance[i] * stiffness * along
+    if not yields:
+        return
     spread(tree, flex, W, F, by_rate)
     _observe(cons, tree, flex, W, F, work, 0.0)
     for i in range(len(cons.rows)):
         work.goal[i] -= work.compliance[i] * cons.yielding[i, 1] * _along(cons, work, i, by_rate)
+
+
+@compile_inline
+def _yields(cons):
+    """Whether there are rows that give way."""
+    for i in range(len(cons.rows)):
+        if cons.yielding[i, 0] < np.inf:
+            return True
+    return False
 
 
 @compile_kernel
@@ -366,14 +380,16 @@ def implicit_accelerations(cons, tree, flex, W, F, work, places, udot):
     if cons is None:
         return
     _keep(W, work)
-    _observe(cons, tree, flex, W, F, work, 1.0)
-    for i in range(len(cons.rows)):
-        work.wanted[i] = _along(cons, work, i, udot) + work.bias[i]
-    spread(tree, flex, W, F, udot)
-    _observe(cons, tree, flex, W, F, work, 0.0)
-    for i in range(len(cons.rows)):
-        if places or work.compliance[i] > 0.0:
-            work.wanted[i] = _along(cons, work, i, udot) - work.goal[i]
+    if not places:
+        _observe(cons, tree, flex, W, F, work, 1.0)
+        for i in range(len(cons.rows)):
+            work.wanted[i] = _along(cons, work, i, udot) + work.bias[i]
+    if places or _yields(cons):
+        spread(tree, flex, W, F, udot)
+        _observe(cons, tree, flex, W, F, work, 0.0)
+        for i in range(len(cons.rows)):
+            if places or work.compliance[i] > 0.0:
+                work.wanted[i] = _along(cons, work, i, udot) - work.goal[i]
     _act(cons, tree, flex, W, F, work, udot)
 
 

@@ -199,7 +199,7 @@ def solve_implicit(model, t, y, c1, c2, by_rate, by_place, places, out):
     """
     tree, flex, W, F = model.tree, model.flex, model.W, model.F
     constraint_residual(model.bonds, tree, flex, W, F, y, model.motion, t, model.bonds_work)
-    aim(model.bonds, tree, flex, W, F, model.bonds_work, c1, c2, by_rate, by_place)
+    aim(model.bonds, tree, flex, W, F, model.bonds_work, c1, c2, places, by_rate, by_place)
     for u in range(len(out)):
         out[u] = -model.linear[1, u] * by_rate[u] - model.linear[0, u] * by_place[u]
     for i in range(len(tree.ints)):

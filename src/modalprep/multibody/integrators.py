@@ -46,6 +46,7 @@ NAMES = {
     ALPHA: "implicit, generalized-alpha",
 }
 CHUNK = 256  # steps between two reports of progress
+EVALUATIONS_OF_A_STEP = 5  # about
 SAMPLES = 256  # states in the buffer
 Record = Callable[[np.ndarray, np.ndarray], None]
 SMALL_DEFLECTION = 0.01  # of the body's size: deflections below are not resolved relative to themselves
@@ -156,6 +157,7 @@ class Integration:
             self.loading.enter(begin, end)
             self._begin(begin, end)
             while True:
+                t, count = float(self.steps.clock[T]), int(self.steps.count[EVALUATIONS])
                 code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, self._chunk())
                 found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
                 self._drain(record)
@@ -170,7 +172,7 @@ class Integration:
                 if code not in (driver.RUNNING, driver.FULL):
                     break
                 if code == driver.RUNNING and self.steps.count[EVALUATIONS] > self.choice.review:
-                    self._review(record, end)
+                    self._review((self.steps.count[EVALUATIONS] - count) / (self.steps.clock[T] - t), record, end)
             if code != driver.REACHED:
                 break
         return self._outcome(code, found, record)
@@ -208,13 +210,13 @@ class Integration:
         return True
 
     def _chunk(self) -> int:
-        """Return the steps up to the next review, at about five evaluations each, or fewer."""
-        left = (self.choice.review - self.steps.count[EVALUATIONS]) / 5
+        """Return how many steps to take at once: two times at least up to the next review."""
+        left = (self.choice.review - self.steps.count[EVALUATIONS]) / (2 * EVALUATIONS_OF_A_STEP)
         return int(min(CHUNK, max(TRIAL_STEPS, left)))
 
-    def _review(self, record: Record, end: float) -> None:
-        """Go on with the method that should be quickest from here."""
-        choice = review(self.model, self.steps, self.watch, self.choice, end, self.loading.t_end)
+    def _review(self, spent: float, record: Record, end: float) -> None:
+        """Go on with the method that should be quickest; the present one has `spent` so many evaluations a second."""
+        choice = review(self.model, self.steps, self.watch, self.choice, spent, end, self.loading.t_end)
         self.raise_callback()
         self._go_on(choice, record, end)
 

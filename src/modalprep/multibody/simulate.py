@@ -27,7 +27,7 @@ def simulate(
     *,
     t_end: float,
     output_step: float = 0.01,
-    rtol: float = 1e-7,
+    rtol: float = 1e-5,
     atol: float = 1e-10,
     method: str = "auto",
     step: float | None = None,

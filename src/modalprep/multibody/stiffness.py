@@ -14,8 +14,8 @@ from modalprep.multibody.stepping import EVALUATIONS, FIXED, Run, T, move
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
 STEP_COST = 12.0  # evaluations of an explicit step
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
-FIRST_REVIEW = 100.0  # evaluations before the choice is looked at
-SHARE = 0.005  # of the evaluations of a run, before the first review and for a trial of another method
+FIRST_REVIEW = 200.0  # evaluations before the choice is looked at
+SHARE = 0.002  # of the evaluations of a run, before the first review and for a trial of another method
 TRIAL_STEPS = 20  # that are counted, after as many at least that find the step
 LEAST_TRIAL = 200.0  # evaluations of a trial
 WORTH = 0.8  # of the cost of the method in use: another that takes more does not take its place
@@ -28,7 +28,7 @@ SHORT = {EXPLICIT: "explicit", ROSENBROCK: "Rosenbrock", ALPHA: "generalized-alp
 
 
 class Choice(NamedTuple):
-    """Method, the steps that stability would ask of the explicit one, why (the end of a sentence), since when.
+    """Method, the steps that stability would ask of the explicit one, why (the end of a sentence).
 
     It is looked at again after `review` evaluations; `explicit` is the least that the explicit method spends on a
     second.
@@ -39,8 +39,6 @@ class Choice(NamedTuple):
     why: str = ""
     explicit: float = 0.0
     review: float = np.inf
-    t: float = 0.0
-    spent: int = 0
 
 
 def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
@@ -48,22 +46,22 @@ def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) 
 
     An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
     tolerance and motion, and vibrations where these count. So a run that is not stiff is for the explicit method, any
-    other begins with generalized-alpha, and `review` counts.
+    other begins with an implicit one, and `review` counts.
     """
     loading.enter(*loading.stretches[0])
-    start = loading.stretches[0][0]
-    top = top_frequency(model, run, start)
+    top = top_frequency(model, run, loading.stretches[0][0])
     steps = top * t_end / STABLE
     if method in METHODS:
         return Choice(METHODS[method], steps)
     if run.clock[FIXED] > 0.0:
         explicit = run.clock[FIXED] * top < STABLE
-        return Choice(EXPLICIT if explicit else ALPHA, steps, ", chosen by the step against the highest frequency")
+        why = ", chosen by the step against the highest frequency"
+        return Choice(EXPLICIT if explicit else _implicit(model), steps, why)
     if steps < FEW_STEPS:
         return Choice(EXPLICIT, steps)
     first = max(FIRST_REVIEW, SHARE * STEP_COST * steps)
     why = f", chosen against {STEP_COST * steps:.2g} evaluations that the explicit method takes at least"
-    return Choice(ALPHA, steps, why, STEP_COST * top / STABLE, first, start)
+    return Choice(_implicit(model), steps, why, STEP_COST * top / STABLE, first)
 
 
 def top_frequency(model: Model, run: Run, t: float) -> float:
@@ -88,31 +86,35 @@ def top_frequency(model: Model, run: Run, t: float) -> float:
     return float(np.sqrt(square))
 
 
-def review(model: Model, run: Run, watch: Watch, choice: Choice, stop: float, t_end: float) -> Choice:
+def review(model: Model, run: Run, watch: Watch, choice: Choice, spent: float, stop: float, t_end: float) -> Choice:
     """Return the method that should spend the fewest evaluations on the rest of the run.
 
-    Counted is what the method in use has spent since the last review, and what the others spend on a trial, where the
-    rest of the run is long enough to pay for it; of the explicit method the least is known. The Rosenbrock method is
-    left out where springs or bushings may turn, which takes its order. The next review comes when as many evaluations
-    again are spent: vibrations of the start decay, others come.
+    The one in use has just `spent` so many on a second; of the explicit method the least is known, an implicit one is
+    tried where the rest of the run is long enough to pay for it. The next review comes when as many evaluations again
+    are counted: vibrations of the start decay, others come.
     """
-    t, spent = float(run.clock[T]), int(run.count[EVALUATIONS])
-    cost = {choice.method: (spent - choice.spent) / (t - choice.t)}
+    t, cost = float(run.clock[T]), {choice.method: spent}
     if choice.method != EXPLICIT:
         cost[EXPLICIT] = choice.explicit
-    implicit = (ALPHA,) if model.bonds is not model.cons else (ROSENBROCK, ALPHA)
-    for method in implicit:
-        budget = SHARE * min(cost.values()) * (t_end - t)
-        if method not in cost and budget > LEAST_TRIAL:
-            cost[method] = _trial(model, run, watch, method, (t, stop), budget)
+    elif (budget := SHARE * cost[EXPLICIT] * (t_end - t)) > LEAST_TRIAL:
+        cost[_implicit(model)] = _trial(model, run, watch, _implicit(model), (t, stop), budget)
     best = min(cost, key=cost.__getitem__)
     if cost[best] > WORTH * cost[choice.method]:
         best = choice.method
-    others = " and ".join(f"{cost[method]:.2g} {SHORT[method]}" for method in cost if method != best)
-    why = f", chosen for {cost[best]:.2g} evaluations of the equations a second, against {others}"
+    others = "".join(f", against {cost[method]:.2g} {SHORT[method]}" for method in cost if method != best)
+    why = f", chosen for {cost[best]:.2g} evaluations of the equations a second{others}"
     if best != choice.method:
         why += f"; {SHORT[choice.method]} before t = {t:.3g} s"
-    return choice._replace(method=best, why=why, review=2.0 * spent, t=t, spent=int(run.count[EVALUATIONS]))
+    return choice._replace(method=best, why=why, review=2.0 * run.count[EVALUATIONS])
+
+
+def _implicit(model: Model) -> int:
+    """Return the implicit method that suits a system.
+
+    The Rosenbrock method is the more accurate one at the same tolerance, for stiff modes that are loaded suddenly by
+    far; but springs and bushings that may turn take its order.
+    """
+    return ALPHA if model.bonds is not model.cons else ROSENBROCK
 
 
 def without(choice: Choice, t: float) -> Choice:

@@ -249,7 +249,7 @@ class SimulationTable(Table):
 
     t_end: float = Field(gt=0, description="s")
     output_step: float = Field(0.01, gt=0, description="s")
-    rtol: float = Field(1e-7, ge=1e-13, le=1e-2, description="relative tolerance")
+    rtol: float = Field(1e-5, ge=1e-13, le=1e-2, description="relative tolerance")
     atol: float = Field(1e-10, gt=0, description="absolute tolerance of coordinates and speeds")
     method: Literal["auto", "explicit", "generalized_alpha", "rosenbrock"] = Field(
         "auto", description="auto: implicit for stiff modes"
