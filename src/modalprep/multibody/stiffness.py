@@ -14,8 +14,8 @@ from modalprep.multibody.stepping import EVALUATIONS, FIXED, Run, T, move
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
 STEP_COST = 12.0  # evaluations of an explicit step
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
-FIRST_REVIEW = 200.0  # evaluations before the choice is looked at
-SHARE = 0.002  # of the evaluations of a run, before the first review and for a trial of another method
+FIRST_REVIEW = 0.01  # of the evaluations of an explicit run
+TRIAL_SHARE = 0.005  # of the evaluations of the rest of a run, for the trial of another method
 TRIAL_STEPS = 20  # that are counted, after as many at least that find the step
 LEAST_TRIAL = 200.0  # evaluations of a trial
 WORTH = 0.8  # of the cost of the method in use: another that takes more does not take its place
@@ -28,7 +28,7 @@ SHORT = {EXPLICIT: "explicit", ROSENBROCK: "Rosenbrock", ALPHA: "generalized-alp
 
 
 class Choice(NamedTuple):
-    """Method, the steps that stability would ask of the explicit one, why (the end of a sentence).
+    """Method, the steps that stability would ask of the explicit one, why (the end of a sentence), its begin.
 
     It is looked at again after `review` evaluations; `explicit` is the least that the explicit method spends on a
     second.
@@ -39,6 +39,8 @@ class Choice(NamedTuple):
     why: str = ""
     explicit: float = 0.0
     review: float = np.inf
+    t: float = 0.0
+    spent: int = 0  # evaluations then
 
 
 def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
@@ -49,7 +51,8 @@ def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) 
     other begins with an implicit one, and `review` counts.
     """
     loading.enter(*loading.stretches[0])
-    top = top_frequency(model, run, loading.stretches[0][0])
+    start = loading.stretches[0][0]
+    top = top_frequency(model, run, start)
     steps = top * t_end / STABLE
     if method in METHODS:
         return Choice(METHODS[method], steps)
@@ -59,9 +62,9 @@ def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) 
         return Choice(EXPLICIT if explicit else _implicit(model), steps, why)
     if steps < FEW_STEPS:
         return Choice(EXPLICIT, steps)
-    first = max(FIRST_REVIEW, SHARE * STEP_COST * steps)
+    first = FIRST_REVIEW * STEP_COST * steps
     why = f", chosen against {STEP_COST * steps:.2g} evaluations that the explicit method takes at least"
-    return Choice(_implicit(model), steps, why, STEP_COST * top / STABLE, first)
+    return Choice(_implicit(model), steps, why, STEP_COST * top / STABLE, first, start)
 
 
 def top_frequency(model: Model, run: Run, t: float) -> float:
@@ -93,10 +96,11 @@ def review(model: Model, run: Run, watch: Watch, choice: Choice, spent: float, s
     tried where the rest of the run is long enough to pay for it. The next review comes when as many evaluations again
     are counted: vibrations of the start decay, others come.
     """
-    t, cost = float(run.clock[T]), {choice.method: spent}
+    t, count = float(run.clock[T]), int(run.count[EVALUATIONS])
+    cost = {choice.method: _expected(t - choice.t, count - choice.spent, spent, t_end - t)}
     if choice.method != EXPLICIT:
         cost[EXPLICIT] = choice.explicit
-    elif (budget := SHARE * cost[EXPLICIT] * (t_end - t)) > LEAST_TRIAL:
+    elif (budget := TRIAL_SHARE * cost[EXPLICIT] * (t_end - t)) > LEAST_TRIAL:
         cost[_implicit(model)] = _trial(model, run, watch, _implicit(model), (t, stop), budget)
     best = min(cost, key=cost.__getitem__)
     if cost[best] > WORTH * cost[choice.method]:
@@ -105,7 +109,17 @@ def review(model: Model, run: Run, watch: Watch, choice: Choice, spent: float, s
     why = f", chosen for {cost[best]:.2g} evaluations of the equations a second{others}"
     if best != choice.method:
         why += f"; {SHORT[choice.method]} before t = {t:.3g} s"
-    return choice._replace(method=best, why=why, review=2.0 * run.count[EVALUATIONS])
+        choice = choice._replace(t=t, spent=int(run.count[EVALUATIONS]))
+    return choice._replace(method=best, why=why, review=2.0 * count)
+
+
+def _expected(age: float, count: int, spent: float, left: float) -> float:
+    """Return the mean cost of a second of what is left, by the power law through the count at an age and its slope.
+
+    Vibrations of the start decay: after a hundredth of a run what has just been `spent` says little of its end.
+    """
+    power = min(1.0, spent * age / count)
+    return max(spent, count / age) if power == 1.0 else count * ((1 + left / age) ** power - 1) / left
 
 
 def _implicit(model: Model) -> int:
