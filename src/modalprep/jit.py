@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import pickle
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any
 
 from numba import core, njit
+from numba.core.caching import IndexDataCacheFile
 
 # No flag that assumes finite numbers: a NaN must stay a NaN. Without reference counts (_nrt) a kernel cannot make
 # arrays, nor assign one to a slice of another (algebra.copy does); calls that pass records of arrays are then cheap,
@@ -33,9 +35,9 @@ def compile_kernel(function: Callable, **options: Any) -> Callable:
         kernel = njit(cache=True, **(OPTIONS | options))(function)
     except RuntimeError:  # numba: "no locator available"
         kernel = njit(cache=False, **(OPTIONS | options))(function)
-    cache = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if cache is not None:
-        cache._source_stamp = stamp
+    numbered = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
+    if numbered is not None:
+        kernel._cache._cache_file = CompiledFiles(numbered, stamp)
     return kernel
 
 
@@ -96,6 +98,39 @@ class _Compilation(core.event.Listener):
 
     def on_end(self, event: core.event.Event) -> None:
         pass
+
+
+class CompiledFiles(IndexDataCacheFile):
+    """One whole file for each compiled signature, which says itself what it holds.
+
+    Numba keeps an index beside numbered files. After a kill between the two, or when two processes compile for
+    different types at the same moment, a number may belong to other code: wrong results, or a crash.
+    """
+
+    def __init__(self, numbered: IndexDataCacheFile, stamp: str) -> None:
+        base = numbered._index_name.removesuffix(".nbi")
+        super().__init__(numbered._cache_path, base, stamp)
+        self._base = base
+
+    def save(self, key: Any, data: Any) -> None:
+        """Write the file of a signature; without room for it the next process compiles again."""
+        with suppress(OSError), self._open_for_write(self._data_path(self._name(key))) as file:
+            pickle.dump((self._version, self._source_stamp), file)
+            file.write(self._dump((key, data)))
+
+    def load(self, key: Any) -> Any:
+        """Return what was saved for a signature, None if there is nothing, of another version, or not whole."""
+        with suppress(OSError, EOFError, pickle.UnpicklingError), open(self._data_path(self._name(key)), "rb") as file:
+            if pickle.load(file) == (self._version, self._source_stamp):
+                saved, data = pickle.load(file)
+                return data if saved == key else None
+        return None
+
+    def flush(self) -> None:
+        """Leave the files: they are written anew."""
+
+    def _name(self, key: Any) -> str:
+        return f"{self._base}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
 
 
 def _stamp(function: Callable) -> str:

@@ -5,7 +5,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
 import pytest
+from numba.core.caching import IndexDataCacheFile
 
 from modalprep import jit
 from modalprep.cli import main
@@ -65,6 +67,40 @@ def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, fu
     old = "SCALE = 4" if change.startswith("SCALE") else "return 2 * x"
     expected = {"return 3 * x": "7.0 0", "return x * SCALE": "8.0 0", "SCALE = 5": "7.0 0"}[change]
     assert [result(helper), result(helper), result(helper.replace(old, change))] == ["6.0 0", "6.0 1", expected]
+
+
+def compiled_files(folder, stamp="now"):
+    """The files of one function, as another process sees them."""
+    return jit.CompiledFiles(IndexDataCacheFile(str(folder), "f-1.py311", None), stamp)
+
+
+def test_processes_that_compile_at_the_same_time_do_not_mix_their_code(tmp_path):
+    """Both look, then both save: Numba's own files give one of them the code of the other."""
+    keys = [(numba.types.float64(t, t), "cpu") for t in (numba.types.float64, numba.types.int64)]
+    processes = [compiled_files(tmp_path), compiled_files(tmp_path)]
+    assert [files.load(key) for files, key in zip(processes, keys, strict=True)] == [None, None]
+    for files, key in zip(processes, keys, strict=True):
+        files.save(key, f"code of {key}")
+    assert [compiled_files(tmp_path).load(key) for key in keys] == [f"code of {key}" for key in keys]
+
+
+def test_code_of_another_version_or_half_a_file_is_compiled_anew(tmp_path):
+    key = (numba.types.float64(numba.types.float64), "cpu")
+    compiled_files(tmp_path).save(key, "code" * 1000)
+    assert compiled_files(tmp_path, "later").load(key) is None
+    (file,) = tmp_path.iterdir()
+    for size in (0, 10, file.stat().st_size // 2):
+        file.write_bytes(file.read_bytes()[:size])
+        assert compiled_files(tmp_path).load(key) is None
+    compiled_files(tmp_path, "later").save(key, "new")
+    assert compiled_files(tmp_path, "later").load(key) == "new"
+    assert [file] == list(tmp_path.iterdir())  # nothing is left of the old one
+
+
+def test_full_disk_leaves_the_cache_as_it_was(tmp_path):
+    key = (numba.types.float64(numba.types.float64), "cpu")
+    compiled_files(tmp_path / "missing").save(key, "code")
+    assert compiled_files(tmp_path / "missing").load(key) is None
 
 
 @pytest.mark.slow
