@@ -45,6 +45,23 @@ def test_tables_are_the_functions(source):
     assert np.all(np.abs(found - exact).max(axis=0) <= np.array([2e-12, 2e-11, 4e-9]) * size + 1e-13 * size[0])
 
 
+@pytest.mark.parametrize(
+    "function",
+    [
+        TimeFunction(2.5),
+        TimeFunction("t - sin(t)"),
+        TimeFunction(RAMP),
+        TimeFunction.table([0, 1, 2, 2, 4], [1, -1, 3, 0, 5]),
+        TimeFunction.sampled(math.cos, until=20.0),
+    ],
+    ids=["number", "expression", "pieces", "table", "sampled"],
+)
+def test_minus_turns_values_and_derivatives_over(function):
+    for t in (0.5, 3.0, 18.0):
+        assert (-function)(t) == tuple(-x for x in function(t))  # the sign of a float is exact
+    assert (-function).breaks == function.breaks
+
+
 def test_rate_is_the_derivative_of_the_table():
     """So that prescribed motions do no spurious work: the integral of the rate is the value, not up to 1e-12."""
     tables = tabulate([TimeFunction("sin(t)")], 3.0)

@@ -321,8 +321,7 @@ def _slider(d: Deployment, stage: Stage) -> Joint:
     out, speed = d.start
     moves = {"displacement": out, "speed": speed} if stage.law is None else {"motion": stage.law}
     if stage.law is None and d.law is None:
-        back = TimeFunction([(until, _minus(what)) for until, what in _pieces(d.tension)])
-        moves["elements"] = (HingeElement(damping=d.brake, drive=back),)
+        moves["elements"] = (HingeElement(damping=d.brake, drive=-d.tension),)
     ends = {"parent": f"{d.leads}.sleeve", "child": f"{d.name}{stage.rods}"}
     return Joint(name=d.name, type="prismatic", axis=EYE[0], **ends, **moves)
 
@@ -343,17 +342,6 @@ def aligning(t: float, angle: float, rate: float, within: float) -> TimeFunction
     return TimeFunction([(t, f"{angle!r} + {rate!r}*(t - {t!r})"), (t + within, path), (FOREVER, 0.0)])
 
 
-def _pieces(function: TimeFunction) -> list[tuple]:
-    source = function.source
-    return [(FOREVER, source)] if isinstance(source, (str, int, float, np.number)) else list(source)
-
-
-def _minus(what):
-    if isinstance(what, str):
-        return f"-({what})"
-    return type(what)(-what.c, what.x) if hasattr(what, "c") else -what
-
-
 def stretches(d: Deployment) -> list[tuple[float, TimeFunction]]:
     """Return the smooth stretches of a law, ``(until, law)``: its rate jumps where they meet.
 
@@ -370,7 +358,7 @@ def stretches(d: Deployment) -> list[tuple[float, TimeFunction]]:
     [2.0, inf]
     """
     found, pieces = [], []
-    for k, (until, what) in enumerate(_pieces(d.law)):
+    for k, (until, what) in enumerate(d.law.given):
         pieces.append((until, what))
         if until == FOREVER or k == len(d.law.pieces) - 1:
             found.append((FOREVER, TimeFunction(pieces)))

@@ -46,8 +46,8 @@ class TimeFunction:
     >>> ramp = TimeFunction([(2.0, "t**2/2"), (float("inf"), "2*t - 2")])
     >>> ramp(1.0), ramp(3.0), ramp.breaks
     ((0.5, 1.0, 1.0), (4.0, 2.0, 0.0), [2.0])
-    >>> TimeFunction(3)(5.0)
-    (3.0, 0.0, 0.0)
+    >>> TimeFunction(3)(5.0), (-ramp)(3.0)
+    ((3.0, 0.0, 0.0), (-4.0, -2.0, 0.0))
     """
 
     source: Any
@@ -55,8 +55,7 @@ class TimeFunction:
 
     def __post_init__(self) -> None:
         """Parse every piece."""
-        whole = isinstance(self.source, (str, int, float, np.number))
-        given: Sequence = [(FOREVER, self.source)] if whole else list(self.source)
+        given = self.given
         ends = [until for until, _ in given]
         if not ends or not all(a < b for a, b in pairwise(ends)):
             raise InputError(f"function of time: the pieces must end at increasing times, got {ends}")
@@ -140,6 +139,16 @@ class TimeFunction:
         value, rate, acceleration = checked(piece, np.array([t]))[:, 0].tolist()
         return value, rate, acceleration
 
+    def __neg__(self) -> TimeFunction:
+        """Return the function with the opposite sign."""
+        return TimeFunction([(until, _minus(what)) for until, what in self.given])
+
+    @property
+    def given(self) -> list[tuple]:
+        """What the pieces were made from: ``(until, number, expression or spline)``."""
+        whole = isinstance(self.source, (str, int, float, np.number))
+        return [(FOREVER, self.source)] if whole else list(self.source)
+
     @property
     def breaks(self) -> list[float]:
         """Times at which one piece ends and the next begins."""
@@ -170,6 +179,12 @@ def checked(piece: Piece, t: np.ndarray) -> np.ndarray:
     if np.any(bad):
         raise InputError(f"{piece.text} has no finite value, rate and acceleration at t = {t[bad][0]:g} s")
     return found
+
+
+def _minus(what: Any) -> Any:
+    if isinstance(what, PPoly):
+        return PPoly(-what.c, what.x)
+    return f"-({what})" if isinstance(what, str) else -what
 
 
 def _piece(until: float, what: Any) -> Piece:
