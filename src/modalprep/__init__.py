@@ -43,7 +43,7 @@ _HOME = {
     "Callback": "multibody.loads", "feedback": "multibody.feedback",
     "Closure": "multibody.closures", "Coupler": "multibody.closures",
     "Event": "multibody.events", "Result": "multibody.result", "simulate": "multibody.simulate",
-    "Deployment": "multibody.deployment", "DeployingSystem": "multibody.deployment",
+    "Deployment": "multibody.deployment", "DeployingSystem": "multibody.deployment_system",
     "simulate_deployment": "multibody.deploying", "spin_modes": "multibody.spin",
     "static_equilibrium": "multibody.equilibrium", "linearise": "multibody.linearise",
     "frequency_response": "multibody.state_space", "system_modes": "multibody.modes",

@@ -14,23 +14,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.multibody.channels import Channels
-from modalprep.multibody.deployment import (
-    FIRST_BEND,
-    STIFF,
-    DeployingSystem,
-    Deployment,
-    Stage,
-    aligning,
-    first_stage,
-    start_angles,
-    stretches,
-)
+from modalprep.multibody.deployment import FIRST_BEND, IN, OUT, STIFF, Change, Deployment, Stage, start_angles
 from modalprep.multibody.deployment_histories import Histories
-from modalprep.multibody.deployment_law import leaving, samples
-from modalprep.multibody.deployment_phase import IN, OUT, Change, Phase
-from modalprep.multibody.layout import (
-    pack,
-)
+from modalprep.multibody.deployment_law import aligning, first_stage, leaving, samples, stretches
+from modalprep.multibody.deployment_phase import Phase
+from modalprep.multibody.deployment_system import DeployingSystem
+from modalprep.multibody.layout import pack
 from modalprep.multibody.result import Result, output_times
 from modalprep.multibody.simulate import check_span
 from modalprep.multibody.timefunction import TimeFunction

@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
-from modalprep.multibody.hinge import HingeElement
-from modalprep.multibody.loads import Load
-from modalprep.multibody.orbit import Orbit
-from modalprep.multibody.system import Joint, System
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.records import Record
 
@@ -21,8 +15,7 @@ LEAST = 0.25  # of a cable's rod: what must be out before the innermost turns by
 FIRST_BEND = 1.875  # of a beam's rod: length that bends in the first hinge outside when the next one follows
 STIFF = 1e-3  # of a beam's rod: length that bends in a hinge where it leaves the exit
 EXACT = 1e-9  # of a rod: how well a length is known
-Z = np.array([0.0, 0.0, 1.0])
-EYE = np.eye(3)
+OUT, IN = "out", "in"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -96,7 +89,7 @@ class Deployment(Record):
     EI: float = 0.0
     damping: float = 0.0
     axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
-    normal: np.ndarray = field(default_factory=lambda: Z)
+    normal: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spatial: bool = False
     rotary_inertia: float = 0.0
@@ -212,188 +205,12 @@ class Stage(Record):
         return low, (self.rods * deployment.rod if self.rods < deployment.segments else np.inf)
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
-class DeployingSystem(Record):
-    """A system of which beams, cables or tethers come out; see `System` and `Deployment`.
+class Change(NamedTuple):
+    """What ends a stage of deployment k at time t."""
 
-    Examples
-    --------
-    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
-    >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,))
-    >>> system.at([first_stage(boom)]).order
-    ('boom_exit', 'boom3', 'boom2', 'boom1')
-    """
-
-    bodies: dict[str, FlexibleBody]
-    joints: tuple[Joint, ...]
-    deployments: tuple[Deployment, ...]
-    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    loads: tuple[Load, ...] = ()
-    orbit: Orbit | None = None
-
-    def __post_init__(self) -> None:
-        """Check names, and that exits are in rigid bodies."""
-        for d in self.deployments:
-            name = d.parent.partition(".")[0]
-            if name in self.bodies and self.bodies[name].n:
-                raise InputError(
-                    f"deployment {d.name!r}: body {name!r} has modes, but stowed mass needs a rigid body; give it a "
-                    "'mass' in place of a file, or put a rigid body between"
-                )
-        super().__post_init__()
-        self.full()
-
-    def at(self, stages: list[Stage], places: dict[str, dict] | None = None) -> System:
-        """Return the system with the rods of these stages; `places` are start values of joints by name."""
-        bodies, joints = dict(self.bodies), list(self.joints)
-        for d, stage in zip(self.deployments, stages, strict=True):
-            new = _bodies(d, stage)
-            for twice in new.keys() & bodies.keys():
-                raise InputError(f"deployment {d.name!r} makes body {twice!r}, which is already there; rename one")
-            bodies |= new
-            joints += [joint.with_(**(places or {}).get(joint.name, {})) for joint in _joints(d, stage)]
-        return System(bodies=bodies, joints=tuple(joints), gravity=self.gravity, loads=self.loads, orbit=self.orbit)
-
-    def without_exit(
-        self, stages: list[Stage], d: Deployment, turn: np.ndarray, velocity: np.ndarray, spin: np.ndarray
-    ) -> System:
-        """Return the system with the innermost rod gone and the next one free of the exit.
-
-        turn : (3, 3) of that rod in the exit's frame; velocity, spin : (3,) of its root, relative to the exit, in its
-        own frame.
-        """
-        full, stage = self.at(stages), stages[self.deployments.index(d)]
-        gone = {d.leads, f"{d.name}{stage.rods}"}
-        rod = f"{d.name}{stage.rods - 1}"
-        loose = Joint(
-            name=rod, type="free", parent=d.parent, child=rod, position=d.position, rotation=d.frame @ turn,
-            velocity=velocity, spin=spin,
-        )  # fmt: skip
-        kept = tuple(joint for joint in full.joints if full.child(joint) not in {*gone, rod})
-        bodies = {name: body for name, body in full.bodies.items() if name not in gone}
-        return full.with_(bodies=bodies, joints=(*kept, loose))
-
-    def full(self) -> System:
-        """Return the system with everything out."""
-        return self.at([Stage(rods=d.segments, locked=False, law=TimeFunction(d.length)) for d in self.deployments])
-
-
-def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:
-    mass, ends = d.mass_per_length * d.rod, {"root": np.zeros(3), "tip": np.array([d.rod, 0, 0])}
-    across = mass * d.rod**2 / 12
-    inertia = np.diag([d.rotary_inertia * d.rod, across, across])
-    rod = rigid_body(d.name, mass=mass, centre=ends["tip"] / 2, inertia=inertia, interfaces=ends)
-    behind = {"root": np.zeros(3), "sleeve": np.array([-stage.rods * d.rod, 0, 0])}
-    leads = rigid_body(d.leads, mass=1.0, centre=np.zeros(3), inertia=np.zeros((3, 3)), interfaces=behind)
-    leads = leads.with_(m=0.0, points=np.zeros((1, 3)), shape=np.zeros((1, 3, 0)))
-    return {d.leads: leads} | {f"{d.name}{k}": rod for k in range(stage.rods, 0, -1)}
-
-
-def _joints(d: Deployment, stage: Stage) -> Iterator[Joint]:
-    """Yield exit hinge, sliding joint, then the hinges outwards."""
-    n, welded = stage.rods, max(1, stage.rods - 1) if stage.locked else 0
-    outside = {"parent": d.parent, "child": d.leads, "position": d.position, "rotation": d.frame}
-    yield _guide(d, stage, **outside) if d.guided else _hinge(d, n, stage, welded=n == welded, **outside)
-    yield _slider(d, stage)
-    for k in range(n - 1, 0, -1):
-        yield _hinge(d, k, stage, welded=k == welded, parent=f"{d.name}{k + 1}.tip", child=f"{d.name}{k}")
-
-
-def _guide(d: Deployment, stage: Stage, **ends) -> Joint:
-    name = f"{d.name}{stage.rods}"
-    if stage.tilt is None:
-        return Joint(name=name, type="weld", **ends)
-    return Joint(name=name, type="revolute", axis=d.frame @ Z, motion=stage.tilt, **ends)
-
-
-def _hinge(d: Deployment, k: int, stage: Stage, *, welded: bool, rotation: np.ndarray = EYE, **ends) -> Joint:
-    name = f"{d.name}{k}"
-    if welded:
-        return Joint(name=name, type="weld", rotation=rotation @ stage.turn, **ends)
-    if d.spatial:
-        return Joint(name=name, type="spherical", rotation=rotation, **ends)
-    stiffness = d.EI / d.rod
-    elements = (HingeElement(stiffness=stiffness, damping=d.damping * stiffness),) if d.EI > 0 else ()
-    return Joint(name=name, type="revolute", axis=rotation @ Z, rotation=rotation, elements=elements, **ends)
-
-
-def _slider(d: Deployment, stage: Stage) -> Joint:
-    out, speed = d.start
-    moves = {"displacement": out, "speed": speed} if stage.law is None else {"motion": stage.law}
-    if stage.law is None and d.law is None:
-        moves["elements"] = (HingeElement(damping=d.brake, drive=-d.tension),)
-    ends = {"parent": f"{d.leads}.sleeve", "child": f"{d.name}{stage.rods}"}
-    return Joint(name=d.name, type="prismatic", axis=EYE[0], **ends, **moves)
-
-
-def aligning(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:
-    """Return an angle that goes from a value and rate at time t smoothly to zero, or None when it is there.
-
-    Examples
-    --------
-    >>> tilt = aligning(2.0, 0.1, -0.3, 0.5)
-    >>> [round(x, 9) for x in tilt(2.0)[:2]], tilt(2.5)[:2]
-    ([0.1, -0.3], (0.0, 0.0))
-    """
-    if angle == 0.0 and rate == 0.0:
-        return None
-    s = f"((t - {t!r})/{within!r})"
-    path = f"(1 - {s})**2*({angle!r} + {2 * angle + rate * within!r}*{s})"
-    return TimeFunction([(t, f"{angle!r} + {rate!r}*(t - {t!r})"), (t + within, path), (FOREVER, 0.0)])
-
-
-def stretches(d: Deployment) -> list[tuple[float, TimeFunction]]:
-    """Return the smooth stretches of a law, ``(until, law)``: its rate jumps where they meet.
-
-    Raises
-    ------
-    InputError
-        When the length itself jumps.
-
-    Examples
-    --------
-    >>> law = [(2.0, "t"), (3.0, "2"), (float("inf"), "2")]
-    >>> boom = Deployment(name="boom", parent="ground", length=9.0, segments=9, mass_per_length=1.0, law=law)
-    >>> [until for until, _ in stretches(boom)]
-    [2.0, inf]
-    """
-    found, pieces = [], []
-    for k, (until, what) in enumerate(d.law.given):
-        pieces.append((until, what))
-        if until == FOREVER or k == len(d.law.pieces) - 1:
-            found.append((FOREVER, TimeFunction(pieces)))
-        elif _kinks(d, until, *d.law.pieces[k : k + 2]):
-            found.append((until, TimeFunction([*pieces[:-1], (FOREVER, what)])))
-            pieces = []
-    return found
-
-
-def _kinks(d: Deployment, t: float, left, right) -> bool:
-    a, b = (piece.evaluate(np.array([t]))[:, 0] for piece in (left, right))
-    if abs(b[0] - a[0]) > EXACT * d.rod:
-        raise InputError(
-            f"deployment {d.name!r}: the law jumps from {a[0]:g} to {b[0]:g} m at t = {t:g} s; a length cannot jump"
-        )
-    return abs(b[1] - a[1]) > 1e-9 * max(abs(a[1]), abs(b[1]))
-
-
-def first_stage(d: Deployment) -> Stage:
-    """Return the stage of a deployment at the start.
-
-    Raises
-    ------
-    InputError
-        When the length is not between zero and all of it.
-    """
-    out, speed = d.start
-    if not -EXACT * d.rod <= out <= d.length + EXACT * d.rod:
-        raise InputError(f"deployment {d.name!r}: {out:g} m are out at the start; there are only {d.length:g} m")
-    rods = int(np.floor(out / d.rod + EXACT)) + 1
-    if abs(out / d.rod - (rods - 1)) < EXACT and speed <= 0:
-        rods -= 1
-    rods = min(max(rods, 1), d.segments)
-    locked = out - (rods - 1) * d.rod < d.least
-    return Stage(rods=rods, locked=locked, law=stretches(d)[0][1] if d.law is not None else None)
+    t: float
+    k: int
+    what: str
 
 
 def bending(d: Deployment, rods: int) -> np.ndarray:

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.multibody.deployment import (
-    EXACT,
-    DeployingSystem,
-)
+from modalprep.multibody.deployment import EXACT
+from modalprep.multibody.deployment_system import DeployingSystem
 from modalprep.multibody.record import audited
 from modalprep.multibody.result import Result
 

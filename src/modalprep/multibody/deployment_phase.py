@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.multibody import kernel
-from modalprep.multibody.deployment import Deployment, Stage
+from modalprep.multibody.deployment import IN, OUT, Change, Deployment, Stage
 from modalprep.multibody.evaluate import Model, build_model, load
 from modalprep.multibody.events import Event
 from modalprep.multibody.integrators import Integration
@@ -40,16 +40,6 @@ from modalprep.multibody.stiffness import METHODS
 
 if TYPE_CHECKING:
     from modalprep.multibody.deploying import Run
-
-OUT, IN = "out", "in"
-
-
-class Change(NamedTuple):
-    """What ends a stage of deployment k at time t."""
-
-    t: float
-    k: int
-    what: str
 
 
 class Phase:

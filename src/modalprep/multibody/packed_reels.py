@@ -21,7 +21,8 @@ def pack_reels(
 
     Examples
     --------
-    >>> from modalprep.multibody.deployment import DeployingSystem, first_stage
+    >>> from modalprep.multibody.deployment_law import first_stage
+    >>> from modalprep.multibody.deployment_system import DeployingSystem
     >>> from modalprep.multibody.layout import pack
     >>> from modalprep.multibody.packed_loads import pack_loads
     >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0, law="3.0")

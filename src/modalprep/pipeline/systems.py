@@ -11,7 +11,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.multibody.deploying import deployment_channels, simulate_deployment
-from modalprep.multibody.deployment import DeployingSystem
+from modalprep.multibody.deployment_system import DeployingSystem
 from modalprep.multibody.flight import fly_system
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
