@@ -99,11 +99,11 @@ def in_theory(system: System | DeployingSystem, theory: Theory) -> System | Depl
     >>> in_theory(arm, "no_geometric_stiffness").bodies["arm"].has_geometric_stiffness
     False
     """
-    if isinstance(system, DeployingSystem) and theory != "consistent":
+    if theory == "consistent":
+        return system
+    if isinstance(system, DeployingSystem):
         raise InputError("[deployments] are of rigid rods, which have no geometric stiffness to leave out")
-    return {"consistent": lambda: system, "ruthless": lambda: system.ruthless()}.get(
-        theory, lambda: system.conventional()
-    )()
+    return system.ruthless() if theory == "ruthless" else system.conventional()
 
 
 def _csv_beside(target: Path) -> Path:
