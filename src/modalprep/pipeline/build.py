@@ -21,6 +21,7 @@ from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.cache import Cache
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.depletion_schema import LevelTable
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh, source_digest
 from modalprep.pipeline.reduce import reduce_model, wanted_damping
@@ -28,6 +29,7 @@ from modalprep.pipeline.reduction_schema import RotationTable
 from modalprep.pipeline.schema import BodyTable, Pipeline
 from modalprep.pipeline.stages import remembering
 from modalprep.pipeline.system_schema import inertia_tensor
+from modalprep.pipeline.tables import Vector
 from modalprep.reduction.damping import modal_damping
 
 LIGHT, HEAVY = 1e-6, 2.3e4  # kg over the cube of the size, kg/m^3: a thread, and more than a cube of osmium
@@ -126,13 +128,24 @@ def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
 
 def _body(name: str, table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
     if table.mass is not None:
-        places = {key: np.array(place) for key, place in table.interfaces.items()}
-        inertia = inertia_tensor(table.inertia)
-        return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=places)
+        return read_rigid(name, table, table.interfaces)
     if table.file is not None:
         return read_body(path.parent / table.file)
     source = path.parent / str(table.pipeline)
     return current_body(source, output_folder(source, output), reporter)
+
+
+def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, Vector]) -> FlexibleBody:
+    """Return the rigid body of a table with its mass, its interfaces at these places (m).
+
+    Examples
+    --------
+    >>> read_rigid("hub", BodyTable(mass=2.0), {"root": [0.0, 0.0, 0.0]}).m
+    2.0
+    """
+    places = {key: np.array(place) for key, place in interfaces.items()}
+    inertia = inertia_tensor(table.inertia)
+    return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=places)
 
 
 def rotation_matrix(table: RotationTable | None) -> np.ndarray:

@@ -8,16 +8,16 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.levels import scaled
-from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
 from modalprep.multibody.depletion import Depletion, ExpelledGas, burn
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
+from modalprep.pipeline.build import read_rigid
 from modalprep.pipeline.depletion_schema import DepletionTable, JetTable, LevelTable
 from modalprep.pipeline.load import naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_loads import time_function
-from modalprep.pipeline.system_schema import BodyTable, inertia_tensor
+from modalprep.pipeline.system_schema import BodyTable
 from modalprep.suggest import suggestion
 
 
@@ -55,9 +55,7 @@ def _level(table: LevelTable, body: FlexibleBody, source: BodyTable | None, fold
         return read_body(folder / table.file)
     if source is None or source.mass is None:
         raise InputError("a level with a 'mass' is for rigid bodies; give a 'density' or a 'file' with the same modes")
-    places = {key: np.array(place) for key, place in source.interfaces.items()}
-    inertia = inertia_tensor(table.inertia)
-    return rigid_body(body.name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=places)
+    return read_rigid(body.name, table, source.interfaces)
 
 
 def _burnt(table: DepletionTable, full: float, empty: float) -> TimeFunction:
