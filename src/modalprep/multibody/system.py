@@ -27,8 +27,8 @@ JointType = Literal[
 ]
 TURNS = {"revolute": 1, "cylindrical": 1, "universal": 2, "gimbal": 3, "planar": 1}  # angles of a joint
 TRAVELS = {"prismatic": 1, "cylindrical": 1, "planar": 2}  # displacements
-SPEEDS = {kind: TRAVELS.get(kind, 0) + TURNS.get(kind, 0) for kind in get_args(JointType)}
-SPEEDS |= {"spherical": 3, "free": 6}
+SCALARS = {kind: TRAVELS.get(kind, 0) + TURNS.get(kind, 0) for kind in get_args(JointType)}  # both
+SPEEDS = SCALARS | {"spherical": 3, "free": 6}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -116,7 +116,7 @@ class Joint(Record):
     def _check_motion(self) -> None:
         if isinstance(self.motion, list):
             object.__setattr__(self, "motion", tuple(self.motion))
-        count = TRAVELS.get(self.type, 0) + TURNS.get(self.type, 0)
+        count = SCALARS[self.type]
         if self.motion is not None and count == 0:
             raise InputError(f"joint {self.name!r}: a {self.type} joint cannot have a prescribed motion")
         if self.motion is not None and len(self.motions) != count:
@@ -292,7 +292,7 @@ class System(Record):
     @property
     def coordinate_counts(self) -> dict[str, int]:
         """Number of travels and turns of each joint: the coordinates that a coupler can take."""
-        return {joint.name: TRAVELS.get(joint.type, 0) + TURNS.get(joint.type, 0) for joint in self.joints}
+        return {joint.name: SCALARS[joint.type] for joint in self.joints}
 
     def at(self, t: float) -> System:
         """Return the system with the masses of time t (s) for ever; its gas goes on to leave."""

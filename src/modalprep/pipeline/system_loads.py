@@ -22,7 +22,7 @@ from modalprep.multibody.loads import (
     PointForce,
 )
 from modalprep.multibody.orbit import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
-from modalprep.multibody.system import TRAVELS, TURNS
+from modalprep.multibody.system import SCALARS, TRAVELS, TURNS
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.pipeline.build import rotation_matrix
 from modalprep.pipeline.deployment_schema import DeploymentTable
@@ -129,8 +129,8 @@ def prescribed_motion(table: JointTable, folder: Path) -> TimeFunction | tuple[T
     """Return the prescribed motion of a joint, one function for each of its coordinates."""
     if table.motion is None:
         return None
-    travels, turns = TRAVELS.get(table.type, 0), TURNS.get(table.type, 0)
-    laws = [time_function("motion", value, folder) for value in _list("motion", table.motion, max(1, travels + turns))]
+    count = max(1, SCALARS[table.type])  # where there is none, the joint says so
+    laws = [time_function("motion", value, folder) for value in _list("motion", table.motion, count)]
     return laws[0] if len(laws) == 1 else tuple(laws)
 
 
