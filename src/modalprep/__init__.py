@@ -34,7 +34,7 @@ _HOME = {
     "write_body": "formats.modalfile", "read_body": "formats.modalfile",
     "write_result": "formats.resultfile", "read_result": "formats.resultfile", "write_csv": "formats.resultfile",
     "write_state_space": "formats.statespace",
-    "Joint": "multibody.system", "System": "multibody.system", "TimeFunction": "multibody.timefunction",
+    "Joint": "multibody.joint", "System": "multibody.system", "TimeFunction": "multibody.timefunction",
     "HingeElement": "multibody.hinge", "PointForce": "multibody.loads", "DistributedForce": "multibody.loads",
     "AxialSpring": "multibody.loads", "Bushing": "multibody.loads", "CentralGravity": "multibody.orbit",
     "Orbit": "multibody.orbit", "Dipole": "multibody.orbit", "Conductor": "multibody.orbit",

@@ -47,7 +47,8 @@ def small_systems():
     """Return the smallest system of every kind that the solver is compiled for: rigid or not, loops or not."""
     from modalprep.body.rigid import rigid_body
     from modalprep.multibody.closures import Closure
-    from modalprep.multibody.system import Joint, System
+    from modalprep.multibody.joint import Joint
+    from modalprep.multibody.system import System
 
     ends = {"root": np.zeros(3), "tip": np.array([1.0, 0, 0])}
     rigid = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces=ends)

@@ -16,8 +16,8 @@ from scipy.linalg import eigh
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.multibody.dense import dense_accelerations, mass_and_force
+from modalprep.multibody.joint import TRAVELS, TURNS
 from modalprep.multibody.layout import NX, UQ, XQ, pack
-from modalprep.multibody.system import TRAVELS, TURNS
 
 
 def moving(system, rate):

@@ -8,11 +8,11 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.multibody import kernel
 from modalprep.multibody.dense_loads import dense_loads, loaded_accelerations
+from modalprep.multibody.joint import SPEEDS
 from modalprep.multibody.laws import hinge_law, rotation_vector
 from modalprep.multibody.layout import pack, workspace
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.planet import central_field, gravity_law
-from modalprep.multibody.system import SPEEDS
 
 WAVE = mp.TimeFunction([(0.4, "2 + sin(3*t)"), (float("inf"), "t")])
 

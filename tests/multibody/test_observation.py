@@ -16,6 +16,7 @@ from modalprep.multibody.dense_constraints import dense_constraints
 from modalprep.multibody.dense_loads import dense_loads
 from modalprep.multibody.evaluate import GOOD, build_model, evaluate
 from modalprep.multibody.integrators import Integration
+from modalprep.multibody.joint import TRAVELS
 from modalprep.multibody.layout import SPEEDS, U, pack
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.loads import AxialSpring
@@ -23,7 +24,6 @@ from modalprep.multibody.observation import observe
 from modalprep.multibody.plant import start_state
 from modalprep.multibody.record import Recorder
 from modalprep.multibody.state import State
-from modalprep.multibody.system import TRAVELS
 from modalprep.vectors import skew
 
 T = 0.3

@@ -47,7 +47,8 @@ class Chart:
     --------
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.closures import Coupler
-    >>> from modalprep.multibody.system import Joint, System
+    >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.system import System
     >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     >>> joints = tuple(Joint(name=name, type="revolute", parent="ground", child=name) for name in ("one", "two"))
     >>> gear = Coupler(name="gear", factors={"one": 3.0, "two": 1.0})

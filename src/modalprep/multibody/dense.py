@@ -253,7 +253,7 @@ def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = No
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), gravity=np.array([0, -10.0, 0]))
     >>> M, f = mass_and_force(arm, np.zeros(6))

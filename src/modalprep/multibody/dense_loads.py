@@ -54,7 +54,7 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> spring = HingeElement(stiffness=3.0)
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", elements=spring)
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))

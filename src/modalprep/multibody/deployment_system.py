@@ -12,9 +12,10 @@ from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
 from modalprep.multibody.deployment import Deployment, Stage
 from modalprep.multibody.hinge import HingeElement
+from modalprep.multibody.joint import Joint
 from modalprep.multibody.loads import Load
 from modalprep.multibody.orbit import Orbit
-from modalprep.multibody.system import Joint, System
+from modalprep.multibody.system import System
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
 

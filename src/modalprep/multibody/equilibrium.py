@@ -82,7 +82,7 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     --------
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.hinge import HingeElement
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> ends = {"root": np.zeros(3)}
     >>> bob = rigid_body("bob", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces=ends)
     >>> spring = HingeElement(stiffness=20.0)

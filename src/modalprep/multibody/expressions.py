@@ -9,11 +9,12 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.arithmetic import read_expression
+from modalprep.multibody.joint import TRAVELS, TURNS, Joint
 from modalprep.multibody.laws import rotation_vector
 from modalprep.multibody.loads import locate
 from modalprep.multibody.loops import Loops
 from modalprep.multibody.state import State
-from modalprep.multibody.system import TRAVELS, TURNS, System
+from modalprep.multibody.system import System
 from modalprep.suggest import suggestion
 
 CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
@@ -69,7 +70,7 @@ def _reader(system: System, name: str, what: str, loops: Loops | None) -> Callab
     return found
 
 
-def _joint_reader(joint, part: str) -> Callable[[State], float] | None:
+def _joint_reader(joint: Joint, part: str) -> Callable[[State], float] | None:
     kind, _, number = part.partition(".")
     counts = (PLACES | RATES).get(kind)
     if counts is None or not (number.isdigit() or not number):

@@ -35,7 +35,8 @@ def feedback(
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.simulate import simulate
-    >>> from modalprep.multibody.system import Joint, System
+    >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.system import System
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.1)
     >>> law = feedback("law", "hinge", ["-4e3*hinge.angle - 4e3*hinge.rate"])
     >>> run = simulate(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), loads=(law,)), t_end=2.0)

@@ -7,8 +7,9 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.dense import node_motion, quaternion_matrix
 from modalprep.multibody.free_flyer import Flight, fly_free
+from modalprep.multibody.joint import Joint
 from modalprep.multibody.result import Result, output_times
-from modalprep.multibody.system import Joint, System
+from modalprep.multibody.system import System
 
 
 def fly_system(

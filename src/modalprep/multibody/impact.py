@@ -92,7 +92,7 @@ def impact(
 
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.closures import Closure
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> rod = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.diag([0, 1 / 12, 1 / 12]),
     ...                  interfaces={"end": np.zeros(3)})
     >>> fall = Joint(name="fall", type="planar", parent="ground", child="rod", second_axis=np.array([1.0, 0, 0]),

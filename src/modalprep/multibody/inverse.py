@@ -54,7 +54,7 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
     >>> hinge_forces(arm, np.zeros(4), np.array([1.0, 0.0]))[:1].round(6)  # 12 kg 100 m^2 / 3, and the section's own
@@ -107,7 +107,7 @@ def inverse_dynamics(
     Examples
     --------
     >>> from modalprep.body.rigid import rigid_body
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=2 * np.eye(3), interfaces={"root": np.zeros(3)})
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="disc")
     >>> system = System(bodies={"disc": disc}, joints=(hinge,))

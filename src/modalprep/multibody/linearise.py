@@ -54,7 +54,7 @@ def linearise(
     --------
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.hinge import HingeElement
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=2 * np.eye(3), interfaces={"root": np.zeros(3)})
     >>> spring = HingeElement(stiffness=18.0, damping=0.4)
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="disc", elements=spring)

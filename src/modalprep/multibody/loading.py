@@ -44,7 +44,7 @@ class Loading:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.layout import pack
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> from modalprep.multibody.timefunction import TimeFunction
     >>> law = TimeFunction([(0.5, "0"), (float("inf"), "(t - 0.5)**2")])
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", motion=law)

@@ -38,7 +38,7 @@ def drive_loops(
     --------
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.closures import Closure
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> rod = rigid_body("rod", mass=1.0, centre=np.zeros(3), inertia=np.eye(3),
     ...                  interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])})
     >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, hold=True),

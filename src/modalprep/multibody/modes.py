@@ -40,7 +40,7 @@ class SystemModes(Record):
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> body = uniform_beam(modes=2)
     >>> weld = Joint(name="wall", type="weld", parent="ground", child="beam")
     >>> found = system_modes(System(bodies={"beam": body}, joints=(weld,)))

@@ -37,7 +37,7 @@ def start_state(packed: Packed) -> np.ndarray:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
     >>> start_state(pack(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))))
     array([0.5, 0. , 0. , 0. ])
@@ -76,7 +76,7 @@ class Plant:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> plant = Plant(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), gravity=np.array([0, -10.0, 0])))
     >>> y = start_state(plant.packed)

@@ -83,7 +83,7 @@ def simulate(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
     >>> run = simulate(arm, t_end=0.1)

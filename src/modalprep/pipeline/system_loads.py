@@ -14,6 +14,7 @@ from modalprep.multibody.deployment import Deployment
 from modalprep.multibody.feedback import feedback
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.hydrodynamics import ImmersedRod, Water
+from modalprep.multibody.joint import SCALARS, TRAVELS, TURNS
 from modalprep.multibody.loads import (
     AxialSpring,
     Bushing,
@@ -22,7 +23,6 @@ from modalprep.multibody.loads import (
     PointForce,
 )
 from modalprep.multibody.orbit import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
-from modalprep.multibody.system import SCALARS, TRAVELS, TURNS
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.pipeline.build import rotation_matrix
 from modalprep.pipeline.deployment_schema import DeploymentTable

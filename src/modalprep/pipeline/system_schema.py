@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from modalprep.multibody.system import JointType
+from modalprep.multibody.joint import JointType
 from modalprep.pipeline.reduction_schema import RotationTable
 from modalprep.pipeline.tables import Angle, Table, Vector
 

@@ -13,9 +13,10 @@ from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.multibody.deploying import deployment_channels, simulate_deployment
 from modalprep.multibody.deployment_system import DeployingSystem
 from modalprep.multibody.flight import fly_system
+from modalprep.multibody.joint import Joint
 from modalprep.multibody.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
-from modalprep.multibody.system import Joint, System
+from modalprep.multibody.system import System
 from modalprep.pipeline.build import output_folder, read_bodies, rotation_matrix
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.event_schema import read_events

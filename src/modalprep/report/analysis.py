@@ -28,7 +28,8 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.modes import system_modes
-    >>> from modalprep.multibody.system import Joint, System
+    >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.system import System
     >>> weld = Joint(name="wall", type="weld", parent="ground", child="beam")
     >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(weld,)))
     >>> system_table(found, 1, Console(width=80, color_system=None))  # doctest: +ELLIPSIS
@@ -109,7 +110,8 @@ def sweep_plot(
     >>> import tempfile
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.modes import system_modes
-    >>> from modalprep.multibody.system import Joint, System
+    >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.system import System
     >>> wall = Joint(name="wall", type="weld", parent="ground", child="beam")
     >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(wall,)))
     >>> sweep_plot({0.0: found, 1.0: found}, 2, Path(tempfile.mkdtemp()) / "x.png").name

@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
+from modalprep.multibody.loads import GROUND
 from modalprep.multibody.result import Result
-from modalprep.multibody.system import GROUND, System
+from modalprep.multibody.system import System
 from modalprep.report.animation import SIZE, check_target, write_frames
 from modalprep.report.render import BALL, BODY_COLOUR, MARK, TUBE, _balls, drawing_problem
 
@@ -56,7 +57,7 @@ def animate_system(
     Examples
     --------
     >>> from modalprep.body.rigid import rigid_body
-    >>> from modalprep.multibody.system import Joint
+    >>> from modalprep.multibody.joint import Joint
     >>> rod = rigid_body("rod", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     >>> weld = Joint(name="wall", type="weld", parent="ground", child="rod")
     >>> run = Result(time=np.arange(3.0), channels={}, status="done", message="")
