@@ -38,7 +38,7 @@ def test_pipeline_block_is_valid_and_true(text, project):
     assert block == {key: shipped[key] for key in block}
 
 
-def test_matrices_block_runs(text, project, tmp_path, bracket_model):
+def test_matrices_block_runs(text, tmp_path, bracket_model):
     """The second block, with the matrices of the bracket in t, mm, s, gives the body of the bracket's mesh."""
     block = re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[1]
     n = 3 * len(bracket_model.points)

@@ -69,7 +69,7 @@ def test_error_is_stated(run):
     assert any("error against the full model below 5 Hz, where it has 3 modes" in note for note in found["notes"])
 
 
-def test_error_is_drawn_in_the_report(run, tmp_path):
+def test_error_is_drawn_in_the_report(run):
     for reduction, shown in (("modes = 8", False), ("modes = 8\nup_to = 5.0", True)):
         _, found = run(reduction)
         page = next(file for file in found["files"] if file.endswith(".html"))

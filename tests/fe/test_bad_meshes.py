@@ -153,7 +153,7 @@ def test_bad_mesh_gets_one_sentence(kind, tmp_path, capsys):
     assert not list(tmp_path.rglob("*.h5"))
 
 
-def test_the_good_one_runs(tmp_path, capsys):
+def test_the_good_one_runs(tmp_path):
     """The mesh all of them start from, with its stringer, goes the whole road."""
     points, quads, lines = plate()
     write(tmp_path, points, quads, lines)

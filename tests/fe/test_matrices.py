@@ -248,7 +248,6 @@ def apart(A):
 
 
 K, M, POINTS = beam_matrices()
-SUPPORTED = np.arange(6, 30)  # the first node taken out
 BAD = {
     "unsymmetric": (
         (changed(K, 5e6, 0, 6), M, POINTS),

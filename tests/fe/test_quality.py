@@ -485,14 +485,12 @@ def test_cells_of_other_types_and_no_cells_are_passed_over():
     assert check_mesh(mesh(np.eye(3), quad=np.zeros((0, 4), dtype=int), vertex=[[0], [1], [2]])).statistics == {}
 
 
-def test_errors_come_first_and_can_be_raised():
+def test_errors_come_first():
     points, quads = plate()
     quads[0] = quads[0][[0, 1, 3, 2]]
     quality = check_mesh(mesh(np.vstack([points, [[7, 7, 7]]]), quad=quads))
     assert [f.severity for f in quality.findings] == ["error", "warning"]
-    with pytest.raises(mp.InputError, match="crossed or re-entrant"):
-        quality.refuse_errors()
-    check_mesh(mesh(*plate()[:1], quad=plate()[1])).refuse_errors()
+    assert "crossed or re-entrant" in quality.errors[0].sentence
 
 
 def test_hundred_thousand_cells_are_checked():

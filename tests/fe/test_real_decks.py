@@ -42,7 +42,7 @@ def test_isat_goes_the_whole_road(isat, tmp_path):
     assert body.interface_name == ("mount_1", "mount_2", "mount_3", "mount_4")
 
 
-def test_every_family_of_the_small_deck(tmp_path):
+def test_every_family_of_the_small_deck():
     mesh = mp.read_mesh(DATA / "nastran_modes" / "mode_solid_shell_bar.bdf", "m", "kg")
     model = mp.assemble(mesh, {}, {"base": mp.Interface(box=((-1, -1, -3.1), (2, 2, -2.9)))})
     assert set(model.cells) == {"hexahedron", "wedge", "tetra", "quad", "triangle", "line"}

@@ -60,7 +60,7 @@ def test_modes_stay_orthonormal(sets, bracket_model):
     np.testing.assert_allclose(Phi.T @ (M @ Phi), np.eye(Phi.shape[1]), atol=2 * DIGITS)
 
 
-def test_gmsh_reads_the_mesh(file, bracket_body):
+def test_gmsh_reads_the_mesh(file):
     """Volume by linear tetrahedra as gmsh sees them."""
     gmsh = pytest.importorskip("gmsh")
     gmsh.initialize(interruptible=False)

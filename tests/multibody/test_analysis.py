@@ -140,7 +140,7 @@ def test_linear_equations_are_the_derivative_on_random_trees():
             state = plant.moved(y, size * z[:nu])
             state[plant.nx :] += size * z[nu:]
             plant.load(state)
-            return plant.accelerations(state, np.zeros(nu))
+            return plant.accelerations(np.zeros(nu))
 
         slope = (rates(h) - rates(-h)) / (2 * h)
         assert np.abs(linear.A[nu:] @ z - slope).max() < 1e-7 * np.abs(slope).max()  # h^2 and round-off / h
@@ -282,7 +282,7 @@ def test_inverse_dynamics_inverts_forward_dynamics(seed):
     hinges = np.array([kind == "joint" for kind, _ in plant.owner])
     tau = np.where(hinges, np.random.default_rng(seed).standard_normal(plant.nu), 0.0)
     plant.load(y)
-    udot = plant.accelerations(y, tau)
+    udot = plant.accelerations(tau)
     M, f = mass_and_force(system, y, plant.loading.motion)
     scale = (np.abs(M) @ np.abs(udot)).max() + np.abs(f).max()  # what cancels to tau
     assert np.abs(hinge_forces(system, y, udot, 0.3) - tau).max() < 1e-10 * scale

@@ -390,7 +390,7 @@ def test_independent_speeds_accelerate_as_multipliers_do(mechanism):
     chart = Chart(plant, plant.start)
     y = chart.moved(np.zeros(len(chart.independent)), 0.5 + np.arange(len(chart.independent), dtype=float))
     plant.load(y)
-    kernel, motion = plant.accelerations(y, np.zeros(plant.nu)), plant.loading.motion
+    kernel, motion = plant.accelerations(np.zeros(plant.nu)), plant.loading.motion
     reduced = reduced_accelerations(system, plant.loops.closing, y, motion, 0.0)
     multiplier, _ = closed_accelerations(system, plant.loops.closing, y, motion, 0.0)
     scale = np.abs(multiplier).max()

@@ -22,7 +22,7 @@ def single(body=None, **changes):
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"type": "sperical"}, "there is no type 'sperical'; did you mean 'spherical'"),
+        ({"type": "sperical"}, "type 'sperical' does not exist; did you mean 'spherical'"),
         ({"type": "universal"}, "a universal joint needs a second_axis"),
         ({"type": "universal", "second_axis": np.array([0, 0, 2.0])}, "second_axis .* is parallel to axis"),
         ({"type": "planar", "second_axis": np.zeros(3)}, "second_axis .* has no direction"),

@@ -137,7 +137,7 @@ def test_rigid_mass_and_centre_of_gravity(cb, case):
     np.testing.assert_allclose(inertia, np.trace(E) * np.eye(3) - E, atol=1e-8 * rigid.m * size**2)
 
 
-def test_mass_matrix_of_the_free_body(cb, case):
+def test_mass_matrix_of_the_free_body(case):
     """Its root is pyYeti's boundary, its moments those of the same rigid body."""
     M, _ = body_matrices(case.body)
     motion = case.pyyeti.rbs

@@ -71,7 +71,7 @@ def test_tail_wags_dog(tmp_path):
     assert np.abs(run["gimbal.force.y"][t < 5]).max() > 0.95 * T * size
 
 
-def test_commanded_nozzle_turns_the_rocket(tmp_path):
+def test_commanded_nozzle_turns_the_rocket():
     """Rigid limit of a heavy rocket: theta'' = -T l d / I, a = T d / m, by a small constant command."""
     rocket = mp.rigid_body("rocket", mass=1e5, centre=np.array([15.0, 0, 0]), inertia=1e5 * np.diag([1, 75, 75.0]),
                            interfaces={"tail": np.zeros(3), "centre": np.array([15.0, 0, 0])})  # fmt: skip

@@ -70,7 +70,7 @@ def read_abaqus(path: Path, scale: float) -> Mesh:
     content = path.read_bytes()
     deck = _Deck(path)
     parts = 0
-    for keyword, options, rows in _blocks(deck, content.decode("utf-8", errors="replace")):
+    for keyword, options, rows in _blocks(content.decode("utf-8", errors="replace")):
         parts += keyword == "PART"
         if keyword == "INCLUDE" or parts > 1:
             what = "*INCLUDE" if keyword == "INCLUDE" else "several parts"
@@ -82,7 +82,7 @@ def read_abaqus(path: Path, scale: float) -> Mesh:
     return _mesh(deck, scale, hashlib.sha256(content).hexdigest())
 
 
-def _blocks(deck: _Deck, text: str) -> Iterator[tuple[str, dict[str, str], list[tuple[int, list[str]]]]]:
+def _blocks(text: str) -> Iterator[tuple[str, dict[str, str], list[tuple[int, list[str]]]]]:
     """Yield (keyword, options, rows of fields with their line numbers); a line that ends in a comma goes on."""
     keyword, options, rows, open_row = "", {}, [], False
     for number, line in enumerate(text.splitlines(), 1):

@@ -8,7 +8,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from modalprep.errors import InputError
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.shape_quality import Shape
 from modalprep.records import Record
@@ -151,12 +150,6 @@ class Quality:
     def warnings(self) -> tuple[Finding, ...]:
         """Findings that leave the mesh usable."""
         return tuple(f for f in self.findings if f.severity == "warning")
-
-    def refuse_errors(self) -> None:
-        """Raise InputError with the sentence of the first error; do nothing without errors."""
-        if self.errors:
-            more = f" ({len(self.errors) - 1} more kinds of error)" if len(self.errors) > 1 else ""
-            raise InputError(self.errors[0].sentence + more)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

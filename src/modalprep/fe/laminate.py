@@ -9,8 +9,6 @@ import numpy as np
 from modalprep.fe.materials import Material, Orthotropic
 from modalprep.fe.properties import Ply, Shell
 
-SHEAR = 5 / 6
-
 
 @dataclass(frozen=True, eq=False)
 class ShellSection:

@@ -78,7 +78,7 @@ def measure(kind: str, conn: np.ndarray, points: np.ndarray) -> Shape | None:
     small, large = _angles(cell, unit)
     plain = np.full(len(conn), np.nan)
     warpage, crossed = _quads(x) if len(cell.corners) == 4 and cell.dimension == 2 else (plain, plain > 0)
-    jacobian = _scaled(cell, unit, triple, small, large, crossed)
+    jacobian = _scaled(cell, triple, small, large, crossed)
     mid = _mid_offset(kind, conn, x, cell, length)
     degenerate = _degenerate(cell, conn, unit, length, triple) | (length.max(axis=0) <= NOTHING * _extent(points))
     inverted = _inverted(kind, x, triple, mid) & ~degenerate
@@ -139,7 +139,7 @@ def _angles(cell: Cell, unit: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.degrees(np.arccos(np.clip(high, -1, 1))), np.degrees(np.arccos(np.clip(low, -1, 1)))
 
 
-def _scaled(cell: Cell, unit, triple, small, large, crossed) -> np.ndarray:
+def _scaled(cell: Cell, triple, small, large, crossed) -> np.ndarray:
     """Return the smallest scaled Jacobian; of a surface it is the sine of its worst angle."""
     if triple is not None:
         return np.minimum(cell.regular * triple[0].min(axis=0), 1.0)

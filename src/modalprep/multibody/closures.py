@@ -20,7 +20,6 @@ ClosureType = Literal[
     "point_on_plane", "distance", "position",
 ]  # fmt: skip
 RUBS = ("point_on_line", "point_on_plane")  # types that may have friction
-AXIS_FREE = ("weld", "spherical", "distance", "position")  # types that need no axis
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -91,7 +91,7 @@ class Joint(Record):
         """Normalise the axes and refuse what cannot be."""
         if self.type not in SCALARS:
             known = suggestion(self.type, SCALARS, "known are")
-            raise InputError(f"joint {self.name!r}: there is no type {self.type!r}; {known}")
+            raise InputError(f"joint {self.name!r}: type {self.type!r} does not exist; {known}")
         axis = self._direction("axis")
         if self.type in ("universal", "gimbal", "planar"):
             object.__setattr__(self, "second_axis", self._second(axis))

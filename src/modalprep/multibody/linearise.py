@@ -75,7 +75,7 @@ def linearise(
         plant.load(state)
         kernel.world(plant.packed.tree, plant.W)
         tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * n :], strict=True)), np.zeros(plant.nu))
-        return np.concatenate([plant.accelerations(state, tau), [function(state) for function in read]])
+        return np.concatenate([plant.accelerations(tau), [function(state) for function in read]])
 
     rest = answer(np.zeros(2 * n + ni))
     scale = plant.scale[free]

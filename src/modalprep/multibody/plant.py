@@ -192,7 +192,7 @@ class Plant:
         if self.loops is None:
             return np.zeros(0, dtype=int)
         self.load(y)
-        self.accelerations(y, np.zeros(self.nu))
+        self.accelerations(np.zeros(self.nu))
         return np.sort(self.loops.work.order[: self.loops.work.rank[0]])
 
     def exerted(self, y: np.ndarray, required: np.ndarray) -> dict[str, np.ndarray]:
@@ -223,7 +223,7 @@ class Plant:
         rest = self.required(y, np.zeros(self.nu))
         return np.column_stack([self.required(y, e) - rest for e in np.eye(self.nu)])
 
-    def accelerations(self, y: np.ndarray, tau: np.ndarray) -> np.ndarray:
+    def accelerations(self, tau: np.ndarray) -> np.ndarray:
         """Return ``udot (nu,)`` under hinge forces ``tau (nu,)`` besides the loads, after `load`.
 
         Raises
