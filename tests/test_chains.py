@@ -62,7 +62,7 @@ def test_rigid_body_of_a_table(tmp_path):
         ("inertia = [0, 1.", "inertia = [1, 1.", "the largest exceeds the sum of the others"),
         ("inertia = [0, ", "inertia = [", "inertia has 2 numbers; give xx, yy, zz, or also xy, xz, yz"),
         ("mass = 0.05", 'file = "a.h5"', "are those of a rigid body, which has a 'mass'"),
-        ("count = 20", 'count = 20\nthrough = "end"', "parent 'cable1.end' names no interface"),
+        ("count = 20", 'count = 20\nthrough = "end"', "its parent: 'cable1.end' names no interface"),
         ("[environment]", "[bodies.cable7]\nmass = 1.0\n[environment]", "'cable' makes 'cable7'"),
     ],
 )

@@ -1,9 +1,12 @@
-"""One helper for sentences that name what exists."""
+"""Sentences that name what exists."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from modalprep.errors import InputError
 
 
 def suggestion(wrong: str, known: Iterable[str], intro: str) -> str:
@@ -18,3 +21,40 @@ def suggestion(wrong: str, known: Iterable[str], intro: str) -> str:
     close = difflib.get_close_matches(wrong, known, n=1)
     guess = f"did you mean {close[0]!r}? " if close else ""
     return f"{guess}{intro} {', '.join(known) or 'none'}"
+
+
+def refuse_unknown(name: str, known: Iterable[str], what: str) -> None:
+    """Raise an `InputError` when a name is not known; `what` it names begins the sentence.
+
+    Examples
+    --------
+    >>> refuse_unknown("hub", ["hub", "arm"], "placement: body")
+    >>> refuse_unknown("hup", ["hub", "arm"], "placement: body")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: placement: body 'hup' does not exist; did you mean 'hub'? known are hub, arm
+    """
+    known = list(known)
+    if name not in known:
+        raise InputError(f"{what} {name!r} does not exist; {suggestion(name, known, 'known are')}")
+
+
+def find_interface(bodies: Mapping[str, Any], end: str, what: str) -> tuple[str, int]:
+    """Return the body and the number of the interface that ``body.interface`` names.
+
+    Raises
+    ------
+    InputError
+        When there is no such body or interface; `what` begins the sentence.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> find_interface({"arm": uniform_beam(modes=1)}, "arm.tip", "weld 1")
+    ('arm', 1)
+    """
+    name, _, interface = end.partition(".")
+    refuse_unknown(name, bodies, f"{what}: body")
+    known = bodies[name].interface_name
+    if interface not in known:
+        raise InputError(f"{what}: {end!r} names no interface; {suggestion(interface, known, f'{name} has')}")
+    return name, known.index(interface)

@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.loads import GROUND, locate
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown, suggestion
 
 ClosureType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
@@ -81,9 +81,7 @@ class Closure(Record):
 
     def __post_init__(self) -> None:
         """Read functions of time, normalise axes."""
-        if self.type not in get_args(ClosureType):
-            known = suggestion(self.type, get_args(ClosureType), "known are")
-            raise InputError(f"{self._what}: type {self.type!r} does not exist; {known}")
+        refuse_unknown(self.type, get_args(ClosureType), f"{self._what}: type")
         if self.a == self.b:
             raise InputError(f"{self._what} joins {self.a!r} to itself; name two different ends")
         for key in ("axis", "second_axis"):

@@ -13,7 +13,7 @@ from modalprep.body.levels import between, check_level
 from modalprep.errors import InputError
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -192,9 +192,7 @@ def check_depletions(bodies: Mapping[str, FlexibleBody], depletions: tuple[Deple
     """Refuse depletions of what is not there, twice of one body, or to levels that have other modes."""
     seen: set[str] = set()
     for depletion in depletions:
-        if depletion.body not in bodies:
-            known = suggestion(depletion.body, bodies, "known are")
-            raise InputError(f"depletion {depletion.name!r}: body {depletion.body!r} does not exist; {known}")
+        refuse_unknown(depletion.body, bodies, f"depletion {depletion.name!r}: body")
         if depletion.body in seen:
             raise InputError(f"body {depletion.body!r} is depleted twice; one depletion holds all that leaves it")
         seen.add(depletion.body)

@@ -17,7 +17,7 @@ from modalprep.multibody.loading import Loading
 from modalprep.multibody.state import Frame, State
 from modalprep.multibody.system import System
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -82,9 +82,7 @@ def check_changes(system: System, events: Sequence[Event]) -> None:
     names = [closure.name for closure in system.closures]
     for event in events:
         for name in (*event.begins, *event.ends, *event.hits):
-            if name not in names:
-                known = suggestion(name, names, "known are") if names else "the system has none"
-                raise InputError(f"event {event.name!r}: closure {name!r} does not exist; {known}")
+            refuse_unknown(name, names, f"event {event.name!r}: closure")
 
 
 def event_function(

@@ -10,7 +10,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown, suggestion
 from modalprep.vectors import skew
 
 
@@ -146,8 +146,7 @@ class ImmersedRod(Record):
 def check_rod(bodies: Mapping[str, FlexibleBody], rod: ImmersedRod) -> None:
     """Refuse a rod on what is not there, of no length, or of a flexible body."""
     what = f"immersed {rod.name!r}"
-    if rod.body not in bodies:
-        raise InputError(f"{what}: body {rod.body!r} does not exist; {suggestion(rod.body, bodies, 'known are')}")
+    refuse_unknown(rod.body, bodies, f"{what}: body")
     body = bodies[rod.body]
     if body.n:
         raise InputError(f"{what}: body {rod.body!r} is flexible; cut it into rigid rods, a [chains] of them")

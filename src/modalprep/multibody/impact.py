@@ -22,7 +22,7 @@ from modalprep.multibody.loops import Loops
 from modalprep.multibody.plant import Plant
 from modalprep.multibody.system import System
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 MOST_SWEEPS, SETTLED = 2000, 1e-13  # of friction and normal impulses against each other
 
@@ -105,8 +105,7 @@ def impact(
     """
     names = [closure.name for closure in system.closures]
     for name in hits:
-        if name not in names:
-            raise InputError(f"impact: closure {name!r} does not exist; {suggestion(name, names, 'known are')}")
+        refuse_unknown(name, names, "impact: closure")
     if not 0 <= restitution <= 1:
         raise InputError(f"impact: restitution = {restitution:g} must be between 0 and 1")
     plant = Plant(system, t)

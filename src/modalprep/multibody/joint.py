@@ -11,7 +11,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 JointType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
@@ -89,9 +89,7 @@ class Joint(Record):
 
     def __post_init__(self) -> None:
         """Normalise the axes and refuse what cannot be."""
-        if self.type not in SCALARS:
-            known = suggestion(self.type, SCALARS, "known are")
-            raise InputError(f"joint {self.name!r}: type {self.type!r} does not exist; {known}")
+        refuse_unknown(self.type, SCALARS, f"joint {self.name!r}: type")
         axis = self._direction("axis")
         if self.type in ("universal", "gimbal", "planar"):
             object.__setattr__(self, "second_axis", self._second(axis))

@@ -15,7 +15,7 @@ from modalprep.multibody.hydrodynamics import ImmersedRod, check_rod
 from modalprep.multibody.orbit import CentralGravity, Conductor
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import find_interface, refuse_unknown
 
 GROUND = "ground"
 NOTHING = (0.0, 0.0, 0.0)
@@ -223,15 +223,7 @@ def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[st
     >>> locate({}, "ground", "spring 's'") is None
     True
     """
-    if text == GROUND:
-        return None
-    name, _, interface = text.partition(".")
-    if name not in bodies:
-        raise InputError(f"{what}: body {name!r} does not exist; {suggestion(name, bodies, 'known are')}")
-    known = bodies[name].interface_name
-    if interface not in known:
-        raise InputError(f"{what}: {text!r} names no interface; {suggestion(interface, known, f'{name} has')}")
-    return name, known.index(interface)
+    return None if text == GROUND else find_interface(bodies, text, what)
 
 
 def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> None:
@@ -260,9 +252,7 @@ def _refuse_ground(bodies: Mapping[str, FlexibleBody], load: PointForce | Conduc
 
 
 def _check_distributed(bodies: Mapping[str, FlexibleBody], load: DistributedForce) -> None:
-    if load.body not in bodies:
-        known = suggestion(load.body, bodies, "known are")
-        raise InputError(f"force {load.name!r}: body {load.body!r} does not exist; {known}")
+    refuse_unknown(load.body, bodies, f"force {load.name!r}: body")
     wanted = bodies[load.body].points.shape
     if load.force.shape != wanted:
         raise InputError(

@@ -14,10 +14,10 @@ from modalprep.errors import InputError
 from modalprep.multibody.closures import Closure, Coupler, check_closures
 from modalprep.multibody.depletion import Depletion, check_depletions
 from modalprep.multibody.joint import SCALARS, Joint
-from modalprep.multibody.loads import GROUND, Load, check_loads
+from modalprep.multibody.loads import Load, check_loads, locate
 from modalprep.multibody.orbit import CentralGravity, Conductor, Orbit
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -89,30 +89,18 @@ class System(Record):
     def child(self, joint: Joint) -> str:
         """Return the name of the joint's child body."""
         name, _, interface = joint.child.partition(".")
-        body = self._body(name, joint, "child")
-        if interface and interface != body.interface_name[0]:
+        refuse_unknown(name, self.bodies, f"joint {joint.name!r}: child body")
+        root = self.bodies[name].interface_name[0]
+        if interface and interface != root:
             raise InputError(
                 f"joint {joint.name!r}: child {joint.child!r} is not the root interface of {name!r}; "
-                f"use {name}.{body.interface_name[0]}, or reduce the body with root = {interface!r}"
+                f"use {name}.{root}, or reduce the body with root = {interface!r}"
             )
         return name
 
     def parent(self, joint: Joint) -> tuple[str, int] | None:
         """Return the joint's parent body and interface number; None for the ground."""
-        if joint.parent == GROUND:
-            return None
-        name, _, interface = joint.parent.partition(".")
-        body = self._body(name, joint, "parent")
-        if interface not in body.interface_name:
-            known = suggestion(interface, body.interface_name, f"{name} has")
-            raise InputError(f"joint {joint.name!r}: parent {joint.parent!r} names no interface; {known}")
-        return name, body.interface_name.index(interface)
-
-    def _body(self, name: str, joint: Joint, role: str) -> FlexibleBody:
-        if name not in self.bodies:
-            known = suggestion(name, self.bodies, "known are")
-            raise InputError(f"joint {joint.name!r}: {role} body {name!r} does not exist; {known}")
-        return self.bodies[name]
+        return locate(self.bodies, joint.parent, f"joint {joint.name!r}, its parent")
 
     def carrier(self, body: str) -> Joint:
         """Return the joint that carries a body."""

@@ -18,7 +18,7 @@ from modalprep.pipeline.load import naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_loads import time_function
 from modalprep.pipeline.system_schema import BodyTable
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 
 def read_depletions(
@@ -34,8 +34,7 @@ def read_depletions(
     found: dict[str, Depletion] = {}
     for name, table in pipeline.depletions.items():
         with naming(f"depletion {name!r}"):
-            if table.body not in bodies:
-                raise InputError(f"body {table.body!r} does not exist; {suggestion(table.body, bodies, 'known are')}")
+            refuse_unknown(table.body, bodies, "body")
             found[name] = _depletion(name, table, bodies[table.body], pipeline.bodies.get(table.body), folder)
     return tuple(found.values()), tuple(_jet(name, table, found) for name, table in pipeline.jets.items())
 
@@ -65,8 +64,6 @@ def _burnt(table: DepletionTable, full: float, empty: float) -> TimeFunction:
 
 
 def _jet(name: str, table: JetTable, depletions: dict[str, Depletion]) -> ExpelledGas:
-    if table.depletion not in depletions:
-        known = suggestion(table.depletion, depletions, "known are")
-        raise InputError(f"jet {name!r}: depletion {table.depletion!r} does not exist; {known}")
+    refuse_unknown(table.depletion, depletions, f"jet {name!r}: depletion")
     values = table.model_dump(exclude={"depletion", "axis"})
     return ExpelledGas(name=name, source=depletions[table.depletion].mass, axis=np.array(table.axis), **values)

@@ -40,7 +40,7 @@ from modalprep.pipeline.system_schema import (
     PointsTable,
     Time,
 )
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown, suggestion
 
 BY_TRAVEL_AND_TURN = {"spherical": (0, 3), "free": (3, 3)}
 
@@ -207,8 +207,7 @@ def _force(name: str, table: ForceTable, bodies: dict[str, FlexibleBody], folder
     if table.at is not None:
         three = {key: tuple(time_function(key, v, folder) for v in getattr(table, key)) for key in ("force", "torque")}
         return PointForce(name=name, at=table.at, axes=table.axes, **three)
-    if table.body not in bodies:
-        raise InputError(f"body {table.body!r} does not exist; {suggestion(table.body, bodies, 'known are')}")
+    refuse_unknown(table.body, bodies, "body")
     points = bodies[table.body].points
     corners = np.sort(table.box, axis=0) if table.box is not None else np.array([[-np.inf] * 3, [np.inf] * 3])
     inside = np.all((points >= corners[0]) & (points <= corners[1]), axis=1)

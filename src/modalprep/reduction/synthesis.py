@@ -16,7 +16,7 @@ from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody, body_matrices, interface_motion
 from modalprep.reduction.table import DIRECTIONS
-from modalprep.suggest import suggestion
+from modalprep.suggest import find_interface, refuse_unknown, suggestion
 from modalprep.vectors import skew
 
 DEPENDENT = 1e-8  # of a condition that the others leave over: round-off of modes is 1e-10, axial stiffness 1e-4
@@ -155,7 +155,7 @@ def _weld(bodies: dict[str, ModalBody], spec: tuple, count: int) -> _Weld:
     if not count <= len(spec) <= count + 1:
         raise InputError(f"weld {spec!r} must name {count} interfaces and, if any, the directions left free")
     label = ("weld " if count == 2 else "ground ") + " - ".join(map(str, spec[:count]))
-    ends = [_end(bodies, label, end) for end in spec[:count]]
+    ends = [find_interface(bodies, end, label) for end in spec[:count]]
     if len(set(ends)) < count:
         raise InputError(f"{label}: joins an interface with itself; name two")
     free = [name for part in spec[count:] for name in _pair(part)]
@@ -164,16 +164,6 @@ def _weld(bodies: dict[str, ModalBody], spec: tuple, count: int) -> _Weld:
             raise InputError(f"{label}: there is no direction {name!r}; {suggestion(name, DIRECTIONS, 'known are')}")
     held = np.array([name not in free for name in DIRECTIONS])
     return _Weld(label, (ends[0], ends[1] if count == 2 else None), held)
-
-
-def _end(bodies: dict[str, ModalBody], label: str, end: str) -> tuple[str, int]:
-    name, _, interface = end.partition(".")
-    if name not in bodies:
-        raise InputError(f"{label}: body {name!r} does not exist; {suggestion(name, bodies, 'known are')}")
-    known = bodies[name].interface_name
-    if interface not in known:
-        raise InputError(f"{label}: {end!r} names no interface; {suggestion(interface, known, f'{name} has')}")
-    return name, known.index(interface)
 
 
 def _size(bodies: dict[str, ModalBody]) -> float:
@@ -205,8 +195,7 @@ def _refuse_gaps(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict[
 
 
 def _read_place(bodies: dict[str, ModalBody], name: str, at: Placement) -> Placement:
-    if name not in bodies:
-        raise InputError(f"placement: body {name!r} does not exist; {suggestion(name, bodies, 'known are')}")
+    refuse_unknown(name, bodies, "placement: body")
     p, R = (np.asarray(v, dtype=float) for v in at)
     proper = R.shape == (3, 3) and np.allclose(R @ R.T, np.eye(3), atol=1e-9) and np.linalg.det(R) > 0
     if p.shape != (3,) or not proper:
