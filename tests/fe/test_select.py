@@ -59,6 +59,21 @@ def test_what_selects_nothing_says_so(grid, way, words):
     assert words in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: mp.Interface(group="end", kind="rbe4"), "interface at group 'end': kind 'rbe4' does not exist"),
+        (lambda: mp.Interface(group="end", boundary="fred"), "boundary 'fred' does not exist; did you mean 'free'"),
+        (lambda: mp.Connection(near=(0, 0, 1), kind="node"), "connection at near (0, 0, 1): kind 'node'"),
+        (lambda: mp.Shell(material=STEEL, thickness=0.01, membrane="ops"), "membrane 'ops' does not exist"),
+    ],
+)
+def test_words_that_do_not_exist_are_refused(make, words):
+    with pytest.raises(mp.InputError) as caught:
+        make()
+    assert words in str(caught.value)
+
+
 def test_interfaces_by_query_are_those_by_group(grid):
     """The left edge as a plane and as a group: the same model."""
     mesh = grid.with_(cells={**grid.cells, "vertex": np.array([[0], [1], [2]])},

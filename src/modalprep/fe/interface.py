@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.mesh import Link, Mesh, cell_dimension
 from modalprep.fe.select import NodeSet
+from modalprep.suggest import refuse_unknown
 
 Vector = tuple[float, float, float]
+Tie = Literal["rbe2", "rbe3"]
+Kind = Literal["node", Tie]
+Boundary = Literal["fixed", "free"]
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -35,9 +39,15 @@ class Interface(NodeSet):
     'rbe2'
     """
 
-    kind: Literal["node", "rbe2", "rbe3"] = "rbe2"
-    boundary: Literal["fixed", "free"] = "fixed"
+    kind: Kind = "rbe2"
+    boundary: Boundary = "fixed"
     position: Vector | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse other kinds and boundaries."""
+        super().__post_init__()
+        refuse_unknown(self.kind, get_args(Kind), f"interface at {self}: kind")
+        refuse_unknown(self.boundary, get_args(Boundary), f"interface at {self}: boundary")
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -56,8 +66,13 @@ class Connection(NodeSet):
     'rbe3'
     """
 
-    kind: Literal["rbe2", "rbe3"] = "rbe3"
+    kind: Tie = "rbe3"
     position: Vector | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse other kinds."""
+        super().__post_init__()
+        refuse_unknown(self.kind, get_args(Tie), f"connection at {self}: kind")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

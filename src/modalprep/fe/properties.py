@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from modalprep.errors import InputError
 from modalprep.fe.materials import Material, Orthotropic, refuse_not_positive
+from modalprep.suggest import refuse_unknown
 
 Vector = tuple[float, float, float]
+Membrane = Literal["opt", "cst"]
 Vector6 = tuple[float, float, float, float, float, float]
 
 
@@ -135,7 +137,8 @@ class Shell:
     Raises
     ------
     InputError
-        When thickness or a ratio is not positive, or both or neither of material and plies are given.
+        When thickness or a ratio is not positive, or both or neither of material and plies are given, or there is
+        no such membrane.
     """
 
     material: Material | Orthotropic | None = None
@@ -149,7 +152,7 @@ class Shell:
     shear_ratio: float = 5 / 6
     bending_material: Material | Orthotropic | None = None
     shear_material: Material | Orthotropic | None = None
-    membrane: Literal["opt", "cst"] = "opt"
+    membrane: Membrane = "opt"
 
     def __post_init__(self) -> None:
         """Refuse shells without material or thickness."""
@@ -157,6 +160,7 @@ class Shell:
             raise InputError("a shell needs either a material with a thickness or a list of plies")
         if not self.plies:
             refuse_not_positive("shell", thickness=self.thickness)
+        refuse_unknown(self.membrane, get_args(Membrane), "shell: membrane")
         refuse_not_positive("shell", bending_ratio=self.bending_ratio, shear_ratio=self.shear_ratio)
 
 
