@@ -92,7 +92,7 @@ def check(
     """Physics checks of a modal file or of a pipeline's body; exit code 1 when one fails."""
     from modalprep.pipeline.check import check_file
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.tables import check_table
+    from modalprep.report.check_tables import check_table
 
     reporter = Reporter(quiet=as_json)
     report = check_file(file, reporter)
@@ -136,7 +136,7 @@ def diff(
     from modalprep.body.difference import compare_bodies
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.tables import check_table
+    from modalprep.report.check_tables import check_table
 
     reporter = Reporter(quiet=as_json)
     found = compare_bodies(read_body(first), read_body(second), tolerance)

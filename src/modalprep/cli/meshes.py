@@ -58,7 +58,7 @@ def quality(
 ) -> None:
     """Mesh quality: statistics and flaws; exit code 1 when one is an error."""
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.tables import quality_table
+    from modalprep.report.check_tables import quality_table
 
     reporter = Reporter(quiet=as_json)
     mesh, found = _mesh_quality(file, length_unit)

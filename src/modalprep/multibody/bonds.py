@@ -18,10 +18,10 @@ def with_bonds(loops: Constraints | None, loads: Loads) -> Constraints | None:
     Examples
     --------
     >>> from modalprep.body.rigid import rigid_body
+    >>> from modalprep.multibody.joint import Joint
     >>> from modalprep.multibody.layout import pack
     >>> from modalprep.multibody.loads import Bushing
     >>> from modalprep.multibody.packed_loads import pack_loads
-    >>> from modalprep.multibody.joint import Joint
     >>> from modalprep.multibody.system import System
     >>> block = rigid_body("block", mass=2.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     >>> mount = Bushing(name="mount", between=("ground", "block.root"), stiffness=np.array([9.0, 0, 0, 0, 0, 7.0]),

@@ -67,8 +67,8 @@ class Channels:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.layout import pack
     >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.layout import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> channels = Channels(arm, pack(arm), None)

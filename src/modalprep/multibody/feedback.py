@@ -34,8 +34,8 @@ def feedback(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.simulate import simulate
     >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.simulate import simulate
     >>> from modalprep.multibody.system import System
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.1)
     >>> law = feedback("law", "hinge", ["-4e3*hinge.angle - 4e3*hinge.rate"])

@@ -43,8 +43,8 @@ class Loading:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.layout import pack
     >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.layout import pack
     >>> from modalprep.multibody.timefunction import TimeFunction
     >>> law = TimeFunction([(0.5, "0"), (float("inf"), "(t - 0.5)**2")])
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", motion=law)

@@ -37,9 +37,9 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.layout import pack
     >>> from modalprep.multibody.hinge import HingeElement
     >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.layout import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", elements=HingeElement(stiffness=5.0))
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> pack_loads(arm, pack(arm), 1.0).hinge[0, 0]

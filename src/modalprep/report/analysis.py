@@ -27,8 +27,8 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.modes import system_modes
     >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.modes import system_modes
     >>> from modalprep.multibody.system import System
     >>> weld = Joint(name="wall", type="weld", parent="ground", child="beam")
     >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(weld,)))
@@ -109,8 +109,8 @@ def sweep_plot(
     --------
     >>> import tempfile
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.modes import system_modes
     >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.modes import system_modes
     >>> from modalprep.multibody.system import System
     >>> wall = Joint(name="wall", type="weld", parent="ground", child="beam")
     >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(wall,)))

@@ -8,14 +8,12 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from modalprep.reduction.synthesis import SystemModes
 from modalprep.report import plots, render
-from modalprep.report.tables import hertz, percent
+from modalprep.report.tables import hertz, percent, plain_table
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -63,7 +61,7 @@ def synthesis_table(
     System modes...
     7 modes of 2 bodies, 6 of them motions without strain.
     """
-    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+    rich = plain_table()
     for name in ("", "Hz", *shares, *(["damping"] if damping is not None else [])):
         rich.add_column(name, justify="right")
     for k, frequency in enumerate(modes.frequency):

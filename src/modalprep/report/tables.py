@@ -71,7 +71,7 @@ def mode_table(table: ModeTable, console: Console) -> None:
 
 
 def _empty_table(wide: bool) -> Table:
-    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+    rich = plain_table()
     rich.add_column("", justify="right", no_wrap=True)
     rich.add_column("kind", no_wrap=True)
     for name in ("Hz", *((*DIRECTIONS, "sum") if wide else ("mass", "inertia"))):
@@ -181,90 +181,9 @@ def _vector(v: np.ndarray) -> str:
     return "(" + ", ".join(f"{0.0 if abs(x) < 5e-6 * scale else x:.5g}" for x in v) + ")"
 
 
-def quality_table(quality, console: Console) -> None:
-    """Print the statistics of a mesh, a row per type of cell, and what is wrong with it.
-
-    Parameters
-    ----------
-    quality : Quality
-        Of `modalprep.fe.quality.check_mesh`.
-    console : Console
-
-    Examples
-    --------
-    >>> from modalprep.examples import beam_mesh
-    >>> from modalprep.fe.quality import check_mesh
-    >>> quality_table(check_mesh(beam_mesh(4)), Console(width=80, color_system=None))  # doctest: +ELLIPSIS
-    Mesh quality...
-    line       4        2.5     2.5      2.5...
-    No errors, no warnings.
-    """
-    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
-    rich.add_column("cells", no_wrap=True)
-    for name in ("number", "smallest", "median", "largest", "aspect", "angles", "Jacobian", "warpage"):
-        rich.add_column(name, justify="right", no_wrap=True)
-    for kind, row in quality.statistics.items():
-        rich.add_row(*map(Text, (kind, *_quality_cells(row))))
-    head = ("Mesh quality", "bold"), (": mean edge in m; the worst aspect ratio, angles in degrees, Jacobian", "dim")
-    console.print(Text.assemble(*head), soft_wrap=False)
-    console.print(rich, soft_wrap=False)
-    if quality.free_edges or quality.joints:
-        console.print(Text(f"{quality.free_edges} free shell edges, {quality.joints} where more than two shells meet"))
-    for finding in quality.findings:
-        style = "bold red" if finding.severity == "error" else "bold dark_orange"
-        console.print(Text.assemble((f"{finding.severity:8}", style), finding.sentence), soft_wrap=True)
-    console.print(Text(_counts(quality)))
-
-
-def check_table(report, console: Console) -> None:
-    """Print one row per physics check, and how many failed.
-
-    Parameters
-    ----------
-    report : CheckReport
-        Of `modalprep.body.checks`.
-    console : Console
-
-    Examples
-    --------
-    >>> from modalprep.body.checks import CheckReport, check_body
-    >>> from modalprep.examples import uniform_beam
-    >>> report = CheckReport(subject="beam.h5", checks=tuple(check_body(uniform_beam(modes=2))))
-    >>> check_table(report, Console(width=120, color_system=None))  # doctest: +ELLIPSIS
-    Checks of beam.h5: relative errors
-    ...
-    All ... checks passed.
-    """
-    rich = Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
-    rich.add_column("       check", no_wrap=True)
-    for name in ("value", "limit"):
-        rich.add_column(name, justify="right", no_wrap=True)
-    rich.add_column("meaning", overflow="fold", ratio=1)
-    for check in report.checks:
-        mark = Text("ok", "green") if check.within else Text("note") if check.passed else Text("FAILED", "bold red")
-        mark.pad_right(len("FAILED ") - len(mark))
-        rich.add_row(mark + Text(check.name), f"{check.value:.1e}", f"{check.limit:.0e}", Text(check.meaning))
-    console.print(Text.assemble(("Checks of ", "bold"), (report.subject, "bold"), (": relative errors", "dim")))
-    console.print(rich, soft_wrap=False)
-    failed, count = len(report.failed), len(report.checks)
-    console.print(Text(f"{failed} of {count} checks failed." if failed else f"All {count} checks passed."))
-
-
-def _quality_cells(row) -> list[str]:
-    angles = "" if row.small is None else f"{row.small:.0f}-{row.large:.0f}"
-    sizes = [_short(value) for value in (row.smallest, row.median, row.largest, row.aspect)]
-    return [str(row.count), *sizes, angles, _short(row.jacobian), _short(row.warpage)]
-
-
-def _short(value: float | None) -> str:
-    return "" if value is None else f"{0.0 if abs(value) < 1e-9 else value:.3g}"
-
-
-def _counts(quality) -> str:
-    parts = []
-    for noun, findings in (("error", quality.errors), ("warning", quality.warnings)):
-        parts.append(f"{len(findings) or 'no'} {noun}{'' if len(findings) == 1 else 's'}")
-    return ", ".join(parts).capitalize() + "."
+def plain_table() -> Table:
+    """Return a table without frame and columns, its head bold over a line."""
+    return Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
 
 
 def percent(value: float) -> str:
