@@ -3,49 +3,38 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from modalprep.body.mass import affine_part, deflected
-from modalprep.multibody.dense import BodyState, body_states, mass_and_force, node_motion, seen_states
+from modalprep.multibody.dense import BodyState, body_states, mass_and_force, seen_states
+from modalprep.multibody.dense_fields import central_gravity, conductor_force, gravity_in_orbit
+from modalprep.multibody.dense_points import (
+    DenseLoads,
+    Point,
+    end_point,
+    interface_point,
+    plus,
+    value_at,
+    wrench_at,
+)
 from modalprep.multibody.depletion import ExpelledGas
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.hydrodynamics import ImmersedRod
-from modalprep.multibody.layout import EPSILON, FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
+from modalprep.multibody.layout import FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
 from modalprep.multibody.loads import (
     AxialSpring,
     Bushing,
     DistributedForce,
     PointForce,
-    locate,
 )
-from modalprep.multibody.orbit import CentralGravity, Conductor, Orbit
+from modalprep.multibody.orbit import CentralGravity, Conductor
 from modalprep.multibody.state import Frame, State, callback_loads
 from modalprep.multibody.system import System
-from modalprep.multibody.timefunction import TimeFunction
 from modalprep.vectors import skew
 
 STRIPS = 5  # of a rod in water: Gauss points
-
-
-class Point(NamedTuple):
-    """Motion of an interface or of the ground: its frame, and its partial velocities J (6, nu), inertial axes."""
-
-    frame: Frame
-    J: np.ndarray
-
-
-class DenseLoads(NamedTuple):
-    """Generalised forces (nu,), power (W) and energies as `forces.Energies`, added mass (nu, nu)."""
-
-    f: np.ndarray
-    power: float
-    stored: float
-    gravity: float
-    mass: np.ndarray | float = 0.0
 
 
 def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, t: float) -> DenseLoads:
@@ -66,18 +55,18 @@ def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     states = dict(zip(system.order, seen_states(system, body_states(system, packed, y, motion)), strict=True))
     total = _hinges(system, packed, y, t)
     for load in system.loads:
-        total = _plus(total, _one(load, system, packed, states, t))
+        total = plus(total, _one(load, system, packed, states, t))
     if system.orbit:
         for s in states.values():
-            total = _plus(total, _in_orbit(system.orbit, s))
+            total = plus(total, gravity_in_orbit(system.orbit, s))
 
     def frame(body: str, k: int) -> Frame:
-        return _point(states[body], k).frame
+        return interface_point(states[body], k).frame
 
     wrenches, tau = callback_loads(system, packed, t, State(system, packed, y, motion, frame))
-    total = _plus(total, DenseLoads(tau, float(tau @ y[packed.nx :]), 0.0, 0.0))
+    total = plus(total, DenseLoads(tau, float(tau @ y[packed.nx :]), 0.0, 0.0))
     for w in wrenches:
-        total = _plus(total, _wrench(_point(states[w.body], w.interface), w.force, w.torque))
+        total = plus(total, wrench_at(interface_point(states[w.body], w.interface), w.force, w.torque))
     return total
 
 
@@ -88,75 +77,43 @@ def loaded_accelerations(system: System, y: np.ndarray, motion: np.ndarray, t: f
     return np.linalg.solve(M + loads.mass, f + loads.f)
 
 
-def _plus(a: DenseLoads, b: DenseLoads) -> DenseLoads:
-    return DenseLoads(*(x + y for x, y in zip(a, b, strict=True)))
-
-
 def _one(load, system: System, packed: Packed, states: dict[str, BodyState], t: float) -> DenseLoads:
     if isinstance(load, PointForce):
-        return _point_force(load, _end(system, states, load.at, None), t)
+        return _point_force(load, end_point(system, states, load.at, None), t)
     if isinstance(load, DistributedForce):
         return _distributed(load, states[load.body], t)
     if isinstance(load, AxialSpring):
-        ends = [_end(system, states, end, load) for end in load.between]
+        ends = [end_point(system, states, end, load) for end in load.between]
         return _spring(load, *ends, t)
     if isinstance(load, Bushing):
-        return _bushing(load, *(_end(system, states, end, load) for end in load.between))
+        return _bushing(load, *(end_point(system, states, end, load) for end in load.between))
     if isinstance(load, Conductor):
-        return _conductor(load, system, states, t)
+        return conductor_force(load, system, states, t)
     if isinstance(load, ExpelledGas):
-        return _gas(load, [_end(system, states, point, load) for point in load.passes], t)
+        return _gas(load, [end_point(system, states, point, load) for point in load.passes], t)
     if isinstance(load, ImmersedRod):
         return _rod(load, system.gravity, states[load.body])
     none = DenseLoads(np.zeros(packed.nu), 0.0, 0.0, 0.0)
     if isinstance(load, CentralGravity):
         for state in states.values():
-            none = _plus(none, _central(load, state))
+            none = plus(none, central_gravity(load, state))
     return none
-
-
-def _value(function: TimeFunction | None, t: float) -> float:
-    return 0.0 if function is None else function(t)[0]
-
-
-def _point(s: BodyState, k: int) -> Point:
-    r, turn, Phi, vel, _ = node_motion(s.body, k, s.V[3:], s.q, s.qd)
-    shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
-    J = shift @ s.J
-    J[:, s.rows] += Phi
-    world = np.kron(np.eye(2), s.R)
-    V = world @ (shift @ s.V + vel)
-    return Point(Frame(s.p + s.R @ r, s.R @ turn, V[:3], V[3:]), world @ J)
-
-
-def _end(system: System, states: dict[str, BodyState], text: str, load) -> Point:
-    found = locate(system.bodies, text, text)
-    if found is not None:
-        return _point(states[found[0]], found[1])
-    nu = next(iter(states.values())).J.shape[1]
-    rotation = load.rotation if isinstance(load, Bushing) else np.eye(3)
-    return Point(Frame(load.position, rotation, np.zeros(3), np.zeros(3)), np.zeros((6, nu)))
-
-
-def _wrench(point: Point, force: np.ndarray, torque: np.ndarray) -> DenseLoads:
-    wrench = np.concatenate([force, torque])
-    return DenseLoads(point.J.T @ wrench, float(force @ point.frame.velocity + torque @ point.frame.spin), 0.0, 0.0)
 
 
 def _point_force(load: PointForce, point: Point, t: float) -> DenseLoads:
     turn = point.frame.rotation if load.axes == "body" else np.eye(3)
-    force, torque = ([_value(function, t) for function in three] for three in (load.force, load.torque))
-    return _wrench(point, turn @ force, turn @ torque)
+    force, torque = ([value_at(function, t) for function in three] for three in (load.force, load.torque))
+    return wrench_at(point, turn @ force, turn @ torque)
 
 
 def _gas(load: ExpelledGas, way: list[Point], t: float) -> DenseLoads:
     """Thrust, and on each stretch ``-int 2 m' (w x t).v_r ds``, velocities and partial velocities linear along it."""
     exit_ = way[-1]
-    total = _wrench(exit_, -load.thrust(t) * (exit_.frame.rotation @ load.axis), np.zeros(3))
+    total = wrench_at(exit_, -load.thrust(t) * (exit_.frame.rotation @ load.axis), np.zeros(3))
     for a, b in pairwise(way):
         coriolis = -2 * load.flow(t) * (b.frame.velocity - a.frame.velocity)
         power = coriolis @ (a.frame.velocity + b.frame.velocity) / 2
-        total = _plus(total, DenseLoads((a.J + b.J)[:3].T @ coriolis / 2, power, 0.0, 0.0))
+        total = plus(total, DenseLoads((a.J + b.J)[:3].T @ coriolis / 2, power, 0.0, 0.0))
     return total
 
 
@@ -164,7 +121,7 @@ def _distributed(load: DistributedForce, s: BodyState, t: float) -> DenseLoads:
     """Sum of the mesh points, each with its own partial velocities."""
     f, power = np.zeros(s.J.shape[1]), 0.0
     for x, shape, force in zip(s.body.points, s.body.shape, load.force, strict=True):
-        own = _value(load.factor, t) * (force if load.axes == "body" else s.R.T @ force)
+        own = value_at(load.factor, t) * (force if load.axes == "body" else s.R.T @ force)
         r = x + shape @ s.q
         J = s.J[:3] - skew(r) @ s.J[3:]
         J[:, s.rows] += shape
@@ -178,7 +135,7 @@ def _spring(load: AxialSpring, a: Point, b: Point, t: float) -> DenseLoads:
     length = np.linalg.norm(apart)
     along = apart / length if length > 0 else apart
     rate = along @ (b.frame.velocity - a.frame.velocity)
-    other = load.damping * rate + _value(load.pull, t)
+    other = load.damping * rate + value_at(load.pull, t)
     stretch = length - load.length
     tension = load.stiffness * stretch + other
     if load.tension_only:
@@ -202,58 +159,6 @@ def _bushing(load: Bushing, a: Point, b: Point) -> DenseLoads:
     k, c = load.stiffness, load.damping
     f = -linear.T @ (k[:3] * d + c[:3] * v) - angular.T @ (np.linalg.solve(left.T, k[3:] * x) + c[3:] * w)
     return DenseLoads(f, -(c[:3] @ v**2 + c[3:] @ w**2), (k[:3] @ d**2 + k[3:] @ x**2) / 2, 0.0)
-
-
-def _central(load: CentralGravity, s: BodyState) -> DenseLoads:
-    d = s.R.T @ (s.p - load.centre)
-    R = np.linalg.norm(d)
-    return _in_field(s, d / R, 1 / R, load.mu / R**3, -load.mu * d / R**3, -load.mu / R)
-
-
-def _in_orbit(orbit: Orbit, s: BodyState) -> DenseLoads:
-    """Gravity less that of the origin, and the potential of the turn, whose force the kinematics have."""
-    x, k, w, one = s.R.T @ s.p, 1 / orbit.radius, s.R[2] * orbit.rate, np.eye(3)
-    to = s.R[0] + k * x  # from the planet, by the radius
-    far = np.linalg.norm(to)
-    q, a = (orbit.rate / far**1.5) ** 2, (2 * s.R[0] + k * x) @ x / (far + 1)
-    g = -q * (x - a * (1 + far + far**2) * s.R[0])
-    U = orbit.rate**2 * (x @ x - a**2 * (far + 2) / far) / 2
-    found = _in_field(s, to / far, k / far, q, g, U)
-    at = deflected(affine_part(s.body), s.q)
-    E = at.E + np.outer(x, at.s) + np.outer(at.s, x) + s.body.m * np.outer(x, x)
-    turn = -np.sum((w @ w * one - np.outer(w, w)) * E) / 2
-    return found._replace(gravity=found.gravity + turn)
-
-
-def _in_field(s: BodyState, n: np.ndarray, k: float, q: float, g: np.ndarray, U: float) -> DenseLoads:
-    """Field, gradient and second gradient at the root, with the body's own moments: direction and 1 / R, mu / R^3."""
-    body, one = s.body, np.eye(3)
-    Gamma = -q * (one - 3 * np.outer(n, n))
-    symmetric = sum(np.einsum(f"{index}->abc", one, n) for index in ("ab,c", "ac,b", "bc,a"))
-    second = k * q * (3 * symmetric - 15 * np.einsum("a,b,c->abc", n, n, n))
-    at = deflected(affine_part(body), s.q)
-    force = body.m * g + Gamma @ at.s + np.einsum("abc,ab->c", second, at.E) / 2
-    torque = np.cross(at.s, g) + np.einsum("cab,ad,bd->c", EPSILON, at.E, Gamma)
-    f = s.J.T @ np.concatenate([force, torque])
-    f[s.rows] += g @ at.S + np.einsum("ab,abn->n", Gamma, at.L)
-    return DenseLoads(f, 0.0, 0.0, float(body.m * U - g @ at.s - np.sum(Gamma * at.E) / 2))
-
-
-def _conductor(load: Conductor, system: System, states: dict[str, BodyState], t: float) -> DenseLoads:
-    """Dipole field by rotation matrices from the planet's axes."""
-    orbit, total = system.orbit, DenseLoads(np.zeros(next(iter(states.values())).J.shape[1]), 0.0, 0.0, 0.0)
-    d, to_orbit = orbit.dipole, Rotation.from_euler("ZXZ", [0.0, orbit.inclination, orbit.argument + orbit.rate * t])
-    turn = d.longitude + orbit.planet_spin * t
-    north = to_orbit.inv().apply(Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
-    for ends in load.legs:
-        a, b = (_end(system, states, end, load) for end in ends)
-        r = (a.frame.position + b.frame.position) / 2 + [orbit.radius, 0, 0]
-        R = np.linalg.norm(r)
-        B = d.strength * (d.radius / R) ** 3 * (north - 3 * (north @ r) * r / R**2)
-        f = _value(load.current, t) * np.cross(b.frame.position - a.frame.position, B)
-        for point in (a, b):
-            total = _plus(total, _wrench(point, f / 2, np.zeros(3)))
-    return total
 
 
 def _rod(load: ImmersedRod, gravity: np.ndarray, s: BodyState) -> DenseLoads:
@@ -301,6 +206,6 @@ def _element(e: HingeElement, x: float, rate: float, t: float) -> tuple[float, f
     outside = x - min(max(x, e.lower), e.upper)  # positive above the upper limit
     stop = -e.limit_stiffness * outside
     push = stop * max(0.0, 1 + e.limit_damping * rate * np.sign(outside))
-    other = _value(e.drive, t) - e.damping * rate - e.friction * np.tanh(rate / e.sliding) + push - stop
+    other = value_at(e.drive, t) - e.damping * rate - e.friction * np.tanh(rate / e.sliding) + push - stop
     energy = (e.stiffness * (x - e.rest) ** 2 + e.limit_stiffness * outside**2) / 2
     return -e.stiffness * (x - e.rest) + stop, other, energy
