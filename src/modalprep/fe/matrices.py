@@ -66,8 +66,8 @@ def matrices_model(
     sets = {name: interfaces[name].nodes(mesh, used) for name in root_first(interfaces, root)}
     place = {name: interface_position(mesh, name, interfaces[name], at) for name, at in sets.items()}
     edges = _edges(K, dof)
-    ties = [_star(at) for name, at in sets.items() if interfaces[name].kind != "node"]
-    refuse_parts(np.concatenate([edges, *ties]), used, mesh.points, at)
+    ties = [at[None] for name, at in sets.items() if interfaces[name].kind != "node"]
+    refuse_parts([edges, *ties], used, mesh.points, at)
     _refuse_bad_motion(K, M, rigid_motions(mesh.points - next(iter(place.values())), dof, K.shape[0]), mesh.points, at)
     return _model(K, M, mesh.with_(cells=_drawn(mesh, edges)), dof, (interfaces, sets, place), geometric_stiffness)
 
@@ -236,10 +236,6 @@ def _widened(A: csr_array, n: int) -> csr_array:
     wide = A.copy()
     wide.resize((n, n))
     return wide
-
-
-def _star(nodes: np.ndarray) -> np.ndarray:
-    return np.stack([np.repeat(nodes[:1], len(nodes)), nodes], axis=1)
 
 
 def _refuse_bad_motion(K, M, R, points, at) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_array, issparse, triu
-from scipy.sparse.csgraph import connected_components
 
 from modalprep.errors import InputError
+from modalprep.fe.net_quality import pieces
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 SYMMETRY = 1e-6  # of the largest entry: matrices in text of seven digits still pass
@@ -136,17 +136,12 @@ def refuse_strain(K: csr_array, R: np.ndarray, at: Places) -> None:
         )
 
 
-def refuse_parts(edges: np.ndarray, used: np.ndarray, points: np.ndarray, at: Places) -> None:
-    """Refuse a structure whose ``used`` nodes are not all joined by ``edges (k, 2)``, stiffness or frames."""
-    n = len(points)
-    graph = csr_array((np.ones(len(edges), dtype=np.int8), tuple(edges.T)), shape=(n, n))
-    label = connected_components(graph, directed=False)[1][used]
-    names, count = np.unique(label, return_counts=True)
-    if len(names) > 1:
-        small = used[label == names[np.argmin(count)]]
-        where = ", ".join(f"{x:.4g}" for x in points[small].mean(axis=0))
+def refuse_parts(groups: list[np.ndarray], used: np.ndarray, points: np.ndarray, at: Places) -> None:
+    """Refuse a structure whose ``used`` nodes are not all joined by the rows of `groups`, stiffness or frames."""
+    count, small, where = pieces(groups, used, points)
+    if count > 1:
         raise InputError(
-            f"the stiffness matrix leaves the structure in {len(names)} disconnected parts, the smallest has "
-            f"{len(small)} nodes around ({where}) m, with {at.node(small[0])}; export it with its rigid elements, or "
+            f"the stiffness matrix leaves the structure in {count} disconnected parts, the smallest has "
+            f"{len(small)} nodes around {where}, with {at.node(small[0])}; export it with its rigid elements, or "
             "tie the parts by an interface"
         )

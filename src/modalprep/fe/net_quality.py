@@ -226,5 +226,20 @@ def parts(groups: Iterable[np.ndarray], n_points: int) -> np.ndarray:
         rows.append(np.repeat(conn[:, 0], conn.shape[1] - 1))
         columns.append(conn[:, 1:].ravel())
     i, j = np.concatenate(rows), np.concatenate(columns)
-    graph = coo_array((np.ones(len(i)), (i, j)), shape=(n_points, n_points))
+    graph = coo_array((np.ones(len(i), dtype=bool), (i, j)), shape=(n_points, n_points))
     return connected_components(graph, directed=False)[1]
+
+
+def pieces(groups: Iterable[np.ndarray], used: np.ndarray, points: np.ndarray) -> tuple[int, np.ndarray, str]:
+    """Return how many `parts` the `used` nodes are in, the nodes of the smallest, and where it is.
+
+    Examples
+    --------
+    >>> points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [8, 0, 0]])
+    >>> pieces([np.array([[0, 1], [1, 2]])], np.arange(4), points)
+    (2, array([3]), '(8, 0, 0) m')
+    """
+    label = parts(groups, len(points))[used]
+    names, count = np.unique(label, return_counts=True)
+    small = used[label == names[np.argmin(count)]]
+    return len(names), small, f"({', '.join(f'{x:.4g}' for x in points[small].mean(axis=0))}) m"

@@ -6,13 +6,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from modalprep.errors import InputError
 from modalprep.fe.beam import BeamBlock
 from modalprep.fe.block import Block
 from modalprep.fe.mesh import Mesh, cell_dimension
+from modalprep.fe.net_quality import pieces
 from modalprep.fe.point import MassBlock, SpringBlock
 from modalprep.fe.properties import Beam, PointMass, Property, Shell, Solid, Spring, Truss
 from modalprep.fe.shell import ShellBlock
@@ -141,16 +140,9 @@ def used_nodes(parts: list[Part]) -> np.ndarray:
 def refuse_disconnected(points: np.ndarray, parts: list[Part], tied: list[np.ndarray]) -> None:
     """Refuse a structure in several pieces; `tied` lists the node sets that links and interfaces hold together."""
     groups = [part.nodes for part in parts] + [nodes[None] for nodes in tied]
-    rows = np.concatenate([np.repeat(c[:, 0], c.shape[1]) for c in groups])
-    cols = np.concatenate([c.ravel() for c in groups])
-    graph = coo_array((np.ones(len(rows), dtype=np.int8), (rows, cols)), shape=(len(points),) * 2)
-    used = used_nodes(parts)
-    label = connected_components(graph, directed=False)[1][used]
-    names, count = np.unique(label, return_counts=True)
-    if len(names) > 1:
-        small = used[label == names[np.argmin(count)]]
-        at = ", ".join(f"{x:.4g}" for x in points[small].mean(axis=0))
+    count, small, where = pieces(groups, used_nodes(parts), points)
+    if count > 1:
         raise InputError(
-            f"the structure is in {len(names)} disconnected parts, the smallest has {len(small)} nodes "
-            f"around ({at}) m; merge coincident nodes or mesh the parts together"
+            f"the structure is in {count} disconnected parts, the smallest has {len(small)} nodes "
+            f"around {where}; merge coincident nodes or mesh the parts together"
         )
