@@ -1,43 +1,26 @@
-"""Equilibrium, linearisation, modes, inverse dynamics, simpler theories, free flight: closed forms and identities."""
+"""Equilibrium, linearisation, modes, inverse dynamics: closed forms and identities."""
 
 import numpy as np
 import pytest
-from multibody.trees import random_body, random_state, random_tree
+from multibody.carried import DOWN, carried, rigid
+from multibody.trees import random_state, random_tree
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
-from modalprep.body.frozen import frozen_stiffness
 from modalprep.examples import uniform_beam
-from modalprep.formats.resultfile import read_csv
 from modalprep.multibody.dense import mass_and_force, quaternion_matrix
 from modalprep.multibody.equilibrium import static_equilibrium
-from modalprep.multibody.free_flyer import closure_defect, fly_free
 from modalprep.multibody.inverse import hinge_forces, inverse_dynamics
 from modalprep.multibody.linearise import linearise, transport
 from modalprep.multibody.modes import system_modes
 from modalprep.multibody.plant import Plant
-from modalprep.multibody.simulate import start_channels
 from modalprep.multibody.state_space import frequency_response
 
 L, EI, WEIGHT = 10.0, 1.4e4, 12.0  # the spin-up beam
-DOWN = np.array([0.0, -1.0, 0.0])
 
 
 def weld(child="beam"):
     return mp.Joint(name="wall", type="weld", parent="ground", child=child)
-
-
-def rigid(mass=2.0, centre=(0.5, 0, 0), inertia=(0.1, 0.2, 0.3), **interfaces):
-    ends = {"root": np.zeros(3)} | {name: np.array(at, dtype=float) for name, at in interfaces.items()}
-    return mp.rigid_body("part", mass=mass, centre=np.array(centre), inertia=np.diag(inertia), interfaces=ends)
-
-
-def carried(body, **joint):
-    return mp.System(
-        bodies={"part": body},
-        joints=(mp.Joint(name="joint", parent="ground", child="part", **joint),),
-        gravity=10 * DOWN,
-    )
 
 
 # ---- equilibrium ----
@@ -313,193 +296,3 @@ def test_histories_that_cannot_be_are_refused():
         inverse_dynamics(system, {"knee": "t"}, np.array([0.0]))
     with pytest.raises(mp.InputError, match="has no history, so nothing rests"):
         inverse_dynamics(system, {}, np.array([0.0]), modes="quasi_static")
-
-
-# ---- simpler theories ----
-
-
-def test_errors_of_simpler_theories_are_of_second_order_in_the_spin():
-    """Lag frequency at Omega / omega = e: consistent 1 + .0967 e^2, conventional 1 - .5 e^2, ruthless 1 (CASES 6.3)."""
-    body = uniform_beam(modes=12, keep="effective_mass > 0%", truncation=("inertia",))
-    body = body.with_(D=np.zeros(body.n))
-    still = body.frequency[0]
-    found = {}
-    for e in (0.05, 0.1):
-        spin = np.array([0, 0, e * 2 * np.pi * still])
-        theories = {"consistent": body, "conventional": body.conventional(), "ruthless": body.ruthless()}
-        found[e] = {name: mp.spin_modes(b, spin).frequency[0] / still - 1 for name, b in theories.items()}
-    assert found[0.05]["consistent"] / 0.05**2 == pytest.approx(0.0967, rel=0.02)  # e^4 and stretch
-    assert found[0.05]["conventional"] / 0.05**2 == pytest.approx(-0.5, rel=0.02)
-    assert abs(found[0.1]["ruthless"]) < 1e-12
-    for name in ("consistent", "conventional"):
-        order = np.log2(found[0.1][name] / found[0.05][name])
-        assert order == pytest.approx(2.0, abs=0.05)
-
-
-def test_ruthless_inertia_is_wrong_by_the_second_order_of_the_deflection():
-    body, errors = random_body(np.random.default_rng(5), 3, geometric=False), []
-    for size in (0.02, 0.01):
-        system, state = carried(body, type="revolute"), np.concatenate([[0.0], size * np.ones(3), np.zeros(4)])
-        M, R = (mass_and_force(s, state)[0][0, 0] for s in (system, system.ruthless()))
-        errors.append(abs(M - R))
-    assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=1e-6)
-
-
-def test_ruthless_system_keeps_its_energy():
-    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="beam", rate=0.5)
-    system = mp.System(bodies={"beam": uniform_beam(modes=2)}, joints=(hinge,), gravity=DOWN).ruthless()
-    run = mp.simulate(system, t_end=1.0, output_step=0.25, rtol=1e-10, method="explicit")
-    assert run.stats["energy_error"] < 1e-8
-
-
-def test_frozen_stiffness_is_right_at_its_spin_alone():
-    body, spin = uniform_beam(modes=5), np.array([0, 0, 6.0])
-    frozen = frozen_stiffness(body, spin)
-    same = [mp.spin_modes(b, spin).frequency for b in (body, frozen)]
-    other = [mp.spin_modes(b, spin / 3).frequency for b in (body, frozen)]
-    np.testing.assert_allclose(*same, rtol=1e-10)
-    assert other[1][0] > 1.3 * other[0][0]
-    with pytest.raises(mp.InputError, match="buckles"):
-        frozen_stiffness(body, np.zeros(3), np.array([1000.0, 0, 0]))
-
-
-# ---- free flight ----
-
-
-def particles(rng, count=3):
-    """A rigid hub and particles on springs, each free in all directions: w x phi stays within the modes."""
-    x, m, n = rng.standard_normal((count, 3)), rng.uniform(0.5, 1, count), 3 * count
-    shape = np.zeros((count, 3, n))
-    for p in range(count):
-        shape[p, :, 3 * p : 3 * p + 3] = np.eye(3) / np.sqrt(m[p])
-    return rigid(5 + m.sum()).with_(
-        s0=m @ x,
-        E0=np.diag([1, 2, 1.5]) + np.einsum("p,pa,pb->ab", m, x, x),
-        S=np.einsum("p,pai->ai", m, shape),
-        H=np.einsum("p,pb,pai->abi", m, x, shape),
-        P=np.einsum("p,pai,pbj->abij", m, shape, shape),
-        Kg_A=np.zeros((3, n, n)), Kg_W=np.zeros((3, 3, n, n)), Kg_F=np.zeros((1, 3, n, n)), Kg_T=np.zeros((1, 3, n, n)),
-        phi=np.zeros((1, 3, n)), psi=np.zeros((1, 3, n)), K=rng.uniform(20, 40, n), D=np.zeros(n), frequency=np.ones(n),
-        points=x, shape=shape,
-    )  # fmt: skip
-
-
-def test_momenta_fly_as_the_recursion_does():
-    body, times = random_body(np.random.default_rng(0), 4), np.linspace(0, 2, 5)
-    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8])}
-    found = fly_free(body, times, **start, gravity=DOWN)
-    free = carried(body, type="free", **start).with_(gravity=DOWN)
-    run = mp.simulate(free, t_end=2.0, output_step=0.5, rtol=1e-11, atol=1e-13, method="explicit")
-    for mine, other in ((found.q, "part.modal"), (found.position, "part.origin"), (found.linear, "momentum.linear"),
-                        (found.angular, "momentum.angular")):  # fmt: skip
-        np.testing.assert_allclose(mine, run[other], atol=1e-8)
-
-
-def test_efficient_variables_are_exact_for_closed_modes():
-    rng, times = np.random.default_rng(2), np.linspace(0, 2, 5)
-    body = particles(rng)
-    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8])}
-    start["q"] = 0.1 * rng.standard_normal(9)
-    exact, efficient = (fly_free(body, times, **start, variables=name) for name in ("momentum", "efficient"))
-    assert closure_defect(body) < 1e-12
-    for name in ("q", "position", "quaternion", "linear", "angular"):
-        np.testing.assert_allclose(getattr(efficient, name), getattr(exact, name), atol=1e-8)
-    for name in ("linear", "angular"):
-        drift = getattr(efficient, name) - getattr(efficient, name)[0]
-        assert np.abs(drift).max() < 1e-8
-
-
-def test_efficient_variables_refuse_modes_that_are_not_closed():
-    beam = uniform_beam(modes=2)
-    with pytest.raises(mp.InputError, match="geometric stiffness"):
-        fly_free(beam, np.array([0.0, 1.0]), variables="efficient")
-    with pytest.raises(mp.InputError, match="miss a share of"):
-        fly_free(beam.conventional(), np.array([0.0, 1.0]), variables="efficient")
-
-
-# ---- results ----
-
-
-@pytest.fixture(scope="module")
-def double():
-    """Two beams: the upper hinge driven, the lower with a spring."""
-    spring = mp.HingeElement(stiffness=400.0, damping=3.0)
-    joints = (
-        mp.Joint(name="hip", type="revolute", parent="ground", child="upper", motion=mp.TimeFunction("0.3*sin(t)**2")),
-        mp.Joint(name="knee", type="revolute", parent="upper.tip", child="lower", elements=spring),
-    )
-    beam = uniform_beam(modes=1)
-    system = mp.System(bodies={"upper": beam, "lower": beam}, joints=joints, gravity=DOWN)
-    return mp.simulate(system, t_end=1.0, output_step=1e-3, rtol=1e-9, method="explicit")
-
-
-def test_accelerations_are_the_rates_of_velocities(double):
-    h = 1e-3
-    v, a = double["lower.tip.velocity"], double["lower.tip.acceleration"]
-    slope = (8 * (v[3:-1] - v[1:-3]) - (v[4:] - v[:-4])) / (12 * h)
-    np.testing.assert_allclose(slope, a[2:-2], atol=1e-5 * np.abs(a).max())  # h^4 and interpolation between steps
-
-
-def test_force_at_the_wall_is_the_rate_of_momentum_less_the_weight(double):
-    h, p, force = 1e-3, double["momentum.linear"], double["hip.force"][2:-2]
-    slope = (8 * (p[3:-1] - p[1:-3]) - (p[4:] - p[:-4])) / (12 * h)
-    np.testing.assert_allclose(force + 2 * WEIGHT * DOWN, slope, atol=1e-5 * np.abs(force).max())
-    np.testing.assert_allclose(double["hip.torque.z"], double["hip.drive"], rtol=1e-9)
-
-
-def test_wrench_of_a_joint_is_in_the_axes_of_the_parents_interface():
-    """A weight on an arm welded upright: its force and its lever, seen from the turned arm."""
-    turn = np.array([[0, -1.0, 0], [1, 0, 0], [0, 0, 1]])  # the arm's x points up
-    joints = (
-        mp.Joint(name="wall", type="weld", parent="ground", child="arm", rotation=turn),
-        mp.Joint(name="grip", type="weld", parent="arm.end", child="load"),
-    )
-    bodies = {"arm": rigid(1.0, end=(1, 0, 0)), "load": rigid(3.0, (0, -0.2, 0.4))}
-    run = start_channels(mp.System(bodies=bodies, joints=joints, gravity=10 * DOWN), 1.0)
-    np.testing.assert_allclose(run["grip.force"][0], [30, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(run["grip.torque"][0], [0, 12, 6], atol=1e-12)  # r x the force
-    np.testing.assert_allclose(run["wall.force"][0], [0, 40, 0], atol=1e-12)
-
-
-def test_modal_channel_is_the_deflection(double):
-    np.testing.assert_allclose(
-        double["upper.tip.deflection.y"], double["upper.modal"][:, 0] * uniform_beam(modes=1).phi[1, 1, 0], atol=1e-9
-    )
-
-
-def test_hinge_torque_is_its_springs(double):
-    spring = -400 * double["knee.angle"] - 3 * double["knee.rate"]
-    np.testing.assert_allclose(double["knee.drive"], spring, atol=1e-9 * np.abs(spring).max())
-    np.testing.assert_allclose(double["knee.torque.z"], spring, atol=1e-7 * np.abs(double["hip.torque"]).max())
-
-
-def test_power_is_the_rate_of_work(double):
-    h, work = 1e-3, double["energy.work"]
-    slope = (8 * (work[3:-1] - work[1:-3]) - (work[4:] - work[:-4])) / (12 * h)
-    np.testing.assert_allclose(slope, double["power.in"][2:-2], atol=1e-5 * np.abs(slope).max())
-    assert np.abs(double["energy.error"]).max() < 1e-6 * np.abs(double["energy.kinetic"]).max()
-
-
-def test_channels_survive_files(double, tmp_path):
-    back = mp.read_result(mp.write_result(double, tmp_path / "run.h5"))
-    assert back.channels.keys() == double.channels.keys()
-    for name, values in double.channels.items():
-        np.testing.assert_array_equal(back[name], values)
-    table = read_csv(mp.write_csv(double, tmp_path / "run.csv"))
-    assert table.channels.keys() == double.channels.keys()
-    for name, values in double.channels.items():
-        np.testing.assert_allclose(table[name], values, rtol=1e-9, atol=1e-300)  # ten digits
-
-
-def test_data_frame_has_every_component(double):
-    pytest.importorskip("pandas")
-    frame = double.to_dataframe(["knee.force", "knee.angle"])
-    assert list(frame.columns) == ["knee.force.x", "knee.force.y", "knee.force.z", "knee.angle"]
-    np.testing.assert_array_equal(frame["knee.angle"], double["knee.angle"])
-    assert frame.index.name == "time"
-
-
-def test_data_frame_without_pandas_says_what_to_install(double, monkeypatch):
-    monkeypatch.setattr("modalprep.multibody.result.find_spec", lambda name: None)
-    with pytest.raises(mp.InputError, match=r"pip install 'modalprep\[dataframe\]'"):
-        double.to_dataframe()
