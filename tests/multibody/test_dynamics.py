@@ -2,14 +2,7 @@
 
 import numpy as np
 import pytest
-from analytic import (
-    SPINUP,
-    SPINUP_CONVENTIONAL,
-    SPINUP_MINIMUM,
-    SPINUP_MINIMUM_TIME,
-    SPINUP_RESIDUAL,
-    SPINUP_STRETCH,
-)
+from analytic import SPINUP, SPINUP_CONVENTIONAL, SPINUP_MINIMUM, SPINUP_MINIMUM_TIME, SPINUP_RESIDUAL, SPINUP_STRETCH
 from multibody.trees import order_n, random_body, random_state, random_tree
 from scipy.linalg import eigh
 

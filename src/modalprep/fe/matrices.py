@@ -14,14 +14,7 @@ from modalprep.fe.assembly import place_frames, root_first, without_loose
 from modalprep.fe.geometric import GeometricStiffness
 from modalprep.fe.interface import Interface, interface_position
 from modalprep.fe.links import constraint_matrix
-from modalprep.fe.matrix_checks import (
-    Places,
-    real_square,
-    refuse_parts,
-    refuse_strain,
-    refuse_unequal_mass,
-    symmetric,
-)
+from modalprep.fe.matrix_checks import Places, real_square, refuse_parts, refuse_strain, refuse_unequal_mass, symmetric
 from modalprep.fe.matrix_entries import cloud
 from modalprep.fe.matrix_mass import linear_vectors, mass_tensor, rigid_inertia
 from modalprep.fe.mesh import Mesh

@@ -7,13 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.beam import line_frames
-from modalprep.fe.block import (
-    MassObjects,
-    MassSamples,
-    add_arms,
-    mass_from_samples,
-    node_transformation,
-)
+from modalprep.fe.block import MassObjects, MassSamples, add_arms, mass_from_samples, node_transformation
 from modalprep.fe.properties import PointMass, Spring
 from modalprep.vectors import skew
 

@@ -10,25 +10,12 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.multibody.dense import BodyState, body_states, mass_and_force, seen_states
 from modalprep.multibody.dense_fields import central_gravity, conductor_force, gravity_in_orbit
-from modalprep.multibody.dense_points import (
-    DenseLoads,
-    Point,
-    end_point,
-    interface_point,
-    plus,
-    value_at,
-    wrench_at,
-)
+from modalprep.multibody.dense_points import DenseLoads, Point, end_point, interface_point, plus, value_at, wrench_at
 from modalprep.multibody.depletion import ExpelledGas
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.hydrodynamics import ImmersedRod
 from modalprep.multibody.layout import FREE, SPEEDS, SPHERICAL, Packed, U, X, pack
-from modalprep.multibody.loads import (
-    AxialSpring,
-    Bushing,
-    DistributedForce,
-    PointForce,
-)
+from modalprep.multibody.loads import AxialSpring, Bushing, DistributedForce, PointForce
 from modalprep.multibody.orbit import CentralGravity, Conductor
 from modalprep.multibody.state import Frame, State, callback_loads
 from modalprep.multibody.system import System

@@ -12,13 +12,7 @@ from modalprep.multibody.forces import Loads
 from modalprep.multibody.hydrodynamics import ImmersedRod, added_inertia, rod_constants
 from modalprep.multibody.laws import BUSHING, GROUND, GROUND_ROTATION, HINGE, REST_POSITION, REST_ROTATION, ROD
 from modalprep.multibody.layout import FREE, PRESCRIBED, SPEEDS, SPHERICAL, Packed, U, X
-from modalprep.multibody.loads import (
-    AxialSpring,
-    Bushing,
-    DistributedForce,
-    PointForce,
-    locate,
-)
+from modalprep.multibody.loads import AxialSpring, Bushing, DistributedForce, PointForce, locate
 from modalprep.multibody.orbit import ORBIT, CentralGravity, Conductor
 from modalprep.multibody.packed_mass import pack_fill
 from modalprep.multibody.system import System

@@ -15,20 +15,8 @@ from modalprep.pipeline.depletion_schema import DepletionTable, JetTable
 from modalprep.pipeline.deployment_schema import DeploymentTable
 from modalprep.pipeline.environment_schema import ConductorTable, ControlTable, EnvironmentTable
 from modalprep.pipeline.event_schema import EventTable
-from modalprep.pipeline.fe_schema import (
-    AnyMaterial,
-    ConnectionTable,
-    InterfaceTable,
-    MatricesTable,
-    MeshTable,
-    Section,
-)
-from modalprep.pipeline.reduction_schema import (
-    LoadTable,
-    ReductionTable,
-    SynthesisTable,
-    WeldTable,
-)
+from modalprep.pipeline.fe_schema import AnyMaterial, ConnectionTable, InterfaceTable, MatricesTable, MeshTable, Section
+from modalprep.pipeline.reduction_schema import LoadTable, ReductionTable, SynthesisTable, WeldTable
 from modalprep.pipeline.system_schema import (
     AxialSpringTable,
     BodyTable,

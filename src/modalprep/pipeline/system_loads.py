@@ -15,13 +15,7 @@ from modalprep.multibody.feedback import feedback
 from modalprep.multibody.hinge import HingeElement
 from modalprep.multibody.hydrodynamics import ImmersedRod, Water
 from modalprep.multibody.joint import SCALARS, TRAVELS, TURNS
-from modalprep.multibody.loads import (
-    AxialSpring,
-    Bushing,
-    DistributedForce,
-    Load,
-    PointForce,
-)
+from modalprep.multibody.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
 from modalprep.multibody.orbit import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
 from modalprep.multibody.timefunction import FOREVER, TimeFunction
 from modalprep.pipeline.build import rotation_matrix

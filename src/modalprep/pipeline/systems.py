@@ -24,13 +24,7 @@ from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.pipeline.system_closures import read_closures
 from modalprep.pipeline.system_depletions import read_depletions
-from modalprep.pipeline.system_loads import (
-    hinge_elements,
-    prescribed_motion,
-    read_deployment,
-    read_loads,
-    read_orbit,
-)
+from modalprep.pipeline.system_loads import hinge_elements, prescribed_motion, read_deployment, read_loads, read_orbit
 from modalprep.pipeline.system_schema import JointTable, SimulationTable, Theory
 
 LABELS = {

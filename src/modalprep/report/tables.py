@@ -13,16 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.reduction.table import (
-    ATTACHMENT,
-    CONSTRAINT,
-    DIRECTIONS,
-    FIXED,
-    FREE,
-    PROJECTED,
-    TRUNCATION,
-    ModeTable,
-)
+from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, PROJECTED, TRUNCATION, ModeTable
 
 WIDE = 105  # columns; below, each row names its largest directions only
 LISTED = 40  # frequencies written out, at most
