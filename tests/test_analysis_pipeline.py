@@ -7,7 +7,7 @@ import tomllib
 import h5py
 import numpy as np
 import pytest
-from multibody.test_analysis import particles
+from multibody.single_bodies import particles
 from multibody.trees import random_body
 from scipy.io import loadmat
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from multibody.carried import DOWN, carried, rigid
+from multibody.single_bodies import DOWN, carried, rigid
 from multibody.trees import random_state, random_tree
 from scipy.spatial.transform import Rotation
 

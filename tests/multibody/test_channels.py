@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from multibody.carried import DOWN, rigid
+from multibody.single_bodies import DOWN, rigid
 
 import modalprep as mp
 from modalprep.examples import uniform_beam

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from multibody.carried import DOWN, carried, rigid
+from multibody.single_bodies import DOWN, carried, particles
 from multibody.trees import random_body
 
 import modalprep as mp
@@ -58,24 +58,6 @@ def test_frozen_stiffness_is_right_at_its_spin_alone():
 
 
 # ---- free flight ----
-
-
-def particles(rng, count=3):
-    """A rigid hub and particles on springs, each free in all directions: w x phi stays within the modes."""
-    x, m, n = rng.standard_normal((count, 3)), rng.uniform(0.5, 1, count), 3 * count
-    shape = np.zeros((count, 3, n))
-    for p in range(count):
-        shape[p, :, 3 * p : 3 * p + 3] = np.eye(3) / np.sqrt(m[p])
-    return rigid(5 + m.sum()).with_(
-        s0=m @ x,
-        E0=np.diag([1, 2, 1.5]) + np.einsum("p,pa,pb->ab", m, x, x),
-        S=np.einsum("p,pai->ai", m, shape),
-        H=np.einsum("p,pb,pai->abi", m, x, shape),
-        P=np.einsum("p,pai,pbj->abij", m, shape, shape),
-        Kg_A=np.zeros((3, n, n)), Kg_W=np.zeros((3, 3, n, n)), Kg_F=np.zeros((1, 3, n, n)), Kg_T=np.zeros((1, 3, n, n)),
-        phi=np.zeros((1, 3, n)), psi=np.zeros((1, 3, n)), K=rng.uniform(20, 40, n), D=np.zeros(n), frequency=np.ones(n),
-        points=x, shape=shape,
-    )  # fmt: skip
 
 
 def test_momenta_fly_as_the_recursion_does():
