@@ -21,8 +21,8 @@ def result(y, status="done", time=TIME):
 def drawn(monkeypatch):
     """Return the axes of the figures saved."""
     saved = []
-    save = plots._save
-    monkeypatch.setattr(plots, "_save", lambda figure, path: saved.append(figure.axes[0]) or save(figure, path))
+    save = plots.save_figure
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path: saved.append(figure.axes[0]) or save(figure, path))
     return saved
 
 
@@ -122,7 +122,7 @@ def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
 
 def test_error_plot_takes_the_axes_its_curves_need(tmp_path, monkeypatch):
     scales = []
-    monkeypatch.setattr(plots, "_save", lambda figure, path: scales.extend([figure.axes[0].get_xscale(),
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path: scales.extend([figure.axes[0].get_xscale(),
                                                                            figure.axes[0].get_yscale()]))  # fmt: skip
     plots.error_plot({"a": ([1, 2, 3], [1e-8, 1e-3, np.nan]), "b": ([1, 3], [1e-5, 1e-2])}, tmp_path / "e.png")
     plots.error_plot({"a": ([1, 1000], [-1, 1])}, tmp_path / "e.png")

@@ -77,10 +77,10 @@ def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path
         phase.plot(frequency, np.degrees(np.angle(values)), **style)
     amplitude.set(xscale="log", yscale="log" if np.all(np.abs(H) > 0) else "linear", ylabel="output per unit input")
     phase.set(xlabel="frequency (Hz)", ylabel="phase (deg)", yticks=range(-180, 181, 90))
-    plots._head(amplitude, "Frequency response")
+    plots.add_head(amplitude, "Frequency response")
     for axes in (amplitude, phase):
-        plots._plain(axes, grid="both")
-    return plots._save(figure, path)
+        plots.plain_axes(axes, grid="both")
+    return plots.save_figure(figure, path)
 
 
 def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
@@ -127,10 +127,10 @@ def sweep_plot(
         upper.plot(curve["t"], curve["y"], "o", color=plots.INK, markerfacecolor="none", label=curve["label"])
     upper.set(ylabel="frequency (Hz)", ylim=(0, None))
     lower.set(xlabel=label, ylabel="growth (1/s)")
-    plots._head(upper, "Modes over time" if label == "time (s)" else f"Modes over {label}")
+    plots.add_head(upper, "Modes over time" if label == "time (s)" else f"Modes over {label}")
     for axes in (upper, lower):
-        plots._plain(axes, grid="both")
-    return plots._save(figure, path)
+        plots.plain_axes(axes, grid="both")
+    return plots.save_figure(figure, path)
 
 
 def write_sweep(sweep: Mapping[float, SystemModes], count: int, path: str | Path) -> Path:

@@ -63,7 +63,7 @@ def animate_mode(
     modalprep.errors.InputError: cannot write beam.avi: an animation is a .gif or an .mp4 file
     """
     path = check_target(path, frames)
-    scale = render._scale(body, mode)
+    scale = render.shown_scale(body, mode)
     images = _frames(body, mode, scale, colour, frames, size)
     return write_frames(images, path, PERIOD, REPEATS)
 
@@ -99,13 +99,13 @@ def _frames(
     """Draw one period, from rest; the camera holds both extremes."""
     amount = node_colour(body, mode, colour)
     swing = scale * body.shape[:, :, mode - 1]
-    plotter = render._plotter(body, size, np.concatenate([body.points + swing, body.points - swing]), mode)
+    plotter = render.framed_plotter(body, size, np.concatenate([body.points + swing, body.points - swing]), mode)
     try:
-        render._add_ghost(plotter, body)
+        render.add_ghost(plotter, body)
         images = []
         for phase in np.linspace(0, 2 * np.pi, count, endpoint=False):
             q = np.sin(phase)
-            render._add_deformed(plotter, body, mode, scale, amount * abs(q), q)
+            render.add_deformed(plotter, body, mode, scale, amount * abs(q), q)
             images.append(np.array(plotter.screenshot(return_img=True)))
         return images
     finally:

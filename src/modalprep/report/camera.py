@@ -62,7 +62,7 @@ def view(points: np.ndarray, shape: np.ndarray | None = None) -> tuple[np.ndarra
         return _square_on(axes[0], shape)
     flat = np.ptp(points[:, 2]) < FLAT * np.ptp(points[:, :2], axis=0).min()
     towards = ABOVE if flat else CORNER
-    return _upright(towards, np.array([0.0, 0.0, 1.0]))
+    return upright_camera(towards, np.array([0.0, 0.0, 1.0]))
 
 
 def _square_on(axis: np.ndarray, shape: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
@@ -76,7 +76,7 @@ def _square_on(axis: np.ndarray, shape: np.ndarray | None) -> tuple[np.ndarray, 
     if not motion.any():
         motion = np.array([0.0, 0, 1]) if abs(axis[2]) < 0.9 else np.array([1.0, 0, 0])
     up = _positive(motion - (motion @ axis) * axis)
-    return _upright(np.cross(axis, up) + 0.12 * up, up)
+    return upright_camera(np.cross(axis, up) + 0.12 * up, up)
 
 
 def _positive(v: np.ndarray) -> np.ndarray:
@@ -84,7 +84,8 @@ def _positive(v: np.ndarray) -> np.ndarray:
     return v / np.linalg.norm(v) * np.sign(v[np.argmax(np.abs(v))])
 
 
-def _upright(towards: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def upright_camera(towards: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the unit direction towards the camera, and what is up in the picture, normal to it."""
     towards = towards / np.linalg.norm(towards)
     up = up - (up @ towards) * towards
     return towards, up / np.linalg.norm(up)

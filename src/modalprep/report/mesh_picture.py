@@ -62,14 +62,14 @@ def render_findings(
     """
     findings = list(findings)
     body = _body(name, points, cells)
-    plotter = render._plotter(_seen(body), size, body.points[:0], None)
+    plotter = render.framed_plotter(_seen(body), size, body.points[:0], None)
     towards = _towards(plotter, body)
     _add_mesh(plotter, body, towards)
     for finding in sorted(findings, key=lambda f: f.severity, reverse=True):  # errors last, over the warnings
         _add_finding(plotter, body, cells, finding, towards)
     plotter.reset_camera_clipping_range()
     _add_legend(plotter, findings, size)
-    return render._save(plotter, path)
+    return render.save_picture(plotter, path)
 
 
 def _body(name: str, points: np.ndarray, cells: Mapping[str, np.ndarray]) -> Body:
@@ -93,7 +93,7 @@ def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
         plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
     if beams is not None:
         ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if kind.startswith("line")]))
-        dots = render._balls(body.points[ends] + LIFT * towards, 0.4 * render.BALL * plotter.camera.parallel_scale)
+        dots = render.spheres(body.points[ends] + LIFT * towards, 0.4 * render.BALL * plotter.camera.parallel_scale)
         plotter.add_mesh(beams, color=render.EDGE, line_width=4)
         plotter.add_mesh(dots, color=EDGE, **MATT)
 
@@ -124,7 +124,7 @@ def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, 
     nodes = np.zeros(0, dtype=int) if finding.cells else _near(body, finding)
     marks = np.concatenate([_small_cells(bad, SMALL * radius), bad.points[nodes]])[:SHOWN]
     if len(marks):
-        plotter.add_mesh(render._balls(marks + 2 * towards, radius * (1.2 if error else 0.9)), **style)
+        plotter.add_mesh(render.spheres(marks + 2 * towards, radius * (1.2 if error else 0.9)), **style)
 
 
 def _add_cells(plotter, bad: Body, style: dict[str, Any], towards: np.ndarray) -> None:

@@ -51,8 +51,8 @@ def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
     axes.set_xlabel("effective mass of the kept vectors, % of the body   (numbers in the bars: row of the table)")
     axes.axvline(100, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
     axes.axhline(2.5, color="#c3ccd4", linewidth=0.8)
-    _plain(axes, grid="x")
-    return _save(figure, path)
+    plain_axes(axes, grid="x")
+    return save_figure(figure, path)
 
 
 def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, colour: str, label: str) -> None:
@@ -116,10 +116,10 @@ def history_plot(
                   markeredgewidth=1.4, zorder=4, label=point["label"])  # fmt: skip
     axes.set_xlabel("time (s)")
     axes.set_ylabel(ylabel or ", ".join(channels))
-    _head(axes, title)
-    _plain(axes, grid="both")
+    add_head(axes, title)
+    plain_axes(axes, grid="both")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-4, 8), useOffset=False)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def _curves(
@@ -208,7 +208,7 @@ def _note(axes: Axes, name: str, time: np.ndarray, y: np.ndarray, first: int, co
     )
 
 
-def _head(axes: Axes, title: str) -> None:
+def add_head(axes: Axes, title: str) -> None:
     """Title, and under it the legend in rows above the frame, where it can hide no curve."""
     labels = axes.get_legend_handles_labels()[1]
     widest = max(map(len, labels)) + 8  # characters, with the line before the text
@@ -261,9 +261,9 @@ def error_plot(
     axes.set_yscale(_axis_scale([y for _, y in pairs.values()]))
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
-    _head(axes, "")
-    _plain(axes, grid="both")
-    return _save(figure, path)
+    add_head(axes, "")
+    plain_axes(axes, grid="both")
+    return save_figure(figure, path)
 
 
 def _axis_scale(values: Sequence[np.ndarray]) -> str:
@@ -271,7 +271,8 @@ def _axis_scale(values: Sequence[np.ndarray]) -> str:
     return "log" if known.size and known.min() > 0 and known.max() >= 100 * known.min() else "linear"
 
 
-def _plain(axes: Axes, grid: str) -> None:
+def plain_axes(axes: Axes, grid: str) -> None:
+    """Take the frame off at the top and right, draw the rest in grey under the curves; `grid` is x, y or both."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(GREY)
     axes.tick_params(color=GREY, labelcolor=INK)
@@ -279,7 +280,8 @@ def _plain(axes: Axes, grid: str) -> None:
     axes.set_axisbelow(True)
 
 
-def _save(figure: Figure, path: str | Path) -> Path:
+def save_figure(figure: Figure, path: str | Path) -> Path:
+    """Write a chart; the file is whole or absent."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=DPI)
     return Path(path)

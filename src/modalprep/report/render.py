@@ -94,13 +94,13 @@ def render_mode(
     RenderError
         When the machine cannot draw.
     """
-    scale = _scale(body, mode)
+    scale = shown_scale(body, mode)
     amount = node_colour(body, mode, colour)
-    plotter = _plotter(body, size, body.points + scale * body.shape[:, :, mode - 1], mode)
-    _add_ghost(plotter, body)
-    _add_deformed(plotter, body, mode, scale, amount)
+    plotter = framed_plotter(body, size, body.points + scale * body.shape[:, :, mode - 1], mode)
+    add_ghost(plotter, body)
+    add_deformed(plotter, body, mode, scale, amount)
     _add_bar(plotter, WORDS[colour])
-    return _save(plotter, path)
+    return save_picture(plotter, path)
 
 
 def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
@@ -115,7 +115,7 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
     """
     from modalprep.report.surface import edges, surface, tubes
 
-    plotter = _plotter(body, size, body.points, None)
+    plotter = framed_plotter(body, size, body.points, None)
     skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * _size(body))
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
@@ -125,12 +125,12 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
     if beams is not None:
         plotter.add_mesh(beams, color=BODY_COLOUR, smooth_shading=True, ambient=0.25)
     if skin is None:
-        plotter.add_mesh(_balls(np.array(body.points), 0.8 * TUBE * _size(body)), color=EDGE)
+        plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * _size(body)), color=EDGE)
     _add_interfaces(plotter, body, body.interface_position)
-    return _save(plotter, path)
+    return save_picture(plotter, path)
 
 
-def _scale(body: FlexibleBody, mode: int) -> float:
+def shown_scale(body: FlexibleBody, mode: int) -> float:
     """Return the modal coordinate at which the largest displacement is `SHARE` of the body's size."""
     if not 1 <= mode <= body.n:
         modes = f"its modes are 1 to {body.n}" if body.n else "it is rigid"
@@ -149,7 +149,9 @@ def _title(body: FlexibleBody, mode: int | None) -> str:
     return f"{body.name}   mode {mode}   {body.frequency[mode - 1]:.4g} Hz"
 
 
-def _plotter(body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None, *, text: bool = True):
+def framed_plotter(
+    body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None, *, text: bool = True
+):
     """Return an empty picture, its camera on the body and the (deformed) points; `text` adds title and axes."""
     problem = drawing_problem()
     if problem:
@@ -170,7 +172,7 @@ def _plotter(body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode
     return plotter
 
 
-def _add_ghost(plotter, body: FlexibleBody) -> None:
+def add_ghost(plotter, body: FlexibleBody) -> None:
     """Add the undeformed body: a line per beam, and the sharp edges and the outline of the rest."""
     from modalprep.report.surface import lines, surface
 
@@ -187,7 +189,7 @@ def _add_ghost(plotter, body: FlexibleBody) -> None:
         plotter.add_mesh(beams, color=GHOST, line_width=2)
 
 
-def _add_deformed(
+def add_deformed(
     plotter, body: FlexibleBody, mode: int, scale: float, amount: np.ndarray, phase: float = 1.0, *, names=True
 ) -> None:
     """Add the body at its modal coordinate `scale * phase`, coloured by `amount` (n_points,), in place of the last."""
@@ -218,7 +220,7 @@ def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: b
     """Mark the interfaces by balls over the body (a bolt's centre lies inside its hole) and by their names."""
     places, camera = np.array(places, dtype=float), plotter.camera
     radius = BALL * camera.parallel_scale
-    actor = plotter.add_mesh(_balls(places, radius), name="balls", color=MARK, ambient=0.4, reset_camera=False)
+    actor = plotter.add_mesh(spheres(places, radius), name="balls", color=MARK, ambient=0.4, reset_camera=False)
     actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
     actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, -66000)
     if not names:
@@ -231,13 +233,15 @@ def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: b
     )  # fmt: skip
 
 
-def _balls(places: np.ndarray, radius: float):
+def spheres(places: np.ndarray, radius: float):
+    """Return a mesh of balls at the places (k, 3)."""
     import pyvista
 
     return pyvista.PolyData(places).glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
 
 
-def _save(plotter, path: str | Path) -> Path:
+def save_picture(plotter, path: str | Path) -> Path:
+    """Write what a plotter shows and close it; the file is whole or absent."""
     from PIL import Image
 
     path = Path(path)

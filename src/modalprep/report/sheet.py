@@ -80,11 +80,11 @@ def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tu
 
 def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     """Draw one mode without words."""
-    scale, amount = render._scale(body, mode), node_colour(body, mode, colour)
-    plotter = render._plotter(body, TILE, body.points + scale * body.shape[:, :, mode - 1], mode, text=False)
+    scale, amount = render.shown_scale(body, mode), node_colour(body, mode, colour)
+    plotter = render.framed_plotter(body, TILE, body.points + scale * body.shape[:, :, mode - 1], mode, text=False)
     try:
-        render._add_ghost(plotter, body)
-        render._add_deformed(plotter, body, mode, scale, amount, names=False)
+        render.add_ghost(plotter, body)
+        render.add_deformed(plotter, body, mode, scale, amount, names=False)
         return np.array(plotter.screenshot(return_img=True))
     finally:
         plotter.close()

@@ -91,8 +91,8 @@ def strain_plot(modes: SystemModes, shares: Mapping[str, np.ndarray], path: str 
     axes.set_xlabel("system mode, Hz")
     axes.set_ylabel("strain energy (%)")
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=6, frameon=False)
-    plots._plain(axes, grid="y")
-    return plots._save(figure, path)
+    plots.plain_axes(axes, grid="y")
+    return plots.save_figure(figure, path)
 
 
 def assembled(modes: SystemModes, name: str) -> Assembled:

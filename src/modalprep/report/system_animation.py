@@ -13,7 +13,7 @@ from modalprep.multibody.loads import GROUND
 from modalprep.multibody.result import Result
 from modalprep.multibody.system import System
 from modalprep.report.animation import SIZE, check_target, write_frames
-from modalprep.report.render import BALL, BODY_COLOUR, MARK, TUBE, _balls, drawing_problem
+from modalprep.report.render import BALL, BODY_COLOUR, MARK, TUBE, drawing_problem, spheres
 
 FLAT = 0.15  # extent of the motion across a plane, over that in it, of a system seen square-on
 TILT = 0.1
@@ -147,7 +147,7 @@ class _Film:
             amount = np.linalg.norm(self.bends[name][k], axis=1) if body.n else None
             drawn = _add_body(plotter, name, body, self.points(name, k), amount, self.largest, self.radius)
             coloured = drawn if body.n else coloured
-            balls = _balls(self.interfaces(name, k), self.radius)
+            balls = spheres(self.interfaces(name, k), self.radius)
             plotter.add_mesh(balls, name=f"{name} balls", color=MARK, ambient=0.4, reset_camera=False)
         if k == self.rows[0] and self.largest > 0 and coloured:
             plotter.add_scalar_bar(
@@ -209,7 +209,7 @@ def viewpoint(seen: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.nda
     >>> bool(towards[2] > 0.9), bool(up[1] > 0.9)
     (True, True)
     """
-    from modalprep.report.camera import _upright
+    from modalprep.report.camera import upright_camera
 
     extent, axes = np.linalg.svd(seen - seen.mean(axis=0), full_matrices=False)[1:]
     plane = len(extent) == 3 and extent[2] < FLAT * extent[0]
@@ -218,12 +218,12 @@ def viewpoint(seen: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.nda
     up = -gravity / np.linalg.norm(gravity) if down else np.array([0.0, 0, 1])
     if plane and abs(up @ normal) > 0.9:  # a plane to stand on
         if not down and abs(normal[2]) > 0.9:
-            return _upright(normal, np.array([0.0, 1, 0]))
+            return upright_camera(normal, np.array([0.0, 1, 0]))
         side = np.eye(3)[np.argmin(np.abs(up))]
-        return _upright(0.8 * up + 0.6 * np.cross(side, up), up)
+        return upright_camera(0.8 * up + 0.6 * np.cross(side, up), up)
     if plane:
         if normal[1] > 0.9:  # x to the right
             normal = -normal
-        return _upright(normal + TILT * up, up)
+        return upright_camera(normal + TILT * up, up)
     first = np.eye(3)[0] - up[0] * up if abs(up[0]) < 0.9 else np.eye(3)[1]
-    return _upright(0.5 * first + 0.55 * up - 0.8 * np.cross(up, first), up)
+    return upright_camera(0.5 * first + 0.55 * up - 0.8 * np.cross(up, first), up)
