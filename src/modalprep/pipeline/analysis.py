@@ -24,8 +24,7 @@ from modalprep.pipeline.analysis_schema import AnalysisTable, InverseTable
 from modalprep.pipeline.build import output_folder
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline, naming
-from modalprep.pipeline.system_loads import time_function
-from modalprep.pipeline.system_schema import PieceTable
+from modalprep.pipeline.system_loads import several, time_function
 from modalprep.pipeline.systems import in_theory, read_system
 from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
 
@@ -115,7 +114,7 @@ def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynami
 
 def _law(name: str, value: Any, folder: Path) -> TimeFunction | list[TimeFunction]:
     with naming(f"motion of joint {name!r}"):
-        if isinstance(value, list) and not (value and isinstance(value[0], PieceTable)):
+        if several(value):
             return [time_function("motion", each, folder) for each in value]
         return time_function("motion", value, folder)
 

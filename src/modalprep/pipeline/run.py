@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -78,15 +79,29 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
     body = outcome.built.body
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
-    for note in outcome.built.notes:
-        outcome.notes.append(note)
-        reporter.say(f"  note: {note}")
+    _tell(outcome.built.notes, outcome.notes, reporter)
     for name in pipeline.output.export:
         target = outcome.built.file.with_suffix(known_export(name).suffix)
         reporter.wrote(export_body(body, name, target))
     chart = outcome.folder / f"{path.stem}-effective-mass.png"
     effective_mass_plot(body.modes, chart)
     reporter.wrote(chart)
+
+
+def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
+    for note in said:
+        notes.append(note)
+        reporter.say(f"  note: {note}")
+
+
+def _not_drawn(error: RenderError, notes: list[str], reporter: Reporter) -> None:
+    notes.append(f"pictures not drawn: {error}")
+    reporter.say(f"  {notes[-1]}")
+
+
+def _count(wanted: str | int, modes: int) -> int:
+    """Return how many modes are to be drawn."""
+    return {"none": 0, "kept": modes}.get(wanted, wanted)
 
 
 def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
@@ -96,17 +111,13 @@ def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Out
     found = outcome.synthesized = synthesize_pipeline(path, output, reporter)
     shares = strain_shares(found.modes)
     synthesis_table(found.modes, shares, reporter.console, None if found.damping is None else found.damping.achieved)
-    for note in found.notes:
-        outcome.notes.append(note)
-        reporter.say(f"  note: {note}")
+    _tell(found.notes, outcome.notes, reporter)
     reporter.wrote(strain_plot(found.modes, shares, outcome.folder / f"{path.stem}-strain-energy.png"))
-    wanted = pipeline.output.pictures
-    count = {"none": 0, "kept": len(found.modes.frequency)}.get(wanted, wanted)
+    count = _count(pipeline.output.pictures, len(found.modes.frequency))
     try:
         pictures = draw_modes(found.modes, path.stem, outcome.folder, count)
     except RenderError as error:
-        outcome.notes.append(f"pictures not drawn: {error}")
-        reporter.say(f"  {outcome.notes[-1]}")
+        _not_drawn(error, outcome.notes, reporter)
     else:
         reporter.files += pictures
         reporter.say(f"  wrote {len(pictures)} mode pictures {path.stem}-system-mode-*.png")
@@ -170,28 +181,21 @@ def draw_body(
     -------
     The mesh picture, and the picture of each mode (counted from 1).
     """
-    from modalprep.report.render import drawing_problem, render_mesh, render_mode
+    from modalprep.report.render import render_mesh, render_mode
 
-    count = {"none": 0, "kept": body.n}.get(wanted, wanted)
-    problem = drawing_problem() if count else None
-    if problem or not count:
-        if problem:
-            notes.append(f"pictures not drawn: {problem}")
-            reporter.say(f"  {notes[-1]}")
+    count = _count(wanted, body.n)
+    if not count:
         return None, {}
-    pictures = {}
-    modes = range(1, min(int(count), body.n) + 1)
-    with reporter.progress("pictures", len(modes)) as done:
+    mesh_picture = folder / f"{stem}-mesh.png"
+    pictures = {mode: folder / f"{stem}-mode-{mode:02d}.png" for mode in range(1, min(count, body.n) + 1)}
+    with reporter.progress("pictures", len(pictures)) as done:
         try:
-            mesh_picture = folder / f"{stem}-mesh.png"
             render_mesh(body, mesh_picture)
-            for mode in modes:
-                pictures[mode] = folder / f"{stem}-mode-{mode:02d}.png"
-                render_mode(body, mode, pictures[mode])
+            for mode, picture in pictures.items():
+                render_mode(body, mode, picture)
                 done(mode)
         except RenderError as error:
-            notes.append(f"pictures not drawn: {error}")
-            reporter.say(f"  {notes[-1]}")
+            _not_drawn(error, notes, reporter)
             return None, {}
     reporter.files += [mesh_picture, *pictures.values()]
     reporter.say(f"  wrote {len(pictures)} mode pictures {stem}-mode-*.png")

@@ -11,12 +11,12 @@ from modalprep.body.levels import scaled
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
 from modalprep.multibody.depletion import Depletion, ExpelledGas, burn
-from modalprep.multibody.timefunction import FOREVER, TimeFunction
+from modalprep.multibody.timefunction import TimeFunction
 from modalprep.pipeline.build import read_rigid
 from modalprep.pipeline.depletion_schema import DepletionTable, JetTable, LevelTable
 from modalprep.pipeline.load import naming
 from modalprep.pipeline.schema import Pipeline
-from modalprep.pipeline.system_loads import time_function
+from modalprep.pipeline.system_loads import pieces, time_function
 from modalprep.pipeline.system_schema import BodyTable
 from modalprep.suggest import refuse_unknown
 
@@ -59,7 +59,7 @@ def _level(table: LevelTable, body: FlexibleBody, source: BodyTable | None, fold
 
 def _burnt(table: DepletionTable, full: float, empty: float) -> TimeFunction:
     if isinstance(table.rate, list):
-        return burn(full, empty, [(FOREVER if p.until is None else p.until, float(p.value)) for p in table.rate])
+        return burn(full, empty, pieces(table.rate))
     return burn(full, empty, table.rate)
 
 

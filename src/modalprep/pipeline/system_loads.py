@@ -54,8 +54,24 @@ def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | 
             t, values = (value.t, value.values) if value.file is None else _points(folder / value.file)
             return TimeFunction.table(t, values)
         if isinstance(value, list):
-            return TimeFunction([(FOREVER if p.until is None else p.until, p.value) for p in value])
+            return TimeFunction(pieces(value))
         return TimeFunction(value)
+
+
+def pieces(tables: list[PieceTable]) -> list[tuple[float, Any]]:
+    """Return pieces of a function of time as ``(until, value)``, the last without end.
+
+    Examples
+    --------
+    >>> pieces([PieceTable(value=1.0, until=2.0), PieceTable(value="t")])
+    [(2.0, 1.0), (inf, 't')]
+    """
+    return [(FOREVER if piece.until is None else piece.until, piece.value) for piece in tables]
+
+
+def several(value: Any) -> bool:
+    """Whether a key holds a value for each coordinate, not one in pieces."""
+    return isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
 
 
 def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployment:
@@ -132,8 +148,7 @@ def _list(key: str, value: Any, count: int) -> list:
     """Return one value for each of `count` coordinates; pieces of a function of time are one value."""
     if value is None or value == 0.0:
         return [value] * count
-    several = isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
-    values = value if several else [value]
+    values = value if several(value) else [value]
     if len(values) != count:
         raise InputError(f"{key} has {len(values)} value(s), but the joint has {count} coordinate(s) to take it")
     return values
