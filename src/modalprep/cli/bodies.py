@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from modalprep.cli.common import Json, ModalFile, Output, app, print_json
 from modalprep.formats.export import EXPORTS
 from modalprep.report import summary
+
+if TYPE_CHECKING:
+    from modalprep.body.checks import CheckReport
+    from modalprep.pipeline.console import Reporter
 
 
 @app.command()
@@ -27,12 +31,8 @@ def modes(
     reporter = Reporter(quiet=as_json)
     if file.suffix == ".toml":
         built = build_body(file, output_folder(file, output), reporter)
-        body, checks, notes, page = (
-            built.body,
-            built.checks,
-            list(built.notes),
-            built.file.with_suffix(".html"),
-        )
+        body, checks, notes = built.body, built.checks, list(built.notes)
+        page = built.file.with_suffix(".html")
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body
@@ -92,15 +92,9 @@ def check(
     """Physics checks of a modal file or of a pipeline's body; exit code 1 when one fails."""
     from modalprep.pipeline.check import check_file
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.check_tables import check_table
 
     reporter = Reporter(quiet=as_json)
-    report = check_file(file, reporter)
-    check_table(report, reporter.console)
-    if as_json:
-        print_json(report.summary())
-    if not report.passed:
-        raise typer.Exit(1)
+    _show(check_file(file, reporter), reporter, as_json)
 
 
 @app.command()
@@ -136,11 +130,16 @@ def diff(
     from modalprep.body.difference import compare_bodies
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.check_tables import check_table
 
-    reporter = Reporter(quiet=as_json)
     found = compare_bodies(read_body(first), read_body(second), tolerance)
     report = CheckReport(subject=f"{first} against {second}", checks=tuple(found))
+    _show(report, Reporter(quiet=as_json), as_json)
+
+
+def _show(report: CheckReport, reporter: Reporter, as_json: bool) -> None:
+    """Print a report of checks; exit code 1 when one failed."""
+    from modalprep.report.check_tables import check_table
+
     check_table(report, reporter.console)
     if as_json:
         print_json(report.summary())
