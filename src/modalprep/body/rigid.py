@@ -44,10 +44,7 @@ def rigid_body(
     E0 = np.trace(inertia) / 2 * np.eye(3) - np.asarray(inertia, dtype=float) + mass * np.outer(c, c)
     k = len(positions)
     moments = np.trace(E0) - np.diag(E0)
-    none = ModeTable(
-        kind=(), frequency=np.zeros(0), effective_mass=np.zeros((0, 6)),
-        total=np.concatenate([np.full(3, mass), moments]), kept=np.zeros(0, dtype=bool), reason=(),
-    )  # fmt: skip
+    none = ModeTable.empty(np.concatenate([np.full(3, mass), moments]))
     return FlexibleBody(
         name=name, m=float(mass), s0=mass * c, E0=E0,
         S=np.zeros((3, 0)), H=np.zeros((3, 3, 0)), P=np.zeros((3, 3, 0, 0)),

@@ -77,6 +77,12 @@ def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:
     return unit
 
 
+def rigid_totals(model: FEModel) -> np.ndarray:
+    """Return the body's mass (kg) and moments of inertia (kg m^2) about the root interface ``(6,)``."""
+    R = model.rigid_body()
+    return np.einsum("ij,ij->j", R, model.M @ R)
+
+
 def effective_mass(held: Clamped, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the effective masses ``(n, 6)`` of interior vectors ``Phi (n_i, n)`` and the body's totals ``(6,)``.
 

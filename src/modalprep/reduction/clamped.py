@@ -148,18 +148,11 @@ def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.nda
 
 def _moving(model: FEModel, dofs: np.ndarray, motion: np.ndarray) -> str:
     node, component = (int(v[0]) for v in np.nonzero(model.dof == dofs[np.argmax(motion)]))
-    what = (
-        "moves along x",
-        "moves along y",
-        "moves along z",
-        "turns about x",
-        "turns about y",
-        "turns about z",
-    )
+    what = f"{('moves along', 'turns about')[component // 3]} {'xyz'[component % 3]}"
     at = "an interface frame"
     if node < len(model.points):
         at = f"node {node + 1} near ({', '.join(f'{v:.4g}' for v in model.points[node] + model.origin)}) m"
     return (
-        f"the structure is a mechanism: with its fixed interfaces held, {at} still {what[component]} without strain; "
+        f"the structure is a mechanism: with its fixed interfaces held, {at} still {what} without strain; "
         "connect that part, or fix an interface with enough nodes"
     )

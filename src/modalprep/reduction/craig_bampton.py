@@ -9,7 +9,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.reduction.basis import Reduction, effective_mass, reduced, unit_loads
+from modalprep.reduction.basis import Reduction, effective_mass, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, interface_boundaries, more_modes, pseudo_resonances
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
@@ -29,9 +29,16 @@ def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) ->
     Reduction(guyan, 6 coordinates, 0.6073..133.2 Hz)
     """
     held = clamp(model, solver, algebra)
-    no_modes = np.zeros((len(held.i), 0))
-    table = _with_static_rows(_no_candidates(held), held, np.zeros(0), no_modes)
+    table = with_constraint_modes(ModeTable.empty(rigid_totals(model)), model)
     return reduced("guyan", held, held.constraint_shapes, table, ())
+
+
+def with_constraint_modes(table: ModeTable, model: FEModel) -> ModeTable:
+    """Return a table with a row for each constraint mode, those of the root left out."""
+    others = [frame.name for frame in model.interfaces if frame.boundary == "fixed"][1:]
+    return table.with_rows(
+        CONSTRAINT, [f"unit displacement {d} of interface {name}" for name in others for d in DIRECTIONS]
+    )
 
 
 def craig_bampton(
@@ -94,29 +101,19 @@ def craig_bampton(
         *interface_boundaries(model, truncation),
     )
     W = np.concatenate([held.constraint_shapes, held.expand(kept, X)], axis=1)
-    return reduced("craig_bampton", held, W, _with_static_rows(table, held, w2_t, X), notes)
+    answers, frequency = ["static answer of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
+    table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(held, X)[0])
+    return reduced("craig_bampton", held, W, table, notes)
 
 
 def _candidates(held: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray) -> ModeTable:
     """Judge the modes; the shares that need a solution are found when `keep` asks for them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
     mass, total = effective_mass(held, Phi)
-    table = ModeTable(
-        kind=(FIXED,) * len(w2),
-        frequency=frequency,
-        effective_mass=mass,
-        total=total,
-        kept=np.ones(len(w2), dtype=bool),
-        reason=("",) * len(w2),
-    )
+    table = ModeTable.empty(total).with_rows(FIXED, [""] * len(w2), frequency, mass)
     static = static_share(F, held.factor.solve(F), w2, Phi) if "static" in str(keep) else None
     kept, reason = select(keep, frequency, table.fraction, static, *interface_shares(fixed_coupling(held, Phi), w2))
     return table.with_(kept=kept, reason=reason)
-
-
-def _no_candidates(held: Clamped) -> ModeTable:
-    none = np.zeros((len(held.i), 0))
-    return _candidates(held, np.zeros(0), none, "all", none)
 
 
 def _interior_loads(held: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -154,18 +151,3 @@ def _named(F: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
         if name not in F:
             raise InputError(f"truncation_vectors: there is no load {name!r}; {suggestion(name, F, 'known are')}")
     return np.hstack([F["inertia"][:, :0], *(F[name] for name in dict.fromkeys(names))])
-
-
-def _with_static_rows(table: ModeTable, held: Clamped, w2_t: np.ndarray, X: np.ndarray) -> ModeTable:
-    """Append the constraint modes and truncation vectors to the table of candidates."""
-    others = [f.name for f in held.model.interfaces if f.boundary == "fixed"][1:]
-    constraint = [f"unit displacement {d} of interface {name}" for name in others for d in DIRECTIONS]
-    truncation = ["static answer of dropped modes"] * len(w2_t)
-    n_c, n_t = len(constraint), len(w2_t)
-    return table.with_(
-        kind=table.kind + (CONSTRAINT,) * n_c + (TRUNCATION,) * n_t,
-        frequency=np.concatenate([table.frequency, np.full(n_c, np.nan), np.sqrt(w2_t) / (2 * np.pi)]),
-        effective_mass=np.concatenate([table.effective_mass, np.full((n_c, 6), np.nan), effective_mass(held, X)[0]]),
-        kept=np.concatenate([table.kept, np.ones(n_c + n_t, dtype=bool)]),
-        reason=(*table.reason, *constraint, *truncation),
-    )

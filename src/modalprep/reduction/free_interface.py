@@ -7,12 +7,13 @@ import numpy as np
 from modalprep.errors import InputError, MechanismError
 from modalprep.fe.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.reduction.basis import Reduction, reduced, unit_loads
+from modalprep.reduction.basis import Reduction, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.reduction.craig_bampton import with_constraint_modes
 from modalprep.reduction.notes import completeness, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
-from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FREE, ModeTable
+from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body held at its root
 
@@ -66,7 +67,8 @@ def free_interface(
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
     W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid motion
-    return reduced("free_interface", held, W, _with_attachment(candidates, model), notes)
+    attached = [f"unit load {d} on interface {frame.name}" for frame in model.interfaces for d in DIRECTIONS]
+    return reduced("free_interface", held, W, candidates.with_rows(ATTACHMENT, attached), notes)
 
 
 def _elastic_modes(
@@ -99,27 +101,15 @@ def _relieved(held: Clamped, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _candidates(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static) -> ModeTable:
-    frequency, n, R = np.sqrt(w2) / (2 * np.pi), len(w2), model.rigid_body()
+    frequency, n = np.sqrt(w2) / (2 * np.pi), len(w2)
     kept, reason = select(keep, frequency, None, static, *interface_shares(free_coupling(model, Phi), w2))
     return ModeTable(
         kind=(FREE,) * n,
         frequency=frequency,
         effective_mass=np.zeros((n, 6)),
-        total=np.einsum("ij,ij->j", R, model.M @ R),
+        total=rigid_totals(model),
         kept=kept,
         reason=reason,
-    )
-
-
-def _with_attachment(table: ModeTable, model: FEModel) -> ModeTable:
-    attached = [f"unit load {d} on interface {f.name}" for f in model.interfaces for d in DIRECTIONS]
-    n = len(attached)
-    return table.with_(
-        kind=table.kind + (ATTACHMENT,) * n,
-        frequency=np.concatenate([table.frequency, np.full(n, np.nan)]),
-        effective_mass=np.concatenate([table.effective_mass, np.full((n, 6), np.nan)]),
-        kept=np.concatenate([table.kept, np.ones(n, dtype=bool)]),
-        reason=(*table.reason, *attached),
     )
 
 
@@ -144,15 +134,4 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     T = T[:, 6:]  # the root is locked
     reduced_K, reduced_M = T.T @ (held.K @ T), T.T @ (held.M @ T)
     T[held.i] += held.factor.solve((held.M @ T)[held.i] @ np.linalg.solve(reduced_M, reduced_K))
-    others = [f.name for f in model.interfaces if f.boundary == "fixed"][1:]
-    rows = [f"unit displacement {d} of interface {name}" for name in others for d in DIRECTIONS]
-    R = model.rigid_body()
-    table = ModeTable(
-        kind=(CONSTRAINT,) * len(rows),
-        frequency=np.full(len(rows), np.nan),
-        effective_mass=np.full((len(rows), 6), np.nan),
-        total=np.einsum("ij,ij->j", R, model.M @ R),
-        kept=np.ones(len(rows), dtype=bool),
-        reason=tuple(rows),
-    )
-    return reduced("irs", held, T, table, ())
+    return reduced("irs", held, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())

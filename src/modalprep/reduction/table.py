@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +41,8 @@ class ModeTable(Record):
     ...                   kept=np.array([True]), reason=("asked for",))
     >>> float(table.fraction[0].max())
     0.9
+    >>> table.with_rows("constraint", ["unit displacement x of interface tip"]).kept
+    array([ True,  True])
     """
 
     kind: tuple[str, ...]
@@ -48,6 +51,31 @@ class ModeTable(Record):
     total: np.ndarray
     kept: np.ndarray
     reason: tuple[str, ...]
+
+    @classmethod
+    def empty(cls, total: np.ndarray) -> ModeTable:
+        """Return a table without rows."""
+        none = np.zeros(0)
+        return cls(
+            kind=(), frequency=none, effective_mass=none.reshape(0, 6), total=total, kept=none.astype(bool), reason=()
+        )
+
+    def with_rows(
+        self,
+        kind: str,
+        reason: Sequence[str],
+        frequency: np.ndarray | float = np.nan,
+        effective_mass: np.ndarray | float = np.nan,
+    ) -> ModeTable:
+        """Return the table with further rows of one kind, a row for each reason, all kept."""
+        n = len(reason)
+        return self.with_(
+            kind=self.kind + (kind,) * n,
+            frequency=np.append(self.frequency, np.broadcast_to(frequency, n)),
+            effective_mass=np.concatenate([self.effective_mass, np.broadcast_to(effective_mass, (n, 6))]),
+            kept=np.append(self.kept, np.ones(n, dtype=bool)),
+            reason=(*self.reason, *reason),
+        )
 
     @property
     def fraction(self) -> np.ndarray:
