@@ -206,7 +206,7 @@ def test_ruthless_theory_of_a_modal_analysis(folder):
         (('"npz"', '"csv"'), ["[analysis.state_space", "'mat', 'npz' or 'h5'"]),
         (("lowest = 0.1", "lowest = 20"), ["[analysis.response]", "lowest = 20 Hz must be below highest = 10 Hz"]),
         (("lowest = 0.1, ", ""), ["[analysis.response.lowest]", "required"]),
-        (('hinge = "0.5', 'hing = "0.5'), ["no joint 'hing'", "did you mean 'hinge'?"]),
+        (('hinge = "0.5', 'hing = "0.5'), ["joint 'hing' does not exist", "did you mean 'hinge'?"]),
         (('"0.5*(1 - cos(2*t))"', '["t", "t"]'), ["needs 1 functions of time, not 2"]),
         (('"0.5*(1 - cos(2*t))"', '"x"'), ["motion of joint 'hinge'", "unknown name x"]),
         (("t_end = 1", "t_end = 0"), ["[analysis.inverse.t_end]", "greater than 0"]),

@@ -350,7 +350,7 @@ def test_closures_that_make_no_sense(values, message):
     ("factors", "message"),
     [
         ({}, "no factors"),
-        ({"z": 1.0}, "no joint 'z'"),
+        ({"z": 1.0}, "joint 'z' does not exist"),
         ({"a": 0.0}, "other than 0"),
         ({"a.2": 1.0}, "is no coordinate"),
     ],

@@ -17,7 +17,7 @@ from modalprep.multibody.dense_loads import dense_loads
 from modalprep.multibody.evaluate import GOOD, build_model, evaluate
 from modalprep.multibody.integrators import Integration
 from modalprep.multibody.joint import TRAVELS
-from modalprep.multibody.layout import SPEEDS, U, pack
+from modalprep.multibody.layout import pack
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.loads import AxialSpring
 from modalprep.multibody.observation import observe
@@ -110,8 +110,7 @@ def joint_channels(o):
             n = TRAVELS.get(joint.type, 0)
             found |= {f"{joint.name}.displacement": place[:n], f"{joint.name}.speed": rate[:n]}
             found |= {f"{joint.name}.angle": place[n:], f"{joint.name}.rate": rate[n:]}
-            links = o.packed.links_of(joint.name)
-            rows = [o.packed.tree.ints[i, U] + k for i in links for k in range(SPEEDS[o.packed.types[i]])]
+            rows = o.packed.speeds_of(joint.name)
             found[f"{joint.name}.drive"] = tau[rows] if joint.elements else np.zeros(0)
     return {name: value if len(value) > 1 else value[0] for name, value in found.items() if len(value)}
 

@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.loads import GROUND, locate
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown, suggestion
+from modalprep.suggest import refuse_unknown
 
 ClosureType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
@@ -208,8 +208,7 @@ def coordinate_of(text: str, counts: Mapping[str, int], what: str) -> tuple[str,
     ('wrist', 1)
     """
     joint, _, number = text.partition(".")
-    if joint not in counts:
-        raise InputError(f"{what}: no joint {joint!r}; {suggestion(joint, counts, 'known are')}")
+    refuse_unknown(joint, counts, f"{what}: joint")
     count = counts[joint]
     if not number and count == 1:
         return joint, 0

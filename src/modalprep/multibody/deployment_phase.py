@@ -13,22 +13,7 @@ from modalprep.multibody.deployment import IN, OUT, Change, Deployment, Stage
 from modalprep.multibody.evaluate import Model, build_model, load
 from modalprep.multibody.events import Event
 from modalprep.multibody.integrators import Integration
-from modalprep.multibody.layout import (
-    COORDINATES,
-    MASS,
-    MODES,
-    PRESCRIBED,
-    PRISMATIC,
-    SPEEDS,
-    SPHERICAL,
-    UQ,
-    WELD,
-    XQ,
-    Packed,
-    U,
-    X,
-    pack,
-)
+from modalprep.multibody.layout import MASS, MODES, PRESCRIBED, PRISMATIC, SPHERICAL, UQ, WELD, XQ, Packed, U, X, pack
 from modalprep.multibody.loading import Loading
 from modalprep.multibody.observation import energy
 from modalprep.multibody.packed_reels import pack_reels
@@ -105,11 +90,8 @@ class Phase:
         return next(name for name, method in METHODS.items() if method == self.integration.choice.method)
 
     def rows(self, name: str) -> tuple[list[int], list[int]]:
-        """Return the places in y of coordinates and speeds of a joint of one hinge."""
-        i = self.packed.links_of(name)[0]
-        kind, row = self.packed.types[i], self.packed.tree.ints[i]
-        first = self.packed.nx + row[U]
-        return list(range(row[X], row[X] + COORDINATES[kind])), list(range(first, first + SPEEDS[kind]))
+        """Return the places in y of coordinates and speeds of a joint."""
+        return self.packed.coordinates_of(name), [self.packed.nx + u for u in self.packed.speeds_of(name)]
 
     def hinge(self, name: str) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates and speeds of a joint of one hinge."""

@@ -11,13 +11,13 @@ from scipy.integrate import solve_ivp
 
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.differences import jacobian
-from modalprep.multibody.layout import COORDINATES, FREE, SPEEDS, SPHERICAL, XQ, Packed, U, pack
+from modalprep.multibody.layout import COORDINATES, FREE, SPHERICAL, XQ, Packed, pack
 from modalprep.multibody.loops_driven import drive_loops
 from modalprep.multibody.plant import Plant
 from modalprep.multibody.system import System
 from modalprep.multibody.timefunction import TimeFunction
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 MOST = 30  # Newton steps of a quasi-static instant
 CONVERGED = 1e-11  # of those, in scales of the coordinates
@@ -126,7 +126,7 @@ def inverse_dynamics(
     states = guided.follow(times, rtol) if modes == "dynamic" else guided.settle(times)
     answers = [guided.answer(t, y, dynamic=modes == "dynamic") for t, y in zip(times, states, strict=True)]
     udot, force = (np.array(rows) for rows in zip(*answers, strict=True))
-    forces = {name: force[:, guided.speeds(name)] for name in motion}
+    forces = {name: force[:, guided.plant.packed.speeds_of(name)] for name in motion}
     return _result(system, times, states, udot, forces)
 
 
@@ -136,7 +136,8 @@ def _looped(system: System, motion: Mapping[str, Any], times: np.ndarray, modes:
             f"inverse dynamics: {system.closures[0].name!r} closes a loop; quasi-static modes are for trees, use "
             "dynamic ones"
         )
-    laws = {name: _laws(pack(system), name, functions) for name, functions in motion.items()}
+    packed = pack(system)
+    laws = {name: _laws(packed, name, functions) for name, functions in motion.items()}
     return _result(system, times, *drive_loops(system, laws, times, rtol))
 
 
@@ -153,8 +154,7 @@ def _result(
 def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:
     """Return a function of time for each coordinate of a joint."""
     known = list(dict.fromkeys(link.joint.name for link in packed.links))
-    if name not in known:
-        raise InputError(f"inverse dynamics: no joint {name!r}; {suggestion(name, known, 'known are')}")
+    refuse_unknown(name, known, "inverse dynamics: joint")
     kinds = packed.types[packed.links_of(name)]
     count = sum(COORDINATES[kind] for kind in kinds)
     if not count or np.isin(kinds, (SPHERICAL, FREE)).any():
@@ -177,17 +177,12 @@ class _Guided:
         self.plant = _tree(system, float(times[-1]))
         self.start = self.plant.start
         self.laws: list[tuple[int, int, TimeFunction]] = []
+        packed = self.plant.packed
         for name, functions in motion.items():
-            laws = _laws(self.plant.packed, name, functions)
-            self.laws += zip(self.plant.coordinates("joint", name), self.speeds(name), laws, strict=True)
+            laws = _laws(packed, name, functions)
+            self.laws += zip(packed.coordinates_of(name), packed.speeds_of(name), laws, strict=True)
         self.given = np.array([u for _, u, _ in self.laws], dtype=int)
         self.left = np.setdiff1d(np.arange(self.plant.nu), self.given)
-
-    def speeds(self, name: str) -> list[int]:
-        """Rows of a joint's speeds."""
-        packed = self.plant.packed
-        links = packed.links_of(name)
-        return [int(packed.tree.ints[i, U]) + k for i in links for k in range(SPEEDS[packed.types[i]])]
 
     def guide(self, t: float, y: np.ndarray) -> np.ndarray:
         """Write the histories into state y at time t; returns the accelerations (nu,) with zeros for the rest."""

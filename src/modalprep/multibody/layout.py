@@ -136,6 +136,16 @@ class Packed:
         """Return the links of a joint, inboard first."""
         return [i for i, link in enumerate(self.links) if link.joint.name == joint]
 
+    def coordinates_of(self, joint: str) -> list[int]:
+        """Return the places of a joint's coordinates in the state."""
+        ints, types = self.tree.ints, self.types
+        return [int(ints[i, X]) + k for i in self.links_of(joint) for k in range(COORDINATES[types[i]])]
+
+    def speeds_of(self, joint: str) -> list[int]:
+        """Return the numbers of a joint's speeds, the first of all is 0."""
+        ints, types = self.tree.ints, self.types
+        return [int(ints[i, U]) + k for i in self.links_of(joint) for k in range(SPEEDS[types[i]])]
+
     def align(self, link: int) -> np.ndarray:
         """Return the rotation from a link's frame to its body's frame (3, 3)."""
         return self.tree.fixed[link, ALIGN : ALIGN + 9].reshape(3, 3)

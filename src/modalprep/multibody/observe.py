@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.multibody import kernel
-from modalprep.multibody.layout import FREE, GROUND_RATE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, U, X
+from modalprep.multibody.layout import FREE, GROUND_RATE, PRISMATIC, REVOLUTE, SPHERICAL, U, X
 from modalprep.multibody.loads import locate
 from modalprep.multibody.plant import Plant
 from modalprep.suggest import suggestion
@@ -94,8 +94,7 @@ def _interface(plant: Plant, text: str, name: str) -> tuple[int, int]:
 
 
 def _speed(plant: Plant, joint: str, number: str, name: str) -> int:
-    links = plant.packed.links_of(joint)
-    rows = [int(plant.packed.tree.ints[i, U]) + k for i in links for k in range(SPEEDS[plant.packed.types[i]])]
+    rows = plant.packed.speeds_of(joint)
     if not number and len(rows) == 1:
         return rows[0]
     if not number.isdigit() or not 1 <= int(number) <= len(rows):

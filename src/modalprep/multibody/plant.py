@@ -9,7 +9,6 @@ from modalprep.errors import SimulationError
 from modalprep.multibody import kernel
 from modalprep.multibody.constraints import UNIT, retract
 from modalprep.multibody.layout import (
-    COORDINATES,
     FREE,
     PRISMATIC,
     REVOLUTE,
@@ -142,12 +141,10 @@ class Plant:
 
     def coordinates(self, kind: str, name: str) -> list[int]:
         """Return the places in y of the coordinates of a joint or a body's modes."""
-        ints = self.packed.tree.ints
         if kind == "body":
-            first, n = ints[self.packed.link_of(name), XQ], self.system.bodies[name].n
+            first, n = self.packed.tree.ints[self.packed.link_of(name), XQ], self.system.bodies[name].n
             return list(range(first, first + n))
-        links = self.packed.links_of(name)
-        return [int(ints[i, X]) + k for i in links for k in range(COORDINATES[self.packed.types[i]])]
+        return self.packed.coordinates_of(name)
 
     def load(self, y: np.ndarray, *, moving: bool = True) -> None:
         """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""

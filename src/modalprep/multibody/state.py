@@ -11,7 +11,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.layout import COORDINATES, MODES, PRESCRIBED, SPEEDS, XQ, Packed, U, X
 from modalprep.multibody.loads import Callback, locate
 from modalprep.multibody.system import System
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 
 class Frame(NamedTuple):
@@ -70,8 +70,7 @@ class State:
     def joint(self, name: str) -> JointState:
         """Return coordinates and speeds of a joint."""
         known = [joint.name for joint in self.system.joints]
-        if name not in known:
-            raise InputError(f"state: no joint {name!r}; {suggestion(name, known, 'known are')}")
+        refuse_unknown(name, known, "state: joint")
         position, rate = [], []
         for i in self.packed.links_of(name):
             row, kind = self.packed.tree.ints[i], self.packed.types[i]
@@ -101,7 +100,7 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
                 if not np.all(np.isfinite(values)):
                     raise InputError(f"{what} is not finite at t = {t:g} s")
                 if where in [joint.name for joint in system.joints]:
-                    rows = _speeds(packed, where)
+                    rows = packed.speeds_of(where)
                     tau[rows] += _sized(values, len(rows), what)
                 else:
                     wrenches.append(_wrench(system, where, values, what))
@@ -116,11 +115,6 @@ def _called(load: Callback, t: float, state: State) -> Mapping[str, Any]:
             "'body.interface' or joint"
         )
     return found
-
-
-def _speeds(packed: Packed, joint: str) -> list[int]:
-    rows = [(packed.tree.ints[i, U], SPEEDS[packed.types[i]]) for i in packed.links_of(joint)]
-    return [int(first) + k for first, count in rows for k in range(count)]
 
 
 def _sized(values: np.ndarray, count: int, what: str) -> np.ndarray:
