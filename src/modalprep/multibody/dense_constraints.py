@@ -9,8 +9,9 @@ import numpy as np
 from scipy.linalg import qr
 
 from modalprep.multibody.constraints import ANGLE, COUPLER, END_A, IN_A, IN_B, KIND, MOST_RUBS, POINT, SLIP, VALUE
-from modalprep.multibody.dense import BodyState, body_states, ground_spin, mass_and_force, node_motion
+from modalprep.multibody.dense import BodyState, body_states, ground_spin, mass_and_force
 from modalprep.multibody.dense_loads import dense_loads
+from modalprep.multibody.dense_points import interface_point
 from modalprep.multibody.layout import Packed, pack
 from modalprep.multibody.packed_constraints import Closing
 from modalprep.multibody.system import System
@@ -96,13 +97,9 @@ def _end(s: BodyState | None, node: int, ground: np.ndarray, system: System, nu:
         none, w, p = np.zeros((3, nu)), ground_spin(system), ground[:3]
         origin = _Vector(p, np.cross(w, p), none, np.cross(w, np.cross(w, p)) - system.gravity)
         return _End(origin, ground[3:].reshape(3, 3), w, none, np.zeros(3))
-    r, turn, Phi, vel, acc = node_motion(s.body, node, s.V[3:], s.q, s.qd)
-    shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
-    J = shift @ s.J
-    J[:, s.rows] += Phi
-    world = np.kron(np.eye(2), s.R)
-    V, J, c = world @ (shift @ s.V + vel), world @ J, world @ (shift @ s.c + acc)
-    return _End(_Vector(s.p + s.R @ r, V[:3], J[:3], c[:3]), s.R @ turn, V[3:], J[3:], c[3:])
+    frame, J, c = interface_point(s, node)
+    origin = _Vector(frame.position, frame.velocity, J[:3], c[:3])
+    return _End(origin, frame.rotation, frame.spin, J[3:], c[3:])
 
 
 def _row(kind: int, constants: np.ndarray, a: _End, b: _End) -> tuple:
@@ -169,8 +166,7 @@ def _saddle(M: np.ndarray, f: np.ndarray, G: np.ndarray, bias: np.ndarray) -> tu
 def _friction(closing: Closing, i: int, rate: np.ndarray, multiplier: np.ndarray) -> float:
     """Coulomb friction in row i by the other rows of its closure."""
     closure = closing.rows[i].closure
-    slide = closing.sliding(closure)
-    normal = [k for k in closing.of(closure) if k not in slide]
+    slide, normal = closing.sliding(closure), closing.normal(closure)
     speed, (mu, sliding, _) = np.linalg.norm(rate[slide]), closing.rows[i].in_b
     return -mu * np.linalg.norm(multiplier[normal]) * np.tanh(speed / sliding) * rate[i] / max(speed, 1e-300)
 

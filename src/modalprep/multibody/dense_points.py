@@ -15,10 +15,11 @@ from modalprep.vectors import skew
 
 
 class Point(NamedTuple):
-    """Motion of an interface or of the ground: its frame, and its partial velocities J (6, nu), inertial axes."""
+    """Motion of an interface or of the ground, inertial axes: its frame, its acceleration ``J u' + c`` (6,)."""
 
     frame: Frame
     J: np.ndarray
+    c: np.ndarray
 
 
 class DenseLoads(NamedTuple):
@@ -43,13 +44,13 @@ def value_at(function: TimeFunction | None, t: float) -> float:
 
 def interface_point(s: BodyState, k: int) -> Point:
     """Return interface k of a body."""
-    r, turn, Phi, vel, _ = node_motion(s.body, k, s.V[3:], s.q, s.qd)
+    r, turn, Phi, vel, acc = node_motion(s.body, k, s.V[3:], s.q, s.qd)
     shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
     J = shift @ s.J
     J[:, s.rows] += Phi
     world = np.kron(np.eye(2), s.R)
     V = world @ (shift @ s.V + vel)
-    return Point(Frame(s.p + s.R @ r, s.R @ turn, V[:3], V[3:]), world @ J)
+    return Point(Frame(s.p + s.R @ r, s.R @ turn, V[:3], V[3:]), world @ J, world @ (shift @ s.c + acc))
 
 
 def end_point(system: System, states: dict[str, BodyState], text: str, load) -> Point:
@@ -59,7 +60,7 @@ def end_point(system: System, states: dict[str, BodyState], text: str, load) -> 
         return interface_point(states[found[0]], found[1])
     nu = next(iter(states.values())).J.shape[1]
     rotation = load.rotation if isinstance(load, Bushing) else np.eye(3)
-    return Point(Frame(load.position, rotation, np.zeros(3), np.zeros(3)), np.zeros((6, nu)))
+    return Point(Frame(load.position, rotation, np.zeros(3), np.zeros(3)), np.zeros((6, nu)), np.zeros(6))
 
 
 def wrench_at(point: Point, force: np.ndarray, torque: np.ndarray) -> DenseLoads:

@@ -13,8 +13,8 @@ from modalprep.multibody import kernel
 from modalprep.multibody.evaluate import Model, evaluate
 from modalprep.multibody.expressions import CHANNEL, channel_expression
 from modalprep.multibody.layout import Packed
-from modalprep.multibody.loading import Loading
-from modalprep.multibody.state import Frame, State
+from modalprep.multibody.loading import Loading, frames
+from modalprep.multibody.state import State
 from modalprep.multibody.system import System
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
@@ -96,11 +96,7 @@ def event_function(
         When the expression cannot be read or names no channel.
     """
     forces = not callable(event.when) and any(name.endswith(".multiplier") for name in CHANNEL.findall(event.when))
-    ydot = np.zeros(packed.nx + packed.nu + 1)
-
-    def frame(body: str, k: int) -> Frame:
-        found = kernel.node_state(model.tree, model.flex, model.W, model.F, packed.link_of(body), k)
-        return Frame(*(np.reshape(part, (3, 3) if len(part) == 9 else 3) for part in found))
+    ydot, frame = np.zeros(packed.nx + packed.nu + 1), frames(packed, model.W, model.F)
 
     def state(t: float) -> State:
         motion = loading.prescribe(t)

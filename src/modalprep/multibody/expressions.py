@@ -97,7 +97,7 @@ def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[S
 
 
 def _closure_reader(loops: Loops, number: int, part: str, what: str) -> Callable[[State], float] | None:
-    rows = [i for i in loops.closing.of(number) if i not in loops.closing.sliding(number)]
+    rows = loops.closing.normal(number)
     if part not in ("gap", "multiplier"):
         return None
     if len(rows) != 1:

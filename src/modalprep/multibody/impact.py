@@ -144,9 +144,7 @@ def strike(
 
 
 def _contact(loops: Loops, k: int) -> Contact:
-    slide = loops.closing.sliding(k)
-    normal = [i for i in loops.closing.of(k) if i not in slide]
-    return Contact(normal, slide, loops.system.closures[k].friction)
+    return Contact(loops.closing.normal(k), loops.closing.sliding(k), loops.system.closures[k].friction)
 
 
 def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,16 @@ from modalprep.multibody.reels import Reels
 from modalprep.multibody.state import Frame, State, callback_loads
 from modalprep.multibody.system import System
 from modalprep.multibody.variable_mass import refresh
+
+
+def frames(packed: Packed, W: np.ndarray, F: Scratch | None) -> Callable[[str, int], Frame]:
+    """Return ``(body, k) -> Frame``: the motion of interface k after `kernel.world`."""
+
+    def frame(body: str, k: int) -> Frame:
+        found = kernel.node_state(packed.tree, packed.flex, W, F, packed.link_of(body), k)
+        return Frame(*(np.reshape(part, (3, 3) if len(part) == 9 else 3) for part in found))
+
+    return frame
 
 
 class Loading:
@@ -96,12 +107,7 @@ class Loading:
 
     def call(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, t: float) -> float:
         """Add the loads of callbacks to W, F and `tau`, after `forces.apply`; returns their power (W)."""
-        tree, flex = self.packed.tree, self.packed.flex
-
-        def frame(body: str, k: int) -> Frame:
-            found = kernel.node_state(tree, flex, W, F, self.packed.link_of(body), k)
-            return Frame(*(np.reshape(part, (3, 3) if len(part) == 9 else 3) for part in found))
-
+        tree, flex, frame = self.packed.tree, self.packed.flex, frames(self.packed, W, F)
         state = State(self.system, self.packed, y, self.motion, frame)
         wrenches, tau = callback_loads(self.system, self.packed, t, state)
         self.tau += tau

@@ -63,6 +63,10 @@ class Closing:
         """Return the rows of a closure that only rub."""
         return [i for i in self.of(closure) if self.rows[i].kind == SLIP]
 
+    def normal(self, closure: int) -> list[int]:
+        """Return its other rows, those that hold."""
+        return [i for i in self.of(closure) if self.rows[i].kind != SLIP]
+
     def activate(self, closure: int, active: bool) -> None:
         """Let a closure hold, or let it go: then its rows are measured, but push nothing and count as closed."""
         rows = self.of(closure)
