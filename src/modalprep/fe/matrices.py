@@ -19,8 +19,7 @@ from modalprep.fe.matrix_entries import cloud
 from modalprep.fe.matrix_mass import linear_vectors, mass_tensor, rigid_inertia
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel, rigid_motions
-from modalprep.fe.read import LENGTH_UNITS, MASS_UNITS
-from modalprep.suggest import suggestion
+from modalprep.fe.read import LENGTH_UNITS, MASS_UNITS, refuse_units
 
 DRAWN = 20_000  # couplings of the stiffness that are drawn as lines, at most
 NO_STIFFENING = (
@@ -151,9 +150,7 @@ class Supplied:
 
 def unit_factors(length_unit: str, mass_unit: str | None) -> tuple[float, float]:
     """Return m and kg per unit; matrices in metres are taken to be in kg, N, s."""
-    for name, unit, known in (("length_unit", length_unit, LENGTH_UNITS), ("mass_unit", mass_unit, MASS_UNITS)):
-        if unit is not None and unit not in known:
-            raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
+    refuse_units(length_unit, mass_unit)
     if mass_unit is None and length_unit != "m":
         raise InputError(
             f"the matrices are in {length_unit} and seconds: say in which mass_unit ({', '.join(MASS_UNITS)}; "

@@ -40,8 +40,7 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     (.inp) come nodes, elements and sets. Of the formats that meshio reads (.msh 4.1 is best, .vtu, ...) come points,
     cells and groups: the file's cell sets and node sets, its ``gmsh:physical`` numbers with their names, or integer
     cell arrays of a .vtu file (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two
-    groups, is kept once in
-    both groups.
+    groups, is kept once in both groups.
 
     Raises
     ------
@@ -55,9 +54,7 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     modalprep.errors.InputError: mesh file no.msh does not exist; give a path relative to the pipeline file
     """
     path = Path(path)
-    for name, unit, known in (("length_unit", length_unit, LENGTH_UNITS), ("mass_unit", mass_unit, MASS_UNITS)):
-        if unit is not None and unit not in known:
-            raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
+    refuse_units(length_unit, mass_unit)
     if not path.is_file():
         raise InputError(f"mesh file {path} does not exist; give a path relative to the pipeline file")
     if path.suffix.lower() in NASTRAN:
@@ -74,7 +71,7 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     _add_node_sets(raw, cells, groups)
     if path.suffix.lower() in VTK and "wedge" in cells:
         cells["wedge"] = _upright(cells["wedge"], points)
-    mesh = Mesh(
+    return Mesh(
         points=points * LENGTH_UNITS[length_unit],
         cells=cells,
         groups=groups,
@@ -82,7 +79,13 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
         sha256=hashlib.sha256(content).hexdigest(),
         scale=LENGTH_UNITS[length_unit],
     )
-    return mesh
+
+
+def refuse_units(length_unit: str, mass_unit: str | None) -> None:
+    """Refuse units that are not known."""
+    for name, unit, known in (("length_unit", length_unit, LENGTH_UNITS), ("mass_unit", mass_unit, MASS_UNITS)):
+        if unit is not None and unit not in known:
+            raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
 
 
 def mesh_digest(path: Path) -> str:

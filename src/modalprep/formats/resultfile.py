@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.result import Result
@@ -65,13 +65,8 @@ def _histories(data: h5py.Dataset, count: int) -> np.ndarray:
 
 def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) -> Path:
     """Write time and the named channels (all when none is named) as columns; a vector takes one per component."""
-    path = Path(path)
     columns = {"time": result.time} | result.table(channels)
-    with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        writer.writerows(zip(*(np.char.mod("%.10g", c) for c in columns.values()), strict=True))
-    return path
+    return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
 
 
 def read_csv(path: str | Path) -> Result:

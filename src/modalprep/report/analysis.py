@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_table
 from modalprep.multibody.modes import SystemModes
 from modalprep.multibody.state_space import StateSpace
 from modalprep.report import plots
@@ -85,14 +84,10 @@ def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path
 
 def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
     """Write real and imaginary part of every response over frequency (Hz) as columns of a CSV file."""
-    path, columns = Path(path), {"frequency": frequency}
+    columns = {"frequency": frequency}
     for label, values in _pairs(linear, H):
         columns |= {f"{label} re": values.real, f"{label} im": values.imag}
-    with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        writer.writerows(zip(*(np.char.mod("%.10g", c) for c in columns.values()), strict=True))
-    return path
+    return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
 
 
 def sweep_plot(
@@ -135,13 +130,9 @@ def sweep_plot(
 
 def write_sweep(sweep: Mapping[float, SystemModes], count: int, path: str | Path) -> Path:
     """Write the eigenvalues (1/s) of the lowest `count` modes that vibrate or grow, a row for each time."""
-    path, rows = Path(path), {t: _vibrations(modes, count) for t, modes in sweep.items()}
-    with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["t", *(f"mode {k + 1} {part}" for k in range(count) for part in ("re", "im"))])
-        for t, values in rows.items():
-            writer.writerow([f"{number:.10g}" for number in (t, *(x for z in values for x in (z.real, z.imag)))])
-    return path
+    header = ["t", *(f"mode {k + 1} {part}" for k in range(count) for part in ("re", "im"))]
+    rows = [(t, *(x for z in _vibrations(modes, count) for x in (z.real, z.imag))) for t, modes in sweep.items()]
+    return write_table(header, rows, path)
 
 
 def _vibrations(modes: SystemModes, count: int) -> list[complex]:
