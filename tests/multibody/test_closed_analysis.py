@@ -4,8 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from multibody.closed_trees import closed_tree
 from multibody.mechanisms import link, slider_crank
-from multibody.test_constraints import closed_tree
 from multibody.trees import random_body
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation

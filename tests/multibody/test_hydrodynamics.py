@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from multibody.test_forces import order_n
+from multibody.loaded_trees import order_n
 from multibody.trees import random_state, random_tree
 
 import modalprep as mp

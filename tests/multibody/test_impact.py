@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from multibody.test_constraints import TYPES, Evaluation, random_closures
+from multibody.closed_trees import TYPES, Evaluation, random_closures
 from multibody.trees import random_body, random_state, random_tree
 
 import modalprep as mp

@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from multibody.trees import KINDS, order_n, random_body, random_state, random_tree
+from multibody.trees import KINDS, ROOTS, order_n, random_body, random_state, random_tree
 
 import modalprep as mp
 from modalprep.multibody import kernel
 from modalprep.multibody.dense import body_states, dense_accelerations, energy_and_momentum, mass_and_force, node_motion
 from modalprep.multibody.layout import MODES, PRESCRIBED_REVOLUTE, UQ, U, pack, workspace
 from modalprep.vectors import skew
-
-ROOTS = (*KINDS, "prescribed", "sliding")
 
 
 class Evaluation:

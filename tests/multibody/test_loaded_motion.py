@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from multibody.test_forces import loaded_tree
+from multibody.loaded_trees import loaded_tree
 from multibody.trees import random_body
 from scipy.integrate import quad
 from scipy.optimize import brentq

@@ -2,10 +2,9 @@
 
 import numpy as np
 import pytest
-from multibody.test_constraints import closed_tree
-from multibody.test_forces import loaded_tree
-from multibody.test_kernel import ROOTS
-from multibody.trees import random_state, random_tree
+from multibody.closed_trees import closed_tree
+from multibody.loaded_trees import loaded_tree
+from multibody.trees import ROOTS, random_state, random_tree
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp

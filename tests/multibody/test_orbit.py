@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from multibody.test_constraints import closed_tree
-from multibody.test_forces import loaded_tree
-from multibody.test_forces import order_n as loaded_order_n
+from multibody.closed_trees import closed_tree
+from multibody.loaded_trees import loaded_tree
+from multibody.loaded_trees import order_n as loaded_order_n
 from multibody.trees import order_n, random_state, random_tree
 
 import modalprep as mp

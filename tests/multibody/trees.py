@@ -54,6 +54,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
 
 
 KINDS = ("weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free")
+ROOTS = (*KINDS, "prescribed", "sliding")
 
 
 def random_tree(seed, *, root="free", prescribed=True, gravity=True, damping=True, geometric=True, most=6):

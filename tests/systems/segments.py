@@ -10,6 +10,7 @@ from systems.shipped import PIPELINES
 from modalprep.multibody.dense import body_states
 from modalprep.multibody.equilibrium import static_equilibrium
 from modalprep.multibody.layout import pack
+from modalprep.multibody.linearise import linearise
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.load import load_pipeline
 from modalprep.pipeline.systems import read_system
@@ -47,3 +48,24 @@ def order(errors):
     """Order of convergence from errors at n, 2 n, ... segments."""
     errors = np.abs(np.asarray(errors, dtype=float))
     return np.log2(errors[:-1] / errors[1:])
+
+
+CANTILEVER = """
+[beams.arm]
+length = 1.0
+segments = {n}
+mass_per_length = 1.0
+EI = {EI}
+{more}
+[simulation]
+t_end = 1.0
+"""
+
+
+def cantilever(folder, n, EI="1.0", more=""):
+    return system_of(CANTILEVER.format(n=n, EI=EI, more=more), folder)
+
+
+def frequencies(system):
+    """Of the undamped motion about the start, rad/s, ascending; each pair once."""
+    return np.sort(np.abs(np.linalg.eigvals(linearise(system).A)))[::2]

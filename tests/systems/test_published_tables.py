@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh
+from systems.segments import cantilever, frequencies
 from systems.shipped import shipped
-from systems.test_segmented_beams import cantilever, frequencies
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body

@@ -3,32 +3,10 @@
 import numpy as np
 import pytest
 from systems.exact_beams import exudyn_ends
-from systems.segments import PIPELINES, order, rest, system_of, with_segments
+from systems.segments import CANTILEVER, PIPELINES, cantilever, frequencies, order, rest, system_of, with_segments
 
 import modalprep as mp
 from modalprep.multibody.equilibrium import static_equilibrium
-from modalprep.multibody.linearise import linearise
-
-CANTILEVER = """
-[beams.arm]
-length = 1.0
-segments = {n}
-mass_per_length = 1.0
-EI = {EI}
-{more}
-[simulation]
-t_end = 1.0
-"""
-
-
-def cantilever(folder, n, EI="1.0", more=""):
-    return system_of(CANTILEVER.format(n=n, EI=EI, more=more), folder)
-
-
-def frequencies(system):
-    """Of the undamped motion about the start, rad/s, ascending; each pair once."""
-    return np.sort(np.abs(np.linalg.eigvals(linearise(system).A)))[::2]
-
 
 RODS = {  # n: first three omega L^2 sqrt(rA/EI) of a chain of n rods, clamp 2 EI/l; own code, all digits
     5: [3.452659, 20.733524, 55.952908],

@@ -1,0 +1,85 @@
+"""Random trees under every kind of load, and their accelerations by the kernel."""
+
+import numpy as np
+from multibody.trees import random_tree
+from scipy.spatial.transform import Rotation
+
+import modalprep as mp
+from modalprep.multibody import kernel
+from modalprep.multibody.joint import SPEEDS
+from modalprep.multibody.layout import pack, workspace
+from modalprep.multibody.loading import Loading
+
+WAVE = mp.TimeFunction([(0.4, "2 + sin(3*t)"), (float("inf"), "t")])
+
+
+def element(rng, by_place):
+    """Everything a hinge can have; its limits are narrow, so that random states are beyond them."""
+    place = dict(stiffness=rng.uniform(), rest=rng.normal(), lower=-0.05, upper=0.05, limit_stiffness=5.0,
+                 limit_damping=0.7) if by_place else {}  # fmt: skip
+    return mp.HingeElement(damping=rng.uniform(), friction=rng.uniform(), sliding=0.3, drive=WAVE, **place)
+
+
+def braked(joint, rng):
+    if joint.motion is not None or joint.type == "weld":
+        return joint
+    by_place = joint.type not in ("spherical", "free")
+    return joint.with_(elements=tuple(element(rng, by_place) for _ in range(SPEEDS[joint.type])))
+
+
+def every_load(system, rng):
+    """Each kind of load between random ends, the ground included."""
+    names = list(system.bodies)
+    one, two, three = (f"{rng.choice(names)}.{k}" for k in ("a", "b", "root"))
+    turn = Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix
+    six = dict(stiffness=rng.uniform(0, 2, 6), damping=rng.uniform(0, 1, 6))
+    points = system.bodies["b0"].points.shape
+    ground = dict(position=rng.normal(size=3), rotation=turn())
+    rest = dict(rest_position=rng.normal(size=3), rest_rotation=turn())
+    forces = [
+        mp.PointForce(name=axes, at=at, force=("sin(t)", WAVE, 0), torque=(0, "t", 2), axes=axes)
+        for axes, at in (("inertial", one), ("body", two))
+    ]
+    spread = [
+        mp.DistributedForce(name=axes, body="b0", force=rng.normal(size=points), factor=WAVE, axes=axes)
+        for axes in ("inertial", "body")
+    ]
+    springs = [
+        mp.AxialSpring(name="s1", between=(one, two), stiffness=2.0, damping=0.3, length=0.5, pull=WAVE),
+        mp.AxialSpring(name="s2", between=("ground", three), stiffness=1.0, position=rng.normal(size=3)),
+        mp.AxialSpring(name="slack", between=(two, three), stiffness=1.0, damping=0.4, length=9.0, tension_only=True),
+        mp.AxialSpring(name="taut", between=(one, "ground"), stiffness=1.0, damping=0.4, length=0.1, tension_only=True),
+        mp.AxialSpring(name="s3", between=(one, "ground"), damping=1.0, position=rng.normal(size=3)),
+    ]
+    bushings = [
+        mp.Bushing(name="k1", between=(one, three) if one != three else (one, two), **six, **rest),
+        mp.Bushing(name="k2", between=("ground", two), **six, **rest, **ground),
+        mp.Bushing(name="k3", between=(three, "ground"), **six, **rest, **ground),
+    ]
+    planet = mp.CentralGravity(mu=40.0, centre=np.array([9.0, -4.0, 6.0]))
+    pulled = names[-1] + ".b"
+    control = mp.Callback(
+        name="control",
+        function=lambda t, state: {pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].spin)},
+    )
+    return (*forces, *spread, *springs, *bushings, planet, control)
+
+
+def loaded_tree(seed):
+    rng = np.random.default_rng(seed + 1000)
+    system = random_tree(seed, root=["free", "revolute", "weld", "prescribed"][seed % 4])
+    joints = tuple(braked(joint, rng) for joint in system.joints)
+    return system.with_(joints=joints, loads=every_load(system, rng))
+
+
+def order_n(system, y, t):
+    """Accelerations and energies by the kernel."""
+    packed = pack(system)
+    W, F = workspace(packed.tree, packed.flex)
+    loading = Loading(system, packed, 1.0)
+    kernel.outward(packed.tree, packed.flex, W, F, y, loading.prescribe(t))
+    energies = loading.apply(W, F, y, t)
+    udot = np.zeros(packed.nu)
+    assert kernel.inward(packed.tree, packed.flex, W, F, loading.tau, None, 0.0, 0.0) == -1
+    kernel.forward(packed.tree, packed.flex, W, F, loading.tau, udot)
+    return udot, energies, loading
