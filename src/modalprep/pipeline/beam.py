@@ -8,7 +8,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from modalprep.pipeline.chain import ChainTable
 from modalprep.pipeline.system_schema import BodyTable, HingeTable, JointTable
-from modalprep.pipeline.tables import Table, Vector
+from modalprep.pipeline.tables import Table, Vector, complaint
 
 Positive = Annotated[float, Field(gt=0)]
 
@@ -49,8 +49,7 @@ class BeamTable(Table):
         try:
             self.chain()
         except ValidationError as error:
-            words = error.errors()[0]["msg"].removeprefix("Value error, ")
-            raise ValueError(words.replace("first:", "root:")) from None
+            raise ValueError(complaint(error).replace("first:", "root:")) from None
         return self
 
     def chain(self) -> ChainTable:

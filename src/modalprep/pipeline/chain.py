@@ -9,7 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from modalprep.errors import InputError
 from modalprep.pipeline.system_schema import BodyTable, HingeTable, JointTable
-from modalprep.pipeline.tables import Table
+from modalprep.pipeline.tables import Table, complaint
 
 if TYPE_CHECKING:
     from modalprep.pipeline.beam import BeamTable
@@ -30,7 +30,7 @@ class ChainTable(Table):
         try:
             self.joints("")
         except ValidationError as error:
-            raise ValueError("first: " + error.errors()[0]["msg"].removeprefix("Value error, ")) from None
+            raise ValueError(f"first: {complaint(error)}") from None
         return self
 
     def bodies(self, name: str) -> dict[str, BodyTable]:

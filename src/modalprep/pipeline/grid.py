@@ -18,6 +18,7 @@ from modalprep.errors import InputError
 from modalprep.pipeline.job import Job, relative
 from modalprep.pipeline.load import read_toml
 from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.tables import complaint
 from modalprep.pipeline.toml_text import toml_text
 
 LONGEST = 40  # characters of a value in the name of a folder
@@ -128,9 +129,8 @@ def _problem(data: dict[str, Any]) -> str | None:
     try:
         Pipeline.model_validate(data)
     except ValidationError as error:
-        first = error.errors()[0]
-        where = ".".join(str(part) for part in first["loc"])
-        return f"{where}: {first['msg'].removeprefix('Value error, ')}".removeprefix(": ")
+        where = ".".join(str(part) for part in error.errors()[0]["loc"])
+        return f"{where}: {complaint(error)}".removeprefix(": ")
     return None
 
 

@@ -14,6 +14,7 @@ from pydantic import ValidationError
 
 from modalprep.errors import InputError
 from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.tables import complaint
 
 SMALLEST, LARGEST = 1e-60, 1e60  # of a number
 
@@ -96,7 +97,7 @@ def _refuse_odd_numbers(path: Path, text: str, value: Any, place: list[str]) -> 
 def _sentence(path: Path, text: str, error: ValidationError) -> str:
     first = error.errors()[0]
     place = _place(first, tomllib.loads(text))
-    message = first["msg"].removeprefix("Value error, ")
+    message = complaint(error)
     unknown = re.match(r"unknown key '(.+?)'", message)
     line = _line(text, [*place, unknown[1]] if unknown else place)
     where = f"{path}, line {line}" if line else str(path)

@@ -6,7 +6,7 @@ import math
 import re
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from modalprep.suggest import suggestion
 
@@ -24,6 +24,20 @@ def _radians(value: Any) -> Any:
 
 
 Angle = Annotated[float, BeforeValidator(_radians)]
+
+
+def complaint(error: ValidationError) -> str:
+    """Return the words of the first problem.
+
+    Examples
+    --------
+    >>> try:
+    ...     ReferenceTable(label="a", t=[0.0], y=[])
+    ... except ValidationError as error:
+    ...     print(complaint(error))
+    t has 1 values and y 0; give as many of each
+    """
+    return error.errors()[0]["msg"].removeprefix("Value error, ")
 
 
 class Table(BaseModel):
