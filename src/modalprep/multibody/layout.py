@@ -20,7 +20,8 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part
-from modalprep.multibody.system import Joint, System
+from modalprep.multibody.joint import Joint
+from modalprep.multibody.system import System
 
 WELD, REVOLUTE, PRISMATIC, SPHERICAL, FREE, PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC = range(7)
 COORDINATES = (0, 1, 1, 4, 7, 0, 0)
