@@ -71,7 +71,7 @@ def evaluation(system: mp.System) -> Callable[[int], None]:
     def call(count: int) -> None:
         for _ in range(count):
             plant.load(y)
-            plant.accelerations(y, tau)
+            plant.accelerations(tau)
 
     return call
 
