@@ -12,7 +12,6 @@ from types import FunctionType, ModuleType
 from typing import Any
 
 from numba import core, njit
-from numba.core.caching import IndexDataCacheFile
 
 # No flag that assumes finite numbers: a NaN must stay a NaN. Without reference counts (_nrt) a kernel cannot make
 # arrays, nor assign one to a slice of another (algebra.copy does); calls that pass records of arrays are then cheap,
@@ -100,14 +99,14 @@ class _Compilation(core.event.Listener):
         pass
 
 
-class CompiledFiles(IndexDataCacheFile):
+class CompiledFiles(core.caching.IndexDataCacheFile):
     """One whole file for each compiled signature, which says itself what it holds.
 
     Numba keeps an index beside numbered files. After a kill between the two, or when two processes compile for
     different types at the same moment, a number may belong to other code: wrong results, or a crash.
     """
 
-    def __init__(self, numbered: IndexDataCacheFile, stamp: str) -> None:
+    def __init__(self, numbered: core.caching.IndexDataCacheFile, stamp: str) -> None:
         base = numbered._index_name.removesuffix(".nbi")
         super().__init__(numbered._cache_path, base, stamp)
         self._base = base
