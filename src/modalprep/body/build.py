@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.model import FEModel
+from modalprep.fe.stress import StressRecovery
 from modalprep.reduction.basis import Reduction
 
 
@@ -16,6 +18,7 @@ def flexible_body(
     *,
     name: str,
     damping: float = 0.0,
+    stress: StressRecovery | None = None,
     provenance: dict[str, str] | None = None,
 ) -> FlexibleBody:
     """Project a model on its reduced basis.
@@ -27,6 +30,8 @@ def flexible_body(
     name : str
     damping : float
         Modal damping ratio (fraction of critical) of every mode.
+    stress : StressRecovery
+        Points whose stress the body carries, of `stress_recovery` on this model.
     provenance : dict of str
         Added to the source of the mesh.
 
@@ -78,6 +83,7 @@ def flexible_body(
         modes=reduction.table,
         energy=_strain_energy(model, Phi, reduction.frequency > 0),
         volume=model.strain_energy.volume() if model.strain_energy else {},
+        stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
         provenance={**model.source, **(provenance or {})},
     )
 
@@ -86,6 +92,12 @@ def _strain_energy(model: FEModel, Phi: np.ndarray, strained: np.ndarray) -> dic
     """Strain energy of the cells, without the round-off of modes that do not strain."""
     found = model.strain_energy(Phi) if model.strain_energy else {}
     return {kind: np.where(strained, energy, 0) for kind, energy in found.items()}
+
+
+def _stress_modes(recovery: StressRecovery, Phi: np.ndarray, strained: np.ndarray) -> dict[str, StressModes]:
+    """Stress of the points, without the round-off of modes that do not strain."""
+    found = {name: StressModes(**at._asdict()) for name, at in recovery(Phi).items()}
+    return {name: at.with_(modes=np.where(strained, at.modes, 0)) for name, at in found.items()}
 
 
 def nodal_shape(model: FEModel, Phi: np.ndarray) -> np.ndarray:

@@ -78,19 +78,42 @@ def _elastic(a: FlexibleBody, b: FlexibleBody) -> list[tuple[str, float, str]]:
     if _same_points(a, b) and a.n and b.n:
         angle = subspace_angles(*(body.shape.reshape(-1, body.n) for body in (a, b)))[0]
         found.append(("space of mode shapes", float(np.sin(angle)), "sine of the largest angle between the two spaces"))
+    if points := [name for name in a.stress if name in b.stress]:
+        found.append(("stress", _stress(a, b, points), "of these answers, at the points that both bodies have"))
     return found
+
+
+def _stress(a: FlexibleBody, b: FlexibleBody, points: list[str]) -> float:
+    """Largest difference over that of the point's largest stress; infinite where the components are others."""
+    found = []
+    for one, other in ((a.stress[name], b.stress[name]) for name in points):
+        if one.components != other.components:
+            return np.inf
+        turned = np.abs(one.axes - other.axes).max()
+        found.append(max(turned, _relative(*(at.modes @ _static(body) for at, body in ((one, a), (other, b))))))
+    return float(max(found))
 
 
 def _answers(body: FlexibleBody) -> Iterator[np.ndarray]:
     """Yield every elastic property, in the answers X (n, 6 n_if) to unit forces and moments on the interfaces."""
-    U = np.concatenate([body.phi, body.psi], axis=1).reshape(-1, body.n)
-    X = np.divide(U, body.K, out=np.zeros_like(U), where=body.K > 0).T
+    U, X = _motions(body), _static(body)
     yield U @ X
     yield np.concatenate([body.S, body.H.reshape(9, -1)]) @ X
     yield (X.T * body.D) @ X
     yield _in_answers(body.P.reshape(9, body.n, body.n), X)
     yield _in_answers(np.concatenate([body.Kg_A, body.Kg_W.reshape(9, body.n, body.n)]), X)
     yield _in_answers(np.concatenate([body.Kg_F, body.Kg_T]).reshape(-1, body.n, body.n), X)
+
+
+def _motions(body: FlexibleBody) -> np.ndarray:
+    """Translations and rotations of the interfaces ``(6 n_if, n)``."""
+    return np.concatenate([body.phi, body.psi], axis=1).reshape(-1, body.n)
+
+
+def _static(body: FlexibleBody) -> np.ndarray:
+    """Return the answers X (n, 6 n_if)."""
+    U = _motions(body)
+    return np.divide(U, body.K, out=np.zeros_like(U), where=body.K > 0).T
 
 
 def _in_answers(forms: np.ndarray, X: np.ndarray) -> np.ndarray:

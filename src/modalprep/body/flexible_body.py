@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from modalprep.body.stress import StressModes
 from modalprep.records import Record
 from modalprep.reduction.table import ModeTable
 
@@ -54,6 +55,8 @@ class FlexibleBody(Record):
         is not known: a body from bare matrices, or in other modes than those of its reduction.
     volume : {type: (n_cells,)}
         m^3 of each cell, 0 for springs and masses; with `energy`, to draw its density.
+    stress : {point: StressModes}
+        Stress at chosen points; as `energy`, in the modes of the reduction and those that follow from them.
     modal_mass : (n, n)
         ``int rho phi^T phi``; 1 but for a body that has the modes of another fill level (levels.py).
     modes : ModeTable
@@ -96,6 +99,7 @@ class FlexibleBody(Record):
     provenance: dict[str, str] = field(default_factory=dict)
     energy: dict[str, np.ndarray] = field(default_factory=dict)
     volume: dict[str, np.ndarray] = field(default_factory=dict)
+    stress: dict[str, StressModes] = field(default_factory=dict)
     modal_mass: np.ndarray | None = None
 
     def __post_init__(self) -> None:
@@ -130,8 +134,30 @@ class FlexibleBody(Record):
         return any(np.any(k) for k in (self.Kg_A, self.Kg_W, self.Kg_F, self.Kg_T))
 
     def with_(self, **changes: Any) -> Self:
-        """Return a copy with the named fields changed; new modes (`K`) have no `energy`, and mass 1, unless given."""
-        return super().with_(**({"energy": {}, "modal_mass": None} | changes if "K" in changes else changes))
+        """Return a copy with the named fields changed.
+
+        New modes (`K`) have no `energy` and no `stress`, and mass 1, unless given.
+        """
+        new_modes = {"energy": {}, "stress": {}, "modal_mass": None} if "K" in changes else {}
+        return super().with_(**(new_modes | changes))
+
+    def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the stress (Pa) by ``point.component`` at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``.
+
+        Each point has its components and ``von_mises``. Stress is linear in q: displacements of second order, which
+        the geometric stiffness stands for, strain nothing.
+
+        Examples
+        --------
+        >>> from modalprep.examples import uniform_beam
+        >>> uniform_beam(modes=2).stresses(np.zeros(2))
+        {}
+        """
+        return {
+            f"{name}.{component}": values
+            for name, point in self.stress.items()
+            for component, values in point.histories(q).items()
+        }
 
     def conventional(self) -> FlexibleBody:
         """Return the body without geometric stiffness: the prematurely linearised theory."""

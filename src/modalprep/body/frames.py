@@ -81,9 +81,9 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     for key in ("Kg_F", "Kg_T", "phi", "psi", "shape"):
         turned[key] = np.einsum("ia,ki...->ka...", Q, getattr(body, key))
     said = {"origin": name or f"origin at {c.tolist()} m of the former frame"} | ({} if axes is None else TURNED)
-    return _relabelled(
-        body.with_(**turned, interface_position=(body.interface_position - c) @ Q, points=(body.points - c) @ Q), said
-    )
+    turned["interface_position"], turned["points"] = (body.interface_position - c) @ Q, (body.points - c) @ Q
+    stress = {key: at.with_(position=(at.position - c) @ Q, axes=at.axes @ Q) for key, at in body.stress.items()}
+    return _relabelled(body.with_(**turned, stress=stress), said)
 
 
 TURNED = {"axes": "axes turned"}
@@ -230,7 +230,8 @@ def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
         forms = {"Kg_A": second.S, "Kg_W": second.H, "Kg_F": -second.phi, "Kg_T": -second.psi}
         changed |= {key: Y.T @ form @ Y for key, form in forms.items()}
     D = np.einsum("ni,n,ni->i", Y, body.D, Y)
-    return body.with_(**changed, K=w2, D=D, frequency=np.sqrt(w2) / (2 * np.pi))
+    stress = {name: at.in_basis(Y) for name, at in body.stress.items()}
+    return body.with_(**changed, K=w2, D=D, frequency=np.sqrt(w2) / (2 * np.pi), stress=stress)
 
 
 def _rigid(body: FlexibleBody, a: np.ndarray) -> Moments:

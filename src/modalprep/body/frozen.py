@@ -51,4 +51,5 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
         K=K,
         D=np.einsum("ij,i,ij->j", Y, body.D, Y),
         frequency=np.sqrt(K) / (2 * np.pi),
+        stress={name: at.in_basis(Y) for name, at in body.stress.items()},
     )

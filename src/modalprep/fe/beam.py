@@ -8,7 +8,7 @@ inertia enters every mass integral by itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from skfem import Basis, MeshLine1
@@ -16,7 +16,14 @@ from skfem.element import DiscreteField, Element
 from skfem.refdom import RefLine
 
 from modalprep.errors import InputError
-from modalprep.fe.block import MassObjects, MassSamples, add_arms, mass_from_samples, node_transformation
+from modalprep.fe.block import (
+    MassObjects,
+    MassSamples,
+    NodalStress,
+    add_arms,
+    mass_from_samples,
+    node_transformation,
+)
 from modalprep.fe.properties import Beam
 
 QUADRATURE = 6  # degree: cubic shapes squared; 4 Gauss points
@@ -171,6 +178,27 @@ class BeamBlock:
         """Area times length ``(ne,)``, m^3."""
         return self.section.A * self.dx.sum(axis=1)
 
+    def nodal_stress(self, d: np.ndarray) -> NodalStress:
+        """Stress in each fibre of the section at both ends, for displacements ``d (ne, 12, k)``.
+
+        Along the beam ``E (u' + z ty' - y tz')`` of normal force and bending, and the shear of the torque where the
+        section knows it. The shear of transverse forces, none at outer fibres, is left out.
+        """
+        s, mat = self.section, self.section.material
+        ends = _basis(self.dx.sum(axis=1), s, (np.array([[0.0, 1.0]]), np.full(2, 0.5)))
+        rates = (_stack(ends, "grad") @ node_transformation(self.frame, self.arm)[:, None]) @ d[:, None]
+        stretch, twist, bend_y, bend_z = (rates[:, :, i] for i in (0, 3, 4, 5))
+        at = {}
+        for number, (y, z, *torsion) in enumerate(s.fibres, start=1):
+            values = [mat.E * (stretch + z * bend_y - y * bend_z), *(w * mat.G * s.J * twist for w in torsion)]
+            label = str(number) if len(s.fibres) > 1 else ""
+            at[label] = (("xx", "torsion")[: len(values)], np.stack(values, axis=2))
+        return at
+
+    def piece(self, some: slice | np.ndarray) -> BeamBlock:
+        """Return the block of `some` of the elements."""
+        return replace(self, **{f.name: getattr(self, f.name)[some] for f in fields(self) if f.name != "section"})
+
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """Stiffness of the prestress that the displacements ``d (ne, 12)`` cause: N, shears and moments.
 
@@ -234,13 +262,13 @@ def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np
     return length, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
 
 
-def _basis(length: np.ndarray, s: Beam) -> Basis:
-    """Disjoint flat line elements, so that scikit-fem sees one-dimensional geometry."""
+def _basis(length: np.ndarray, s: Beam, rule: tuple[np.ndarray, np.ndarray] | None = None) -> Basis:
+    """Disjoint flat line elements, so that scikit-fem sees one-dimensional geometry; at points and weights `rule`."""
     ne, mat = len(length), s.material
     ratio = 12 * mat.E / (mat.G * s.A * length**2) if s.shear else np.zeros(ne)
     mesh = MeshLine1(np.stack([0 * length, length], 1).reshape(1, -1), np.arange(2 * ne).reshape(ne, 2).T)
     element = ElementBeam(ratio * s.Iz / s.ky, ratio * s.Iy / s.kz)
-    return Basis(mesh, element, intorder=QUADRATURE, disable_doflocs=True)
+    return Basis(mesh, element, intorder=QUADRATURE, quadrature=rule, disable_doflocs=True)
 
 
 def _stack(basis: Basis, name: str) -> np.ndarray:

@@ -40,6 +40,11 @@ class MassObjects(NamedTuple):
     rigid: RigidInertia
 
 
+# Stress at the nodes of elements, by place of the section (face of a shell, fibre of a beam; "" where there is only
+# one): names of the components along the axes of the elements' `frame (ne, 3, 3)`, and values (ne, nn, c, k) in Pa.
+NodalStress = dict[str, tuple[tuple[str, ...], np.ndarray]]
+
+
 class Block(Protocol):
     """Elements of one kind and property: what assembly asks of a family.
 

@@ -60,6 +60,25 @@ def _sheet(shell: Shell) -> ShellSection:
     )
 
 
+def faces(shell: Shell) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return, of the top and the bottom face, moduli ``(3, 3)`` of membrane strain (Pa) and of curvature (Pa m).
+
+    ``xx, yy, xy`` in material axes; those of a laminate are of its outermost plies.
+
+    Examples
+    --------
+    >>> stretched, bent = faces(Shell(material=Material(E=200e9, nu=0.0, rho=1.0), thickness=0.01))["bottom"]
+    >>> stretched[0], bent[0]
+    (array([2.e+11, 0.e+00, 0.e+00]), array([-1.e+09, -0.e+00, -0.e+00]))
+    """
+    if not shell.plies:
+        stretched, bent = (plane_stress(m) for m in (shell.material, shell.bending_material or shell.material))
+        return {"top": (stretched, shell.thickness / 2 * bent), "bottom": (stretched, -shell.thickness / 2 * bent)}
+    half = sum(ply.thickness for ply in shell.plies) / 2
+    Q = [turned(plane_stress(ply.material), ply.angle) for ply in (shell.plies[-1], shell.plies[0])]
+    return {"top": (Q[0], half * Q[0]), "bottom": (Q[1], -half * Q[1])}
+
+
 def _laminate(shell: Shell) -> ShellSection:
     t = np.array([ply.thickness for ply in shell.plies])
     z = np.concatenate([[0.0], np.cumsum(t)]) - t.sum() / 2

@@ -40,11 +40,14 @@ class Beam:
         Further mass per length, kg/m.
     shear : bool
         Whether shear deforms the beam.
+    fibres : tuple of tuples of 2 or 3 floats
+        Where stress is asked for: y, z from the centroid along e2 and e3 (m) and, where it is known, the shear stress
+        of a unit torque there (1/m^3).
 
     Raises
     ------
     InputError
-        When a section value is not positive.
+        When a section value is not positive, or a fibre is not two or three numbers.
     """
 
     material: Material
@@ -58,11 +61,15 @@ class Beam:
     offset: tuple[float, float] = (0.0, 0.0)
     nsm: float = 0.0
     shear: bool = True
+    fibres: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse sections without area or stiffness."""
         values = {name: getattr(self, name) for name in ("A", "Iy", "Iz", "J", "ky", "kz")}
         refuse_not_positive("beam section", **values)
+        for fibre in self.fibres:
+            if len(fibre) not in (2, 3):
+                raise InputError(f"fibre {list(fibre)} of a beam is not y, z and, where known, the shear per torque")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -52,6 +52,9 @@ def node_coordinates(kind: str) -> np.ndarray:
     return np.concatenate(more)
 
 
+NODES = 0  # in place of a degree: the nodes of the cell with equal weights, for what is evaluated there
+
+
 @cache
 def shapes(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return shape functions ``N (nq, nn)``, gradients ``dN (nq, nn, dim)`` and weights at a rule of that degree.
@@ -76,7 +79,10 @@ def shapes_at(kind: str, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def quadrature(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points ``(dim, nq)`` and weights of a rule of the cell; a wedge is triangle times line."""
+    """Return points ``(dim, nq)`` and weights of a rule of the cell, or its `NODES`; a wedge is triangle times line."""
+    if degree == NODES:
+        X = node_coordinates(kind).T
+        return X, np.full(X.shape[1], quadrature(kind, 1)[1].sum() / X.shape[1])
     if kind != "wedge":
         return get_quadrature(ELEMENT[kind].refdom, degree)
     (XY, plane), (Z, line) = get_quadrature(RefTri, degree), get_quadrature(RefLine, degree)

@@ -7,13 +7,20 @@ The drilling rotation carries no mass.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.block import MassObjects, MassSamples, add_arms, mass_from_samples, node_transformation
+from modalprep.fe.block import (
+    MassObjects,
+    MassSamples,
+    NodalStress,
+    add_arms,
+    mass_from_samples,
+    node_transformation,
+)
 from modalprep.fe.flat import (
     DRILLING,
     TX,
@@ -28,8 +35,9 @@ from modalprep.fe.flat import (
     side_rotation,
 )
 from modalprep.fe.kernels import in_threads, quadratic
-from modalprep.fe.laminate import ShellSection, shell_section, strain_rotation, turned_shear
+from modalprep.fe.laminate import ShellSection, faces, shell_section, strain_rotation, turned, turned_shear
 from modalprep.fe.properties import Shell
+from modalprep.fe.reference import NODES
 
 STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}
 MASS_DEGREE = {"triangle": (4, 2), "quad": (4, 3)}  # of the displacement, quadratic across, and of the rotation
@@ -114,17 +122,25 @@ class ShellBlock:
         Rows: membrane 3, curvature 3, shear 2, then drilling (1) or the OPT triangle's higher-order strains (3).
         """
         cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
+        B, moduli = self._compatible(cells)
+        if self.kind == "quad":
+            B[:, :, :3] += incompatible_membrane(cells) @ _condensed(cells, B, moduli)[:, None]
+        return self._of_nodes(B), moduli, cells.mapped[1]
+
+    def _compatible(self, cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
+        """Strain rows per local DOF, without the internal displacements of quads, and moduli."""
         C, S = self.moduli
         size, side = edge_rotation(cells, C[:, 3:, 3:], S)
-        dx = cells.mapped[1]
         first, last, extra = self._membrane(cells, C)
         B = np.concatenate([first, bending(cells, size), shear(cells, side), last], axis=2)
         moduli = np.zeros((len(C), B.shape[2], B.shape[2]))
         moduli[:, :6, :6], moduli[:, 6:8, 6:8], moduli[:, 8:, 8:] = C, S, extra
-        if self.kind == "quad":
-            B[:, :, :3] += incompatible_membrane(cells) @ _condensed(cells, B, moduli, dx)[:, None]
+        return B, moduli
+
+    def _of_nodes(self, B: np.ndarray) -> np.ndarray:
+        """Rows ``(ne, nq, ns, 6n)`` per local DOF, per nodal DOF in mesh axes."""
         ne, nq, ns, nl = B.shape
-        return (B.reshape(ne, nq * ns, nl) @ self._to_local).reshape(B.shape), moduli, dx
+        return (B.reshape(ne, nq * ns, nl) @ self._to_local).reshape(B.shape)
 
     def _membrane(self, cells: FlatCells, C: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Membrane strains, the rows that stabilise drilling, and the moduli of these."""
@@ -148,6 +164,27 @@ class ShellBlock:
         B, C, _ = self.strain
         strain = np.einsum("eqbj,ej->eqb", B[:, :, :6], d)
         return strain @ C[:, :6, :6]
+
+    def nodal_stress(self, d: np.ndarray) -> NodalStress:
+        """Stress ``xx, yy, xy`` in both faces at the nodes, element axes, for displacements ``d (ne, 6n, k)``.
+
+        Of the membrane strains and curvatures that make `forces`; the top is towards +e3.
+        """
+        own, nodes = (FlatCells(self.kind, self.xy, degree) for degree in (STIFFNESS_DEGREE[self.kind], NODES))
+        B = self._compatible(nodes)[0]
+        if self.kind == "quad":
+            B[:, :, :3] += incompatible_membrane(nodes) @ _condensed(own, *self._compatible(own))[:, None]
+        strain = self._of_nodes(B)[:, :, :6] @ d[:, None]
+        at = {}
+        for face, (stretched, bent) in faces(self.section).items():
+            Q = np.concatenate([turned(Q, self.angle) for Q in (stretched, bent)], axis=2)
+            at[face] = (("xx", "yy", "xy"), Q[:, None] @ strain)
+        return at
+
+    def piece(self, some: slice | np.ndarray) -> ShellBlock:
+        """Return the block of `some` of the elements."""
+        names = ("nodes", "frame", "centre", "xy", "arm", "offset", "angle")
+        return replace(self, **{name: getattr(self, name)[some] for name in names})
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1: samples of the mid-surface, and of the thickness."""
@@ -222,9 +259,9 @@ def _linked(cells: FlatCells) -> np.ndarray:
     return cells.sides[0][..., None] / 8 * (ends[:, :, 1] - ends[:, :, 0])
 
 
-def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray, dx: np.ndarray) -> np.ndarray:
+def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:
     """Internal displacements of QM6 per local DOF ``(ne, 4, 24)``."""
-    inner = incompatible_membrane(cells)
+    inner, dx = incompatible_membrane(cells), cells.mapped[1]
     weighted = np.swapaxes(inner, 2, 3) @ (C[:, None, :3] * dx[..., None, None])  # (ne, nq, 4, ns)
     ne, nq, m, ns = weighted.shape
     K_bb = (weighted[..., :3] @ inner).sum(axis=1)

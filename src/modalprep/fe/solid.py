@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.block import MassObjects, rigid_from_samples
+from modalprep.fe.block import MassObjects, NodalStress, rigid_from_samples
 from modalprep.fe.kernels import elastic, gradients, in_threads, isotropic_stress, measures, stress_stiffness
 from modalprep.fe.properties import Solid
-from modalprep.fe.reference import node_coordinates, quadrature, shapes, shapes_at
+from modalprep.fe.reference import NODES, node_coordinates, quadrature, shapes, shapes_at
 
 # Degrees of quadrature: stiffness, stiffness of curved elements, mass. Rules of positive weights only.
 DEGREE = {
@@ -27,6 +27,7 @@ DEGREE = {
     "hexahedron20": (5, 5, 5),
     "hexahedron27": (5, 5, 7),
 }
+SIX = ("xx", "yy", "zz", "xy", "yz", "xz")  # components of stress
 STRAIGHT = 1e-9  # mid nodes off the middle of their edges, over the size of the element
 PRESTRESS = {"tetra10": 3}  # degree for Kg of straight elements: linear stress times linear gradients squared
 
@@ -89,7 +90,7 @@ class SolidBlock:
         grad, dx = self.gradients(self.degree)
         if self.kind != "hexahedron":
             return self._elastic(grad, dx)
-        K = self._elastic(np.concatenate([grad, self._incompatible(self.degree)], axis=2), dx)
+        K = self._elastic(self._widened(grad, self.degree), dx)
         G = _internal(K, 24)
         K = K[:, :24, :24] + K[:, :24, 24:] @ G
         return (K + K.transpose(0, 2, 1)) / 2
@@ -101,15 +102,15 @@ class SolidBlock:
         in_threads(elastic, len(dx), np.ascontiguousarray(grad), dx, lam, mat.G, K)
         return K
 
-    def _incompatible(self, degree: int) -> np.ndarray:
-        """Gradients ``(ne, nq, 3, 3)`` of the three internal shapes, mapped by the Jacobian of the centre."""
+    def _widened(self, grad: np.ndarray, degree: int) -> np.ndarray:
+        """Gradients and those ``(ne, nq, 3, 3)`` of the three internal shapes, mapped by the Jacobian of the centre."""
         X = quadrature("hexahedron", degree)[0]
         centre = shapes_at("hexahedron", np.full((3, 1), 0.5))[1]
         det0 = self._map(centre, np.ones(1))[1]
         inverse = np.linalg.inv(np.einsum("eia,ib->eab", self.x, centre[0]))
         det = self._map(shapes_at("hexahedron", X)[1], np.ones(X.shape[1]))[1]
         slope = np.einsum("kq,eka->eqka", 4 - 8 * X, inverse)  # of 4 xi (1 - xi)
-        return slope * (det0 / det)[:, :, None, None]
+        return np.concatenate([grad, slope * (det0 / det)[:, :, None, None]], axis=2)
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1; one scalar matrix serves all components."""
@@ -156,17 +157,41 @@ class SolidBlock:
         """Cauchy stress ``(ne, nq, 3, 3, k)``, Pa, at the quadrature points for displacements ``d (ne, nn, 3, k)``."""
         return self._stress(d, *self.gradients(self.degree), self.degree)
 
+    @property
+    def frame(self) -> np.ndarray:
+        """(ne, 3, 3) axes of the components of stress: of the mesh."""
+        return np.tile(np.eye(3), (len(self.nodes), 1, 1))
+
+    def nodal_stress(self, d: np.ndarray) -> NodalStress:
+        """Stress at the nodes of each element for displacements ``d (ne, 3 nn, k)``, mesh axes."""
+        d = d.reshape(*self.nodes.shape, 3, -1)
+        grad, dx = self.gradients(NODES)
+        if self.kind == "hexahedron":
+            inside, weight = self.gradients(self.degree)
+            d = self._with_internal(d, self._widened(inside, self.degree), weight)
+            grad = self._widened(grad, NODES)
+        sigma = self._cauchy(d, grad, dx)
+        values = np.stack([sigma[:, :, "xyz".index(a), "xyz".index(b)] for a, b in SIX], axis=2)
+        return {"": (SIX, values)}
+
     def _stress(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray, degree: int) -> np.ndarray:
         if self.kind == "hexahedron":
-            grad = np.concatenate([grad, self._incompatible(degree)], axis=2)
-            internal = _internal(self._elastic(grad, dx), 24) @ d.reshape(len(d), 24, -1)
-            d = np.concatenate([d, internal.reshape(len(d), 3, 3, -1)], axis=1)
+            grad = self._widened(grad, degree)
+            d = self._with_internal(d, grad, dx)
+        return self._cauchy(d, grad, dx)
+
+    def _with_internal(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """Displacements ``(ne, nn + 3, 3, k)`` with the internal ones that `_widened` gradients at a rule condense."""
+        internal = _internal(self._elastic(grad, dx), 24) @ d.reshape(len(d), 24, -1)
+        return np.concatenate([d, internal.reshape(len(d), 3, 3, -1)], axis=1)
+
+    def _cauchy(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
         mat, sigma = self.section.material, np.empty((*dx.shape, 3, 3, d.shape[3]))
         lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
         in_threads(isotropic_stress, len(d), grad, np.ascontiguousarray(d), lam, mat.G, sigma)
         return sigma
 
-    def piece(self, some: slice) -> SolidBlock:
+    def piece(self, some: slice | np.ndarray) -> SolidBlock:
         """Return the block of `some` of the elements."""
         return replace(self, nodes=self.nodes[some], x=self.x[some])
 

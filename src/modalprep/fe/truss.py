@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.block import PAIRS, MassObjects, RigidInertia
+from modalprep.fe.block import PAIRS, MassObjects, NodalStress, RigidInertia
 from modalprep.fe.properties import Truss
 
 LINEAR_MASS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
@@ -66,6 +66,26 @@ class TrussBlock:
         tension = self.section.material.E * self.section.A * strain
         across = np.eye(3) - np.einsum("ea,eb->eab", self.axis, self.axis)
         return self._between_nodes((tension / self.length)[:, None, None] * across, np.zeros_like(across))
+
+    @property
+    def frame(self) -> np.ndarray:
+        """(ne, 3, 3) right-handed axes, the first row along each bar."""
+        aside = np.eye(3)[np.argmin(np.abs(self.axis), axis=1)]
+        e2 = np.cross(aside, self.axis)
+        e2 /= np.linalg.norm(e2, axis=1, keepdims=True)
+        return np.stack([self.axis, e2, np.cross(self.axis, e2)], axis=1)
+
+    def nodal_stress(self, d: np.ndarray) -> NodalStress:
+        """Axial stress for displacements ``d (ne, nl, k)``."""
+        u = d.reshape(len(d), 2, self.components, -1)[:, :, :3]
+        strain = np.einsum("ea,eak->ek", self.axis, u[:, 1] - u[:, 0]) / self.length[:, None]
+        values = np.repeat(self.section.material.E * strain[:, None, None], 2, axis=1)
+        return {"": (("xx",), values)}
+
+    def piece(self, some: slice | np.ndarray) -> TrussBlock:
+        """Return the block of `some` of the bars."""
+        names = ("nodes", "ends", "axis", "length")
+        return replace(self, **{name: getattr(self, name)[some] for name in names})
 
     def volume(self) -> np.ndarray:
         """Area times length ``(ne,)``, m^3."""

@@ -12,11 +12,13 @@ import h5py
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.reduction.table import ModeTable
 
 FORMAT, VERSION = "modalprep", 1
+UNIT = 1e-9  # how far axes may be from orthogonal unit vectors
 SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
     "m": lambda n, k: (),
     "s0": lambda n, k: (3,),
@@ -90,6 +92,9 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
         for name in PER_CELL:
             for kind, values in getattr(body, name).items():
                 _store(file, f"{name}/{kind}", values, packed=False)
+        for name, at in body.stress.items():
+            _store(file, f"stress/{name}", at.modes)
+            file[f"stress/{name}"].attrs.update(components=at.components, position=at.position, axes=at.axes)
         _store_table(file, body.modes)
     return path
 
@@ -160,6 +165,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         cells=cells,
         modal_mass=_array(file, "modal_mass", (n, n)) if "modal_mass" in file else None,
         **{name: _per_cell(file, name, cells, n) for name in PER_CELL},
+        stress={name: _stress(file, name, n) for name in file.get("stress", ())},
         modes=ModeTable(
             kind=tuple(x.decode() for x in rows["kind"]),
             frequency=rows["frequency"],
@@ -192,6 +198,21 @@ def _per_cell(file: h5py.File, name: str, cells: dict, n: int) -> dict[str, np.n
             raise InputError(f"{name}/{kind} has negative values")
         found[kind] = values.astype(file[f"{name}/{kind}"].dtype)
     return found
+
+
+def _stress(file: h5py.File, name: str, n: int) -> StressModes:
+    """Read the stress at a point, which the file may hold."""
+    place, said = f"stress/{name}", file[f"stress/{name}"].attrs
+    components = tuple(str(x) for x in said["components"])
+    if not components or set(components) - set(COMPONENTS) or len(set(components)) < len(components):
+        raise InputError(f"{place} has components {', '.join(components)[:80]}, known are {', '.join(COMPONENTS)}")
+    position, axes = (np.asarray(said[key], dtype=float) for key in ("position", "axes"))
+    if position.shape != (3,) or axes.shape != (3, 3) or not np.all(np.isfinite(position)):
+        raise InputError(f"{place} has no position or no axes of three numbers")
+    if not np.abs(axes @ axes.T - np.eye(3)).max() <= UNIT:
+        raise InputError(f"the axes of {place} are not orthogonal unit vectors")
+    modes = _array(file, place, (len(components), n))
+    return StressModes(position=position, axes=axes, components=components, modes=modes)
 
 
 def _array(file: h5py.File, name: str, shape: tuple[int, ...]) -> np.ndarray:

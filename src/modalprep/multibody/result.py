@@ -34,7 +34,8 @@ class Result(Record):
         what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
         (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
         m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
-        the orbit of its root, in orbit at a known radius. ``<spring>.length`` (m) and ``.tension`` (N),
+        the orbit of its root, in orbit at a known radius. ``<body>.stress.<point>.<component>`` (Pa) at the points of
+        its modal file, and ``.von_mises``. ``<spring>.length`` (m) and ``.tension`` (N),
         ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``,

@@ -23,7 +23,7 @@ from modalprep.pipeline.cache import Cache
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.depletion_schema import LevelTable
 from modalprep.pipeline.load import load_pipeline, naming
-from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh, source_digest
+from modalprep.pipeline.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh, source_digest
 from modalprep.pipeline.reduce import reduce_model, wanted_damping
 from modalprep.pipeline.reduction_schema import RotationTable
 from modalprep.pipeline.schema import BodyTable, Pipeline
@@ -85,7 +85,8 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
         reduction, error = reduce_model(pipeline, mesh, model, remembering(cache))
         done(4)
         name = pipeline.name or path.stem
-        body = flexible_body(model, reduction, name=name, provenance=inputs(path, pipeline))
+        stress = pipeline_stress(pipeline, mesh, model)
+        body = flexible_body(model, reduction, name=name, stress=stress, provenance=inputs(path, pipeline))
         body = body.with_(D=modal_damping(body, wanted_damping(pipeline.reduction.damping)))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
@@ -160,8 +161,9 @@ def rotation_matrix(table: RotationTable | None) -> np.ndarray:
 
 def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
     """Return what determines the body: hash of the mesh, of the body's options, program version."""
-    parts = ("name", "mesh", "matrices", "materials", "properties", "connections", "interfaces", "loads", "reduction")
-    options = json.dumps(pipeline.model_dump(include=set(parts)), sort_keys=True)
+    made_of = ("mesh", "matrices", "materials", "properties", "connections")
+    parts = {"name", *made_of, "interfaces", "stress", "loads", "reduction"}
+    options = json.dumps(pipeline.model_dump(include=parts), sort_keys=True)
     return {
         "pipeline": path.name,
         "mesh_sha256": source_digest(path, pipeline),

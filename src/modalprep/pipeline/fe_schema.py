@@ -213,7 +213,7 @@ class CylinderTable(Table):
     radius: float = Field(gt=0)
 
 
-class NodesTable(Table):
+class NodeSetTable(Table):
     """Exactly one way to name nodes; lengths in the mesh's unit."""
 
     group: str | None = Field(None, description="mesh group")
@@ -224,15 +224,32 @@ class NodesTable(Table):
     )
     plane: PlaneTable | None = Field(None, description="nodes on a plane")
     cylinder: CylinderTable | None = Field(None, description="nodes on a cylinder")
-    position: Vector | None = Field(None, description="of the frame, in mesh coordinates; default the centroid")
 
     @model_validator(mode="after")
-    def _one_way(self) -> NodesTable:
+    def _one_way(self) -> NodeSetTable:
         ways = ("group", "node", "near", "box", "plane", "cylinder")
         given = [way for way in ways if getattr(self, way) is not None]
         if len(given) != 1:
             raise ValueError(f"needs exactly one of {', '.join(ways)}; it has {' and '.join(given) or 'none'}")
         return self
+
+
+class NodesTable(NodeSetTable):
+    """Nodes, and the place that stands for them."""
+
+    position: Vector | None = Field(None, description="of the frame, in mesh coordinates; default the centroid")
+
+
+class StressTable(NodeSetTable):
+    """Stress at every node of a set, in the modal file: the mean over the elements that meet there."""
+
+    of: str | None = Field(None, description="mesh group of these elements, where others meet there too")
+    axis: Vector | None = Field(None, description="of shells: its projection is x of the components; default mesh x")
+    fibres: list[Annotated[list[float], Field(min_length=2, max_length=3)]] = Field(
+        [],
+        description="of beams: y, z along e2, e3 from the centroid, m, and if known the shear of a unit torque, 1/m^3; "
+        "default the outer fibres of a 'section'",
+    )
 
 
 class InterfaceTable(NodesTable):

@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly import assemble
-from modalprep.fe.interface import Connection, Interface
+from modalprep.fe.interface import Connection, Interface, connect
 from modalprep.fe.materials import Material, Orthotropic
 from modalprep.fe.matrix_files import Matrices, matrices_digest, read_matrices
 from modalprep.fe.mesh import Mesh
@@ -19,6 +19,7 @@ from modalprep.fe.properties import Beam, Ply, PointMass, Property, Shell, Solid
 from modalprep.fe.quality import Quality, check_mesh
 from modalprep.fe.read import mesh_digest, read_mesh
 from modalprep.fe.sections import beam_section
+from modalprep.fe.stress import StressPoint, StressRecovery, stress_recovery
 from modalprep.pipeline.load import load_pipeline, naming
 from modalprep.pipeline.schema import Pipeline
 from modalprep.suggest import suggestion
@@ -86,6 +87,24 @@ def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interf
     interfaces = {name: _interface(table, mesh.scale) for name, table in pipeline.interfaces.items()}
     connections = {name: Connection(**node_set(table, mesh.scale)) for name, table in pipeline.connections.items()}
     return interfaces, connections
+
+
+def connected_mesh(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Mesh:
+    """Return the mesh with the new nodes of the file's [connections], whose names are groups."""
+    used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
+    return connect(mesh, pipeline_node_sets(pipeline, mesh)[1], used)
+
+
+def pipeline_stress(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> StressRecovery | None:
+    """Return the recovery of the file's [stress]; None without any."""
+    if not pipeline.stress:
+        return None
+    points = {
+        name: StressPoint(**node_set(table, mesh.scale) | {"fibres": tuple(map(tuple, table.fibres))})
+        for name, table in pipeline.stress.items()
+    }
+    with naming("[stress]"):
+        return stress_recovery(model, connected_mesh(pipeline, mesh, model), points)
 
 
 def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:

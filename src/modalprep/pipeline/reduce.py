@@ -7,12 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.interface import connect
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.pipeline.load import naming
-from modalprep.pipeline.model import node_set, pipeline_node_sets
+from modalprep.pipeline.model import connected_mesh, node_set
 from modalprep.pipeline.reduction_schema import RayleighTable, ReductionTable
 from modalprep.pipeline.schema import Pipeline
 from modalprep.reduction.basis import Reduction
@@ -72,9 +71,7 @@ def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, 
     """Return the nodal loads ``{name: (n_dof,)}`` of the file's [loads]; groups may be those of connections."""
     if not pipeline.loads:
         return {}
-    used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
-    mesh = connect(mesh, pipeline_node_sets(pipeline, mesh)[1], used)
-    found = {}
+    mesh, found = connected_mesh(pipeline, mesh, model), {}
     for name, table in pipeline.loads.items():
         with naming(f"[loads.{name}]"):
             found[name] = nodal_load(model, mesh, name, Load(**node_set(table, mesh.scale)))

@@ -15,7 +15,15 @@ from modalprep.pipeline.depletion_schema import DepletionTable, JetTable
 from modalprep.pipeline.deployment_schema import DeploymentTable
 from modalprep.pipeline.environment_schema import ConductorTable, ControlTable, EnvironmentTable
 from modalprep.pipeline.event_schema import EventTable
-from modalprep.pipeline.fe_schema import AnyMaterial, ConnectionTable, InterfaceTable, MatricesTable, MeshTable, Section
+from modalprep.pipeline.fe_schema import (
+    AnyMaterial,
+    ConnectionTable,
+    InterfaceTable,
+    MatricesTable,
+    MeshTable,
+    Section,
+    StressTable,
+)
 from modalprep.pipeline.reduction_schema import LoadTable, ReductionTable, SynthesisTable, WeldTable
 from modalprep.pipeline.system_schema import (
     AxialSpringTable,
@@ -74,6 +82,7 @@ class Pipeline(Table):
     )
     connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
     interfaces: dict[str, InterfaceTable] = Field({})
+    stress: dict[str, StressTable] = Field({}, description="points whose stress the body carries, histories of a run")
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
     output: OutputTable = Field(OutputTable())
@@ -113,6 +122,14 @@ class Pipeline(Table):
         for name in ("mesh", "materials", "properties", "connections"):
             if self.matrices is not None and getattr(self, name):
                 raise ValueError(f"[{name}] does not go with [matrices], which hold the whole structure; leave one out")
+        return self
+
+    @model_validator(mode="after")
+    def _stress_has_elements(self) -> Pipeline:
+        if self.stress and self.mesh is None:
+            raise ValueError(
+                "[stress] is that of elements, which the body of a [mesh] has; add it, or leave stress out"
+            )
         return self
 
     def with_chains(self) -> Pipeline:

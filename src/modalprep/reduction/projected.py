@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from scipy.linalg import eigh
@@ -37,6 +37,7 @@ class ModalBody(Protocol):
     interface_position: np.ndarray
     points: np.ndarray
     shape: np.ndarray
+    stress: dict[str, Any]
 
     @property
     def n(self) -> int:
@@ -172,6 +173,7 @@ def reduced_body(body: ModalBody, projected: ProjectedBasis) -> ModalBody:
     changed |= {name: Y.T @ getattr(body, name) @ Y for name in ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")}
     w = 2 * np.pi * projected.frequency
     damping = np.einsum("ij,i,ij->j", Y, body.D, Y)
+    changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
     return body.with_(**changed, K=w**2, D=damping, frequency=projected.frequency, modes=_table(body, projected))
 
 
