@@ -8,6 +8,8 @@ from body.solids import horn_mesh, horn_model
 import modalprep as mp
 from modalprep.body.difference import compare_bodies
 from modalprep.examples import beam_mesh
+from modalprep.multibody.deploying import deployment_channels
+from modalprep.multibody.flight import fly_system
 from modalprep.multibody.simulate import start_channels
 from modalprep.reduction.projected import projected_basis
 
@@ -286,6 +288,45 @@ def test_sudden_load_doubles_the_static_stress():
     np.testing.assert_allclose(run["beam.stress.root.6.von_mises"], np.abs(run["beam.stress.root.6.xx"]))
     assert run["beam.stress.root.6.von_mises"].max() == pytest.approx(2 * static_stress, rel=1e-6)
     assert set(start_channels(wall(body, loads=(load,)), 1.0).channels) == set(run.channels)
+
+
+def test_every_way_to_run_has_the_channels():
+    """A free flight in momenta and a deployment at the tip: stress by the modal coordinates of the same row."""
+    body = beam(modes=2)
+    spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", spin=np.array([0, 0.5, 1.0]))
+    fixed = mp.Joint(name="wall", type="weld", parent="ground", child="beam")
+    tip = mp.Joint(name="tip", type="weld", parent="beam.tip", child="hub")
+    places = {"root": np.zeros(3), "exit": np.array([0.1, 0, 0])}
+    hub = mp.rigid_body("hub", mass=0.1, centre=np.zeros(3), inertia=1e-4 * np.eye(3), interfaces=places)
+    boom = mp.Deployment(
+        name="boom", parent="hub.exit", length=0.5, segments=2, mass_per_length=0.1, EI=100.0, law="0.1 + t"
+    )
+    deploying = mp.DeployingSystem(
+        bodies={"beam": body, "hub": hub}, joints=(fixed, tip), deployments=(boom,), gravity=np.array([0, 0, -G])
+    )
+    runs = [
+        fly_system(mp.System(bodies={"beam": body}, joints=(spin,)), t_end=0.02),
+        mp.simulate_deployment(deploying, t_end=0.02),
+    ]
+    expected = {f"beam.stress.{name}" for name in body.stresses(np.zeros(body.n))}
+    at = body.stress["root.1"]
+    assert expected < deployment_channels(deploying).channels.keys()
+    for run in runs:
+        assert np.ptp(run["beam.modal"]) > 0
+        assert {name for name in run.channels if ".stress." in name} == expected
+        np.testing.assert_allclose(run["beam.stress.root.1.xx"], run["beam.modal"] @ at.modes[0])
+
+
+def test_stress_answers_to_a_load_in_state_space():
+    """At zero frequency the transfer from a tip force to the root's stress is ``-L / W``, to the middle half."""
+    body = beam(modes=0, truncation=("interfaces",)).conventional()
+    outputs = ["beam.stress.root.6.xx", "beam.stress.middle.6.xx"]
+    linear = mp.linearise(wall(body), inputs=["beam.tip.force.z"], outputs=outputs)
+    static = linear.D - linear.C @ np.linalg.solve(linear.A, linear.B)
+    np.testing.assert_allclose(static[:, 0], [-LENGTH / W, -LENGTH / 2 / W], rtol=1e-8)
+    for wrong in ("beam.stress.root.6.zz", "beam.stress.root.6.von_mises", "beam.stress.rot.6.xx"):
+        with pytest.raises(mp.InputError, match="did you mean .* the linear stresses of beam are"):
+            mp.linearise(wall(body), outputs=[wrong])
 
 
 def test_bodies_without_points_have_no_channels():

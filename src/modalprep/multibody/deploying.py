@@ -22,6 +22,7 @@ from modalprep.multibody.deployment_system import DeployingSystem
 from modalprep.multibody.layout import pack
 from modalprep.multibody.result import Result, output_times
 from modalprep.multibody.simulate import check_span
+from modalprep.multibody.stresses import stress_channels
 from modalprep.multibody.timefunction import TimeFunction
 
 ALIGNED = 0.1  # of a rod: way in which the guide aligns a rod of a beam that comes in
@@ -73,7 +74,11 @@ def deployment_channels(system: DeployingSystem) -> Result:
     full = system.full()
     histories = Histories(system, np.zeros(0))
     histories.add(Channels(full, pack(full), None).places, np.zeros((0, 0)))
-    return histories.result("start", "", {}, {})
+    return _with_stress(system, histories.result("start", "", {}, {}))
+
+
+def _with_stress(system: DeployingSystem, run: Result) -> Result:
+    return run.with_(channels=run.channels | stress_channels(system.bodies, run.channels))
 
 
 class Run:
@@ -100,7 +105,7 @@ class Run:
                 self._take(change)
         self._count()
         events = {name: np.array(found) for name, found in self.events.items()}
-        return self.histories.result(status, message, self.stats, events)
+        return _with_stress(self.system, self.histories.result(status, message, self.stats, events))
 
     def _planned(self) -> Change:
         """Return the next change that is known beforehand, or the end of the run."""

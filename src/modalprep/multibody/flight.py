@@ -9,6 +9,7 @@ from modalprep.multibody.dense import node_motion, quaternion_matrix
 from modalprep.multibody.free_flyer import Flight, fly_free
 from modalprep.multibody.joint import Joint
 from modalprep.multibody.result import Result, output_times
+from modalprep.multibody.stresses import stress_channels
 from modalprep.multibody.system import System
 
 
@@ -20,7 +21,8 @@ def fly_system(
     Returns
     -------
     Result
-        Channels ``<body>.origin``, ``.orientation``, ``.modal``, ``<body>.<interface>.position``, momenta and energies.
+        Channels ``<body>.origin``, ``.orientation``, ``.modal``, ``.stress``, ``<body>.<interface>.position``, momenta
+        and energies.
 
     Raises
     ------
@@ -56,6 +58,7 @@ def fly_system(
     }
     for k, interface in enumerate(body.interface_name):
         channels[f"{name}.{interface}.position"] = _positions(system, name, k, flight)
+    channels |= stress_channels({name: body}, channels)
     largest = max(np.abs(part - part[0] * (key == "gravity")).max() for key, part in energy.items())
     stats = {"steps": float(flight.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
     message = f"free flight in {variables} variables, explicit method of order 8"

@@ -59,8 +59,8 @@ def output(plant: Plant, name: str, y: np.ndarray) -> Callable[[np.ndarray], flo
     """Return the function of the state that an output's name means; rotations are counted from state y.
 
     ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
-    ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.spin``, ``.acceleration`` and
-    ``.angular_acceleration`` in inertial axes; to be called after `Plant.accelerations`.
+    ``body.stress.point.xx``, ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.spin``,
+    ``.acceleration`` and ``.angular_acceleration`` in inertial axes; to be called after `Plant.accelerations`.
 
     Raises
     ------
@@ -75,6 +75,8 @@ def output(plant: Plant, name: str, y: np.ndarray) -> Callable[[np.ndarray], flo
         places, number = plant.coordinates("body", first), rest.removeprefix("modal.")
         if number.isdigit() and 1 <= int(number) <= len(places):
             return lambda y, place=places[int(number) - 1]: y[place]
+    if first in plant.system.bodies and rest.startswith("stress."):
+        return _stress(plant, first, rest.removeprefix("stress."), name)
     if first in [joint.name for joint in plant.system.joints]:
         known = _hinges(plant, first)
         if rest not in known:
@@ -115,6 +117,14 @@ def _hinges(plant: Plant, joint: str) -> dict[str, int]:
             found["spin"] = [first, first + 1, first + 2]
     single = {name: places[0] for name, places in found.items() if len(places) == 1}
     return single | {f"{name}.{k + 1}": place for name, places in found.items() for k, place in enumerate(places)}
+
+
+def _stress(plant: Plant, body: str, place: str, name: str) -> Callable[[np.ndarray], float]:
+    points, modal = plant.system.bodies[body].stress, plant.coordinates("body", body)
+    rows = {f"{p}.{c}": row for p, at in points.items() for c, row in zip(at.components, at.modes, strict=True)}
+    if place not in rows:
+        raise InputError(f"output {name!r}: {suggestion(place, rows, f'the linear stresses of {body} are')}")
+    return lambda y, row=rows[place]: row @ y[modal]
 
 
 def _motion(plant: Plant, link: int, node: int, what: str, axis: int, y: np.ndarray) -> Callable[[np.ndarray], float]:

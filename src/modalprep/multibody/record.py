@@ -9,7 +9,7 @@ from modalprep.multibody.channels import ENERGIES, Channels
 from modalprep.multibody.integrators import Integration
 from modalprep.multibody.observation import record
 from modalprep.multibody.result import Result
-from modalprep.multibody.system import System
+from modalprep.multibody.stresses import stress_channels
 
 
 class Recorder:
@@ -47,7 +47,7 @@ class Recorder:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
         rows = self.rows[: self.count]
         channels = {name: rows[:, place] for name, place in self.channels.places.items()}
-        channels |= self._axes(channels) | stresses(self.channels.system, channels)
+        channels |= self._axes(channels) | stress_channels(self.channels.system.bodies, channels)
         return audited(self.time[: self.count], channels, status, message, stats)
 
     def _axes(self, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
@@ -61,16 +61,6 @@ class Recorder:
             places, speeds = channels[f"{at}.position"], channels[f"{at}.velocity"]
             found[f"{name}.semi_major_axis"] = system.orbit.semi_major_axis(places, speeds)
         return found
-
-
-def stresses(system: System, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Return the stress at the points of the bodies that have any: ``<body>.stress.<point>.<component>``."""
-    return {
-        f"{name}.stress.{place}": values
-        for name, body in system.bodies.items()
-        if body.stress and body.n
-        for place, values in body.stresses(channels[f"{name}.modal"]).items()
-    }
 
 
 def audited(
