@@ -65,7 +65,7 @@ def job(project, tmp_path):
 
 def test_a_damped_run_ends_at_the_static_stress(job, tmp_path):
     """``M / W = rho g L^2 / 2 A / W = 3 rho g L^2 / h`` under its weight, but for l^2 / 12 of elements of 0.25 m."""
-    assert main(["run", str(job())]) == 0
+    assert main(["simulate", str(job())]) == 0
     made = tmp_path / "output" / "job"
     run = mp.read_result(made / "job-run.h5")
     exact = 6 * RHO * G * (LENGTH**2 / 2 - 0.25**2 / 12) / HEIGHT

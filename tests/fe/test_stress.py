@@ -152,6 +152,31 @@ def test_plate_strip_bends_like_a_beam(kind, tolerance):
     assert abs(found["p.top"].modes[1:, 0]).max() < 2 * tolerance * exact
 
 
+def test_quads_bend_in_their_plane():
+    """``u = k x y``, ``v = -k (x^2 + nu y^2) / 2``: ``sigma_xx = E k y`` alone, by incompatible modes."""
+    points, cells = surface(3, 1, "quad", lambda s, t: (2 * s, t - 0.5, 0 * s))
+    model, k = shell_model(points, cells, mp.Shell(material=STEEL, thickness=0.01)), 1e-3
+    x, y, _ = points.T
+    d = np.zeros((model.n_dof, 1))
+    for component, values in ((0, k * x * y), (1, -k * (x**2 + 0.3 * y**2) / 2), (5, -k * x)):
+        d[model.dof[: len(points), component], 0] = values
+    for name, at in everywhere(model, mesh_of(points, cells, "quad"))(d).items():
+        place = points[int(name.split(".")[1]) - 1]
+        np.testing.assert_allclose(at.modes[:, 0], [2e11 * k * place[1], 0, 0], atol=1.0)
+
+
+def test_point_has_the_mean_of_its_elements():
+    """Two bars in a row, the second stretched three times as much: 1, 2 and 3 at their nodes."""
+    mesh = beam_mesh(2, 2.0)
+    model = mp.assemble(
+        mesh, {"beam": mp.beam_section("rod", STEEL, diameter=0.1)}, {"r": mp.Interface(near=(0, 0, 0))}
+    )
+    d = np.zeros((model.n_dof, 1))
+    d[model.dof[:3, 0], 0] = 0, 1e-3, 4e-3
+    found = everywhere(model, mesh.with_(groups={"all": mesh.groups["beam"]}), fibres=((0, 0),))(d)
+    assert [found[f"p.{node}"].modes[0, 0] for node in (1, 2, 3)] == pytest.approx([2e8, 4e8, 6e8], rel=1e-9)
+
+
 def test_triangles_and_quads_that_meet_share_a_point():
     """Constant strain in a quad and two triangles: the mean over both kinds is exact as well."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2.2, 1, 0]])
