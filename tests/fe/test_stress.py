@@ -46,6 +46,23 @@ def test_solids_have_the_stress_of_a_constant_strain(kind):
         np.testing.assert_allclose(got, exact[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]], rtol=0, atol=ROUND_OFF * 1e11)
 
 
+@pytest.mark.parametrize("kind", ["hexahedron", "hexahedron20", "hexahedron27", "tetra10"])
+def test_solids_in_pure_bending(kind):
+    """``u = k x z``, ``v = -k nu y z``, ``w = -k (x^2 + nu (z^2 - y^2)) / 2``: ``sigma_xx = E k z`` alone, in bricks.
+
+    Linear hexahedra need their incompatible modes for it.
+    """
+    points, cells = box(kind, (3, 2, 1), (1.0, 0.2, 0.1))
+    model, k, nu = solid_model(points, cells, kind, mp.Solid(material=STEEL)), 1e-3, 0.3
+    x, y, z = points.T
+    d = np.zeros((model.n_dof, 1))
+    u = np.stack([k * x * z, -k * nu * y * z, -k * (x**2 + nu * (z**2 - y**2)) / 2], axis=1)
+    d[model.dof[: len(points), :3], 0] = u
+    for name, at in everywhere(model, mesh_of(points, cells, kind))(d).items():
+        place = points[int(name.split(".")[1]) - 1]
+        np.testing.assert_allclose(at.modes[:, 0], [2e11 * k * place[2], 0, 0, 0, 0, 0], atol=1.0)  # of 2e7 Pa
+
+
 @pytest.mark.parametrize(("kind", "tolerance"), [("hexahedron", 2e-3), ("hexahedron20", 2e-3), ("tetra10", 2e-2)])
 def test_solid_cantilever_bends_like_a_beam(kind, tolerance):
     """``sigma_xx = M z / I`` half-way between clamp and tip force; what is left is the discretisation, halved below."""
