@@ -42,6 +42,10 @@ BODY = [
     _keep("frequency < " + NUMBER),  # no such float
     _keep("not " * 3000 + "mode < 2"),  # deeper than Python's parser goes
     _keep("mode < 9**9**9"),
+    ("[reduction]", "[stress.a]\n[reduction]", "[stress.a]", "needs exactly one of group, node, near"),
+    ("[reduction]", "[stress.a]\nnode = 1\n[reduction]", "stress point 'a'", "give fibres = [[y, z], ...]"),
+    ("[reduction]", "[stress.a]\nnode = 1\nfibres = [[0, 0, 0, 0]]\n[reduction]", "[stress.a.fibres", "at most 3"),
+    ("[reduction]", '[stress.a]\nnode = 1\nof = "root"\n[reduction]', "no element of group 'root' that has stress"),
     ("[properties.beam]", "[[properties.beam]]", "[properties.beam]"),
     ("[properties.beam]", "[properties.beams]", "job.toml", "no group 'beams'", "did you mean 'beam'?"),
     ("[properties.beam]", "[properties.root]", "group 'root' has vertex cells", "'beam' needs line cells"),

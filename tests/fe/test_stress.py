@@ -304,6 +304,34 @@ def test_truss_carries_its_force_over_its_area():
         mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=2)})
 
 
+@pytest.mark.parametrize("I12", [0.0, 4e4])
+@pytest.mark.parametrize("card", ["PBAR", "PBEAM"])
+def test_nastran_decks_bring_their_fibres(tmp_path, card, I12):
+    """Points C to F of PBAR and PBEAM, y towards the orientation vector, under a tip force across: unsymmetric bending.
+
+    ``sigma = -(y, z) [[I1, I12], [I12, I2]]^-1 (Fy, Fz) (L - x)``; blank points are none.
+    """
+    places = np.array([[15.0, 0.0], [-12.0, 8.0], [3.0, -9.0]])  # mm
+    points = ",".join(str(v) for v in places.ravel())
+    text = {
+        "PBAR": f"PBAR,5,7,600.,1.2+5,6.+4,9.+4\n,{points}\n,1.,1.,{I12}\n",
+        "PBEAM": f"PBEAM,5,7,600.,1.2+5,6.+4,{I12},9.+4\n,{points}\n,YES,1.\n,,,,,,,,\n,1.,1.\n",
+    }[card]
+    deck = f"GRID,1,,0.,0.,0.\nGRID,2,,2000.,0.,0.\nMAT1,7,2.+5,,.3,8.-9\nC{card[1:]},9,5,1,2,0.,1.,0.\n{text}ENDDATA\n"
+    (tmp_path / "deck.bdf").write_text(deck)
+    mesh = mp.read_mesh(tmp_path / "deck.bdf", "mm", "t")
+    model = mp.assemble(mesh, {}, {"root": mp.Interface(node=1, kind="node")})
+    load = np.zeros(model.n_dof)
+    force = np.array([20.0, -35.0])  # N along y, z
+    load[model.dof[1, 1:3]] = force
+    d = static(model, free_dofs(model, model.dof[0]), load)[:, None]
+    found = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=1)})(d)
+    second = 1e-12 * np.array([[1.2e5, I12], [I12, 6e4]])
+    exact = -1e-3 * places @ np.linalg.solve(second, 2.0 * force)
+    assert list(found) == ["p.1", "p.2", "p.3"]
+    np.testing.assert_allclose([at.modes[0, 0] for at in found.values()], exact, rtol=1e-7)
+
+
 # --- what cannot be asked ---------------------------------------------------------------------------------------------
 
 
@@ -336,6 +364,7 @@ def stiffened():
         (dict(node=3, fibres=((0, 0),)), "'fibres' is not for elements of type shell"),
         (dict(node=1, of="stiffener", axis=(1, 0, 0)), "'axis' is not for elements of type beam"),
         (dict(node=1, of="stiffener", fibres=((0, 0, 0, 0),)), "is not y, z and, where known"),
+        (dict(node=1, of="stiffener", fibres=((0, np.nan),)), "is not y, z and, where known"),
         (dict(node=3, axis=(0, 0, 1)), "is zero or normal to the shell"),
         (dict(node=3, axis=(0, 0, 0)), "is zero or normal to the shell"),
     ],

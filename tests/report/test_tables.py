@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from modalprep.body.stress import StressModes
 from modalprep.report.tables import body_summary, hertz, mode_table, summary_rows
 
 
@@ -78,6 +79,15 @@ def test_products_of_inertia_are_shown_where_there_are_any(cantilever):
     assert "products" not in str(summary_rows(cantilever))
     E0 = np.array([[4.0, 1, 0], [1, 0.01, 0], [0, 0, 0.01]])
     assert ("products, xy xz yz", "(-1, 0, 0) kg m²") in summary_rows(cantilever.with_(E0=E0))
+
+
+def test_points_of_stress_are_listed_where_there_are_any(cantilever):
+    assert "stress at" not in dict(summary_rows(cantilever))
+    at = StressModes(position=np.zeros(3), axes=np.eye(3), components=("xx",), modes=np.zeros((1, cantilever.n)))
+    many = cantilever.with_(stress={f"p{k}": at for k in range(42)})
+    assert dict(summary_rows(many))["stress at"].endswith("p38, p39 and 2 more")
+    few = cantilever.with_(stress={"a": at, "b": at})
+    assert dict(summary_rows(few))["stress at"] == "a, b"
 
 
 def test_frequencies_have_no_exponent():

@@ -41,6 +41,7 @@ def bar(shop: Shop, card: Card, section: Section) -> Beam | Truss:
         ky=(k2 or RIGID) * factor,
         nsm=nsm,
         shear=bool(k1 or k2),
+        fibres=tuple((y * m, z * m) for y, z in section.fibres),
     )
 
 

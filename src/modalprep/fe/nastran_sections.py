@@ -30,6 +30,7 @@ class Section:
     nsm: float = 0.0
     k1: float = 0.0
     k2: float = 0.0
+    points: tuple[tuple[float, float], ...] = ()
 
     @property
     def turned(self) -> tuple[float, float, float]:
@@ -40,19 +41,38 @@ class Section:
         mean, radius = (self.I1 + self.I2) / 2, math.hypot((self.I1 - self.I2) / 2, self.I12)
         return mean + radius, mean - radius, angle
 
+    @property
+    def fibres(self) -> tuple[tuple[float, float], ...]:
+        """Points of stress recovery along e2 and e3 of `Beam`: e3 is the first principal axis, e2 goes against z.
+
+        Examples
+        --------
+        >>> Section(A=2.0, I1=8 / 12, I2=2 / 12, I12=0.0, J=0.0, points=((1.0, 0.5),)).fibres
+        ((-0.5, 1.0),)
+        """
+        c, s = math.cos(self.turned[2]), math.sin(self.turned[2])
+        return tuple((s * y - c * z, c * y + s * z) for y, z in self.points)
+
+
+def _points(card: Card) -> tuple[tuple[float, float], ...]:
+    """C1, C2 to F1, F2 in the second row, without those that are blank or zero."""
+    values = [card.real(8 + k, f"{name}{i}", 0.0) for k, (name, i) in enumerate((n, i) for n in "CDEF" for i in (1, 2))]
+    return tuple((y, z) for y, z in zip(values[::2], values[1::2], strict=True) if y or z)
+
 
 def pbar(shop: Shop, card: Card) -> Section:
     """PBAR: blank K1, K2 are rigid in shear."""
     A, I1, I2, J, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "J", "NSM"), 2))
     k1, k2, I12 = (card.real(k, name, 0.0) for k, name in enumerate(("K1", "K2", "I12"), 16))
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2)
+    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=_points(card))
 
 
 def pbeam(shop: Shop, card: Card) -> Section:
     """PBEAM: the section at end A; K1, K2 default to 1."""
     A, I1, I2, I12, J, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "I12", "J", "NSM"), 2))
     row, ends, known = 1, ("YES", "YESA", "NO"), (A, I1, I2, I12, J)
-    row += card.row(1)[0] not in ends  # stresses at end A
+    points = () if card.row(1)[0] in ends else _points(card)  # of end A
+    row += card.row(1)[0] not in ends
     while card.row(row)[0] in ends:
         there = [card.real(8 * row + k, "a station's value", value) for k, value in enumerate(known, 2)]
         if not np.allclose(there, known, rtol=1e-3):
@@ -63,7 +83,7 @@ def pbeam(shop: Shop, card: Card) -> Section:
         card.real(8 * row + k, "S1 to CW", 0.0) for k in range(2, 8)
     ):
         shop.note("PBEAM: shear relief, warping, and offsets of neutral axis and nsm are left out")
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2)
+    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=points)
 
 
 def _strips(J: float, *rectangles: tuple[float, float, float, float]) -> tuple[float, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -68,7 +69,7 @@ class Beam:
         values = {name: getattr(self, name) for name in ("A", "Iy", "Iz", "J", "ky", "kz")}
         refuse_not_positive("beam section", **values)
         for fibre in self.fibres:
-            if len(fibre) not in (2, 3):
+            if len(fibre) not in (2, 3) or not all(math.isfinite(x) for x in fibre):
                 raise InputError(f"fibre {list(fibre)} of a beam is not y, z and, where known, the shear per torque")
 
 

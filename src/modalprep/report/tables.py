@@ -16,7 +16,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, PROJECTED, TRUNCATION, ModeTable
 
 WIDE = 105  # columns; below, each row names its largest directions only
-LISTED = 40  # frequencies written out, at most
+LISTED = 40  # frequencies and points of stress written out, at most
 LEGEND = ": effective mass in % of the body"
 SUM = "; sum: of the kept rows so far, in the row's largest direction"
 NOUNS = {
@@ -153,6 +153,11 @@ def summary_rows(body: FlexibleBody) -> list[tuple[str, str]]:
         more = f", ... {hertz(body.frequency[-1])}" if body.n > LISTED else ""
         rows.append((f"{body.n} modes, root clamped", f"{listed}{more} Hz"))
     rows.append(("geometric stiffness", "stored" if body.has_geometric_stiffness else "none"))
+    if body.stress:
+        names = list(body.stress)
+        rows.append(
+            ("stress at", ", ".join(names[:LISTED]) + f" and {len(names) - LISTED} more" * (len(names) > LISTED))
+        )
     return rows
 
 
