@@ -63,29 +63,39 @@ def test_solids_in_pure_bending(kind):
         np.testing.assert_allclose(at.modes[:, 0], [2e11 * k * place[2], 0, 0, 0, 0, 0], atol=1.0)  # of 2e7 Pa
 
 
-@pytest.mark.parametrize(("kind", "tolerance"), [("hexahedron", 2e-3), ("hexahedron20", 2e-3), ("tetra10", 2e-2)])
+@pytest.mark.parametrize(("kind", "tolerance"), [("hexahedron", 1e-9), ("hexahedron20", 1e-5), ("tetra10", 5e-3)])
 def test_solid_cantilever_bends_like_a_beam(kind, tolerance):
-    """``sigma_xx = M z / I`` half-way between clamp and tip force; what is left is the discretisation, halved below."""
-    errors = [abs(_middle_of_solid(kind, n) - 1) for n in (6, 12)]
+    """``sigma_xx = M z / I`` half-way between clamp and tip force; with twice the elements 2/3 of the error."""
+    errors = [abs(solid_cantilever(kind, n, 0.5) - 1) for n in (6, 12)]
     assert errors[1] < tolerance
-    assert errors[1] < errors[0] or errors[0] < 1e-6
+    assert errors[1] < max(2 / 3 * errors[0], 1e-9)
 
 
-def _middle_of_solid(kind, n):
-    """Stress at the top of the middle over M z / I."""
+def test_solid_cantilever_at_its_clamp():
+    """Linear hexahedra have the moment of their middle, ``-l / (2 L)``; second order is within 2 % of M z / I.
+
+    The true stress differs from that by as much, for the clamp does not let the section warp.
+    """
+    for n in (6, 12):
+        assert solid_cantilever("hexahedron", n, 0.0) == pytest.approx(1 - 1 / (2 * n), rel=1e-9)
+    for kind in ("hexahedron20", "tetra10"):
+        assert solid_cantilever(kind, 12, 0.0) == pytest.approx(1, rel=2e-2)
+
+
+def solid_cantilever(kind, n, place):
+    """Stress at the top over M z / I, at a place (m) of a bar of 1 m with n elements along it."""
     length, b, h, force = 1.0, 0.1, 0.1, 500.0
     points, cells = box(kind, (n, 1, 2), (length, b, h))
-    clamp, tip, top = (np.flatnonzero(c) for c in (
-        points[:, 0] < 1e-9, points[:, 0] > length - 1e-9,
-        np.all(np.abs(points - (length / 2, 0, h)) < 1e-9, axis=1)))  # fmt: skip
+    at = (abs(points[:, 0]) < 1e-9, points[:, 0] > length - 1e-9, np.all(abs(points - (place, 0, h)) < 1e-9, axis=1))
+    clamp, tip, top = map(np.flatnonzero, at)
     model = solid_model(points, cells, kind, mp.Solid(material=mp.Material(E=2e11, nu=0.0, rho=1.0)), clamp)
     mesh = mesh_of(points, cells, kind)
-    tip_mesh = mesh.with_(cells=mesh.cells | {"vertex": tip[:, None]},
-                          groups=mesh.groups | {"tip": {"vertex": np.arange(len(tip))}})  # fmt: skip
+    groups = mesh.groups | {"tip": {"vertex": np.arange(len(tip))}}
+    tip_mesh = mesh.with_(cells=mesh.cells | {"vertex": tip[:, None]}, groups=groups)
     load = mp.nodal_load(model, tip_mesh, "tip", mp.Load(group="tip", force=(0, 0, force)))
     d = static(model, free_dofs(model, model.dof[clamp]), load)[:, None]
-    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=int(top[0]) + 1)})(d)["p"]
-    return at.modes[0, 0] / (-force * length / 2 * (h / 2) / (b * h**3 / 12))
+    found = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=int(top[0]) + 1)})(d)["p"]
+    return found.modes[0, 0] / (-force * (length - place) * (h / 2) / (b * h**3 / 12))
 
 
 # --- shells -----------------------------------------------------------------------------------------------------------
@@ -151,47 +161,23 @@ def test_outer_plies_carry_their_own_stress():
         np.testing.assert_allclose(got, exact[[0, 1, 0], [0, 1, 1]], rtol=0, atol=1e-8 * np.abs(exact).max())
 
 
-@pytest.mark.parametrize(("kind", "tolerance"), [("quad", 1e-3), ("triangle", 2e-2)])
-def test_plate_strip_bends_like_a_beam(kind, tolerance):
-    """``6 M / (b t^2)`` half-way between clamp and tip force, compressed where the strip bends to; nu = 0."""
+@pytest.mark.parametrize(("kind", "at_root", "within"), [("quad", 1e-6, 1e-6), ("triangle", 2e-2, 1e-4)])
+def test_plate_strip_bends_like_a_beam(kind, at_root, within):
+    """``6 M / (b t^2)`` at the clamp and half-way to the tip force, compressed where the strip bends to; nu = 0."""
     length, b, t, force = 1.0, 0.2, 0.01, 5.0
-    points, cells = surface(16, 4, kind, lambda s, r: (length * s, b * (r - 0.5), 0 * s))
+    points, cells = surface(8, 4, kind, lambda s, r: (length * s, b * (r - 0.5), 0 * s))
     model = shell_model(points, cells, mp.Shell(material=mp.Material(E=2e11, nu=0.0, rho=1.0), thickness=t))
     clamp, tip = (np.flatnonzero(abs(points[:, 0] - x) < 1e-9) for x in (0, length))
     load = np.zeros(model.n_dof)
-    load[model.dof[tip, 2]] = force / len(tip) * np.array([0.625, 1.25, 1.25, 1.25, 0.625])
+    load[model.dof[tip, 2]] = force / 4 * np.array([0.5, 1, 1, 1, 0.5])
     d = static(model, free_dofs(model, model.dof[clamp]), load)[:, None]
-    middle = {"p": mp.StressPoint(near=(length / 2, 0, 0))}
-    found = mp.stress_recovery(model, mesh_of(points, cells, kind), middle)(d)
-    exact = 6 * force * length / 2 / (b * t**2)
-    assert found["p.top"].modes[0, 0] == pytest.approx(-exact, rel=tolerance)
-    assert found["p.bottom"].modes[0, 0] == pytest.approx(exact, rel=tolerance)
-    assert abs(found["p.top"].modes[1:, 0]).max() < 2 * tolerance * exact
-
-
-def test_quads_bend_in_their_plane():
-    """``u = k x y``, ``v = -k (x^2 + nu y^2) / 2``: ``sigma_xx = E k y`` alone, by incompatible modes."""
-    points, cells = surface(3, 1, "quad", lambda s, t: (2 * s, t - 0.5, 0 * s))
-    model, k = shell_model(points, cells, mp.Shell(material=STEEL, thickness=0.01)), 1e-3
-    x, y, _ = points.T
-    d = np.zeros((model.n_dof, 1))
-    for component, values in ((0, k * x * y), (1, -k * (x**2 + 0.3 * y**2) / 2), (5, -k * x)):
-        d[model.dof[: len(points), component], 0] = values
-    for name, at in everywhere(model, mesh_of(points, cells, "quad"))(d).items():
-        place = points[int(name.split(".")[1]) - 1]
-        np.testing.assert_allclose(at.modes[:, 0], [2e11 * k * place[1], 0, 0], atol=1.0)
-
-
-def test_point_has_the_mean_of_its_elements():
-    """Two bars in a row, the second stretched three times as much: 1, 2 and 3 at their nodes."""
-    mesh = beam_mesh(2, 2.0)
-    model = mp.assemble(
-        mesh, {"beam": mp.beam_section("rod", STEEL, diameter=0.1)}, {"r": mp.Interface(near=(0, 0, 0))}
-    )
-    d = np.zeros((model.n_dof, 1))
-    d[model.dof[:3, 0], 0] = 0, 1e-3, 4e-3
-    found = everywhere(model, mesh.with_(groups={"all": mesh.groups["beam"]}), fibres=((0, 0),))(d)
-    assert [found[f"p.{node}"].modes[0, 0] for node in (1, 2, 3)] == pytest.approx([2e8, 4e8, 6e8], rel=1e-9)
+    for place, tolerance in ((0.0, at_root), (0.5, within)):
+        middle = {"p": mp.StressPoint(near=(place, 0, 0))}
+        found = mp.stress_recovery(model, mesh_of(points, cells, kind), middle)(d)
+        exact = 6 * force * (length - place) / (b * t**2)
+        assert found["p.top"].modes[0, 0] == pytest.approx(-exact, rel=tolerance)
+        assert found["p.bottom"].modes[0, 0] == pytest.approx(exact, rel=tolerance)
+        assert abs(found["p.top"].modes[1:, 0]).max() < tolerance * exact
 
 
 def test_triangles_and_quads_that_meet_share_a_point():
