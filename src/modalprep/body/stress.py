@@ -21,7 +21,7 @@ class StressModes(Record):
     Attributes
     ----------
     position : (3,)
-        m, in the body's frame B.
+        Of its node in the body's frame B, m.
     axes : (3, 3)
         Rows: the axes x, y, z of the components, in B.
     components : tuple of str

@@ -56,8 +56,8 @@ class StressPoint(NodeSet):
 class Stress(NamedTuple):
     """Stress at a point.
 
-    ``position (3,)`` in the model's frame, m; ``axes (3, 3)``, whose rows are the axes of the components, there too;
-    names of the components, and ``modes (c, k)`` in Pa per displacement field.
+    ``position (3,)`` of its node in the model's frame, m; ``axes (3, 3)``, whose rows are the axes of the components,
+    in that frame too; names of the components, and ``modes (c, k)`` in Pa per displacement field.
     """
 
     position: np.ndarray
@@ -88,7 +88,7 @@ class Meeting:
 
     def stresses(self, Phi: np.ndarray) -> Iterator[tuple[str, Stress]]:
         """Yield name and stress of each place of the section for each column of ``Phi (n_dof, k)``."""
-        found: dict[str, list[np.ndarray]] = {}
+        found: dict[tuple[str, tuple[str, ...]], list[np.ndarray]] = {}
         for block, local, dofs in self.pieces:
             for label, (components, values) in block.nodal_stress(Phi[dofs]).items():
                 own = values[np.arange(len(values)), local]
