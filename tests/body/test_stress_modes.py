@@ -292,6 +292,22 @@ def test_sudden_load_doubles_the_static_stress():
     assert set(start_channels(wall(body, loads=(load,)), 1.0).channels) == set(run.channels)
 
 
+def test_a_run_ends_where_the_stress_is_too_high():
+    """Under a sudden load a single mode has its static stress after a quarter of its period: an event."""
+    force = 0.05
+    body = beam(modes=0, truncation=("push",), loads={"push": mp.Load(group="tip", force=(0, 0, 1.0))}).ruthless()
+    load = mp.PointForce(name="push", at="beam.tip", force=np.array([0, 0, force]))
+    when = f"beam.stress.root.6.von_mises - {force * LENGTH / W!r}"
+    period = 1 / body.frequency[0]
+    event = mp.Event(name="crack", when=when, terminal=True)
+    run = mp.simulate(wall(body, loads=(load,)), t_end=period, output_step=period / 10, rtol=1e-10, events=(event,))
+    assert run.time[-1] == pytest.approx(period / 4, rel=1e-6)
+    assert run["beam.stress.root.6.xx"][-1] == pytest.approx(-force * LENGTH / W, rel=1e-6)
+    for wrong in ("beam.stress.root.9.xx", "beam.stress.root.6.zz", "beam.stress.xx"):
+        with pytest.raises(mp.InputError, match=rf"no channel '{wrong}'; give .*\.stress\.<point>\.<component>"):
+            mp.simulate(wall(body), t_end=1.0, events=(mp.Event(name="crack", when=f"{wrong} - 1"),))
+
+
 def test_every_way_to_run_has_the_channels():
     """A free flight in momenta and a deployment at the tip: stress by the modal coordinates of the same row."""
     body = beam(modes=2)

@@ -166,7 +166,7 @@ def stress_recovery(model: FEModel, mesh: Mesh, points: Mapping[str, StressPoint
 def _meetings(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: int) -> list[Meeting]:
     blocks = [block for block in model.strain_energy.blocks if hasattr(block, "nodal_stress")]
     own = None if spec.of is None else list(mesh.group(spec.of).values())
-    used = _distinct(own if own is not None else [block.nodes for block in blocks])
+    used = _used(len(mesh.points), own if own is not None else [block.nodes for block in blocks])
     nodes = np.intersect1d(spec.nodes(mesh, used), used)
     if len(nodes) > most:
         raise InputError(f"{spec} has {len(nodes)} nodes; a body keeps the stress of {MOST} at most")
@@ -182,8 +182,11 @@ def _meetings(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: in
     ]
 
 
-def _distinct(connectivity: list[np.ndarray]) -> np.ndarray:
-    return np.unique(np.concatenate([np.zeros(0, int), *(c.ravel() for c in connectivity)]))
+def _used(count: int, connectivity: list[np.ndarray]) -> np.ndarray:
+    seen = np.zeros(count, dtype=bool)
+    for cells in connectivity:
+        seen[cells] = True
+    return np.flatnonzero(seen)
 
 
 def _touching(cells: np.ndarray, nodes: np.ndarray, own: list[np.ndarray] | None) -> np.ndarray:

@@ -14,6 +14,7 @@ from modalprep.multibody.laws import rotation_vector
 from modalprep.multibody.loads import locate
 from modalprep.multibody.loops import Loops
 from modalprep.multibody.state import State
+from modalprep.multibody.stresses import stress_reader
 from modalprep.multibody.system import System
 from modalprep.suggest import suggestion
 
@@ -23,7 +24,8 @@ PARTS = ("position", "rotation", "velocity", "spin")
 PLACES, RATES = {"angle": TURNS, "displacement": TRAVELS}, {"rate": TURNS, "speed": TRAVELS}
 KNOWN = (
     "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
-    ".velocity.x or .spin.x, <body>.modal.<number>, of an event also <closure>.gap or .multiplier"
+    ".velocity.x or .spin.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also <closure>.gap or "
+    ".multiplier"
 )
 
 
@@ -34,9 +36,10 @@ def channel_expression(
 
     Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
     ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad,
-    below pi), inertial axes; ``<body>.modal.<number>``. With `loops`, whose work belongs to the state:
-    ``<closure>.gap`` (m, rad) and ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the
-    ends apart) of closures with one condition, active or not.
+    below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also its
+    ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
+    ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
+    one condition, active or not.
 
     Raises
     ------
@@ -87,6 +90,8 @@ def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[S
     words = part.split(".")
     if len(words) == 2 and words[0] == "modal" and words[1].isdigit() and 0 < int(words[1]) <= system.bodies[body].n:
         return lambda state: float(state.modal(body)[int(words[1]) - 1])
+    if words[0] == "stress" and (stress := stress_reader(system.bodies[body], part.removeprefix("stress."))):
+        return lambda state: stress(state.modal(body))
     if len(words) == 3 and words[1] in PARTS and words[2] in AXES:
         at, axis = f"{body}.{words[0]}", AXES[words[2]]
         locate(system.bodies, at, what)

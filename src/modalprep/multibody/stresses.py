@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -27,3 +27,19 @@ def stress_channels(bodies: Mapping[str, FlexibleBody], channels: Mapping[str, n
         if body.stress and body.n
         for place, values in body.stresses(channels[f"{name}.modal"]).items()
     }
+
+
+def stress_reader(body: FlexibleBody, place: str) -> Callable[[np.ndarray], float] | None:
+    """Return ``q (n,) -> stress`` (Pa) of ``<point>.<component>``, also ``.von_mises``; None where there is no such.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> stress_reader(uniform_beam(modes=1), "root.xx") is None
+    True
+    """
+    point, _, component = place.rpartition(".")
+    at = body.stress.get(point)
+    if at is None or component not in at.histories(np.zeros(body.n)):
+        return None
+    return lambda q: float(at.histories(q)[component])
