@@ -286,6 +286,10 @@ def test_truss_carries_its_force_over_its_area():
     forces = np.linalg.solve((slope / np.linalg.norm(slope, axis=1)[:, None]).T, 1e3 * np.ones(3))
     assert at.components == ("xx",)
     assert at.modes[0, 0] == pytest.approx(forces[0] / 1e-4, rel=1e-9)
+    for k, start in enumerate((0, 2, 3)):
+        way = mp.StressPoint(node=2, direction=tuple(points[1] - points[start]))
+        at = mp.stress_recovery(model, mesh, {"p": way})(d)["p"]
+        assert at.modes[0, 0] == pytest.approx(forces[k] / 1e-4, rel=1e-9, abs=1e-3)
     with pytest.raises(mp.InputError, match="meet at p point in different directions"):
         mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=2)})
 
@@ -341,7 +345,9 @@ def stiffened():
     ("point", "words"),
     [
         (dict(node=1), r"different properties \(beam, shell\) meet at p; say whose stress by 'of'"),
-        (dict(node=1, of="sheet"), "point in different directions"),
+        (dict(node=1, of="sheet"), r"different directions, \[0.0, 0.0, 1.0\], \[0.0, 1.0, 0.0\], so .* by 'direction'"),
+        (dict(node=1, of="sheet", direction=(1, 0, 0)), r"no element of group 'sheet' in direction \[1, 0, 0\] that"),
+        (dict(node=1, direction=(0, 0, 0)), "no element in direction"),
         (dict(node=1, of="stiffener"), "does not say where its outer fibres are"),
         (dict(node=1, of="lump"), "no element of group 'lump' that has stress"),
         (dict(node=99), "no node lies at node 99"),
@@ -381,10 +387,11 @@ def test_matrices_have_no_stress():
         mp.stress_recovery(bare, mesh, {"p": mp.StressPoint(node=1)})
 
 
-def test_of_takes_one_side_of_a_fold():
+@pytest.mark.parametrize("choice", [dict(of="floor"), dict(direction=(0.3, 0, 1.0))])
+def test_one_side_of_a_fold_can_be_chosen(choice):
     """The floor alone, stretched along x; the wall is at rest but for their common side."""
     model, mesh = stiffened()
     d = np.zeros((model.n_dof, 1))
     d[model.dof[:4, 1], 0] = 1e-3 * model.points[:4, 1]
-    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=1, of="floor")})(d)
+    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=1, **choice)})(d)
     np.testing.assert_allclose(at["p.top"].modes[:, 0], 1e-3 * 2e11 / 0.91 * np.array([0.3, 1, 0]), atol=1.0)

@@ -19,7 +19,7 @@ from modalprep.fe.select import NodeSet
 Vector = tuple[float, float, float]
 MOST = 1000  # points of a body: each is a history of every run
 ALIKE = 0.85  # cosine between elements whose stress is averaged: 32 degrees
-DIRECTIONS = {Solid: [], Shell: [2], Beam: [0, 1, 2], Truss: [0]}  # axes in which such elements are alike
+DIRECTIONS = {Solid: [], Shell: [2], Beam: [0, 1, 2], Truss: [0]}  # axes in which such elements are alike, main first
 ACROSS = 0.99  # a direction whose cosine with a shell's normal is larger has no projection to speak of
 
 
@@ -31,6 +31,8 @@ class StressPoint(NodeSet):
     ----------
     of : str or None
         Mesh group of these elements; needed where others of another property meet at the node.
+    direction : (3,) or None
+        Only elements whose axis (beams, trusses) or normal (shells) points there, to 32 degrees; mesh axes.
     axis : (3,) or None
         Shells: its projection is x of the components, z their normal; None takes x of the mesh, or y where the shell
         is normal to x.
@@ -49,6 +51,7 @@ class StressPoint(NodeSet):
     """
 
     of: str | None = None
+    direction: Vector | None = None
     axis: Vector | None = None
     fibres: tuple[tuple[float, ...], ...] = ()
 
@@ -171,10 +174,13 @@ def _meetings(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: in
     if len(nodes) > most:
         raise InputError(f"{spec} has {len(nodes)} nodes; a body keeps the stress of {MOST} at most")
     pieces = [block.piece(rows) for block in blocks if len(rows := _touching(block.nodes, nodes, own))]
+    if spec.direction is not None:
+        pieces = [piece.piece(_pointing(piece, spec.direction)) for piece in pieces]
     at = {int(node): there for node in nodes if (there := _at(node, pieces))}
     if not at:
-        where = f" of group {spec.of!r}" if spec.of else ""
-        raise InputError(f"no element{where} that has stress meets at {spec}")
+        which = f" of group {spec.of!r}" if spec.of else ""
+        which += f" in direction {list(spec.direction)}" if spec.direction else ""
+        raise InputError(f"no element{which} that has stress meets at {spec}")
     names = [name if len(at) == 1 else f"{name}.{_label(mesh, node)}" for node in at]
     return [
         _meeting(model, full, mesh.points[node], spec, there)
@@ -196,6 +202,15 @@ def _touching(cells: np.ndarray, nodes: np.ndarray, own: list[np.ndarray] | None
         return rows
     wanted = {tuple(cell) for group in own for cell in group[np.isin(group, nodes).any(axis=1)].tolist()}
     return rows[[tuple(cell) in wanted for cell in cells[rows].tolist()]]
+
+
+def _pointing(block: Block, direction: Vector) -> np.ndarray:
+    """Return the rows of a block whose main axis is alike a direction."""
+    main = DIRECTIONS[type(block.section)][:1]
+    size = np.linalg.norm(direction)
+    if not main or not size > 0:
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero(block.frame[:, main[0]] @ np.asarray(direction) >= ALIKE * size)
 
 
 def _at(node: int, pieces: list[Block]) -> list[tuple[Block, np.ndarray]]:
@@ -223,11 +238,11 @@ def _meeting(model: FEModel, name: str, place: np.ndarray, spec: StressPoint, th
     section = _with_fibres(sections[0], spec)
     frame = np.concatenate([block.frame for block, _ in there])
     axes = _axes(frame, section, spec)
-    alike = np.einsum("eka,ka->ek", frame, axes)[:, DIRECTIONS[type(section)]]
-    if np.any(alike < ALIKE):
+    known = DIRECTIONS[type(section)]
+    if np.any(np.einsum("eka,ka->ek", frame, axes)[:, known] < ALIKE):
         raise InputError(
-            f"elements that meet at {name} point in different directions, so that their mean stress says nothing; "
-            "name those of one direction by 'of', a group"
+            f"elements that meet at {name} point in different directions, {_list(frame[:, known[0]])}, so that their "
+            "mean stress says nothing; choose one by 'direction', or by 'of', a group"
         )
     dof = model.dof
     pieces = [
@@ -235,6 +250,11 @@ def _meeting(model: FEModel, name: str, place: np.ndarray, spec: StressPoint, th
         for block, local in there
     ]
     return Meeting(name, place - model.origin, axes, tuple(pieces))
+
+
+def _list(directions: np.ndarray) -> str:
+    distinct = np.unique(directions.round(2) + 0.0, axis=0)
+    return ", ".join(str(d) for d in distinct[:4].tolist()) + ", ..." * (len(distinct) > 4)
 
 
 def _with_fibres(section: Property, spec: StressPoint) -> Property:

@@ -244,6 +244,9 @@ class StressTable(NodeSetTable):
     """Stress at every node of a set, in the modal file: the mean over the elements that meet there."""
 
     of: str | None = Field(None, description="mesh group of these elements, where others meet there too")
+    direction: Vector | None = Field(
+        None, description="only elements whose axis (beams, trusses) or normal (shells) points there, to 32 degrees"
+    )
     axis: Vector | None = Field(None, description="of shells: its projection is x of the components; default mesh x")
     fibres: list[Annotated[list[float], Field(min_length=2, max_length=3)]] = Field(
         [],
