@@ -12,7 +12,6 @@ from functools import cached_property
 
 import numpy as np
 
-from modalprep.errors import InputError
 from modalprep.fe.block import (
     MassObjects,
     MassSamples,
@@ -38,6 +37,7 @@ from modalprep.fe.kernels import in_threads, quadratic
 from modalprep.fe.laminate import ShellSection, faces, shell_section, strain_rotation, turned, turned_shear
 from modalprep.fe.properties import Shell
 from modalprep.fe.reference import NODES
+from modalprep.fe.shell_frames import given, material_angle, refuse_bad_shape, shell_frames
 
 STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}
 MASS_DEGREE = {"triangle": (4, 2), "quad": (4, 3)}  # of the displacement, quadratic across, and of the rotation
@@ -88,12 +88,12 @@ class ShellBlock:
         """
         corners = points[nodes]
         centre = corners.mean(axis=1)
-        frame = _frames(corners)
+        frame = shell_frames(corners)
         local = np.einsum("eka,eia->eik", frame, corners - centre[:, None])
-        _refuse_bad_shape(local[..., :2], centre)
-        offset = _given(data, "offset", section.offset, len(nodes))
+        refuse_bad_shape(local[..., :2], centre)
+        offset = given(data, "offset", section.offset, len(nodes))
         arm = (offset[:, None] - local[..., 2])[..., None] * frame[:, None, 2]
-        angle = _material_angle(corners, frame, section, data)
+        angle = material_angle(corners, frame, section, data)
         return cls(kind, section, nodes, frame, centre - origin, local[..., :2], arm, offset, angle)
 
     @cached_property
@@ -267,50 +267,6 @@ def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:
     K_bb = (weighted[..., :3] @ inner).sum(axis=1)
     K_ba = weighted.transpose(0, 2, 1, 3).reshape(ne, m, nq * ns) @ B.reshape(ne, nq * ns, -1)
     return -np.linalg.solve(K_bb, K_ba)
-
-
-def _frames(corners: np.ndarray) -> np.ndarray:
-    if corners.shape[1] == 3:
-        along = corners[:, 1] - corners[:, 0]
-        normal = np.cross(along, corners[:, 2] - corners[:, 0])
-    else:
-        diagonals = [_unit(corners[:, 2] - corners[:, 0]), _unit(corners[:, 3] - corners[:, 1])]
-        along, normal = diagonals[0] - diagonals[1], np.cross(*diagonals)
-    e1, e3 = _unit(along), _unit(normal)
-    return np.stack([e1, np.cross(e3, e1), e3], axis=1)
-
-
-def _unit(v: np.ndarray) -> np.ndarray:
-    return v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), np.finfo(float).tiny)
-
-
-def _refuse_bad_shape(xy: np.ndarray, centre: np.ndarray) -> None:
-    after, before = np.roll(xy, -1, axis=1) - xy, np.roll(xy, 1, axis=1) - xy
-    area = after[..., 0] * before[..., 1] - after[..., 1] * before[..., 0]
-    bad = np.any(area <= 1e-9 * np.ptp(xy, axis=1).max(axis=1, keepdims=True) ** 2, axis=1)
-    if np.any(bad):
-        at = ", ".join(f"{v:.4g}" for v in centre[np.argmax(bad)])
-        raise InputError(
-            f"{bad.sum()} of {len(bad)} shell elements have no area or a corner of 180 degrees or more (crossed), "
-            f"the first near ({at}) m; repair the mesh"
-        )
-
-
-def _material_angle(corners: np.ndarray, frame: np.ndarray, section: Shell, data: dict) -> np.ndarray:
-    """Angle from e1 to axis 1: of the projected `axis`, else of the first side, plus `angle`."""
-    axis = np.full((len(corners), 3), np.nan) if section.axis is None else np.tile(section.axis, (len(corners), 1))
-    axis = np.where(np.isfinite(data.get("axis", np.nan)), data.get("axis", np.nan), axis)
-    axis = np.where(np.isfinite(axis), axis, corners[:, 1] - corners[:, 0])
-    x, y, _ = np.einsum("eka,ea->ke", frame, axis)
-    normal = np.hypot(x, y) <= 1e-6 * np.linalg.norm(axis, axis=1)
-    if np.any(normal):
-        raise InputError(f"material axis {axis[np.argmax(normal)].tolist()} is normal to {normal.sum()} shell elements")
-    return np.arctan2(y, x) + _given(data, "angle", section.angle, len(corners))
-
-
-def _given(data: dict, name: str, default: float, n: int) -> np.ndarray:
-    value = data.get(name, np.full(n, np.nan))
-    return np.where(np.isfinite(value), value, default)
 
 
 def _isotropic(s: ShellSection) -> bool:
