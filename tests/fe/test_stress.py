@@ -180,6 +180,50 @@ def test_plate_strip_bends_like_a_beam(kind, at_root, within):
         assert abs(found["p.top"].modes[1:, 0]).max() < tolerance * exact
 
 
+@pytest.mark.parametrize(("kind", "tolerance"), [("quad", 3e-3), ("triangle", 1e-2)])
+def test_pipe_under_pressure_has_hoop_stress(kind, tolerance):
+    """``p r / t`` around, none along, in axes that turn with the wall: x along the pipe, y around, z outwards."""
+    n, r, t, p = 48, 0.5, 0.01, 2e5
+    points, cells = surface(n, 3, kind, lambda s, h: (r * np.cos(2 * np.pi * s), r * np.sin(2 * np.pi * s), 0.3 * h))
+    ring = np.arange(len(points))
+    ring[4 * n :] = np.arange(4)  # close the pipe
+    points, cells = points[: 4 * n], ring[cells]
+    model = shell_model(points, cells, mp.Shell(material=STEEL, thickness=t))
+    mesh = mesh_of(points, cells, kind)
+    load = mp.nodal_load(model, mesh, "p", mp.Load(group="all", pressure=p))
+    low, on_x, on_y = (np.flatnonzero(abs(c) < 1e-9) for c in (points[:, 2], points[:, 1], points[:, 0]))
+    d = static(model, free_dofs(model, model.dof[low, 2], model.dof[on_x, 1], model.dof[on_y, 0]), load)
+    found = everywhere(model, mesh, axis=(0, 0, 1))(d[:, None])
+    assert len(found) == 2 * 4 * n
+    for name, at in found.items():
+        out = at.position + model.origin
+        np.testing.assert_allclose(at.axes[2], [*out[:2] / r, 0], atol=np.pi / n / 2)  # of facets
+        np.testing.assert_allclose(at.modes[:, 0] / (p * r / t), [0, 1, 0], atol=tolerance, err_msg=name)
+
+
+def test_quads_bend_in_their_plane():
+    """``u = k x y``, ``v = -k (x^2 + nu y^2) / 2``: ``sigma_xx = E k y`` alone, by incompatible modes."""
+    points, cells = surface(3, 1, "quad", lambda s, t: (2 * s, t - 0.5, 0 * s))
+    model, k = shell_model(points, cells, mp.Shell(material=STEEL, thickness=0.01)), 1e-3
+    x, y, _ = points.T
+    d = np.zeros((model.n_dof, 1))
+    for component, values in ((0, k * x * y), (1, -k * (x**2 + 0.3 * y**2) / 2), (5, -k * x)):
+        d[model.dof[: len(points), component], 0] = values
+    for name, at in everywhere(model, mesh_of(points, cells, "quad"))(d).items():
+        place = points[int(name.split(".")[1]) - 1]
+        np.testing.assert_allclose(at.modes[:, 0], [2e11 * k * place[1], 0, 0], atol=1.0)
+
+
+def test_point_has_the_mean_of_its_elements():
+    """Two bars in a row, the second stretched three times as much: 1, 2 and 3 at their nodes."""
+    mesh, rod = beam_mesh(2, 2.0), mp.beam_section("rod", STEEL, diameter=0.1)
+    model = mp.assemble(mesh, {"beam": rod}, {"root": mp.Interface(group="root", kind="node")})
+    d = np.zeros((model.n_dof, 1))
+    d[model.dof[:3, 0], 0] = 0, 1e-3, 4e-3
+    found = everywhere(model, mesh.with_(groups={"all": mesh.groups["beam"]}), fibres=((0, 0),))(d)
+    assert [found[f"p.{node}"].modes[0, 0] for node in (1, 2, 3)] == pytest.approx([2e8, 4e8, 6e8], rel=1e-9)
+
+
 def test_triangles_and_quads_that_meet_share_a_point():
     """Constant strain in a quad and two triangles: the mean over both kinds is exact as well."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2.2, 1, 0]])
