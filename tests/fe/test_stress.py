@@ -180,25 +180,29 @@ def test_plate_strip_bends_like_a_beam(kind, at_root, within):
         assert abs(found["p.top"].modes[1:, 0]).max() < tolerance * exact
 
 
-@pytest.mark.parametrize(("kind", "tolerance"), [("quad", 3e-3), ("triangle", 1e-2)])
-def test_pipe_under_pressure_has_hoop_stress(kind, tolerance):
-    """``p r / t`` around, none along, in axes that turn with the wall: x along the pipe, y around, z outwards."""
+@pytest.mark.parametrize("kind", ["quad", "triangle"])
+def test_pipe_under_pressure_has_hoop_stress(kind):
+    """``p r / t`` around, none along, in axes that turn with the wall: x along the pipe, y around, z outwards.
+
+    Triangles of constant strain: the nodal moments of OPT do not balance across folds, which bends the ends of a pipe.
+    """
     n, r, t, p = 48, 0.5, 0.01, 2e5
     points, cells = surface(n, 3, kind, lambda s, h: (r * np.cos(2 * np.pi * s), r * np.sin(2 * np.pi * s), 0.3 * h))
     ring = np.arange(len(points))
     ring[4 * n :] = np.arange(4)  # close the pipe
     points, cells = points[: 4 * n], ring[cells]
-    model = shell_model(points, cells, mp.Shell(material=STEEL, thickness=t))
+    model = shell_model(points, cells, mp.Shell(material=STEEL, thickness=t, membrane="cst"))
     mesh = mesh_of(points, cells, kind)
     load = mp.nodal_load(model, mesh, "p", mp.Load(group="all", pressure=p))
-    low, on_x, on_y = (np.flatnonzero(abs(c) < 1e-9) for c in (points[:, 2], points[:, 1], points[:, 0]))
-    d = static(model, free_dofs(model, model.dof[low, 2], model.dof[on_x, 1], model.dof[on_y, 0]), load)
+    low, quarter = np.flatnonzero(abs(points[:, 2]) < 1e-9), np.arange(0, 4 * n, n)  # the latter at 0, 90, ... degrees
+    held = (model.dof[low, 2], model.dof[quarter[::2], 1], model.dof[quarter[1], 0])  # no more than rigid motion
+    d = static(model, free_dofs(model, *held), load)
     found = everywhere(model, mesh, axis=(0, 0, 1))(d[:, None])
     assert len(found) == 2 * 4 * n
     for name, at in found.items():
         out = at.position + model.origin
         np.testing.assert_allclose(at.axes[2], [*out[:2] / r, 0], atol=np.pi / n / 2)  # of facets
-        np.testing.assert_allclose(at.modes[:, 0] / (p * r / t), [0, 1, 0], atol=tolerance, err_msg=name)
+        np.testing.assert_allclose(at.modes[:, 0] / (p * r / t), [0, 1, 0], atol=3e-3, err_msg=name)  # (pi / n)^2 / 2
 
 
 def test_quads_bend_in_their_plane():
