@@ -1,4 +1,7 @@
-"""A batch that is killed at any moment goes on where it was; nothing outlives it."""
+"""A batch that is killed at any moment goes on where it was; nothing outlives it.
+
+`MODALPREP_KILLS=60` kills so many times instead of the few of every day, two thirds of them in tests/test_faults.py.
+"""
 
 import os
 import random
@@ -7,10 +10,11 @@ import time
 
 import pytest
 from batches import manifests, outlived, same_body, started, write_grid
+from outputs import KILLS, all_whole, differing
 
 from modalprep.pipeline.batch import plan_batch
 
-KILLS = 3  # each costs the start of the processes again
+JOBS = 8
 
 
 @pytest.fixture(scope="module")
@@ -46,29 +50,58 @@ def until_more_than(count, process, output):
         time.sleep(0.01)
 
 
-@pytest.mark.slow
-def test_killed_at_random_moments(grid, whole, tmp_path):
-    """What was finished is whole and is not run again; in the end the bodies are those of an undisturbed batch."""
-    moments, before, kills = random.Random(3), {}, 0
-    for _ in range(KILLS):
-        with started(grid, "-j", 2, "--output", tmp_path) as process:
-            until_more_than(len(before), process, tmp_path)
-            time.sleep(moments.uniform(0, 0.7))
-            process.kill()
-            process.communicate()
-            kills += process.returncode == -signal.SIGKILL
-            assert gone(process)
-        after = manifests(tmp_path)
-        assert all(after[name] == record for name, record in before.items())  # neither lost nor run again
-        assert len(plan_batch([str(grid)], tmp_path).before) == len(after)  # and each is whole
-        before = after
-    assert kills >= 2
-    after = manifests(finish(grid, tmp_path))
-    assert len(after) == 8
+def under_way(output):
+    """The logs of jobs that have begun and not ended."""
+    return set(output.glob("*/.*.part.log"))
+
+
+def killed(grid, output, options, moments, seconds):
+    """Kill a batch some time after a job has begun, or has ended; say whether that hit one under way.
+
+    What was finished before is whole and is not run again.
+    """
+    before, lost = manifests(output), under_way(output)
+    begun, ended = (lambda: not under_way(output) <= lost), (lambda: len(manifests(output)) > len(before))
+    happened = moments.choice([begun, ended])
+    with started(grid, "-j", 2, "--output", output, *options) as process:
+        while process.poll() is None and not happened():
+            time.sleep(0.01)
+        time.sleep(moments.uniform(0, seconds))
+        if process.poll() is None:  # itself, or its workers too
+            moments.choice([os.kill, os.killpg])(process.pid, signal.SIGKILL)
+        process.communicate()
+        assert gone(process)
+    after = manifests(output)
     assert all(after[name] == record for name, record in before.items())
-    for name in after:
-        pair = (folder / name / f"{name}.h5" for folder in (tmp_path, whole))
-        assert same_body(*pair, tolerance=1e-9)  # fewer modes may come from the cache
+    assert len(plan_batch([str(grid)], output).before) == len(after)
+    assert all_whole(output)
+    return process.returncode == -signal.SIGKILL and not under_way(output) <= lost
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("options", [["--no-cache"], []], ids=["computed", "cached"])
+def test_killed_at_random_moments(grid, whole, tmp_path, options):
+    """Always into the same folder until all is done, then into another: in the end, what an undisturbed batch makes."""
+    moments, outputs, kills = random.Random(3), [tmp_path / "0"], 0
+    seconds = 2 * sum(record["seconds"] for record in manifests(whole).values()) / JOBS
+    wanted = -(-KILLS // 2)
+    for _ in range(5 * wanted):  # some end before they are killed
+        kills += killed(grid, outputs[-1], options, moments, seconds)
+        if kills == wanted:
+            break
+        if len(manifests(outputs[-1])) == JOBS:
+            outputs.append(tmp_path / str(len(outputs)))
+    assert kills == wanted
+    for output in outputs:
+        before = manifests(output)
+        after = manifests(finish(grid, output, *options))
+        assert len(after) == JOBS
+        assert all(after[name] == record for name, record in before.items())
+        if options:
+            assert differing(output, whole) == []
+        for name in after:  # fewer modes may come from the cache
+            pair = (folder / name / f"{name}.h5" for folder in (output, whole))
+            assert same_body(*pair, tolerance=1e-9)
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ from modalprep.pipeline.load import load_pipeline
 from modalprep.pipeline.program import file_digest
 from modalprep.pipeline.schema import Pipeline
 
-FORMAT, VERSION = "modalprep job", 1
+HEAD = {"format": "modalprep job", "version": 1}
 
 
 def input_digests(path: Path) -> dict[str, str]:
@@ -65,16 +65,17 @@ def output_digests(job: Job, files: Iterable[Path]) -> dict[str, str]:
 def write_manifest(job: Job, record: Record) -> None:
     """Write the record of a job; the file is whole or absent."""
     with atomic_path(job.manifest) as temporary:
-        temporary.write_text(json.dumps({"format": FORMAT, "version": VERSION, **record}, indent=1))
+        temporary.write_text(json.dumps(HEAD | record, indent=1))
 
 
 def finished(job: Job, program: dict[str, str]) -> Record | None:
     """Return the record of a job that is done, with these inputs and by this program, and whose outputs are whole."""
     try:
         record = json.loads(job.manifest.read_text())
-        good = record["format"] == FORMAT and record["status"] == DONE and record["program"] == program
+        good = record["format"] == HEAD["format"] and record["status"] == DONE and record["program"] == program
         good = good and record["inputs"] == input_digests(job.file)
         outputs = {name: file_digest(job.folder / name) for name in record["outputs"]} if good else {}
-        return record if good and outputs == record["outputs"] else None
+        whole = good and outputs == record["outputs"]
+        return {key: value for key, value in record.items() if key not in HEAD} if whole else None
     except (OSError, ValueError, LookupError, TypeError, AttributeError, InputError):
         return None
