@@ -1,5 +1,6 @@
 """Batches: grids, the road of a single run, what is finished, what fails, and what is said."""
 
+import errno
 import io
 import json
 import multiprocessing
@@ -13,7 +14,9 @@ from batches import Inline, manifests, same_body, write_beam, write_grid
 from rich.console import Console
 
 import modalprep as mp
+from modalprep.atomic import write_json
 from modalprep.cli import main
+from modalprep.errors import OutputError
 from modalprep.pipeline.batch_console import Progress
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.grid import find_jobs
@@ -194,6 +197,54 @@ def test_a_finished_job_is_not_worked_on_again(job, setting, monkeypatch):
 def test_a_worker_with_another_program_refuses(job):
     record = work(job, Setting(None, 1e9, program() | {"numpy": "1.0"}))
     assert record["cause"] == "its worker has another numpy; install the same there"
+
+
+def test_a_closed_folder_fails_its_own_job_only(inline, project, tmp_path, capsys):
+    """A file where its folder should be: the others are done; in the end one sentence, and exit code 2."""
+    for name in ("a", "b"):
+        write_beam(project, tmp_path / f"{name}.toml")
+    (tmp_path / "output").mkdir()
+    (tmp_path / "output" / "a").touch()
+    assert main(["batch", str(tmp_path / "*.toml")]) == 2
+    out, error = capsys.readouterr()
+    cause = f"cannot write {tmp_path / 'output' / 'a' / 'a.log'}: "
+    assert f"a failed: {cause}" in out
+    assert error.startswith("modalprep: cannot write the files of 1 of 2 jobs; make room")
+    rows = json.loads((tmp_path / "output" / "batch.json").read_text())["jobs"]
+    assert [row["status"] for row in rows] == ["failed", "done"]
+
+
+def no_room(path, *args):
+    raise OutputError(f"cannot write {path}: No space left on device; choose another --output folder")
+
+
+def test_no_room_for_the_manifest_of_a_job(job, setting, monkeypatch):
+    """The job would not be known for finished."""
+    monkeypatch.setattr("modalprep.pipeline.manifest.atomic_path", no_room)
+    record = work(job, setting)
+    assert (record["status"], record["error"]) == ("failed", "OutputError")
+    assert record["cause"].startswith(f"cannot write {job.manifest}: No space")
+
+
+def test_no_room_for_the_log(job, setting, monkeypatch):
+    """Where the run wants to say something."""
+
+    def full(*args):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("modalprep.pipeline.work.run_pipeline", full)
+    assert work(job, setting)["cause"].startswith(f"cannot write {job.log}: No space")
+
+
+def test_no_room_for_the_manifest_of_the_batch(inline, project, tmp_path, capsys, monkeypatch):
+    """From its second time on: the jobs go on, and in the end it is told."""
+    left = [write_json]
+    monkeypatch.setattr("modalprep.pipeline.batch.write_json", lambda data, path: (left or [no_room]).pop()(data, path))
+    for name in ("a", "b"):
+        write_beam(project, tmp_path / f"{name}.toml")
+    assert main(["batch", str(tmp_path / "*.toml")]) == 2
+    assert set(manifests(tmp_path / "output")) == {"a", "b"}
+    assert capsys.readouterr().err.startswith("modalprep: cannot write ")
 
 
 def test_a_damaged_file_is_one_failed_job(inline, project, tmp_path, capsys):

@@ -1,6 +1,7 @@
 """The stage cache: what it returns is what would be computed, and what is damaged is computed again."""
 
 import os
+import resource
 import time
 
 import numpy as np
@@ -161,6 +162,19 @@ def test_a_folder_that_cannot_be_written_costs_only_time(tmp_path):
     for _ in range(2):
         assert np.array_equal(cache.recall(cache.key("square"), lambda: SQUARE)["y"], SQUARE["y"])
     assert (cache.use.found, cache.use.computed) == (0, 2)
+
+
+def test_a_full_disk_costs_only_time(cache):
+    """Files may have 200 bytes: what was computed is returned, and no half of it stays."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200, before[1]))
+    try:
+        for _ in range(2):
+            assert np.array_equal(cache.recall(cache.key("square"), lambda: SQUARE)["y"], SQUARE["y"])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert (cache.use.found, cache.use.computed) == (0, 2)
+    assert list(cache.folder.iterdir()) == []
 
 
 def test_savings_are_counted(cache):

@@ -3,6 +3,7 @@
 `MODALPREP_KILLS=60` kills so many times instead of the few of every day, a third of them in tests/test_batch_killed.py.
 """
 
+import json
 import os
 import random
 import shutil
@@ -43,7 +44,7 @@ def warm(folder, tmp_path_factory):
 COMMANDS = {
     "run": ["run", "job.toml"],
     "simulate": ["simulate", "job.toml"],
-    "batch": ["batch", "grid.toml", "-j", "2", "--no-cache"],
+    "batch": ["batch", "grid.toml", "--no-cache"],
 }
 ALONE = ("run", "simulate")  # tests/test_batch_killed.py kills batches
 
@@ -102,6 +103,26 @@ def test_full_disk(warm, folder, undisturbed, command):
         assert error.startswith("modalprep: cannot write ")
         assert "File too large" in error
         assert error.count("\n") == 1
+
+
+def test_full_disk_of_a_batch(warm, folder):
+    """The batch says in one sentence that it has no room; where one job has, it is done and the others say why not."""
+    whole, output = folder / "whole-batch", folder / "full-batch"
+    assert warm.run(*given("batch", folder, whole))[0] == 0
+    largest = [max(path.stat().st_size for path in whole.glob(f"grid-modes={n}/*")) for n in (2, 3)]
+    assert largest[0] < largest[1]
+    for limit, words in ((1000, "batch.json"), (largest[0], "the files of 1 of 2 jobs")):
+        code, error, _ = warm.run(*given("batch", folder, output), limit=limit)
+        assert code == 2
+        assert error.startswith("modalprep: cannot write ")
+        assert words in error
+        assert error.count("\n") == 1
+        assert all_whole(output)
+        assert not list(output.rglob("*.part*"))
+    jobs = {row["job"]: row for row in json.loads((output / "batch.json").read_text())["jobs"]}
+    assert jobs["grid-modes=2"]["status"] == "done"
+    assert jobs["grid-modes=3"]["cause"].startswith("cannot write ")
+    assert "File too large" in jobs["grid-modes=3"]["cause"]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

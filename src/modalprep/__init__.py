@@ -52,8 +52,8 @@ _HOME = {
     "Depletion": "multibody.depletion", "ExpelledGas": "multibody.depletion", "burn": "multibody.depletion",
     "scaled": "body.levels", "StressModes": "body.stress",
     "frozen_stiffness": "body.frozen", "read_csv": "formats.resultfile", "animate_system": "report.system_animation",
-    "ModalprepError": "errors", "InputError": "errors", "MechanismError": "errors", "AccuracyError": "errors",
-    "SimulationError": "errors", "RenderError": "errors",
+    "ModalprepError": "errors", "InputError": "errors", "OutputError": "errors", "MechanismError": "errors",
+    "AccuracyError": "errors", "SimulationError": "errors", "RenderError": "errors",
 }  # fmt: skip
 __all__ = sorted(_HOME)
 

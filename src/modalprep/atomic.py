@@ -10,7 +10,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from modalprep.errors import InputError
+from modalprep.errors import OutputError
 
 
 @contextmanager
@@ -21,7 +21,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
 
     Raises
     ------
-    InputError
+    OutputError
         When the folder cannot be written.
 
     Examples
@@ -40,7 +40,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}; choose another --output folder") from error
+        raise OutputError(f"cannot write {path}: {error.strerror or error}; choose another --output folder") from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -51,7 +51,7 @@ def write_json(data: dict[str, Any], path: Path) -> Path:
 
     Raises
     ------
-    InputError
+    OutputError
         When the folder cannot be written.
 
     Examples

@@ -13,6 +13,10 @@ class InputError(ModalprepError, ValueError):
     exit_code = 2
 
 
+class OutputError(InputError):
+    """A file cannot be written: the disk is full, or the folder closed (exit code 2)."""
+
+
 class MechanismError(InputError):
     """The clamped structure can still move without strain: something is not attached."""
 

@@ -41,9 +41,9 @@ def batch(
 ) -> None:
     """Many pipeline files, or every combination of a file's [grid]; finished jobs are not run again.
 
-    One job that fails is reported and the rest go on; the exit code is then 1.
+    One job that fails is reported and the rest go on; the exit code is then 1, or 2 where files could not be written.
     """
-    from modalprep.errors import InputError
+    from modalprep.errors import InputError, OutputError
     from modalprep.pipeline.batch import list_batch, plan_batch, run_batch
     from modalprep.pipeline.console import Reporter
 
@@ -62,6 +62,10 @@ def batch(
         done = run_batch(planned, reporter, jobs=jobs or 1, scheduler=scheduler, cache=folder, limit=limit)
     if as_json:
         print_json(done)
+    unwritten = sum(row.get("error") == OutputError.__name__ for row in done["jobs"])
+    if unwritten:
+        jobs_lost = f"{unwritten} of {len(done['jobs'])} jobs"
+        raise OutputError(f"cannot write the files of {jobs_lost}; make room, or choose another --output folder")
     if not listing and done["failed"]:
         raise typer.Exit(1)
 

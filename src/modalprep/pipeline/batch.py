@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from modalprep.atomic import atomic_path
-from modalprep.errors import InputError
+from modalprep.atomic import write_json
+from modalprep.errors import InputError, OutputError
 from modalprep.pipeline.batch_console import Progress, jobs_table
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.grid import find_jobs
@@ -82,26 +81,30 @@ def run_batch(
     Raises
     ------
     InputError
-        When the scheduler does not answer, or the folder cannot be written.
+        When the scheduler does not answer.
+    OutputError
+        When the manifest cannot be written: before the first job, or after the last one.
     """
     setting = Setting(cache and cache.resolve(), limit, program())
     records, start, began = dict(batch.before), time.perf_counter(), datetime.now(UTC)
     reporter.say(f"{len(batch.jobs)} jobs, {len(batch.before)} of them finished before")
     manifest: dict[str, Any] = {}
 
-    def ended(job: Job | None = None, record: Record | None = None) -> None:
-        if job is not None:
-            records[job.file] = record
+    def write() -> Path:
         manifest.update(_manifest(batch, records, began, time.perf_counter() - start))
-        with atomic_path(batch.folder / "batch.json") as temporary:
-            temporary.write_text(json.dumps(manifest, indent=1))
+        return write_json(manifest, batch.folder / "batch.json")
 
-    ended()
+    def ended(job: Job, record: Record) -> None:
+        records[job.file] = record
+        with suppress(OutputError):  # the other jobs go on; the last record is refused below
+            write()
+
+    write()
     if batch.waiting:
         with _team(min(jobs, len(batch.waiting)), scheduler, setting) as team:
             _dispatch(batch, team, Progress(reporter, len(batch.waiting), team.size), ended)
     jobs_table(manifest["jobs"], reporter.console)
-    reporter.wrote(batch.folder / "batch.json")
+    reporter.wrote(write())
     return manifest
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from scipy.sparse import issparse
 
 from modalprep.atomic import atomic_path
-from modalprep.errors import InputError
+from modalprep.errors import OutputError
 from modalprep.pipeline.program import program
 
 MAGIC = b"modalprep cache 1\n"
@@ -117,7 +117,7 @@ class Cache:
         size = sum(array.nbytes for array in arrays.values())
         if size > self.limit:
             return
-        with suppress(InputError), atomic_path(self._path(key)) as temporary:
+        with suppress(OutputError), atomic_path(self._path(key)) as temporary:
             with temporary.open("w+b") as file:
                 file.write(MAGIC + b" " * 64)
                 np.savez(file, **arrays, **{SECONDS: np.float64(seconds)})
@@ -133,9 +133,10 @@ class Cache:
     def _prune(self) -> None:
         """Remove the entries (and what killed writers left) that were not used for longest, down to the limit."""
         entries = []
-        for path in self.folder.iterdir() if self.folder.is_dir() else ():
-            with suppress(OSError):
-                entries.append((path.stat().st_mtime, path.stat().st_size, path))
+        with suppress(OSError):  # the folder may not be listed
+            for path in self.folder.iterdir():
+                with suppress(OSError):
+                    entries.append((path.stat().st_mtime, path.stat().st_size, path))
         excess = sum(size for _, size, _ in entries) - self.limit
         for _, size, path in sorted(entries):
             if excess <= 0:

@@ -70,15 +70,16 @@ class Setting:
     program: dict[str, str]
 
 
-def failure(job: Job, cause: str, seconds: float = 0.0) -> Record:
-    """Return the record of a job that could not be run to its end.
+def failure(job: Job, cause: str, error: BaseException | None = None) -> Record:
+    """Return the record of a job that could not be run to its end, with the kind of its error if it ended by one.
 
     Examples
     --------
     >>> failure(Job(Path("a.toml"), None), "its mesh is missing")["cause"]
     'its mesh is missing'
     """
-    return {"job": job.name, "pipeline": str(job.file), "status": FAILED, "cause": cause, "seconds": round(seconds, 3)}
+    kind = type(error).__name__ if error else ""
+    return {"job": job.name, "pipeline": str(job.file), "status": FAILED, "cause": cause, "error": kind, "seconds": 0.0}
 
 
 def relative(file: Path, folder: Path) -> str:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import platform
 import threading
 import time
 import traceback
-from contextlib import redirect_stderr, redirect_stdout, suppress
+from contextlib import redirect_stderr, redirect_stdout
 from datetime import UTC, datetime
 
 from modalprep.atomic import atomic_path
-from modalprep.errors import InputError, ModalprepError
+from modalprep.errors import ModalprepError, OutputError
 from modalprep.pipeline.cache import Cache
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.job import DONE, Job, Record, Setting, failure
@@ -19,6 +20,7 @@ from modalprep.pipeline.manifest import finished, input_digests, output_digests,
 from modalprep.pipeline.program import program
 from modalprep.pipeline.run import run_pipeline
 
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 ONE_AT_A_TIME = threading.Lock()  # drawing and standard output are the process's, whose threads a cluster may use
 
 
@@ -49,8 +51,11 @@ def work(job: Job, setting: Setting) -> Record:
         "program": program(),
         "cache": cache.use.summary() if cache else None,
     }
-    with suppress(InputError):  # a folder that cannot be written is the cause already
+    try:
         write_manifest(job, record)
+    except OutputError as error:
+        if record["status"] == DONE:  # else the folder is the cause already
+            record |= failure(job, _sentence(error), error) | {"seconds": record["seconds"]}
     return record
 
 
@@ -59,8 +64,8 @@ def _attempt(job: Job, cache: Cache | None) -> Record:
         with atomic_path(job.log) as temporary, temporary.open("w", encoding="utf-8") as file:
             with redirect_stdout(file), redirect_stderr(file):
                 return _logged(job, cache)
-    except InputError as error:  # of the log itself
-        return failure(job, _sentence(error))
+    except OutputError as error:  # of the log itself
+        return failure(job, _sentence(error), error)
 
 
 def _logged(job: Job, cache: Cache | None) -> Record:
@@ -71,12 +76,14 @@ def _logged(job: Job, cache: Cache | None) -> Record:
         return record | {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
     except ModalprepError as error:
         print(_sentence(error))
-        return failure(job, _sentence(error))
-    except MemoryError:
-        return failure(job, "not enough memory; run fewer jobs at a time, or a coarser mesh")
+        return failure(job, _sentence(error), error)
+    except MemoryError as error:
+        return failure(job, "not enough memory; run fewer jobs at a time, or a coarser mesh", error)
     except (Exception, SystemExit) as error:  # a fault of the program or of a library is this job's alone
+        if isinstance(error, OSError) and error.errno in FULL:  # the log is refused too
+            raise
         traceback.print_exc()
-        return failure(job, f"{type(error).__name__}: {_sentence(error)} (its log has more: {job.log})")
+        return failure(job, f"{type(error).__name__}: {_sentence(error)} (its log has more: {job.log})", error)
 
 
 def _sentence(error: BaseException) -> str:
