@@ -7,12 +7,34 @@ import sys
 import time
 from contextlib import ExitStack
 
+import numpy as np
 import pytest
 from batches import manifests, started, write_grid
 
+import modalprep as mp
 from modalprep.cli import main
+from modalprep.examples import beam_mesh, spinup_section
 
 distributed = pytest.importorskip("distributed")
+ASSEMBLY = """
+[bodies.inner]
+pipeline = "inner.toml"
+
+[bodies.outer]
+pipeline = "outer.toml"
+
+[welds.wall]
+between = ["ground", "inner.root"]
+
+[welds.middle]
+between = ["inner.tip", "outer.root"]
+
+[synthesis]
+modes = 10
+
+[output]
+pictures = "none"
+"""
 MODES = [2, 3, 4, 5, 6, 7, 8, 9]
 
 
@@ -72,6 +94,31 @@ def test_a_worker_killed_midway(project, tmp_path, scheduler, workers):
     assert [row["status"] for row in rows] == ["done"] * len(MODES)
     pids = [int(row["worker"].rpartition(":")[2]) for row in rows]
     assert set(pids) == {process.pid for process in workers}
+
+
+@pytest.mark.slow
+def test_an_assembly_in_components(project, tmp_path, scheduler, workers):
+    """Each half of a beam is reduced on a worker of its own, then both are joined: the frequencies of the uncut beam.
+
+    The 12 modes of each half leave 1e-6, as in tests/test_synthesis_pipeline.py.
+    """
+    for name in ("inner", "outer"):
+        half = (project / "pipelines" / "half-beam.toml").read_text().replace("../meshes", str(project / "meshes"))
+        (tmp_path / f"{name}.toml").write_text(half)
+    (tmp_path / "assembly.toml").write_text(ASSEMBLY)
+    with started(*tmp_path.glob("*.toml"), "--scheduler", scheduler, "--json") as process:
+        printed, error = process.communicate(timeout=120)
+    assert process.returncode == 0, printed + error
+    rows = {row["job"]: row for row in json.loads(printed)["jobs"]}
+    pids = {name: int(row["worker"].rpartition(":")[2]) for name, row in rows.items()}
+    assert {pids["inner"], pids["outer"]} == {process.pid for process in workers}
+    folder = tmp_path / "output" / "assembly"
+    assert "mesh to modal body" not in (folder / "assembly.log").read_text()  # they were there
+    root = {"root": mp.Interface(group="root", kind="node")}
+    uncut = mp.assemble(beam_mesh(80, 20.0), {"beam": spinup_section()}, root)
+    exact = mp.craig_bampton(uncut, modes=10, truncation=()).frequency
+    found = json.loads((folder / "assembly-synthesis.json").read_text())["frequency"]
+    np.testing.assert_allclose(found, exact, rtol=1e-6)
 
 
 def test_no_scheduler(project, tmp_path, capsys, monkeypatch):
