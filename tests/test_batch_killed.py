@@ -123,14 +123,28 @@ def test_workers_end_with_the_batch(project, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.2, 0.5, 1.0])
+def test_interrupted_while_the_workers_start(grid, tmp_path, seconds):
+    """They import for a second, and would say where they were."""
+    with started(grid, "-j", 2, "--output", tmp_path, preexec_fn=heed_ctrl_c) as process:
+        assert process.stdout.readline().startswith("8 jobs")
+        time.sleep(seconds)
+        os.killpg(process.pid, signal.SIGINT)
+        _, error = process.communicate(timeout=30)
+        assert (process.returncode, error) == (130, "modalprep: interrupted\n")
+    assert manifests(tmp_path) == {}
+
+
+@pytest.mark.slow
 def test_interrupted_by_the_user(grid, tmp_path):
-    """Ctrl-C, which a terminal sends to every process: one line, exit code 130, nobody left."""
+    """Ctrl-C, which a terminal sends to every process: one line, exit code 130, nobody and no temporary file left."""
     with started(grid, "-j", 2, "--output", tmp_path, preexec_fn=heed_ctrl_c) as process:
         until_more_than(0, process, tmp_path)
         os.killpg(process.pid, signal.SIGINT)
         _, error = process.communicate(timeout=30)
         assert (process.returncode, error) == (130, "modalprep: interrupted\n")
         assert gone(process)
+    assert not list(tmp_path.rglob("*.part*"))
     assert len(plan_batch([str(grid)], tmp_path).before) == len(manifests(tmp_path)) >= 1
 
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import modalprep
-from modalprep.cli import app, main
+from modalprep.cli import main
+from modalprep.cli.commands import app
 from modalprep.pipeline.console import COMPILING
 from modalprep.report.render import drawing_problem
 

@@ -1,4 +1,4 @@
-"""A killed run: every file under its final name is whole, or absent."""
+"""A killed run: every file under its final name is whole, or absent; an interrupted one ends in one line."""
 
 import os
 import signal
@@ -14,6 +14,7 @@ import modalprep as mp
 # A shell that starts the tests in the background has them ignore Ctrl-C; the run must not inherit that.
 CTRL_C = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
 RUN = f"{CTRL_C}; from modalprep.cli import entry; entry()"
+READY = f"{CTRL_C}; from modalprep.cli import entry; print('ready', flush=True); entry()"
 SMALLER = (("modes = 20", "modes = 4"), ("pictures = 8", "pictures = 1"))  # seconds instead of a quarter minute
 FILES = {"bracket.h5", "bracket-effective-mass.png", "bracket-mesh.png", "bracket-mode-01.png", "bracket.html"}
 
@@ -94,3 +95,23 @@ def test_interrupted_by_the_user(pipeline, tmp_path, moment):
     assert (code, error) == (130, "modalprep: interrupted\n")
     assert all_whole(tmp_path)
     assert not [name for name in names(tmp_path) if ".part" in name]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.01, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.3])
+def test_interrupted_while_importing(pipeline, tmp_path, seconds):
+    """NumPy, SciPy, numba and VTK are loaded, or whatever comes then: Ctrl-C is the same at all times."""
+    command = [sys.executable, "-c", READY, "run", str(pipeline), "--output", str(tmp_path)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stdout.readline() == "ready\n"
+        time.sleep(seconds)
+        os.kill(process.pid, signal.SIGINT)
+        _, error = process.communicate()
+    assert (process.returncode, error) == (130, "modalprep: interrupted\n")
+
+
+def test_next_to_nothing_is_imported_before_interrupts_are_heeded():
+    code = "import sys; before = set(sys.modules); import modalprep.cli; print(*set(sys.modules) - before)"
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    light = {"modalprep", "modalprep.cli", "importlib", "warnings"}
+    assert not {name for name in done.stdout.split() if "._" not in name and name[0] != "_"} - light

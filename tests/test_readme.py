@@ -9,7 +9,8 @@ import pytest
 from scipy.io import mmwrite
 
 import modalprep as mp
-from modalprep.cli import app, main
+from modalprep.cli import main
+from modalprep.cli.commands import app
 from modalprep.examples import uniform_beam
 from modalprep.pipeline.schema import Pipeline
 

@@ -11,7 +11,7 @@ from typing import NamedTuple, Union, get_args, get_origin, get_type_hints
 
 from typer.models import ArgumentInfo
 
-import modalprep.cli
+import modalprep.cli.commands
 
 OPTIONS = re.compile(r"^<!-- options (\S+) -->$", re.MULTILINE)
 WORDS = {str: "text", int: "integer", float: "number", Path: "path", bool: ""}
@@ -46,7 +46,7 @@ def on_page_markdown(markdown, page, config, files):
 
 def commands():
     """Return the functions of all commands by their names."""
-    registered = modalprep.cli.app.registered_commands
+    registered = modalprep.cli.commands.app.registered_commands
     return {command.name or command.callback.__name__: command.callback for command in registered}
 
 

@@ -46,6 +46,25 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def remove_temporary(folder: Path, process: int) -> None:
+    """Remove what a process that was ended left of the files that it was writing in a folder and the folders in it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> folder = Path(tempfile.mkdtemp())
+    >>> (folder / ".a.17.part.txt").write_text("ha")
+    2
+    >>> remove_temporary(folder, 17)
+    >>> list(folder.iterdir())
+    []
+    """
+    for pattern in ("", "*/"):
+        for path in folder.glob(f"{pattern}.*.{process}.part*"):
+            with suppress(OSError):
+                path.unlink()
+
+
 def write_json(data: dict[str, Any], path: Path) -> Path:
     """Write one JSON object; the file is whole or absent.
 

@@ -6,7 +6,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import modalprep as mp
-from modalprep.cli import app
+from modalprep.cli.commands import app
 from modalprep.errors import RenderError
 from modalprep.formats.modalfile import write_body
 from modalprep.report import animation, render, sheet

@@ -8,7 +8,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import modalprep as mp
-from modalprep.cli import app
+from modalprep.cli.commands import app
 from modalprep.errors import InputError
 from modalprep.examples import uniform_beam
 from modalprep.formats.modalfile import write_body

@@ -9,11 +9,13 @@ import multiprocessing
 import os
 import signal
 import threading
+from collections.abc import Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import suppress
-from multiprocessing import connection
+from contextlib import contextmanager, suppress
+from multiprocessing import connection, resource_tracker
 from typing import Any, Protocol
 
+from modalprep.atomic import remove_temporary
 from modalprep.errors import InputError
 from modalprep.pipeline.job import Job, Record, Setting, failure
 
@@ -85,12 +87,19 @@ class Processes:
             self._idle.append(process)
         except (EOFError, OSError):
             record = failure(job, process.epitaph())
+            self._tidy(process, job)
         return job, record
 
     def close(self) -> None:
         """Stop the processes."""
         for process in (*self._idle, *self._busy):
             process.stop()
+        for process, job in self._busy.items():
+            self._tidy(process, job)
+
+    def _tidy(self, process: _Process, job: Job) -> None:
+        for folder in {job.folder.parent, self._setting.cache} - {None}:
+            remove_temporary(folder, process.pid)
 
 
 class _Process:
@@ -100,7 +109,8 @@ class _Process:
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=_serve, args=(other, threads), daemon=True)
-        self._process.start()
+        with _unheard():
+            self._process.start()
         other.close()  # so that the pipe ends with the process
 
     def start(self, job: Job, setting: Setting) -> None:
@@ -115,10 +125,28 @@ class _Process:
             return f"its process was ended by {signal.Signals(-code).name}{_reason(-code)}"
         return f"its process ended by itself with exit code {code}"
 
+    @property
+    def pid(self) -> int:
+        return self._process.pid
+
     def stop(self) -> None:
         self._process.kill()
         self._process.join()
         self.pipe.close()
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Let processes started here inherit that Ctrl-C is not for them; for this one it waits until they are started."""
+    if not hasattr(signal, "pthread_sigmask"):  # Windows
+        yield
+        return
+    resource_tracker.ensure_running()  # starting it would end the mask
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _reason(number: int) -> str:

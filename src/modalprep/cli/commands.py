@@ -1,0 +1,60 @@
+"""The application with its commands: each imports what it needs when it runs, so that ``--help`` is instant."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from modalprep.cli import bodies, jobs, meshes
+from modalprep.cli.common import app
+
+__all__ = ["app", "bodies", "jobs", "meshes", "perform"]
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from modalprep import __version__
+
+        print(f"modalprep {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+) -> None: ...
+
+
+def perform(argv: Sequence[str]) -> int:
+    """Perform a command; return its exit code.
+
+    Raises
+    ------
+    KeyboardInterrupt
+    """
+    from modalprep.errors import ModalprepError
+
+    try:
+        return int(app(args=list(argv), prog_name="modalprep", standalone_mode=False) or 0)
+    except ModalprepError as error:
+        print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
+        return error.exit_code
+    except OSError as error:  # of reading; what cannot be written is an InputError
+        place = "" if error.filename is None else f"{error.filename}: "
+        print(f"modalprep: {place}{error.strerror or error}; check the path and who may read it", file=sys.stderr)
+        return 2
+    except MemoryError as error:
+        print(f"modalprep: not enough memory ({error}); ask for less or use a larger machine", file=sys.stderr)
+        return 1
+    except typer.Exit as error:
+        return error.exit_code
+    except typer.Abort:
+        raise KeyboardInterrupt from None
+    except Exception as error:
+        if hasattr(error, "format_message"):  # a wrong option or argument
+            print(f"modalprep: {error.format_message()}; see modalprep --help", file=sys.stderr)
+            return 2
+        raise
