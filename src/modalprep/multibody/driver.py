@@ -51,8 +51,8 @@ PROPORTIONAL, INTEGRAL = 0.4, 0.7  # of a PI controller, over the order: Hairer 
 SMALLEST = 1e-13  # step size, of the time
 PROBES = 4  # places of a step at which events are looked for
 MOST_TRIALS = 60  # for the time of an event
+LEFT = 1e-300  # event function just after its event, on the side that the motion comes from
 CLOSED, MOST_PROJECTIONS = 1e-11, 10  # violation of closed loops after a step
-CLOSED_LOOSELY = 1e-8  # enough for the steps of implicit methods
 TOO_FAR = 100.0  # body sizes of deflection: far beyond the validity of a modal body
 
 
@@ -174,12 +174,9 @@ def _hold(model, run, method, h, t):
     if model.cons is None:
         return GOOD
     prescribe(model.loads, t, model.motion)
-    stiff, closed = 0.25 * h * h, CLOSED_LOOSELY
-    if method == EXPLICIT:
-        stiff, closed = 0.0, CLOSED
     moves = settle(
         model.cons, model.tree, model.flex, model.W, model.F, run.new, model.motion, t, model.work, model.hinge,
-        stiff, closed, MOST_PROJECTIONS,
+        0.0 if method == EXPLICIT else 0.25 * h * h, CLOSED, MOST_PROJECTIONS,
     )  # fmt: skip
     if moves < 0:
         return OPEN
@@ -292,7 +289,10 @@ def _events(model, run, watch):
             rising = fa < 0.0 and fb >= 0.0
             falling = fa > 0.0 and fb <= 0.0
             if (rising and watch.sense[e, 0] >= 0) or (falling and watch.sense[e, 0] <= 0):
-                t = _crossing(model, run, watch, e, a, b, fa, fb)
+                if abs(fa) == LEFT:
+                    t = _return(model, run, watch, e, a, b, fa, fb)
+                else:
+                    t = _crossing(model, run, watch, e, a, b, fa, fb)
                 watch.found[run.count[FOUND], 0], watch.found[run.count[FOUND], 1] = e, t
                 run.count[FOUND] += 1
                 if watch.sense[e, 1]:
@@ -304,6 +304,20 @@ def _events(model, run, watch):
             run.clock[T] = until
             return STOPPED
     return RUNNING
+
+
+@compile_kernel
+def _return(model, run, watch, e, a, b, fa, fb):
+    """Time in [a, b] at which an event comes back that was just there: a itself where the motion did not leave."""
+    for _ in range(MOST_TRIALS):
+        t = 0.5 * (a + b)
+        interpolate(model.tree, run, t, run.new)
+        ask(model, run, watch, t, run.new)
+        f = watch.values[e]
+        if f * fa > 0.0:
+            return _crossing(model, run, watch, e, t, b, f, fb)
+        b, fb = t, f
+    return a
 
 
 @compile_kernel

@@ -196,17 +196,23 @@ class Integration:
         """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
         t = float(self.steps.clock[T])
         found[:] = [(e, s) for e, s in found if s <= t]  # what was seen beyond may not come
-        here = [self.events[e] for e, s in found if s == t]
-        if any(event.terminal for event in here):
+        here = [e for e, s in found if s == t]
+        if any(self.events[e].terminal for e in here):
             return False
         self._sample_all(record)
         record(np.array([t]), self.steps.y[None])
-        for event in here:
-            self.changes.apply(event, t, self.steps.y)
+        beyond = self.watch.before.copy()
+        self._look(t)
+        at = self.watch.before.copy()
+        for e in here:
+            self.changes.apply(self.events[e], t, self.steps.y)
             self.raise_callback()
         record(np.array([t]), self.steps.y[None])
         self._begin(t, end)
         self._look(t)
+        for e in here:  # a function of places: the blow sends it back, by round-off it may be beyond
+            if self.events[e].hits and self.watch.before[e] == at[e]:
+                self.watch.before[e] = np.copysign(driver.LEFT, -(self.events[e].direction or beyond[e]))
         return True
 
     def _chunk(self) -> int:
