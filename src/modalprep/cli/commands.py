@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import sys
 from collections.abc import Sequence
 from typing import Annotated
@@ -44,7 +45,8 @@ def perform(argv: Sequence[str]) -> int:
         return error.exit_code
     except OSError as error:  # of reading; what cannot be written is an InputError
         place = "" if error.filename is None else f"{error.filename}: "
-        print(f"modalprep: {place}{error.strerror or error}; check the path and who may read it", file=sys.stderr)
+        advice = "make room" if error.errno == errno.ENOSPC else "check the path and who may read it"
+        print(f"modalprep: {place}{error.strerror or error}; {advice}", file=sys.stderr)
         return 2
     except MemoryError as error:
         print(f"modalprep: not enough memory ({error}); ask for less or use a larger machine", file=sys.stderr)

@@ -118,7 +118,8 @@ class Integration:
         m.shared[CALLBACK_POWER] = self.loading.call(m.W, m.F, m.state, t)
 
     def _twin(self, twin: Callable, t: float) -> None:
-        self.model.twin[:] = twin(self.model.state, self.model.motion, t)
+        with np.errstate(all="ignore"):  # a trial that is far off is rejected, as one of the kernel
+            self.model.twin[:] = twin(self.model.state, self.model.motion, t)
 
     def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
         count = len(self.events)
@@ -156,26 +157,31 @@ class Integration:
         for begin, end in self.loading.stretches:
             self.loading.enter(begin, end)
             self._begin(begin, end)
-            while True:
-                t, count = float(self.steps.clock[T]), int(self.steps.count[EVALUATIONS])
-                code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, self._chunk())
-                found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
-                self._drain(record)
-                self.raise_callback()
-                if code == driver.COLLAPSED:
-                    self._escape(record, end)
-                    continue
-                if progress:
-                    progress(float(self.steps.clock[T]))
-                if code == driver.STOPPED and self._change(found, record, end):
-                    continue
-                if code not in (driver.RUNNING, driver.FULL):
-                    break
-                if code == driver.RUNNING and self.steps.count[EVALUATIONS] > self.choice.review:
-                    self._review((self.steps.count[EVALUATIONS] - count) / (self.steps.clock[T] - t), record, end)
+            code = self._follow(end, found, record, progress)
             if code != driver.REACHED:
                 break
         return self._outcome(code, found, record)
+
+    def _follow(self, end: float, found: list, record: Record, progress: Callable[[float], None] | None) -> int:
+        """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
+        while True:
+            t, count = float(self.steps.clock[T]), int(self.steps.count[EVALUATIONS])
+            code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, self._chunk())
+            found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
+            self._drain(record)
+            self.raise_callback()
+            if code == driver.COLLAPSED:
+                self._escape(record, end)
+                continue
+            if progress:
+                progress(float(self.steps.clock[T]))
+            if code == driver.STOPPED and self._change(found, record, end):
+                continue
+            if code not in (driver.RUNNING, driver.FULL):
+                return code
+            moved = float(self.steps.clock[T]) - t
+            if code == driver.RUNNING and moved > 0.0 and self.steps.count[EVALUATIONS] > self.choice.review:
+                self._review((self.steps.count[EVALUATIONS] - count) / moved, record, end)
 
     def _begin(self, begin: float, end: float) -> None:
         status = driver.begin(self.model, self.steps, self.choice.method, begin, end)
@@ -210,10 +216,13 @@ class Integration:
         record(np.array([t]), self.steps.y[None])
         self._begin(t, end)
         self._look(t)
-        for e in here:  # a function of places: the blow sends it back, by round-off it may be beyond
-            if self.events[e].hits and self.watch.before[e] == at[e]:
-                self.watch.before[e] = np.copysign(driver.LEFT, -(self.events[e].direction or beyond[e]))
+        self._send_back([e for e in here if self.events[e].hits and self.watch.before[e] == at[e]], beyond)
         return True
+
+    def _send_back(self, hits: list[int], beyond: np.ndarray) -> None:
+        """Take events that a blow sends back, functions of places, as on the side they came from, not at round-off."""
+        for e in hits:
+            self.watch.before[e] = np.copysign(driver.LEFT, -(self.events[e].direction or beyond[e]))
 
     def _chunk(self) -> int:
         """Return how many steps to take at once: two times at least up to the next review."""

@@ -44,8 +44,8 @@ class Loops:
     --------
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.closures import Closure
+    >>> from modalprep.multibody.joint import Joint
     >>> from modalprep.multibody.layout import pack, workspace
-    >>> from modalprep.multibody.system import Joint
     >>> rod = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3),
     ...                  interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])})
     >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, hold=True),
