@@ -53,6 +53,23 @@ def ran(manifest):
     return [row["job"] for row in manifest["jobs"] if row["ran"]]
 
 
+def test_a_resumed_batch_shares_the_processors_as_the_first(project, tmp_path, capsys, monkeypatch):
+    """Linear algebra on other numbers of threads sums in another order: results would differ in the last bits."""
+    sizes = []
+
+    class Counted(Inline):
+        def __init__(self, size, setting):
+            super().__init__(size, setting)
+            sizes.append(size)
+
+    monkeypatch.setattr("modalprep.pipeline.batch.Processes", Counted)
+    grid = write_grid(project, tmp_path / "beam.toml", reduction__modes=[1, 2])
+    for _ in range(2):
+        assert batch(capsys, grid, "-j", 4, "--output", tmp_path / "out")[0] == 0
+        next((tmp_path / "out").glob("*/manifest.json")).unlink(missing_ok=True)
+    assert sizes == [2, 2]
+
+
 def test_grid(project, tmp_path, capsys):
     """Every combination runs once, by the road of `modalprep run`; one that cannot does not stop the others."""
     file = write_grid(project, tmp_path / "beam.toml", reduction__modes=[2, -1], materials__alloy__rho=[3e3, 3300.0])

@@ -101,7 +101,8 @@ def run_batch(
 
     write()
     if batch.waiting:
-        with _team(min(jobs, len(batch.waiting)), scheduler, setting) as team:
+        # as many as for the whole batch: a job that is resumed alone has the same share of the processors, and sums
+        with _team(min(jobs, len(batch.jobs)), scheduler, setting) as team:
             _dispatch(batch, team, Progress(reporter, len(batch.waiting), team.size), ended)
     jobs_table(manifest["jobs"], reporter.console)
     reporter.wrote(write())
