@@ -2,7 +2,7 @@
 
     python benchmarks/order_n.py [--quick]
 
-Prints five tables, each of medians of alternating rounds, CPU time of one thread, then one line of JSON:
+Prints six tables, each of medians of alternating rounds, CPU time of one thread, then one line of JSON:
 
 - chains of 1 to 1000 bodies of 0 to 24 modes: `slope_bodies`, the worst exponent of the time per evaluation between
   the two longest chains, and `slope_modes`, that from 12 to 24 modes;
@@ -14,6 +14,7 @@ Prints five tables, each of medians of alternating rounds, CPU time of one threa
   their time over ours, the smallest over the chains (null where the peer or a C++ compiler is missing);
 - flexible mechanisms in Exudyn (peers_flexible.py): `flexible_vs_exudyn_1e3`, `flexible_vs_exudyn_1e5`, the same at
   equal accuracy, with our default method;
+- ten links of 12 modes that swing for ten seconds (real_time.py): `realtime_factor`;
 - a chain of 10,000 bodies of 6 modes: `chain_10000_bytes_per_body`, all arrays of an evaluation, and
   `chain_10000_vs_1000`, time per body against a chain of 1000.
 """
@@ -29,6 +30,7 @@ from chains import arguments, chain, compiled, from_python, medians
 from dense_chain import dense
 from peers_flexible import flexible
 from peers_rigid import mujoco, pinocchio, pinocchio_compiled, pinocchio_library
+from real_time import RTOL, ten_links, timed
 
 MODES = (0, 3, 6, 12, 24)
 DENSE_MODES = 6
@@ -104,6 +106,12 @@ def long_chain(quick: bool) -> dict[str, float]:
     return {"chain_10000_bytes_per_body": round(size), "chain_10000_vs_1000": round(long / thousand / 10, 3)}
 
 
+def real_time(quick: bool) -> dict[str, float]:
+    """Print how ten seconds of ten flexible bodies run."""
+    factors = [timed(ten_links(), 10.0, rtol=RTOL)[0] for _ in range(1 if quick else 5)]
+    return {"realtime_factor": round(float(np.median(factors)), 3)}
+
+
 def arrays(given: object) -> Iterator[np.ndarray]:
     """Yield all arrays of nested tuples."""
     if isinstance(given, np.ndarray):
@@ -118,7 +126,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="shorter chains, fewer rounds")
     quick, found = parser.parse_args().quick, {}
-    for table in (bodies_and_modes, against_dense, rigid, flexible, long_chain):
+    for table in (bodies_and_modes, against_dense, rigid, flexible, real_time, long_chain):
         found |= table(quick)
     print(json.dumps(found))
 
