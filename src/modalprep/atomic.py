@@ -89,7 +89,7 @@ def write_table(header: Iterable[str], rows: Iterable[Sequence[float]], path: st
 
     Raises
     ------
-    InputError
+    OutputError
         When the folder cannot be written.
 
     Examples

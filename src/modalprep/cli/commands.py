@@ -43,7 +43,7 @@ def perform(argv: Sequence[str]) -> int:
     except ModalprepError as error:
         print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_code
-    except OSError as error:  # of reading; what cannot be written is an InputError
+    except OSError as error:  # of reading; what cannot be written is an OutputError
         place = "" if error.filename is None else f"{error.filename}: "
         advice = "make room" if error.errno == errno.ENOSPC else "check the path and who may read it"
         print(f"modalprep: {place}{error.strerror or error}; {advice}", file=sys.stderr)

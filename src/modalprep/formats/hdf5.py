@@ -65,7 +65,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
 
     Raises
     ------
-    InputError
+    OutputError
         When the folder cannot be written, or the disk is full.
     """
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:

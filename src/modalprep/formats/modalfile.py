@@ -61,7 +61,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
 
     Raises
     ------
-    InputError
+    OutputError
         When the folder cannot be written.
 
     Examples
