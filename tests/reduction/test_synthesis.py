@@ -85,7 +85,7 @@ def test_truncated_halves_have_the_known_errors(count):
     in_plane = np.abs(found.nodal_shape("a")[:, 1]).max(axis=0) > 1e-3 * np.abs(found.nodal_shape("a")).max(axis=(0, 1))
     table = HALVES_ERROR[count]
     error = 100 * (found.frequency[in_plane][: len(table)] / exact[: len(table)] - 1)
-    np.testing.assert_allclose(error, table, rtol=2e-3, atol=1e-6)
+    np.testing.assert_allclose(error, table, rtol=2e-3, atol=5e-6)  # percent: eigh has 1e-16 (w_n / w_1)^2
 
 
 def test_shapes_satisfy_the_equations_of_the_uncut_beam():

@@ -54,6 +54,7 @@ def flexible_body(
         raise InputError(f"the reduction has {Phi.shape[0]} DOFs but the model {model.n_dof}; reduce this model")
     w = 2 * np.pi * reduction.frequency
     Kg = model.geometric_stiffness.project(reduction.static, reduction.loads, Phi)
+    Kg[:12] += model.rotating_mass.project(Phi)
     n, interfaces = Phi.shape[1], len(model.interfaces)
     Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, n, n), Kg[12:].reshape(interfaces, 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]

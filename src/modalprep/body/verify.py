@@ -91,7 +91,8 @@ def _prestress_error(model: FEModel, reduction: Reduction, body: FlexibleBody, r
     c = np.where(size > 0, rng.choice([-1.0, 1.0], len(Kg)) / np.where(size > 0, size, 1.0), 0.0)
     z = rng.standard_normal((body.n, 3))
     x = reduction.basis @ z
-    full = x.T @ (model.geometric_stiffness(reduction.static @ c, reduction.loads @ c) @ x)
+    Kg_model = model.geometric_stiffness(reduction.static @ c, reduction.loads @ c) + model.rotating_mass(c[:12])
+    full = x.T @ (Kg_model @ x)
     return relative(z.T @ np.tensordot(c, Kg, 1) @ z, (full + full.T) / 2, floor=float(np.sum(size > 0)))
 
 

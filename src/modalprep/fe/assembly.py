@@ -19,6 +19,7 @@ from modalprep.fe.model import FEModel
 from modalprep.fe.parts import Part, find_parts, refuse_disconnected, used_nodes
 from modalprep.fe.pattern import Pattern
 from modalprep.fe.properties import PointMass, Property, Solid, Spring
+from modalprep.fe.rotating import RotatingMass
 from modalprep.fe.totals import Totals
 
 
@@ -116,6 +117,7 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         free=free,
         interfaces=frames,
         geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, links, step),
+        rotating_mass=RotatingMass(blocks, dof),
         strain_energy=StrainEnergy([kind for kind, _ in built], blocks, dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},

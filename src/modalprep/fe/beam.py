@@ -9,6 +9,7 @@ inertia enters every mass integral by itself.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 
 import numpy as np
 from skfem import Basis, MeshLine1
@@ -20,11 +21,12 @@ from modalprep.fe.block import (
     MassObjects,
     MassSamples,
     NodalStress,
-    add_arms,
     mass_from_samples,
     node_transformation,
 )
+from modalprep.fe.corotation import Turning
 from modalprep.fe.properties import Beam
+from modalprep.fe.rotating import RotatingArms, nodal_arms, section_arms
 
 QUADRATURE = 6  # degree: cubic shapes squared; 4 Gauss points
 
@@ -90,7 +92,7 @@ def _bending_shapes(s, L, phi, k):
 
 
 @dataclass(frozen=True, eq=False)
-class BeamBlock:
+class BeamBlock(Turning):
     """Line elements of one property, evaluated at their quadrature points.
 
     Attributes
@@ -174,6 +176,16 @@ class BeamBlock:
         )
         return mass_from_samples(samples)
 
+    def rotating_arms(self) -> RotatingArms:
+        """Mass off the line of the nodes: over the section, and on the arms of eccentric beams."""
+        s = self.section
+        turn = np.swapaxes(self.frame, 1, 2)[:, None] @ self.motion[:, :, 3:]
+        inertia = ((s.Iz, self.frame[:, None, 1]), (s.Iy, self.frame[:, None, 2]))
+        parts = [section_arms(s.material.rho * size * self.dx, axis, turn) for size, axis in inertia]
+        if np.any(self.arm):
+            parts.append(nodal_arms(self.mass(), self.arm))
+        return RotatingArms.joined(parts)
+
     def volume(self) -> np.ndarray:
         """Area times length ``(ne,)``, m^3."""
         return self.section.A * self.dx.sum(axis=1)
@@ -199,8 +211,22 @@ class BeamBlock:
         """Return the block of `some` of the elements."""
         return replace(self, **{f.name: getattr(self, f.name)[some] for f in fields(self) if f.name != "section"})
 
-    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Stiffness of the prestress that the displacements ``d (ne, 12)`` cause: N, shears and moments.
+    @property
+    def place(self) -> np.ndarray:
+        """(ne, 2, 3) ends of the centroid line in the element's axes, m."""
+        place = np.zeros((len(self.nodes), 2, 3))
+        place[:, 1, 0] = self.dx.sum(axis=1)
+        return place
+
+    @property
+    def spin(self) -> np.ndarray:
+        """(ne, 3, 12) rotation of the element's axes : that of the line between its ends, and mean twist."""
+        spin, across = np.zeros((len(self.nodes), 3, 2, 6)), np.array([-1.0, 1.0]) / self.dx.sum(axis=1)[:, None]
+        spin[:, 0, :, 3], spin[:, 1, :, 2], spin[:, 2, :, 1] = 0.5, -across, across
+        return spin.reshape(-1, 3, 12)
+
+    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Stiffness ``(ne, 12, 12)`` of normal force, shears and moments on the slopes against the element.
 
         Theory 7.1: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
         - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``, for slopes v', w' at the ends; and
@@ -208,8 +234,8 @@ class BeamBlock:
         ``v' = tz + tx ty / 2``, ``w' = -ty + tx tz / 2``, which is what `_turn_ends` adds.
         """
         s, E = self.section, self.section.material.E
-        local = d[:, None, :, None]
-        first, second = (self.grad @ local)[..., 0], (self.hess @ local)[..., 0]
+        d = d[:, None, :, None]
+        first, second = (self.grad @ d)[..., 0], (self.hess @ d)[..., 0]
         N, My, Mz = E * s.A * first[..., 0], E * s.Iy * first[..., 4], E * s.Iz * first[..., 5]
         Vz, Vy = E * s.Iy * second[..., 4], -E * s.Iz * second[..., 5]
         G = np.zeros((*self.dx.shape, 8, 8))  # in v', w', tx', tx, ty, tz, ty', tz'
@@ -218,21 +244,25 @@ class BeamBlock:
         half = 0.5 * s.material.G * s.J * first[..., 3]
         for i, j, value in ((0, 2, -My), (1, 2, -Mz), (0, 3, -Vz), (1, 3, Vy), (4, 7, -half), (5, 6, half)):
             G[..., i, j] = G[..., j, i] = value
-        Z = np.concatenate([self.grad[:, :, 1:4], self.motion[:, :, 3:], self.grad[:, :, 4:]], axis=2)
+        motion, grad = (x @ self._to_nodes[:, None] for x in (self.motion, self.grad))
+        Z = np.concatenate([grad[:, :, 1:4], motion[:, :, 3:], grad[:, :, 4:]], axis=2)
         Kg = _contract(Z, (G * self.dx[..., None, None]) @ Z)
-        force, moment = np.split((self.stiffness() @ d[:, :, None]).reshape(-1, 2, 6), 2, axis=2)
-        self._turn_ends(Kg, moment - np.cross(self.arm, force))
-        if np.any(self.arm):
-            add_arms(Kg, force, self.arm)
+        force, moment = np.split((self.stiffness() @ d[:, 0]).reshape(-1, 2, 6), 2, axis=2)
+        self._turn_ends(Kg, (moment - np.cross(self.arm, force)) @ self.frame.transpose(0, 2, 1))
         return Kg
+
+    @cached_property
+    def _to_nodes(self) -> np.ndarray:
+        """Nodal DOFs in mesh axes per local DOF at the ends of the centroid line ``(ne, 12, 12)``."""
+        return np.linalg.inv(node_transformation(self.frame, self.arm))
 
     def _turn_ends(self, Kg: np.ndarray, moment: np.ndarray) -> None:
         """Add the work of the end moments ``(ne, 2, 3)`` on the slopes' second order, ``tx (my tz - mz ty) / 2``."""
-        along = np.repeat(self.frame[:, None, 0], 2, axis=1)
-        half = 0.5 * along[..., :, None] * np.cross(along, moment)[..., None, :]
         for end in (0, 1):
-            rows = slice(6 * end + 3, 6 * end + 6)
-            Kg[:, rows, rows] += half[:, end] + half[:, end].swapaxes(1, 2)
+            tx, ty, tz = (6 * end + c for c in (3, 4, 5))
+            for other, value in ((ty, -moment[:, end, 2] / 2), (tz, moment[:, end, 1] / 2)):
+                Kg[:, tx, other] += value
+                Kg[:, other, tx] += value
 
 
 def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

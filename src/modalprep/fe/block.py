@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
 from modalprep.fe.interface import link_geometric_stiffness
 from modalprep.vectors import skew
+
+if TYPE_CHECKING:
+    from modalprep.fe.rotating import RotatingArms
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
@@ -62,6 +65,12 @@ class Block(Protocol):
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
         """Stiffness of the prestress of the nodal displacements ``d (ne, nl)``."""
+
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Strain energy ``(ne,)`` at finite displacements ``d (ne, nl)``, rotation vectors at the nodes."""
+
+    def rotating_arms(self) -> RotatingArms | None:
+        """Mass beside the nodes that turns with them; None where the family has none."""
 
     def volume(self) -> np.ndarray:
         """Volume of material ``(ne,)``, m^3; zero where the family has none."""

@@ -17,6 +17,7 @@ from modalprep.fe.laminate import turned, turned_shear
 from modalprep.fe.reference import shapes
 
 DRILLING = {"quad": 0.05, "triangle": 1e-2}  # theory 7.4: much less is too soft, much more stiffens curved shells
+OPT_ALPHA = 1.5  # of the OPT triangle: drilling rotations bow its sides so many times as cubic shapes would
 W, TX, TY, TZ = 2, 3, 4, 5
 
 
@@ -78,6 +79,16 @@ def _pull_back(slope: np.ndarray, inverse: np.ndarray) -> np.ndarray:
     return along + across
 
 
+def mean_rotation(cells: FlatCells) -> np.ndarray:
+    """Rotation ``(ne, 3, 6n)`` of the cell's axes: of the linear displacements at its centre."""
+    ne, n, _ = cells.xy.shape
+    centre = FlatCells(cells.kind, cells.xy, 1).mapped[0].mean(axis=1)
+    w = np.zeros((ne, 3, n, 6))
+    w[:, 0, :, W], w[:, 1, :, W] = centre[..., 1], -centre[..., 0]
+    w[:, 2, :, 0], w[:, 2, :, 1] = -centre[..., 1] / 2, centre[..., 0] / 2
+    return w.reshape(ne, 3, 6 * n)
+
+
 def side_rotation(cells: FlatCells) -> np.ndarray:
     """Rows ``(ne, n, 2, 6n)``: rotation ``b . t`` along each side at its two ends, per local DOF."""
     n = cells.xy.shape[1]
@@ -87,6 +98,73 @@ def side_rotation(cells: FlatCells) -> np.ndarray:
         for end, node in enumerate((k, (k + 1) % n)):
             rows[:, k, end, node, TY], rows[:, k, end, node, TX] = t[:, k, 0], -t[:, k, 1]
     return rows.reshape(*t.shape[:2], 2, 6 * n)
+
+
+def linked(cells: FlatCells) -> np.ndarray:
+    """Rows ``(ne, n, 6n)``: height of the deflection's edge functions, ``(L/8)(bs_j - bs_i)``."""
+    ends = side_rotation(cells)
+    return cells.sides[0][..., None] / 8 * (ends[:, :, 1] - ends[:, :, 0])
+
+
+def slopes(cells: FlatCells) -> np.ndarray:
+    """``u_i,a (ne, nq, 2, 3, 6n)`` of the mid-surface, w with its edge functions."""
+    grad, dx, _ = cells.mapped
+    n = cells.xy.shape[1]
+    Z = np.zeros((*dx.shape, 2, 3, n, 6))
+    for i in range(3):
+        Z[:, :, :, i, :, i] = np.swapaxes(grad, 2, 3)
+    Z = Z.reshape(*dx.shape, 2, 3, 6 * n)
+    Z[:, :, :, 2] += np.swapaxes(cells.bubbles()[1], 2, 3) @ linked(cells)[:, None]
+    return Z
+
+
+def plane_turns(cells: FlatCells) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """Linear fields per local DOF, each with its slopes: ``b = (ty, -tx)`` and the rotations t of the nodes.
+
+    Fields are ``(ne, nq, 2, 6n)`` and ``(ne, nq, 3, 6n)``; slopes have their axis before the component,
+    ``(ne, nq, 2, 2, 6n)`` and ``(ne, nq, 2, 3, 6n)``.
+    """
+    grad, dx, _ = cells.mapped
+    n = cells.xy.shape[1]
+    t, slope = np.zeros((*dx.shape, 3, n, 6)), np.zeros((*dx.shape, 2, 3, n, 6))
+    for c in range(3):
+        t[:, :, c, :, TX + c], slope[:, :, :, c, :, TX + c] = cells.N, np.swapaxes(grad, 2, 3)
+    t, slope = t.reshape(*dx.shape, 3, 6 * n), slope.reshape(*dx.shape, 2, 3, 6 * n)
+    b, b_slope = (np.stack([x[..., 1, :], -x[..., 0, :]], axis=-2) for x in (t, slope))
+    return (b, b_slope), (t, slope)
+
+
+def side_turns(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
+    """Work ``(ne, 6n, 6n)`` of forces `pull (ne, n, 2)` on the second order of the middles of the sides.
+
+    A side bends along the normal that its nodes turn, ``w t x e3`` with their rotations t against the element, so that
+    neighbours stay together. Where drilling rotations bow it in the plane, `bow` times as cubic shapes, they do so by
+    their own second order too, half of ``t`` times the element's rotation, which is taken off:
+    ``bow L/16 (t_s dt_n - t_n dt_s)`` with t_s along and t_n across the side.
+    """
+    length, along = cells.sides
+    mean, change = _side_ends(cells)
+    across = np.stack([-along[..., 1], along[..., 0]], axis=2)
+    work = linked(cells).transpose(0, 2, 1) @ (pull[..., :1] * mean[:, :, 1] - pull[..., 1:] * mean[:, :, 0])
+    if bow:
+        size = bow / 16 * length * np.einsum("eka,eka->ek", pull, across)
+        (mean_s, mean_n), (change_s, change_n) = (
+            [np.einsum("eka,ekaj->ekj", axis, x) for axis in (along, across)] for x in (mean, change)
+        )
+        work += (size[..., None] * mean_s).transpose(0, 2, 1) @ change_n
+        work -= (size[..., None] * mean_n).transpose(0, 2, 1) @ change_s
+    return work
+
+
+def _side_ends(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
+    """Rows ``(ne, n, 2, 6n)``: mean and change of the rotations tx, ty along each side."""
+    ne, n, _ = cells.xy.shape
+    rows = np.zeros((2, ne, n, 2, n, 6))
+    for k in range(n):
+        for end, sign in ((k, -1.0), ((k + 1) % n, 1.0)):
+            for a, t in enumerate((TX, TY)):
+                rows[0, :, k, a, end, t], rows[1, :, k, a, end, t] = 0.5, sign
+    return rows.reshape(2, ne, n, 2, 6 * n)
 
 
 def edge_rotation(cells: FlatCells, D: np.ndarray, S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -178,7 +256,7 @@ def optimal_membrane(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
     return _basic(dx, dy, area), _higher(cells, dx, dy, area)
 
 
-def _basic(dx: np.ndarray, dy: np.ndarray, area: np.ndarray, alpha: float = 1.5) -> np.ndarray:
+def _basic(dx: np.ndarray, dy: np.ndarray, area: np.ndarray, alpha: float = OPT_ALPHA) -> np.ndarray:
     B = np.zeros((len(dx), 3, 3, 6))
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3

@@ -89,10 +89,10 @@ class GeometricStiffness:
         total = transferred(self.step, held)
         rows, cols, values = [], [], []
         for link in self.links:
-            turn = link.frame[3:]
-            rows.append(np.repeat(turn, 3))
-            cols.append(np.tile(turn, 3))
-            values.append(link.geometric_stiffness(_link_force(link, held, total)).ravel())
+            K, dofs = link.geometric_stiffness(*_link_force(link, held, total))
+            rows.append(np.repeat(dofs, len(dofs)))
+            cols.append(np.tile(dofs, len(dofs)))
+            values.append(K.ravel())
         if not rows:
             return csr_array((n, n))
         return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
@@ -103,15 +103,19 @@ def _batches(active: np.ndarray, entries: int) -> Iterator[np.ndarray]:
     return (active[k : k + size] for k in range(0, len(active), size))
 
 
-def _link_force(link: PlacedLink, held: np.ndarray, total: np.ndarray) -> np.ndarray:
-    """Force ``(k, 3)`` that the frame of a link exerts on its nodes; an rbe3 only needs the sum."""
+def _link_force(link: PlacedLink, held: np.ndarray, total: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Force ``(k, 3)`` that the frame of a link exerts on its nodes, and its moment (3,) about the frame.
+
+    Of an rbe3 whose frame follows the nodes only the sum of the forces is known, which is all that it needs.
+    """
     if link.kind == "rbe2":
-        return total[link.dofs[:, :3]]
+        return total[link.dofs[:, :3]], np.zeros(3)
     if link.keeps_frame:
-        return held[link.dofs[:, :3]]
+        force = held[link.dofs[:, :3]]
+        return force, np.cross(link.arm, force).sum(axis=0)
     force = np.zeros((len(link.dofs), 3))
     force[0] = -total[link.frame[:3]]
-    return force
+    return force, -total[link.frame[3:]] * link.components[3:]
 
 
 def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: np.ndarray, Phi: np.ndarray):

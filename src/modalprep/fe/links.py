@@ -87,16 +87,34 @@ class PlacedLink:
             )
         return scale[:, None] * (np.linalg.pinv(normal) @ weighted.T), self.dofs[:, :3].ravel()
 
-    def geometric_stiffness(self, force: np.ndarray) -> np.ndarray:
-        """Work of the link's forces on its second-order motion, ``(3, 3)`` on the frame's rotations.
+    def geometric_stiffness(self, force: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Work of the link's forces on its second-order motion: a matrix ``(m, m)`` and its DOFs ``(m,)``.
 
-        `force (k, 3)`: what the frame exerts on each node, N. The mean of a turned node set turns about its
-        centroid, so an averaging link is one arm from the frame to there.
+        `force (k, 3)`: what the frame exerts on each node, N; `moment (3,)`: what it exerts on all about itself, N m.
+        The mean of a turned node set turns about its centroid, so that for forces an averaging link is one arm from
+        the frame to there; its moment works on the second order of the mean rotation (`_mean_rotation`).
         """
+        turn = self.frame[3:]
         if self.kind == "rbe2":
-            return link_geometric_stiffness(force, self.arm)
+            return link_geometric_stiffness(force, self.arm), turn
         centroid = self.weights @ self.arm / self.weights.sum()
-        return link_geometric_stiffness(force.sum(axis=0)[None], centroid[None])
+        K, nodal = self._mean_rotation(self.arm - centroid, moment - np.cross(centroid, force.sum(axis=0)))
+        K[:3, :3] += link_geometric_stiffness(force.sum(axis=0)[None], centroid[None])
+        return K, np.concatenate([turn, nodal])
+
+    def _mean_rotation(self, r: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Work of a moment on the second order of the rotation that fits nodes at r about their centroid best.
+
+        The rotation R of least squares has ``sum w (R r) x (r + u) = 0``, so that its vector is t with
+        ``S t = sum w [r x u + (t x r) x u] - (E t) x t / 2`` to second order, ``E = sum w r r^T``, ``S = tr(E) - E``.
+        """
+        E = np.einsum("k,ka,kb->ab", self.weights, r, r)
+        mu = skew(np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True) @ moment)
+        K = np.zeros((3 + 3 * len(r), 3 + 3 * len(r)))
+        K[:3, 3:] = (self.weights[:, None, None] * skew(r) @ mu).transpose(1, 0, 2).reshape(3, -1)
+        K[3:, :3] = K[:3, 3:].T
+        K[:3, :3] = (mu @ E - E @ mu) / 2
+        return K, self.dofs[:, :3].ravel()
 
 
 def constraint_matrix(links: list[PlacedLink], n: int) -> tuple[csr_array, np.ndarray, csr_array]:

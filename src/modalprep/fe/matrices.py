@@ -20,6 +20,7 @@ from modalprep.fe.matrix_mass import linear_vectors, mass_tensor, rigid_inertia
 from modalprep.fe.mesh import Mesh
 from modalprep.fe.model import FEModel, rigid_motions
 from modalprep.fe.read import LENGTH_UNITS, MASS_UNITS, refuse_units
+from modalprep.fe.rotating import RotatingMass
 
 DRAWN = 20_000  # couplings of the stiffness that are drawn as lines, at most
 NO_STIFFENING = (
@@ -93,6 +94,7 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
         free=free,
         interfaces=frames,
         geometric_stiffness=supplied if stress_stiffness else Missing(),
+        rotating_mass=RotatingMass([], dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256, "notes": "; ".join((*said, *turns))},
         notes=(*mesh.notes, *said, *turns),

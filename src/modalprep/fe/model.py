@@ -11,6 +11,7 @@ from modalprep.fe.block import RigidInertia
 from modalprep.fe.energy import StrainEnergy
 from modalprep.fe.geometric import GeometricStiffness
 from modalprep.fe.interface import InterfaceFrame
+from modalprep.fe.rotating import RotatingMass
 from modalprep.fe.totals import MassTensor
 from modalprep.records import Record
 from modalprep.vectors import skew
@@ -49,6 +50,8 @@ class FEModel(Record):
     geometric_stiffness : GeometricStiffness
         ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress that displacement ``d (n_dof,)`` means,
         with ``load (n_dof,)`` the nodal load that holds it.
+    rotating_mass : RotatingMass
+        What mass beside the nodes adds to the geometric stiffness under inertia loads.
     origin : (3,)
         The root interface in mesh coordinates, m.
     strain_energy : StrainEnergy or None
@@ -72,6 +75,7 @@ class FEModel(Record):
     free: np.ndarray
     interfaces: tuple[InterfaceFrame, ...]
     geometric_stiffness: GeometricStiffness
+    rotating_mass: RotatingMass
     origin: np.ndarray
     strain_energy: StrainEnergy | None = None
     source: dict[str, str] = field(default_factory=dict)

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.beam import line_frames
-from modalprep.fe.block import MassObjects, MassSamples, add_arms, mass_from_samples, node_transformation
+from modalprep.fe.block import MassObjects, MassSamples, mass_from_samples, node_transformation
+from modalprep.fe.corotation import Turning
 from modalprep.fe.properties import PointMass, Spring
+from modalprep.fe.rotating import RotatingArms, mass_arms, section_arms
 from modalprep.vectors import skew
 
 
@@ -39,6 +41,10 @@ class MassBlock:
     def geometric_stiffness(self, d: np.ndarray) -> None:
         """None: a mass has no stress."""
 
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Zero ``(ne,)``: a mass has no strain energy."""
+        return np.zeros(len(self.nodes))
+
     def volume(self) -> np.ndarray:
         """Zero ``(ne,)``: a point has no volume."""
         return np.zeros(len(self.nodes))
@@ -51,15 +57,29 @@ class MassBlock:
         """
         s, ne = self.section, len(self.nodes)
         size, axes = np.linalg.eigh(second_moment(s.inertia))
-        offset = np.asarray(s.offset)
-        position = np.concatenate([(self.at + offset)[:, None], np.repeat(axes.T[None], ne, axis=0)], axis=1)
+        position = np.concatenate([(self.at + s.offset)[:, None], np.repeat(axes.T[None], ne, axis=0)], axis=1)
         shape = np.zeros((ne, 4, 3, 6))
-        arms = np.concatenate([offset[None], axes.T])
         shape[:, 0, :, :3] = np.eye(3)
-        shape[:, :, :, 3:] = -skew(arms)
+        shape[:, :, :, 3:] = -skew(np.concatenate([[s.offset], axes.T]))
         weight = np.tile([s.mass, *size], (ne, 1))
         samples = MassSamples(weight, np.array([1.0, 0, 0, 0]), position, shape[..., : self.components])
         return mass_from_samples(samples)
+
+    def rotating_arms(self) -> RotatingArms | None:
+        """The mass centre beside the node, and the principal axes of inertia."""
+        if self.components == 3:
+            return None
+        s, ne = self.section, len(self.nodes)
+        size, axes = np.linalg.eigh(second_moment(s.inertia))
+        turn = np.zeros((ne, 1, 3, 6))
+        turn[..., 3:] = np.eye(3)
+        parts = [section_arms(np.full((ne, 1), weight), np.tile(axis, (ne, 1, 1)), turn)
+                 for weight, axis in zip(size, axes.T, strict=True)]  # fmt: skip
+        if any(s.offset):
+            offset = np.tile(s.offset, (ne, 1, 1))
+            shape = np.concatenate([np.tile(np.eye(3), (ne, 1, 1, 1)), -skew(offset)], axis=3)
+            parts.append(mass_arms(np.full((ne, 1), s.mass), self.at[:, None] + offset, shape, offset, turn))
+        return RotatingArms.joined(parts)
 
 
 def second_moment(inertia: tuple[float, ...]) -> np.ndarray:
@@ -80,7 +100,7 @@ def _turns(section: PointMass) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class SpringBlock:
+class SpringBlock(Turning):
     """Springs between two nodes or from a node to the ground.
 
     Attributes
@@ -125,19 +145,39 @@ class SpringBlock:
     def mass(self) -> None:
         """None: a spring has no mass."""
 
+    def rotating_arms(self) -> None:
+        """None: a spring has no mass."""
+
     def volume(self) -> np.ndarray:
         """Zero ``(ne,)``: a spring has no volume."""
         return np.zeros(len(self.nodes))
 
+    @property
+    def place(self) -> np.ndarray:
+        """(ne, nn, 3): both ends are at the elastic centre."""
+        return np.zeros_like(self.arm)
+
+    @property
+    def spin(self) -> np.ndarray:
+        """(ne, 3, 6 nn) rotation of the spring's axes per local DOF: the mean of its ends; none on the ground."""
+        nn = len(self.sign)
+        spin = np.zeros((len(self.nodes), 3, nn, 6))
+        spin[..., 3:] = np.eye(3)[:, None] / 2 if nn == 2 else 0.0
+        return spin.reshape(len(self.nodes), 3, 6 * nn)
+
+    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Zeros ``(ne, 6 nn, 6 nn)``: a spring has no inside."""
+        return np.zeros((len(d), d.shape[1], d.shape[1]))
+
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
-        """Work of the spring's force on the second-order motion of its rigid arms."""
-        if not np.any(self.arm):
-            return None
-        force = (self.strain @ d[:, :, None])[:, :3, 0] * np.asarray(self.section.k[:3])
-        force = np.einsum("ek,eka->ea", force, self.frame)
-        Kg = np.zeros((len(d), d.shape[1], d.shape[1]))
-        add_arms(Kg, self.sign[None, :, None] * force[:, None], self.arm)
-        return Kg
+        """Work of the spring's force and moment on the rotation of its axes and arms; None without rotations."""
+        return super().geometric_stiffness(d) if self.components == 6 else None
+
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Return the strain energy ``(ne,)`` at finite displacements; axes do not turn without rotations."""
+        if self.components == 6:
+            return super().energy(d)
+        return np.einsum("ei,eij,ej->e", d, self.stiffness(), d) / 2
 
 
 def _spring_frames(at: np.ndarray, nodes: np.ndarray, section: Spring, data: dict) -> np.ndarray:

@@ -16,27 +16,33 @@ from modalprep.fe.block import (
     MassObjects,
     MassSamples,
     NodalStress,
-    add_arms,
     mass_from_samples,
     node_transformation,
 )
+from modalprep.fe.corotation import Turning
 from modalprep.fe.flat import (
     DRILLING,
+    OPT_ALPHA,
     TX,
     TY,
     FlatCells,
     bending,
     edge_rotation,
     incompatible_membrane,
+    linked,
+    mean_rotation,
     membrane,
     optimal_membrane,
+    plane_turns,
     shear,
-    side_rotation,
+    side_turns,
+    slopes,
 )
 from modalprep.fe.kernels import in_threads, quadratic
 from modalprep.fe.laminate import ShellSection, faces, shell_section, strain_rotation, turned, turned_shear
 from modalprep.fe.properties import Shell
 from modalprep.fe.reference import NODES
+from modalprep.fe.rotating import RotatingArms, mass_arms, nodal_arms, section_arms
 from modalprep.fe.shell_frames import given, material_angle, refuse_bad_shape, shell_frames
 
 STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}
@@ -45,7 +51,7 @@ OPT_BETA = 0.01  # lower bound of the OPT triangle's beta_0, which vanishes at n
 
 
 @dataclass(frozen=True, eq=False)
-class ShellBlock:
+class ShellBlock(Turning):
     """Shells of one kind and property.
 
     Attributes
@@ -194,15 +200,42 @@ class ShellBlock:
         middle, thick = self._translation(surface), self._rotation(sheet)
         if z:
             middle += z * self._rotation(surface)
-        at = (surface.N @ self.xy) @ self.frame[:, :2] + self.centre[:, None]
-        at += ((self.offset + z)[:, None] * self.frame[:, 2])[:, None]
-        shape = np.swapaxes(self.frame, 1, 2)[:, None] @ np.concatenate([middle, thick], axis=1)
-        shape = (shape.reshape(len(at), -1, shape.shape[3]) @ self._to_local).reshape(shape.shape)
+        at = self._surface_points(surface, z)
+        shape = self._mesh_axes(np.concatenate([middle, thick], axis=1))
         normal = np.repeat(self.frame[:, None, 2], len(sheet.N), axis=1)
         dx = surface.mapped[1], sheet.mapped[1]
         weight = np.concatenate([s.mass * dx[0], (s.second - s.mass * z**2) * dx[1]], axis=1)
         unit = np.repeat([1.0, 0.0], [len(surface.N), len(sheet.N)])
         return mass_from_samples(MassSamples(weight, unit, np.concatenate([at, normal], axis=1), shape))
+
+    def rotating_arms(self) -> RotatingArms:
+        """Mass off the surface of the nodes: through the thickness, of unsymmetric laminates, of eccentric elements."""
+        s, mass = self._section, self.mass()
+        surface, sheet = (FlatCells(self.kind, self.xy, degree) for degree in MASS_DEGREE[self.kind])
+        z = s.first / s.mass
+        normal = self.frame[:, None, 2]
+        parts = [nodal_arms(mass, self.arm)] if np.any(self.arm) else []
+        thick = (s.second - s.mass * z**2) * sheet.mapped[1]
+        parts.append(section_arms(thick, normal, self._turns(sheet)))
+        if z:
+            shape = self._mesh_axes(self._translation(surface) + z * self._rotation(surface))
+            at = self._surface_points(surface, z)
+            parts.append(mass_arms(s.mass * surface.mapped[1], at, shape, z * normal, self._turns(surface)))
+        return RotatingArms.joined(parts)
+
+    def _turns(self, cells: FlatCells) -> np.ndarray:
+        """Rotation ``(ne, nq, 3, 6n)`` per nodal DOF, mesh axes."""
+        return self._mesh_axes(plane_turns(cells)[1][0])
+
+    def _mesh_axes(self, rows: np.ndarray) -> np.ndarray:
+        """Vectors ``(ne, nq, 3, 6n)`` in the element's axes per local DOF, in mesh axes per nodal DOF."""
+        turned = np.swapaxes(self.frame, 1, 2)[:, None] @ rows
+        return (turned.reshape(len(rows), -1, rows.shape[3]) @ self._to_local).reshape(rows.shape)
+
+    def _surface_points(self, cells: FlatCells, z: float) -> np.ndarray:
+        """Points ``(ne, nq, 3)`` at the distance z from the mid-surface, model frame, m."""
+        at = (cells.N @ self.xy) @ self.frame[:, :2] + self.centre[:, None]
+        return at + ((self.offset + z)[:, None] * self.frame[:, 2])[:, None]
 
     def _translation(self, cells: FlatCells) -> np.ndarray:
         """Mid-surface displacement ``(ne, nq, 3, 6n)``; w is linked to the rotations by its edge functions."""
@@ -211,7 +244,7 @@ class ShellBlock:
         for a in range(3):
             u[:, :, a, :, a] = cells.N
         u = u.reshape(ne, nq, 3, 6 * n)
-        u[:, :, 2] += cells.bubbles()[0] @ _linked(cells)
+        u[:, :, 2] += cells.bubbles()[0] @ linked(cells)
         return u
 
     def _rotation(self, cells: FlatCells) -> np.ndarray:
@@ -226,37 +259,50 @@ class ShellBlock:
         thickness = self.section.thickness or sum(ply.thickness for ply in self.section.plies)
         return thickness * FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
 
-    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """``int N_ab (u_i,a u_i,b)`` over the three displacements; N from the displacements ``d (ne, 6n)``."""
+    @property
+    def place(self) -> np.ndarray:
+        """(ne, n, 3) nodes in the mean plane, m."""
+        return np.pad(self.xy, ((0, 0), (0, 0), (0, 1)))
+
+    @property
+    def spin(self) -> np.ndarray:
+        """(ne, 3, 6n) rotation of the element's axes per local DOF."""
+        return mean_rotation(FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]))
+
+    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Work ``(ne, 6n, 6n)`` of the stress on second-order strains, of ``u + t x z e3 + t x (t x z e3) / 2``.
+
+        With b = (ty, -tx): membrane forces ``N_ab (u_i,a u_i,b + v_a,b + v_b,a)``, v the second order of the sides
+        (`side_turns`); moments ``M_ab (2 u_i,a b_i,b + (tz t_a),b)``; transverse shears ``Q_a (2 u_i,a b_i + tz t_a)``.
+        """
         cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
-        forces = self.forces(d)
-        N = forces[..., [0, 2, 2, 1]].reshape(*forces.shape[:2], 2, 2)
-        Z = self._slopes(cells)
-        weighted = np.einsum("eqab,eqbcj->eqacj", N * cells.mapped[1][..., None, None], Z, optimize=True)
-        ne, nl = len(d), Z.shape[-1]
-        Kg = Z.reshape(ne, -1, nl).transpose(0, 2, 1) @ weighted.reshape(ne, -1, nl)
-        Kg = (Kg + Kg.transpose(0, 2, 1)) / 2
-        if np.any(self.arm):
-            force = (self.stiffness() @ d[:, :, None]).reshape(ne, -1, 6)[:, :, :3]
-            add_arms(Kg, force, self.arm)
-        return Kg
+        N, M, Q = self._stress_resultants(d, cells.mapped[1])
+        Z, (b, b_slope), (t, t_slope) = slopes(cells), *plane_turns(cells)
+        flat = Z[:, :, :, :2]
+        pull = np.einsum("eqab,eqkb->eka", N, cells.bubbles()[1], optimize=True)
+        bow = OPT_ALPHA if self.kind == "triangle" and self.section.membrane == "opt" else 0.0
+        half = (
+            _work("eqab,eqaij,eqbik->ejk", N, Z, Z) / 2
+            + _work("eqab,eqaij,eqbik->ejk", M, flat, b_slope)
+            + _work("eqa,eqaij,eqik->ejk", Q, flat, b)
+            + _work("eqab,eqbj,eqak->ejk", M, t_slope[:, :, :, 2], t[:, :, :2]) / 2
+            + _work("eqab,eqj,eqbak->ejk", M, t[:, :, 2], t_slope[:, :, :, :2]) / 2
+            + _work("eqa,eqj,eqak->ejk", Q, t[:, :, 2], t[:, :, :2]) / 2
+            + side_turns(cells, pull, bow)
+        )
+        return half + half.transpose(0, 2, 1)
 
-    def _slopes(self, cells: FlatCells) -> np.ndarray:
-        """``u_i,a (ne, nq, 2, 3, 6n)`` per nodal DOF in mesh axes."""
-        grad, dx, _ = cells.mapped
-        n = self.xy.shape[1]
-        Z = np.zeros((*dx.shape, 2, 3, n, 6))
-        for i in range(3):
-            Z[:, :, :, i, :, i] = np.swapaxes(grad, 2, 3)
-        Z = Z.reshape(*dx.shape, 2, 3, 6 * n)
-        Z[:, :, :, 2] += np.swapaxes(cells.bubbles()[1], 2, 3) @ _linked(cells)[:, None]
-        return (Z.reshape(len(dx), -1, 6 * n) @ self._to_local).reshape(Z.shape)
+    def _stress_resultants(self, d: np.ndarray, dx: np.ndarray) -> list[np.ndarray]:
+        """N and M ``(ne, nq, 2, 2)`` and Q ``(ne, nq, 2)`` times `dx`."""
+        B, C, _ = self.strain
+        strain = np.einsum("eqbj,ej->eqb", B[:, :, :8], d)
+        force = strain @ C[:, :8, :8] * dx[..., None]
+        N, M = (x[..., [0, 2, 2, 1]].reshape(*dx.shape, 2, 2) for x in (force[..., :3], force[..., 3:6]))
+        return [N, M, force[..., 6:]]
 
 
-def _linked(cells: FlatCells) -> np.ndarray:
-    """Rows ``(ne, n, 6n)``: height of the deflection's edge functions, ``(L/8)(bs_j - bs_i)``."""
-    ends = side_rotation(cells)
-    return cells.sides[0][..., None] / 8 * (ends[:, :, 1] - ends[:, :, 0])
+def _work(indices: str, *factors: np.ndarray) -> np.ndarray:
+    return np.einsum(indices, *factors, optimize=True)
 
 
 def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:

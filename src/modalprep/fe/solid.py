@@ -153,6 +153,27 @@ class SolidBlock:
         in_threads(stress_stiffness, len(d), grad, self._stress(d, grad, dx, degree), dx, S)
         return S
 
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Return the energy ``(ne,)`` of Green's strain at finite displacements ``d (ne, 3 nn)``.
+
+        The internal shapes of the eight-node hexahedron enter the linear strain only.
+        """
+        degree = max(self.degree, PRESTRESS.get(self.kind, 0))
+        grad, dx = self.gradients(degree)
+        u = d.reshape(*self.nodes.shape, 3)
+        H = np.einsum("eia,eqib->eqab", u, grad, optimize=True)
+        bent = np.swapaxes(H, 2, 3) @ H / 2
+        linear = self._stress(u[..., None], grad, dx, degree)[..., 0]
+        mat = self.section.material
+        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
+        quadratic = lam * np.einsum("eqaa->eq", bent) ** 2 / 2 + mat.G * np.einsum("eqab,eqab->eq", bent, bent)
+        cubic = np.einsum("eqab,eqab->eq", linear, bent)
+        elastic = np.einsum("ei,eij,ej->e", d, self.stiffness(), d) / 2
+        return elastic + np.sum((cubic + quadratic) * dx, axis=1)
+
+    def rotating_arms(self) -> None:
+        """None: the nodes of solids do not turn."""
+
     def stress(self, d: np.ndarray) -> np.ndarray:
         """Cauchy stress ``(ne, nq, 3, 3, k)``, Pa, at the quadrature points for displacements ``d (ne, nn, 3, k)``."""
         return self._stress(d, *self.gradients(self.degree), self.degree)

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.block import PAIRS, MassObjects, NodalStress, RigidInertia
+from modalprep.fe.block import PAIRS, MassObjects, NodalStress, RigidInertia, node_transformation
+from modalprep.fe.corotation import turning_stiffness
 from modalprep.fe.properties import Truss
 
 LINEAR_MASS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
@@ -65,7 +66,34 @@ class TrussBlock:
         strain = np.einsum("ea,ea->e", self.axis, u[:, 1] - u[:, 0]) / self.length
         tension = self.section.material.E * self.section.A * strain
         across = np.eye(3) - np.einsum("ea,eb->eab", self.axis, self.axis)
-        return self._between_nodes((tension / self.length)[:, None, None] * across, np.zeros_like(across))
+        Kg = self._between_nodes((tension / self.length)[:, None, None] * across, np.zeros_like(across))
+        return Kg + self._torque_stiffness(d) if self.components == 6 else Kg
+
+    def _torque_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Work ``(ne, 12, 12)`` of the end moments as the bar turns (corotation.py)."""
+        turn = d.reshape(len(d), 2, 6)[:, :, 3:]
+        torque = self.section.material.G * self.section.J / self.length
+        torque = torque * np.einsum("ea,ea->e", self.axis, turn[:, 1] - turn[:, 0])
+        moment = np.zeros((len(d), 2, 3))
+        moment[:, 0, 0], moment[:, 1, 0] = -torque, torque
+        T = node_transformation(self.frame, np.zeros((len(d), 2, 3)))
+        Kg = turning_stiffness(self._spin(), 0 * moment, 0 * moment, moment)
+        return T.transpose(0, 2, 1) @ Kg @ T
+
+    def _spin(self) -> np.ndarray:
+        """Rotation ``(ne, 3, 12)`` of the bar's axes per local DOF: that of the line, and the mean twist."""
+        spin, across = np.zeros((len(self.nodes), 3, 2, 6)), np.array([-1.0, 1.0]) / self.length[:, None]
+        spin[:, 0, :, 3], spin[:, 1, :, 2], spin[:, 2, :, 1] = 0.5, -across, across
+        return spin.reshape(-1, 3, 12)
+
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, nl)``, without that of a torque."""
+        u = d.reshape(len(d), 2, self.components)[:, :, :3]
+        long = np.linalg.norm(self.length[:, None] * self.axis + u[:, 1] - u[:, 0], axis=1)
+        return self.section.material.E * self.section.A / self.length * (long - self.length) ** 2 / 2
+
+    def rotating_arms(self) -> None:
+        """None: its mass is on the line of the nodes."""
 
     @property
     def frame(self) -> np.ndarray:

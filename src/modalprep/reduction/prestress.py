@@ -58,6 +58,9 @@ def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0
 def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     """Return the nodal load ``(n_dof,)`` of a body in a field of acceleration (3,), m/s^2, such as gravity.
 
+    For `buckling` and `prestressed_modes` give them their `gravity` instead: nodal forces do not tell that mass beside
+    a node, such as an offset or an eccentric element, swings when the node turns.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
@@ -68,7 +71,7 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     return model.g @ np.asarray(acceleration, dtype=float)
 
 
-def buckling(model: FEModel, load: np.ndarray, modes: int = 1) -> Modes:
+def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
     """Return the lowest positive factors at which a load makes the model buckle, its fixed interfaces held.
 
     Linear: ``(K + factor Kg) x = 0`` with Kg of the static answer to `load`.
@@ -76,9 +79,11 @@ def buckling(model: FEModel, load: np.ndarray, modes: int = 1) -> Modes:
     Parameters
     ----------
     model : FEModel
-    load : (n_dof,)
+    load : (n_dof,) or None
         Nodal load, N and N m.
     modes : int
+    gravity : (3,)
+        Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
     Raises
     ------
@@ -95,7 +100,7 @@ def buckling(model: FEModel, load: np.ndarray, modes: int = 1) -> Modes:
     >>> round(float(P / (np.pi**2 * 1.4e4 / 400)), 3)  # Euler: pi^2 EI / (4 L^2)
     1.0
     """
-    held, Kg = _prestress(model, load)
+    held, Kg = _prestress(model, load, gravity)
     mu, x = _largest(-Kg, held, modes)
     positive = mu > NO_BUCKLING
     if not np.any(positive):
@@ -104,15 +109,17 @@ def buckling(model: FEModel, load: np.ndarray, modes: int = 1) -> Modes:
     return Modes(value=1 / mu[positive], shape=model.C @ held.expand(x))
 
 
-def prestressed_modes(model: FEModel, load: np.ndarray, modes: int = 10) -> Modes:
+def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
     """Return the lowest frequencies (Hz) and M-orthonormal modes under a static load, fixed interfaces held.
 
     Parameters
     ----------
     model : FEModel
-    load : (n_dof,)
+    load : (n_dof,) or None
         Nodal load, N and N m.
     modes : int
+    gravity : (3,)
+        Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
     Raises
     ------
@@ -130,7 +137,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray, modes: int = 10) -> Mode
     >>> bool(pulled.value[0] > free.value[0])
     True
     """
-    held, Kg = _prestress(model, load)
+    held, Kg = _prestress(model, load, gravity)
     try:
         w2, phi, _ = lowest_modes((held.K_ii + Kg).tocsr(), held.M_ii, modes)
     except AccuracyError:
@@ -140,16 +147,18 @@ def prestressed_modes(model: FEModel, load: np.ndarray, modes: int = 10) -> Mode
     return Modes(value=np.sqrt(w2) / (2 * np.pi), shape=model.C @ held.expand(phi))
 
 
-def _prestress(model: FEModel, load: np.ndarray) -> tuple[Clamped, csr_array]:
+def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clamped, csr_array]:
     """Hold every fixed interface and return the geometric stiffness of the interior DOFs."""
-    load = np.asarray(load, dtype=float)
+    load = np.zeros(model.n_dof) if load is None else np.asarray(load, dtype=float)
     if load.shape != (model.n_dof,) or not np.all(np.isfinite(load)):
         raise InputError(f"a load needs {model.n_dof} finite numbers, one per DOF; this one has shape {load.shape}")
+    field = np.concatenate([-np.asarray(gravity, dtype=float), np.zeros(9)])
+    load = load + model.inertia_loads @ field
     held = clamp(model)
     x = np.zeros(held.K.shape[0])
     x[held.i] = held.factor.solve((model.C.T @ load)[held.i])
-    Kg = model.C.T @ model.geometric_stiffness(model.C @ x, load) @ model.C
-    return held, Kg.tocsr()[held.i][:, held.i].tocsr()
+    Kg = model.geometric_stiffness(model.C @ x, load) + model.rotating_mass(field)
+    return held, (model.C.T @ Kg @ model.C).tocsr()[held.i][:, held.i].tocsr()
 
 
 def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,122 @@
+"""Second order of an element whose axes turn with it: what its nodal forces do when the element rotates.
+
+The nodal displacements u and rotation vectors t of an element are, up to the rotation w of its axes, a small strain. To
+second order the displacements and rotations that strain it are
+
+``u~ = u - w x X - w x u + w x (w x X) / 2,   t~ = t - w - w x t / 2``
+
+with X the place of the node in the undeformed element. The nodal forces f and moments m of the linear element do work
+on the second order of both, which is the geometric stiffness of the turning element whatever theory it follows inside:
+its nodes carry moments across folds, and membrane forces, bending and twisting moments, and transverse shears count
+alike. The second order of w itself does no work, because the forces of an element are in balance. What the stress
+inside does on the remaining slopes is the element's own part.
+
+References
+----------
+B. Nour-Omid, C. C. Rankin, Finite rotation analysis and consistent linearization using projectors, Comput. Methods
+Appl. Mech. Eng. 93 (1991) 353. C. A. Felippa, B. Haugen, A unified formulation of small-strain corotational finite
+elements, ibid. 194 (2005) 2285.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.fe.block import add_arms, node_transformation
+from modalprep.fe.interface import link_geometric_stiffness
+from modalprep.vectors import skew
+
+
+def turning_stiffness(spin: np.ndarray, place: np.ndarray, force: np.ndarray, moment: np.ndarray) -> np.ndarray:
+    """Return the geometric stiffness ``(ne, 6n, 6n)`` of nodal forces and moments that turn with their element.
+
+    Parameters
+    ----------
+    spin : (ne, 3, 6n)
+        Rotation w of the element's axes per nodal DOF ``(ux, uy, uz, tx, ty, tz)``.
+    place : (ne, n, 3)
+        Nodes X, m; any origin, because the forces are in balance.
+    force, moment : (ne, n, 3)
+        N and N m. All in the axes of the element.
+
+    Examples
+    --------
+    A bar of length 2 along x under a tension of 6 N turns about z like a string, ``N / L`` across it:
+
+    >>> spin = np.zeros((1, 3, 12))
+    >>> spin[0, 2, [1, 7]] = -0.5, 0.5
+    >>> pull = np.array([[[-6.0, 0, 0], [6.0, 0, 0]]])
+    >>> Kg = turning_stiffness(spin, np.array([[[0.0, 0, 0], [2.0, 0, 0]]]), pull, 0 * pull)
+    >>> Kg[0][np.ix_([1, 7], [1, 7])]
+    array([[ 3., -3.],
+           [-3.,  3.]])
+    """
+    ne, n = force.shape[:2]
+    work = np.concatenate([skew(force), skew(moment) / 2], axis=3)  # (ne, n, 3, 6): w . (f x u + m x t / 2)
+    work = work.transpose(0, 2, 1, 3).reshape(ne, 3, 6 * n) + link_geometric_stiffness(force, place) @ spin / 2
+    Kg = spin.transpose(0, 2, 1) @ work
+    return Kg + Kg.transpose(0, 2, 1)
+
+
+class Turning:
+    """An element whose axes turn with it, with six DOFs per node: beams and shells.
+
+    The family gives `frame (ne, 3, 3)`, `arm (ne, n, 3)` (mesh axes), `place (ne, n, 3)` and `spin (ne, 3, 6n)`
+    (element axes, as in `turning_stiffness`), `stiffness` and `inner_stiffness`.
+    """
+
+    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Geometric stiffness ``(ne, 6n, 6n)`` of the stress inside, for displacements against the element's axes.
+
+        Both the stress, of ``d (ne, 6n)`` (mesh axes), and the matrix leave the rotation of the element out; the matrix
+        belongs to the ends of the arms, in the element's axes.
+        """
+        raise NotImplementedError
+
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Geometric stiffness ``(ne, 6n, 6n)`` of the prestress from the displacements ``d (ne, 6n)``, mesh axes."""
+        T, (ne, n, _) = node_transformation(self.frame, self.arm), self.arm.shape
+        force, moment = np.split((self.stiffness() @ d[:, :, None]).reshape(ne, n, 6), 2, axis=2)
+        local = [x @ self.frame.transpose(0, 2, 1) for x in (force, moment - np.cross(self.arm, force))]
+        P = self._straining()
+        Kg = turning_stiffness(self.spin, self.place, *local) + P.transpose(0, 2, 1) @ self.inner_stiffness(d) @ P
+        Kg = T.transpose(0, 2, 1) @ Kg @ T
+        if np.any(self.arm):
+            add_arms(Kg, force, self.arm)
+        return (Kg + Kg.transpose(0, 2, 1)) / 2
+
+    def _straining(self) -> np.ndarray:
+        """Return the projector ``(ne, 6n, 6n)`` on displacements without the rotation of the element."""
+        ne, n, _ = self.place.shape
+        rigid = np.zeros((ne, n, 6, 3))
+        rigid[:, :, :3], rigid[:, :, 3:] = -skew(self.place), np.eye(3)
+        return np.eye(6 * n) - rigid.reshape(ne, 6 * n, 3) @ self.spin
+
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, 6n)``, rotation vectors at the nodes.
+
+        The displacements that strain the element, with the axes turned finitely, in the energy of the linear element
+        and that of its inner stiffness: what `geometric_stiffness` must be the third derivative of.
+        """
+        ne, n, _ = self.arm.shape
+        u, t = np.split(d.reshape(ne, n, 6), 2, axis=2)
+        node = _rotation(t)
+        ends = (u + np.einsum("enab,enb->ena", node, self.arm) - self.arm) @ self.frame.transpose(0, 2, 1)
+        turns = t @ self.frame.transpose(0, 2, 1)
+        local = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
+        back = _rotation(-(self.spin @ local)[..., 0])
+        ends = np.einsum("eab,enb->ena", back, self.place + ends) - self.place
+        turns = _vector(back[:, None] @ _rotation(turns))
+        y = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
+        x = np.linalg.solve(node_transformation(self.frame, self.arm), y)
+        inner = self._straining().transpose(0, 2, 1) @ self.inner_stiffness(x[..., 0]) @ self._straining()
+        return (x.transpose(0, 2, 1) @ self.stiffness() @ x + y.transpose(0, 2, 1) @ inner @ y).ravel() / 2
+
+
+def _rotation(vector: np.ndarray) -> np.ndarray:
+    return Rotation.from_rotvec(vector.reshape(-1, 3)).as_matrix().reshape(*vector.shape, 3)
+
+
+def _vector(matrix: np.ndarray) -> np.ndarray:
+    return Rotation.from_matrix(matrix.reshape(-1, 3, 3)).as_rotvec().reshape(matrix.shape[:-1])

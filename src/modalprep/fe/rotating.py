@@ -1,0 +1,153 @@
+"""Second order of mass that sits beside a node: on arms that turn with nodal rotations.
+
+A mass at the end of the arm r of a node that turns by the rotation vector t moves by ``t x r + t x (t x r) / 2``. An
+inertia force on it does work on the second part, whatever carries it: sections of beams, the thickness of shells,
+eccentric elements, offsets and inertia tensors of point masses (FORMULATION 4). With ``L(f, r)`` of
+`interface.link_geometric_stiffness`, a force f on the mass has the work ``t L(f, r) t / 2``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from modalprep.fe.block import Block, MassObjects
+from modalprep.fe.interface import link_geometric_stiffness
+from modalprep.vectors import skew
+
+
+class RotatingArms(NamedTuple):
+    """Arms of the elements of one block, with what their ends weigh; mesh axes.
+
+    Attributes
+    ----------
+    arm : (ne, ns, 3)
+        m, or without unit where the weight is a second moment.
+    turn : (ne, ns, 3, nl)
+        Rotation of the arm per nodal DOF.
+    unit : (ne, ns, 3, 12)
+        Mass times acceleration of the end for the unit fields ``A_a`` and ``W_ab x_b`` (row by row).
+    inertia : (ne, ns, 3, nl)
+        Mass times acceleration of the end per acceleration of each nodal DOF.
+    """
+
+    arm: np.ndarray
+    turn: np.ndarray
+    unit: np.ndarray
+    inertia: np.ndarray
+
+    @classmethod
+    def joined(cls, parts: list[RotatingArms]) -> RotatingArms:
+        """Put the arms of the same elements side by side."""
+        return cls(*(np.concatenate(field, axis=1) for field in zip(*parts, strict=True)))
+
+
+def section_arms(weight: np.ndarray, axis: np.ndarray, turn: np.ndarray) -> RotatingArms:
+    """Return the arms of second moments of mass ``weight (ne, ns)`` along `axis` ``(ne, ns or 1, 3)``.
+
+    Their ends stand on both sides of the node, so that only fields which change along the axis load them.
+    """
+    axis = np.broadcast_to(axis, (*weight.shape, 3))
+    unit = np.zeros((*weight.shape, 3, 4, 3))  # of A, then of each row a of W
+    for a in range(3):
+        unit[:, :, a, 1 + a] = weight[..., None] * axis
+    inertia = -weight[..., None, None] * (skew(axis) @ turn)
+    return RotatingArms(axis, turn, unit.reshape(*weight.shape, 3, 12), inertia)
+
+
+def mass_arms(weight, position, shape, arm, turn) -> RotatingArms:
+    """Return the arms of masses ``weight (ne, ns)`` at `position` ``(ne, ns, 3)``, m, of displacement `shape`.
+
+    ``shape (ne, ns, 3, nl)`` per nodal DOF; ``arm (ne, ns or 1, 3)``, m.
+    """
+    unit = np.zeros((*weight.shape, 3, 12))
+    for a in range(3):
+        unit[:, :, a, a] = weight
+        unit[:, :, a, 3 + 3 * a : 6 + 3 * a] = weight[..., None] * position
+    arm = np.broadcast_to(arm, (*weight.shape, 3))
+    return RotatingArms(arm, turn, unit, weight[..., None, None] * shape)
+
+
+def nodal_arms(mass: MassObjects, arm: np.ndarray) -> RotatingArms:
+    """Return the arms ``(ne, nn, 3)`` from the nodes of eccentric elements, which carry the elements' nodal inertia."""
+    ne, nn, _ = arm.shape
+    unit = np.concatenate([mass.g, mass.h.reshape(*mass.g.shape[:2], 9)], axis=2).reshape(ne, nn, 6, 12)[:, :, :3]
+    total = mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2]
+    turn = np.zeros((ne, nn, 3, nn, 6))
+    for k in range(nn):
+        turn[:, k, :, k, 3:] = np.eye(3)
+    return RotatingArms(arm, turn.reshape(ne, nn, 3, 6 * nn), unit, total.reshape(ne, nn, 6, 6 * nn)[:, :, :3])
+
+
+@dataclass(frozen=True, eq=False)
+class RotatingMass:
+    """Every mass of a model that sits beside a node.
+
+    Attributes
+    ----------
+    blocks : list of Block
+    dof : (n_nodes, 6) int
+    """
+
+    blocks: list[Block]
+    dof: np.ndarray
+
+    def project(self, Phi: np.ndarray) -> np.ndarray:
+        """Return ``(12, n, n)``: what arms add to ``Kg_A`` (3) and ``Kg_W`` (9, row by row), for ``Phi (n_dof, n)``.
+
+        Examples
+        --------
+        >>> from modalprep.examples import cantilever_model
+        >>> model = cantilever_model(elements=1)
+        >>> twist = np.zeros((model.n_dof, 1))
+        >>> twist[model.dof[1, 3]] = 1.0  # rho (Iy + Iz) L / 3 for both directions of the section
+        >>> added = model.rotating_mass.project(twist)[3:].reshape(3, 3)
+        >>> bool(np.allclose(added[1, 1] + added[2, 2], -(model.M @ twist)[model.dof[1, 3]]))
+        True
+        """
+        out = np.zeros((12, Phi.shape[1], Phi.shape[1]))
+        for arms, dofs in self._arms():
+            for k, form in enumerate(_forms(arms, arms.turn @ Phi[dofs][:, None], arms.unit)):
+                out[k] += form
+        return out
+
+    def project_modes(self, Phi: np.ndarray) -> np.ndarray:
+        """Return ``(n, n, n)``: what arms add to ``phi_i^T M Gamma_jk``, the modal mass of second order."""
+        n = Phi.shape[1]
+        out = np.zeros((n, n, n))
+        for arms, dofs in self._arms():
+            own = Phi[dofs][:, None]
+            for k, form in enumerate(_forms(arms, arms.turn @ own, arms.inertia @ own)):
+                out[k] += form
+        return out
+
+    def __call__(self, field: np.ndarray) -> csr_array:
+        """Return the stiffness ``(n_dof, n_dof)`` in a steady acceleration: factors ``(12,)`` on ``A`` and ``W``."""
+        n = int(self.dof.max()) + 1
+        total = csr_array((n, n))
+        for arms, dofs in self._arms():
+            form = link_geometric_stiffness((arms.unit @ field)[:, :, None], arms.arm[:, :, None])
+            values = np.einsum("esai,esab,esbj->eij", arms.turn, form, arms.turn, optimize=True)
+            rows = np.broadcast_to(dofs[:, :, None], values.shape)
+            place = (rows.ravel(), rows.transpose(0, 2, 1).ravel())
+            total = total + coo_array((values.ravel(), place), shape=(n, n)).tocsr()
+        return total
+
+    def _arms(self) -> Iterator[tuple[RotatingArms, np.ndarray]]:
+        for block in self.blocks:
+            arms = block.rotating_arms()
+            if arms is not None and np.any(arms.arm):
+                yield arms, self.dof[block.nodes, : block.components].reshape(len(block.nodes), -1)
+
+
+def _forms(arms: RotatingArms, turns: np.ndarray, force: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the form ``(n, n)`` of rotations ``turns (ne, ns, 3, n)`` for each of the forces ``(ne, ns, 3, k)``."""
+    ne, ns, _, n = turns.shape
+    flat = turns.reshape(ne * ns * 3, n)
+    for k in range(force.shape[3]):
+        form = link_geometric_stiffness(force[..., k][:, :, None], arms.arm[:, :, None])
+        yield flat.T @ (form @ turns).reshape(flat.shape)
