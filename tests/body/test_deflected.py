@@ -16,22 +16,29 @@ from modalprep.pipeline.model import assemble_pipeline
 LEVELS = (0.001, 0.01, 0.05, 0.2)  # of the body's size
 
 
-def particles(rng, n=5, count=30):
-    """Masses, places, modes and an affine displacement of second order; and the modal body that they make."""
+def particles(rng, n=5, count=30, grows=False):
+    """Masses, places, modes, displacements of second order (affine, along the rest of the modes); their modal body."""
     mass, x, shape = rng.uniform(0.5, 1, count), rng.standard_normal((count, 3)), rng.standard_normal((count, 3, n))
     gram = np.einsum("p,pai,paj->ij", mass, shape, shape)
     shape = shape @ np.linalg.inv(np.linalg.cholesky(gram)).T
     c = rng.standard_normal((3, 4, n, n))
     u2 = np.einsum("pr,arij->paij", np.column_stack([np.ones(count), x]), c + c.swapaxes(-1, -2))
-    body = random_body(rng, n).with_(m=mass.sum(), **modal_integrals(mass, x, shape, u2))
-    return (mass, x, shape, u2), body
+    affine = np.column_stack([np.ones(count), x])
+    weighted = affine.T * mass
+    rest = shape - np.einsum("pr,rai->pai", affine, np.tensordot(np.linalg.inv(weighted @ affine) @ weighted, shape, 1))
+    c = grows * rng.standard_normal((n, n, n))
+    u3 = np.einsum("pal,ljk->pajk", rest, c + c.swapaxes(1, 2))
+    T = np.einsum("p,pai,pajk->ijk", mass, shape, u2 + u3) if grows else None
+    body = random_body(rng, n).with_(m=mass.sum(), **modal_integrals(mass, x, shape, u2), T=T)
+    return (mass, x, shape, u2, u3), body
 
 
+@pytest.mark.parametrize("grows", [False, True])
 @pytest.mark.parametrize("seed", range(5))
-def test_equations_are_those_of_particles(seed):
+def test_equations_are_those_of_particles(seed, grows):
     """Kane's equations summed over particles, at deflections of the size of the body."""
     rng = np.random.default_rng(seed)
-    (mass, x, shape, u2), body = particles(rng)
+    (mass, x, shape, u2, u3), body = particles(rng, grows=grows)
     q, qd, w = rng.standard_normal(5), rng.standard_normal(5), rng.standard_normal(3)
     t, bent = 0.5 * (u2 @ q) @ q, u2 @ q
     arm = x - mass @ x / mass.sum()
@@ -39,12 +46,13 @@ def test_equations_are_those_of_particles(seed):
     g, slope, curvature = shortening(np.sum(strain * t))
     strains = np.einsum("pa,pai->i", strain, bent)
     r, partial = x + shape @ q + g * t, shape + g * bent + slope * np.multiply.outer(t, strains)
+    r, partial = r + (u3 @ q) @ q / 2, partial + u3 @ q
     turn = np.stack([np.cross(unit, r) for unit in np.eye(3)], axis=-1)
     J = np.concatenate([np.broadcast_to(np.eye(3), turn.shape), turn, partial], axis=2)
     rate = partial @ qd
     speed, second = strains @ qd, (u2 @ qd) @ qd
     elastic = g * second + 2 * slope * speed * (bent @ qd)
-    elastic += (curvature * speed**2 + slope * np.sum(strain * second)) * t
+    elastic += (curvature * speed**2 + slope * np.sum(strain * second)) * t + (u3 @ qd) @ qd
     a = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, rate) + elastic
     M, bias = body_equations(body, np.concatenate([np.zeros(3), w]), q, qd)
     bias[6:] -= body.K * q + body.D * qd

@@ -134,7 +134,7 @@ def test_compressed_cylinder(kind, around, along, fe_md):
     exact = cylinder_buckling(E=E, nu=NU, t=0.01, R=1.0, L=0.5)
     d = uniform_compression(points, model, exact)
     found = cylinder_critical(points, model, d, model.K @ d)
-    # Sanders; the OPT triangle's drilling moments do not balance across folds: .9806 here, .9938 at 96x16, .9965 at 120x20
+    # the OPT triangle's drilling moments do not balance across folds: .9806 here, .9938 at 96x16, .9965 at 120x20
     assert found == pytest.approx(1.0, abs=0.0125 if kind == "quad" else 0.021)
     if kind == "quad":
         classical = E * 0.01**2 / np.sqrt(3 * (1 - NU**2))

@@ -34,7 +34,11 @@ def integrals(mass, x, shape):
 
 
 def random_body(rng, n, *, geometric=True, damping=False):
-    """Body of 30 particles with n random modes; its geometric stiffness is random but symmetric."""
+    """Body of 30 particles with n random modes; its geometric stiffness is random but symmetric, and so is its T.
+
+    Bodies of 2, 3 and 5 modes have T.
+    """
+    grown = 0.1 * np.random.default_rng(n).standard_normal((n, n, n))
     mass, x, shape = particles(rng, n)
 
     def symmetric(*axes):
@@ -49,7 +53,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
         Kg_A=symmetric(3), Kg_W=symmetric(3, 3), Kg_F=symmetric(3, 3), Kg_T=symmetric(3, 3),
         phi=carried * rng.standard_normal((3, 3, n)), psi=carried * rng.standard_normal((3, 3, n)),
         K=rng.uniform(1.0, 3.0, n), D=damping * rng.uniform(0.0, 0.3, n), frequency=np.sqrt(rng.uniform(1.0, 3.0, n)),
-        shape=0.1 * np.ones((3, 3, n)),
+        shape=0.1 * np.ones((3, 3, n)), T=grown + grown.swapaxes(1, 2) if geometric and n in (2, 3, 5) else None,
     )  # fmt: skip
 
 

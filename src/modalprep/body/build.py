@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.second_order import second_order_mass_of
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.model import FEModel
@@ -19,6 +22,7 @@ def flexible_body(
     name: str,
     damping: float = 0.0,
     stress: StressRecovery | None = None,
+    second_order_mass: bool | Literal["auto"] = "auto",
     provenance: dict[str, str] | None = None,
 ) -> FlexibleBody:
     """Project a model on its reduced basis.
@@ -32,6 +36,9 @@ def flexible_body(
         Modal damping ratio (fraction of critical) of every mode.
     stress : StressRecovery
         Points whose stress the body carries, of `stress_recovery` on this model.
+    second_order_mass : bool or "auto"
+        Whether the body has T, the second order of its modal mass (second_order.py); "auto" takes it where it matters,
+        and the provenance says how much.
     provenance : dict of str
         Added to the source of the mesh.
 
@@ -55,6 +62,7 @@ def flexible_body(
     w = 2 * np.pi * reduction.frequency
     Kg = model.geometric_stiffness.project(reduction.static, reduction.loads, Phi)
     Kg[:12] += model.rotating_mass.project(Phi)
+    T, said = second_order_mass_of(model, reduction, Kg, second_order_mass)
     n, interfaces = Phi.shape[1], len(model.interfaces)
     Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, n, n), Kg[12:].reshape(interfaces, 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
@@ -85,7 +93,8 @@ def flexible_body(
         energy=_strain_energy(model, Phi, reduction.frequency > 0),
         volume=model.strain_energy.volume() if model.strain_energy else {},
         stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
-        provenance={**model.source, **(provenance or {})},
+        T=T,
+        provenance={**model.source, **said, **(provenance or {})},
     )
 
 

@@ -73,6 +73,7 @@ def _elastic(a: FlexibleBody, b: FlexibleBody) -> list[tuple[str, float, str]]:
         "mass integrals": "P in these answers",
         "geometric stiffness of accelerations": "Kg_A and Kg_W in these answers",
         "geometric stiffness of interface loads": "Kg_F and Kg_T in these answers",
+        "second order of the modal mass": "T in these answers",
     }
     found = [(name, _relative(x, y), forms[name]) for name, x, y in zip(forms, _answers(a), _answers(b), strict=True)]
     if _same_points(a, b) and a.n and b.n:
@@ -103,6 +104,8 @@ def _answers(body: FlexibleBody) -> Iterator[np.ndarray]:
     yield _in_answers(body.P.reshape(9, body.n, body.n), X)
     yield _in_answers(np.concatenate([body.Kg_A, body.Kg_W.reshape(9, body.n, body.n)]), X)
     yield _in_answers(np.concatenate([body.Kg_F, body.Kg_T]).reshape(-1, body.n, body.n), X)
+    T = np.zeros((body.n, body.n, body.n)) if body.T is None else body.T
+    yield _in_answers(np.tensordot(X.T, T, 1), X)
 
 
 def _motions(body: FlexibleBody) -> np.ndarray:

@@ -36,6 +36,9 @@ class FlexibleBody(Record):
     Kg_A, Kg_W : (3, n, n), (3, 3, n, n)
         Geometric stiffness for the inertia loads of unit specific acceleration ``A_a = 1`` and of
         ``W_ab = 1`` (``W = alpha~ + w~ w~``); zero in a body without geometric stiffness.
+    T : (n, n, n) or None
+        Second order of the modal mass, ``T[i, j, k] = int rho phi_i Gamma_jk`` with the displacement
+        ``phi q + Gamma_jk q_j q_k / 2``; symmetric in j, k. None where it is not taken.
     Kg_F, Kg_T : (n_if, 3, n, n)
         The same for a unit force / moment on each interface; zero for the root, except in mean axes.
     phi, psi : (n_if, 3, n)
@@ -101,6 +104,7 @@ class FlexibleBody(Record):
     volume: dict[str, np.ndarray] = field(default_factory=dict)
     stress: dict[str, StressModes] = field(default_factory=dict)
     modal_mass: np.ndarray | None = None
+    T: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         """Take modes as normalised where nothing else is said."""
@@ -136,9 +140,9 @@ class FlexibleBody(Record):
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed.
 
-        New modes (`K`) have no `energy` and no `stress`, and mass 1, unless given.
+        New modes (`K`) have no `energy`, no `stress` and no `T`, and mass 1, unless given.
         """
-        new_modes = {"energy": {}, "stress": {}, "modal_mass": None} if "K" in changes else {}
+        new_modes = {"energy": {}, "stress": {}, "modal_mass": None, "T": None} if "K" in changes else {}
         return super().with_(**(new_modes | changes))
 
     def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:
@@ -160,9 +164,9 @@ class FlexibleBody(Record):
         }
 
     def conventional(self) -> FlexibleBody:
-        """Return the body without geometric stiffness: the prematurely linearised theory."""
+        """Return the body without geometric stiffness and T: the prematurely linearised theory."""
         names = ("Kg_A", "Kg_W", "Kg_F", "Kg_T")
-        return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names})
+        return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names}, T=None)
 
     def ruthless(self) -> FlexibleBody:
         """Return the ruthlessly linearised body: no second order of q in its inertia, no geometric stiffness.

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.linalg import eigh
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import steady_mass
 from modalprep.errors import InputError
 from modalprep.vectors import skew
 
@@ -13,7 +15,8 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
     """Return the body with the geometric stiffness of one steady motion, linearised: constant, in modes that hold it.
 
     ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
-    stiffness itself is left out. At that motion the frequencies are those of the full body, at others they are not.
+    stiffness itself is left out, and so is T but for the modal mass at the steady deflection. At that motion the
+    frequencies are those of the full body, at others they are not.
     Damping becomes the diagonal of the old one in the new modes.
 
     Parameters
@@ -40,7 +43,9 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
     w = skew(np.asarray(spin, dtype=float))
     A = np.zeros(3) if acceleration is None else np.asarray(acceleration, dtype=float)
     Kg = np.einsum("ab,abij->ij", w @ w, body.Kg_W) + np.einsum("a,aij->ij", A, body.Kg_A)
-    K, Y = np.linalg.eigh(np.diag(body.K) + (Kg + Kg.T) / 2)
+    load = np.einsum("an,a->n", body.S, A) + np.einsum("ab,abn->n", w @ w, body.H)
+    q0 = -np.linalg.solve(np.diag(body.K) + Kg + np.einsum("ab,abij->ij", w @ w, body.P), load)
+    K, Y = eigh(np.diag(body.K) + (Kg + Kg.T) / 2, steady_mass(body, q0))
     if not np.all(K > 0):
         raise InputError(f"body {body.name!r} buckles under this motion: it has no frozen stiffness")
     plain = body.conventional()

@@ -31,11 +31,14 @@ def scaled(body: FlexibleBody, factor: float) -> FlexibleBody:
         raise InputError(
             f"body {body.name!r}: its densities times {factor:g} are those of no body; it must be positive"
         )
-    return body.with_(**{name: factor * getattr(body, name) for name in BY_DENSITY})
+    T = None if body.T is None else factor * body.T
+    return body.with_(**{name: factor * getattr(body, name) for name in BY_DENSITY}, T=T)
 
 
 def between(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleBody:
     """Return the body of mass m (kg) on the line through two fill levels, exact where one density changes uniformly.
+
+    Without T: a body that loses mass has no second order of its modal mass.
 
     Examples
     --------
@@ -46,7 +49,7 @@ def between(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleBody:
     """
     share = (m - light.m) / (heavy.m - light.m)
     at = {name: (1 - share) * getattr(light, name) + share * getattr(heavy, name) for name in BY_DENSITY}
-    return heavy.with_(**at)
+    return heavy.with_(**at, T=None)
 
 
 def check_level(body: FlexibleBody, level: FlexibleBody) -> None:

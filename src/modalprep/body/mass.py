@@ -33,6 +33,15 @@ growth of M_ff is of second order, as is that of L. The strain energy keeps ``q 
 the answer is right to the square of the slopes: 0.2 % at the deepest 0.057 L of the spin-up beam. Without geometric
 stiffness the equations are the same altogether. What is lost is the motion of u2 that is not affine; it could only add
 to M_ff.
+
+A body that bends under a steady load needs more of it (FORMULATION 4, the second order of the modal mass): with
+``T_ijk = phi_i M Gamma_jk`` in the body, the rest of u2 is taken along the rest of the modes. Of T the affine functions
+have ``B_i.D_jk`` already; what is left, ``T' = T - B.D``, is the field ``phi'_l c_ljk`` with ``M' c = T'``,
+``M' = M - B^T B``. The rest then moves with ``eta = q + c q q / 2`` instead of q, and with ``d eta = 1 + c q``
+
+    E_ab = p_a.p_b + eta P'_ab eta     L_ab = dp_a.p_b + d eta^T P'_ab eta     M_ff = d eta^T M' d eta + dp^T dp
+
+so that the mass matrix stays a Gram matrix, positive at every deflection.
 """
 
 from __future__ import annotations
@@ -44,6 +53,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.vectors import skew
 
+AFFINE = 1e-10  # of unit modal mass
 FLAT = 1e-12  # of the moments about the origin: a smaller one about the centre is round-off, the body flat or a line
 
 
@@ -68,6 +78,8 @@ class AffinePart(NamedTuple):
         ``p(0) / p(0).p(0)`` without its first column.
     root_mass : float
         sqrt(m).
+    rest_second : (n, n, n)
+        c of the second order of the rest; (0, 0, 0) in a body without T.
     """
 
     place: np.ndarray
@@ -77,6 +89,7 @@ class AffinePart(NamedTuple):
     mass: np.ndarray
     strain: np.ndarray
     root_mass: float
+    rest_second: np.ndarray
 
 
 class Deflected(NamedTuple):
@@ -89,6 +102,8 @@ class Deflected(NamedTuple):
     S: np.ndarray  # (3, n)
     L: np.ndarray  # (3, 3, n)
     M_ff: np.ndarray  # (n, n)
+    eta: np.ndarray  # (n,) coordinates of the rest
+    d_eta: np.ndarray  # (n, n)
 
 
 def rigid_mass_matrix(m: float, s0: np.ndarray, E0: np.ndarray) -> np.ndarray:
@@ -140,7 +155,34 @@ def affine_part(body: FlexibleBody) -> AffinePart:
     rest = body.P - np.einsum("ari,brj->abij", first, first)
     mass = body.modal_mass - np.einsum("ari,arj->ij", first, first)
     strain = np.column_stack([np.zeros(3), axes * scale]) / max(np.sum(scale**2), np.finfo(float).tiny)
-    return AffinePart(place, first, coordinates(body.Kg_A, body.Kg_W), rest, mass, strain, root)
+    second = coordinates(body.Kg_A, body.Kg_W)
+    return AffinePart(place, first, second, rest, mass, strain, root, _rest_second(body, first, second, mass))
+
+
+def _rest_second(body: FlexibleBody, first: np.ndarray, second: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Solve ``M' c = T - B.D``; modes that are affine but for `AFFINE` have no rest to move along."""
+    if body.T is None:
+        return np.zeros((0, 0, 0))
+    size, V = np.linalg.eigh((mass + mass.T) / 2)
+    inverse = np.divide(1.0, size, where=size > AFFINE, out=np.zeros(body.n))
+    left = body.T - np.einsum("ari,arjk->ijk", first, second)
+    return np.einsum("il,l,ml,mjk->ijk", V, inverse, V, left, optimize=True)
+
+
+def rest_coordinates(part: AffinePart, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``eta(q) (n,)`` of the rest and ``d eta / d q (n, n)``.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> eta, slope = rest_coordinates(affine_part(uniform_beam(modes=2)), np.array([1.0, 2.0]))
+    >>> eta, slope.diagonal()  # without T
+    (array([1., 2.]), array([1., 1.]))
+    """
+    if not part.rest_second.size:
+        return q, np.eye(len(q))
+    bent = part.rest_second @ q
+    return q + bent @ q / 2, np.eye(len(q)) + bent
 
 
 def shortening(tau: float) -> tuple[float, float, float]:
@@ -166,15 +208,16 @@ def deflected(part: AffinePart, q: np.ndarray) -> Deflected:
     >>> bool(tip.s[0] < 60)  # the bent beam is shorter
     True
     """
-    bent, rest = part.second @ q, part.rest @ q
+    eta, d_eta = rest_coordinates(part, q)
+    bent, rest = part.second @ q, part.rest @ eta
     t = 0.5 * bent @ q
     g, slope, _ = shortening(np.sum(part.strain * t))
     p = part.place + part.first @ q + g * t
     dp = part.first + g * bent + slope * np.einsum("ar,bs,bsn->arn", t, part.strain, bent)
-    E = p @ p.T + rest @ q
-    L = np.einsum("arn,br->abn", dp, p) + rest
-    M_ff = part.mass + np.einsum("ari,arj->ij", dp, dp)
-    return Deflected(p, dp, part.root_mass * p[:, 0], E, part.root_mass * dp[:, 0], L, M_ff)
+    E = p @ p.T + rest @ eta
+    L = np.einsum("arn,br->abn", dp, p) + rest @ d_eta
+    M_ff = d_eta.T @ part.mass @ d_eta + np.einsum("ari,arj->ij", dp, dp)
+    return Deflected(p, dp, part.root_mass * p[:, 0], E, part.root_mass * dp[:, 0], L, M_ff, eta, d_eta)
 
 
 def partial_rates(part: AffinePart, q: np.ndarray, qd: np.ndarray) -> np.ndarray:
@@ -195,6 +238,19 @@ def partial_rates(part: AffinePart, q: np.ndarray, qd: np.ndarray) -> np.ndarray
     speed = strains @ qd
     change = curvature * speed * strains + slope * strain_rates
     return g * turning + slope * (speed * bent + np.multiply.outer(rate, strains)) + np.multiply.outer(t, change)
+
+
+def steady_mass(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
+    """Return the modal mass ``(n, n)`` at a steady deflection ``q (n,)``: 1 to first order, but for a body with T.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> steady_mass(uniform_beam(modes=2), np.ones(2))
+    array([[1., 0.],
+           [0., 1.]])
+    """
+    return body.modal_mass if body.T is None else deflected(affine_part(body), q).M_ff
 
 
 def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:

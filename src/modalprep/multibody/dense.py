@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.mass import affine_part, assembled, deflected, partial_rates
+from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
 from modalprep.multibody.layout import (
     ARM0,
     COORDINATES,
@@ -76,14 +76,19 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
     """
     part = affine_part(body)
     at, w, spin = deflected(part, q), V[3:], skew(V[3:])
-    rest, W2 = part.rest @ q, spin @ spin
-    E, Y = rest @ q, rest @ qd
+    rates = at.d_eta @ qd
+    rest, W2 = part.rest @ at.eta, spin @ spin
+    E, Y = rest @ at.eta, rest @ rates
     Omega = W2 @ at.p + 2 * spin @ (at.dp @ qd) + partial_rates(part, q, qd) @ qd
     force = part.root_mass * Omega[:, 0]
     torque = np.cross(at.p, Omega, axis=0).sum(axis=1)
     torque += np.cross(w, np.trace(E) * w - E @ w) + 2 * (np.trace(Y) * w - Y @ w)
-    modal = np.einsum("ar,arn->n", Omega, at.dp) + np.einsum("ab,abn->n", W2, rest)
-    modal += 2 * np.einsum("ab,abn->n", spin, part.rest @ qd) + body.K * q + body.D * qd
+    modal = np.einsum("ab,abn->n", W2, rest) + 2 * np.einsum("ab,abn->n", spin, part.rest @ rates)
+    if part.rest_second.size:
+        growing = (part.rest_second @ qd) @ qd
+        modal += part.mass @ growing
+        torque += cross_moment(rest @ growing)
+    modal = np.einsum("ar,arn->n", Omega, at.dp) + at.d_eta.T @ modal + body.K * q + body.D * qd
     return assembled(body.m, at), np.concatenate([force, torque, modal])
 
 

@@ -57,6 +57,7 @@ from modalprep.multibody.layout import (
     A,
 )
 
+GROWS = 2  # in HAS_KG: the body has T
 shortening = compile_inline(mass.shortening)
 
 
@@ -73,6 +74,7 @@ def expand(tree, flex, F, i):
         F.rest[r] = 0.0
     for r in range(3 * n):
         F.gyro[r] = 0.0
+    _rest_coordinates(tree, flex, F, i)
     for b in range(0, n, 4):  # rows are filled up with zeros; four at once spare the loads and stores of the sums
         f0, f1, f2, f3 = F.q[s, b], F.q[s, b + 1], F.q[s, b + 2], F.q[s, b + 3]
         g0, g1, g2, g3 = F.qd[s, b], F.qd[s, b + 1], F.qd[s, b + 2], F.qd[s, b + 3]
@@ -86,6 +88,8 @@ def expand(tree, flex, F, i):
                 )
                 F.dp[r] += f0 * d0 + f1 * d1 + f2 * d2 + f3 * d3
                 F.Dqd[r] += g0 * d0 + g1 * d1 + g2 * d2 + g3 * d3
+        f0, f1, f2, f3 = F.eta[0, b], F.eta[0, b + 1], F.eta[0, b + 2], F.eta[0, b + 3]
+        g0, g1, g2, g3 = F.eta[1, b], F.eta[1, b + 1], F.eta[1, b + 2], F.eta[1, b + 3]
         for r in range(9 * n):
             F.rest[r] += f0 * flex.rest[k, b, r] + f1 * flex.rest[k, b + 1, r]
             F.rest[r] += f2 * flex.rest[k, b + 2, r] + f3 * flex.rest[k, b + 3, r]
@@ -119,6 +123,68 @@ def expand(tree, flex, F, i):
 
 
 @compile_inline
+def _rest_coordinates(tree, flex, F, i):
+    """Write eta(q) of the rest of link i's motion and its rate to F; of a body with T also the slopes of eta."""
+    k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
+    for a in range(F.eta.shape[1]):
+        F.eta[0, a], F.eta[1, a] = F.q[s, a], F.qd[s, a]
+    if tree.ints[i, HAS_KG] < GROWS:
+        return
+    for a in range(n):
+        for b in range(n):
+            F.slope[0, a, b], F.slope[1, a, b] = 0.0, 0.0
+    for j in range(n):
+        f, g = F.q[s, j], F.qd[s, j]
+        for a in range(n):
+            for b in range(n):
+                F.slope[0, a, b] += f * flex.second[k, j, a, b]
+                F.slope[1, a, b] += g * flex.second[k, j, a, b]
+    for a in range(n):
+        for b in range(n):
+            F.eta[0, a] += 0.5 * F.slope[0, a, b] * F.q[s, b]
+            F.eta[1, a] += F.slope[0, a, b] * F.qd[s, b]
+        F.slope[0, a, a] += 1.0
+
+
+@compile_inline
+def _apply_slopes(tree, flex, F, i):
+    """Turn the rows of the rest of a body with T from eta to q; returns the torque of the acceleration ``c q' q'``.
+
+    F.turned gets ``c q' q'`` (row 10) and its modal force ``d eta^T M' (c q' q')`` (row 9).
+    """
+    k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
+    torque = (0.0, 0.0, 0.0)
+    for a in range(n):
+        e, f = take9(F.rest, 9 * a), 0.0
+        for b in range(n):
+            f += F.slope[1, a, b] * F.qd[s, b]
+        F.turned[9, a], F.turned[10, a] = 0.0, f
+        torque = axpy3(torque, f, (e[7] - e[5], e[2] - e[6], e[3] - e[1]))
+    for a in range(n):
+        force = 0.0
+        for b in range(n):
+            force += flex.mass[k, a, b] * F.turned[10, b]
+        for b in range(n):
+            F.turned[9, b] += F.slope[0, a, b] * force
+    _through_slopes(F, F.rest, 9, n)
+    _through_slopes(F, F.gyro, 3, n)
+    return torque
+
+
+@compile_inline
+def _through_slopes(F, rows, width, n):
+    """Replace rows ``(n, width)`` of eta by those of q, ``d eta^T rows``."""
+    for a in range(n):
+        for c in range(width):
+            F.turned[c, a], rows[width * a + c] = rows[width * a + c], 0.0
+    for b in range(n):
+        for a in range(n):
+            f = F.slope[0, b, a]
+            for c in range(width):
+                rows[width * a + c] += f * F.turned[c, b]
+
+
+@compile_inline
 def mode_moments(tree, flex, F, i, p, a):
     """Return S_a(q) (3) and L_ab(q) (9) of mode a of link i's body, after `expand`, which gave p."""
     d, e, root = take12(F.dp, 12 * a), take9(F.rest, 9 * a), flex.place[tree.ints[i, KIND], 24]
@@ -143,7 +209,11 @@ def own_flexible(tree, flex, W, F, i, nx, y):
     E, Y = ZERO9, ZERO9
     for a in range(n):
         rest = take9(F.rest, 9 * a)
-        E, Y = axpy9(E, F.q[s, a], rest), axpy9(Y, F.qd[s, a], rest)
+        E, Y = axpy9(E, F.eta[0, a], rest), axpy9(Y, F.eta[1, a], rest)
+    grows = tree.ints[i, HAS_KG] == GROWS
+    growing = (0.0, 0.0, 0.0)
+    if grows:
+        growing = _apply_slopes(tree, flex, F, i)
     f0, t0 = _affine_force(w, p[:3], rates[:3], second[:3])
     f1, t1 = _affine_force(w, p[3:6], rates[3:6], second[3:6])
     f2, t2 = _affine_force(w, p[6:9], rates[6:9], second[6:9])
@@ -158,11 +228,13 @@ def own_flexible(tree, flex, W, F, i, nx, y):
         f += 2.0 * (w[0] * F.gyro[3 * a] + w[1] * F.gyro[3 * a + 1] + w[2] * F.gyro[3 * a + 2])
         f += dot3(f0, d[:3]) + dot3(f1, d[3:6]) + dot3(f2, d[6:9]) + dot3(f3, d[9:])
         f += flex.diagonal[k, a, 0] * F.q[s, a] + flex.diagonal[k, a, 1] * F.qd[s, a]
+        if grows:
+            f += F.turned[9, a]
         c = add3(add3(cross(p[:3], d[:3]), cross(p[3:6], d[3:6])), add3(cross(p[6:9], d[6:9]), cross(p[9:], d[9:])))
         c = add3(c, (e[7] - e[5], e[2] - e[6], e[3] - e[1]))
         put8(F.Z, s, a, 0, (root * d[0], root * d[1], root * d[2], c[0], c[1], c[2], f, 0.0))
     _own_modal_mass(tree, flex, F, i)
-    torque = add3(add3(add3(t0, t1), add3(t2, t3)), _rest_torque(w, E, Y))
+    torque = add3(add3(add3(t0, t1), add3(t2, t3)), add3(_rest_torque(w, E, Y), growing))
     E = (
         E[0] + p[0] * p[0] + p[3] * p[3] + p[6] * p[6] + p[9] * p[9],
         E[1] + p[0] * p[1] + p[3] * p[4] + p[6] * p[7] + p[9] * p[10],
@@ -196,7 +268,7 @@ def _rest_torque(w, E, Y):
 
 @compile_inline
 def _own_modal_mass(tree, flex, F, i):
-    """Write link i's own M_ff to F.Z: ``1 - B^T B + dp^T dp``, 1 without geometric stiffness."""
+    """Write link i's own M_ff to F.Z: ``d eta^T (1 - B^T B) d eta + dp^T dp``, 1 without geometric stiffness."""
     k, s, n = tree.ints[i, KIND], tree.ints[i, SLOT], tree.ints[i, MODES]
     for a in range(n):
         for b in range(n + 7 >> 3):
@@ -207,6 +279,27 @@ def _own_modal_mass(tree, flex, F, i):
             d = take12(F.dp, 12 * a)
             for b in range(a, n):
                 F.Z[s, a, 1 + (b >> 3), b & 7] = flex.mass[k, a, b] + dot12(d, take12(F.dp, 12 * b))
+    if tree.ints[i, HAS_KG] == GROWS:
+        _grown_mass(flex, F, k, s, n)
+
+
+@compile_inline
+def _grown_mass(flex, F, k, s, n):
+    """Add ``d eta^T M' d eta - M'`` of a body with T to the upper half of M_ff in F.Z."""
+    for a in range(n):
+        for b in range(n):
+            F.slope[2, a, b] = 0.0
+        for c in range(n):
+            for b in range(n):
+                F.slope[2, a, b] += flex.mass[k, a, c] * F.slope[0, c, b]
+    for a in range(n):
+        for b in range(a, n):
+            F.Z[s, a, 1 + (b >> 3), b & 7] -= flex.mass[k, a, b]
+    for c in range(n):
+        for a in range(n):
+            f = F.slope[0, c, a]
+            for b in range(a, n):
+                F.Z[s, a, 1 + (b >> 3), b & 7] += f * F.slope[2, c, b]
 
 
 @compile_inline

@@ -143,7 +143,7 @@ def fly_free(
     """
     if variables not in VARIABLES:
         raise InputError(f"variables {variables!r} are not one of {', '.join(VARIABLES)}")
-    if variables == "efficient" and body.has_geometric_stiffness:
+    if variables == "efficient" and (body.has_geometric_stiffness or body.T is not None):
         raise InputError(
             f"body {body.name!r} has geometric stiffness, which a constant mass matrix cannot hold; use "
             "variables = 'momentum', or the body without it: theory = 'no_geometric_stiffness', body.conventional()"
@@ -232,8 +232,12 @@ class _Momentum:
         velocity = np.outer(v, [part.root_mass, 0, 0, 0]) + skew(w) @ at.p + at.dp @ qd  # of the affine part
         partial = np.einsum("ab,brn->arn", skew(w), at.dp) + partial_rates(part, q, qd)
         rate = np.einsum("ar,arn->n", velocity, partial)
-        rest = np.einsum("ab,abij->ij", skew(w), part.rest)
-        return rate + rest.T @ qd - np.einsum("ab,abij,j->i", skew(w) @ skew(w), part.rest, q)
+        spin, rates = np.einsum("ab,abij->ij", skew(w), part.rest), at.d_eta @ qd
+        moved = spin.T @ rates - np.einsum("ab,abij,j->i", skew(w) @ skew(w), part.rest, at.eta)  # dT / d eta
+        rate += at.d_eta.T @ moved
+        if part.rest_second.size:
+            rate += (part.rest_second @ qd).T @ (part.mass @ rates + spin @ at.eta)  # of the rates of eta
+        return rate
 
 
 class _Efficient:

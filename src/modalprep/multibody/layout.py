@@ -50,7 +50,7 @@ class Tree(NamedTuple):
 
     `ints`, a row per link: parent link (-1 the ground, which is the last row of W), interface of the parent's body,
     kernel joint type, modes, first coordinate, first speed (counted from the first speed), flexible kind (-1 rigid),
-    flexible slot (-1), whether the modal mass is not 1 throughout (with geometric stiffness or another fill), body
+    flexible slot (-1), whether the modal mass is not 1 throughout (1: geometric stiffness or another fill, 2: T), body
     in the system's order (-1 none), slot of the mode shapes at the parent's interface (-1: rigid parent), first modal
     coordinate, first modal speed, first interface, and the number of coordinates of the whole system.
 
@@ -79,6 +79,7 @@ class Flex(NamedTuple):
     gyro: np.ndarray  # (nk, N4, 3 N)
     mass: np.ndarray  # (nk, N, N) M - B^T B, M the modal mass
     diagonal: np.ndarray  # (nk, N, 2) K, D
+    second: np.ndarray  # (nk, N, N, N) c_ljk of the rest, j first; (nk, 0, 0, 0) where no body has T
     shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
     Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
 
@@ -98,6 +99,9 @@ class Scratch(NamedTuple):
     affine: np.ndarray  # (5, 12) p, p', p'' without q'', t, t'
     rest: np.ndarray  # (9 N,)
     gyro: np.ndarray  # (3 N,)
+    eta: np.ndarray  # (2, N4) coordinates of the rest and their rates
+    slope: np.ndarray  # (3, N, N) of a body with T: d eta / d q, its rate, M' d eta
+    turned: np.ndarray  # (11, N) of a body with T: rows of `rest` or `gyro` for eta; force of c q' q', and c q' q'
     phi: np.ndarray  # (6 N,) one interface's phi(q), psi(q) and their rates
     turn: np.ndarray  # (6 N,)
 
@@ -175,7 +179,8 @@ def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None
     return W, Scratch(
         *rows, np.zeros((slots, blocks, 8)), np.zeros((slots, N, 1 + blocks, 8)), np.zeros((attached, N, 8)),
         np.zeros((attached, 6, blocks, 8)), *(np.zeros(12 * N) for _ in range(2)), np.zeros((5, 12)),
-        *(np.zeros(k * N) for k in (9, 3)),
+        *(np.zeros(k * N) for k in (9, 3)), np.zeros((2, flex.by_q.shape[1])),
+        np.zeros((3, flex.second.shape[1], flex.second.shape[1])), np.zeros((11, flex.second.shape[1])),
         *(np.zeros(6 * N) for _ in range(2)),
     )  # fmt: skip
 
@@ -272,7 +277,7 @@ def _ints(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, 
             body = system.bodies[link.body]
             own = link.body in depleted
             row[BODY], row[MODES] = order[link.body], body.n
-            row[HAS_KG] = body.has_geometric_stiffness or own or not body.normalised
+            row[HAS_KG] = 2 if body.T is not None else body.has_geometric_stiffness or own or not body.normalised
             row[NODES], row[KIND] = bodies.add(body, align, link.body if own else "")
             if body.n:
                 row[SLOT], slot = slot, slot + 1
@@ -332,7 +337,8 @@ class _Bodies:
         N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
         first = {kind: node for node, kind in self.found.values()}
         N4 = N + -N % 4
-        of_kind = ((25,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2))
+        grows = N if any(body.T is not None for body, _ in self.flexible) else 0
+        of_kind = ((25,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2), (grows, grows, grows))
         out = Flex(
             *(np.zeros((kinds, *shape)) for shape in of_kind),
             *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N))),
@@ -363,6 +369,7 @@ def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
         gyro.reshape(n, 3 * n),
         part.mass,
         np.stack([body.K, body.D], axis=1),
+        part.rest_second.swapaxes(0, 1),
         node[0].reshape(len(body.phi), 6 * n),
         node[1].reshape(len(body.phi), n, 6 * n),
     )

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg import eigvals
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import steady_mass
 from modalprep.records import Record
 from modalprep.vectors import skew
 
@@ -23,9 +24,10 @@ class SpinModes(Record):
 def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None) -> SpinModes:
     """Return the vibration of a body whose root turns steadily.
 
-    ``q'' + (2 w~_ab P_ab + D) q' + [K + W_ab (P_ab + Kg_W_ab) + A_a Kg_A_a] q = -(S_a A_a + W_ab H_ab)`` with
-    ``W = w~ w~``: theory 4 with constant A and w, exact in q. A complex pair counts once; an unstable
-    real pair has frequency 0.
+    ``M q'' + (2 w~_ab P_ab + D) q' + [K + W_ab (P_ab + Kg_W_ab) + A_a Kg_A_a] q = -(S_a A_a + W_ab H_ab)`` with
+    ``W = w~ w~``: theory 4 with constant A and w, exact in q. M is the modal mass: 1, but for bodies with T, whose mass
+    is that of the steady deflection, and for other fill levels. A complex pair counts once; an unstable real pair has
+    frequency 0.
 
     Parameters
     ----------
@@ -47,9 +49,11 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     W = w @ w
     stiffness = np.diag(body.K) + np.einsum("ab,abij->ij", W, body.P + body.Kg_W) + np.einsum("a,aij->ij", A, body.Kg_A)
     gyroscopic = 2 * np.einsum("ab,abij->ij", w, body.P) + np.diag(body.D)
-    n = body.n
+    load = np.einsum("an,a->n", body.S, A) + np.einsum("ab,abn->n", W, body.H)
+    q0, n = -np.linalg.solve(stiffness, load), body.n
+    M = steady_mass(body, q0)
+    if not np.array_equal(M, np.eye(n)):
+        stiffness, gyroscopic = np.linalg.solve(M, stiffness), np.linalg.solve(M, gyroscopic)
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -gyroscopic]])
     roots = eigvals(state)
-    frequency = np.sort(np.abs(roots.imag))[::2] / (2 * np.pi)
-    load = np.einsum("an,a->n", body.S, A) + np.einsum("ab,abn->n", W, body.H)
-    return SpinModes(frequency=frequency, q0=-np.linalg.solve(stiffness, load))
+    return SpinModes(frequency=np.sort(np.abs(roots.imag))[::2] / (2 * np.pi), q0=q0)

@@ -69,7 +69,13 @@ class System(Record):
         check_loads(self.bodies, self.loads)
         check_closures(self.bodies, self.coordinate_counts, self.closures)
         check_depletions(self.bodies, self.depletions)
+        losing = {each.body: self.bodies[each.body].with_(T=None) for each in self.depletions if self._grows(each.body)}
+        if losing:
+            object.__setattr__(self, "bodies", self.bodies | losing)
         self._check_orbit()
+
+    def _grows(self, body: str) -> bool:
+        return self.bodies[body].T is not None
 
     def _check_orbit(self) -> None:
         conductors = [load.name for load in self.loads if isinstance(load, Conductor)]

@@ -15,6 +15,7 @@ from modalprep.body.build import flexible_body
 from modalprep.body.checks import check_body, check_model
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.rigid import rigid_body
+from modalprep.body.second_order import SECOND_ORDER
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError, InputError
 from modalprep.formats.modalfile import read_body, write_body
@@ -86,7 +87,8 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
         done(4)
         name = pipeline.name or path.stem
         stress = pipeline_stress(pipeline, mesh, model)
-        body = flexible_body(model, reduction, name=name, stress=stress, provenance=inputs(path, pipeline))
+        wanted = {"stress": stress, "second_order_mass": pipeline.reduction.second_order_mass}
+        body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
         body = body.with_(D=modal_damping(body, wanted_damping(pipeline.reduction.damping)))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
@@ -97,7 +99,8 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
             f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
         )
     reporter.wrote(write_body(body, file))
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *_doubts(body)), error)
+    said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
+    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_doubts(body)), error)
 
 
 def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:

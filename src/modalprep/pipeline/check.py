@@ -45,7 +45,8 @@ def check_file(path: Path, reporter: Reporter) -> CheckReport:
         done(1)
         reduction, _ = reduce_model(pipeline, mesh, model)
         done(2)
-        body = flexible_body(model, reduction, name=pipeline.name or path.stem)
+        taken = pipeline.reduction.second_order_mass
+        body = flexible_body(model, reduction, name=pipeline.name or path.stem, second_order_mass=taken)
         done(3)
         checks = (*check_model(model), *check_body(body), *check_projection(model, reduction, body))
         checks = (*checks, *(check_buckling(model, body) if body.has_geometric_stiffness else ()))

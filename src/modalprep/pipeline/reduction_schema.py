@@ -61,6 +61,11 @@ class ReductionTable(Table):
         ["interfaces", "inertia"],
         description="loads whose static answer is kept exact: interfaces (free ones), inertia, names of [loads]",
     )
+    second_order_mass: bool | Literal["auto"] = Field(
+        "auto",
+        description="T of the modal file, for bodies that bend under a steady load; auto: where it shifts frequencies "
+        "by more than 5 % of what geometric stiffness does",
+    )
     damping: Damping = Field(0.0, description=DAMPING)
     root: str | None = Field(None, description="the interface that carries the body frame")
 

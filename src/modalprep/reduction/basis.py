@@ -13,6 +13,8 @@ from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
 
+EIGEN = 1e-6  # of the inertia force: what a mode of the full model leaves out of balance
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Reduction(Record):
@@ -27,6 +29,8 @@ class Reduction(Record):
     loads, static : (n_dof, 12 + 6 n_if)
         Unit loads (twelve inertia loads, then force and moment on each interface) and the model's full static
         answers with the root clamped; the root's own columns are zero.
+    inertial : (n_dof, n)
+        The model's full static answers to the inertia ``M basis`` of unit modal accelerations, root clamped.
     table : ModeTable
     method : str
     notes : tuple of str
@@ -37,6 +41,7 @@ class Reduction(Record):
     frequency: np.ndarray
     loads: np.ndarray
     static: np.ndarray
+    inertial: np.ndarray
     table: ModeTable
     method: str
     notes: tuple[str, ...] = ()
@@ -58,15 +63,28 @@ def reduced(
     w2, span = ritz(W, held.K, held.M, held.mechanisms if rigid is None else rigid)
     loads = np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
     loads[:, 12:18] = 0.0  # the root is held
+    modes = unique_modes(w2, span)
     return Reduction(
-        basis=model.C @ unique_modes(w2, span),
+        basis=model.C @ modes,
         frequency=np.sqrt(w2) / (2 * np.pi),
         loads=loads,
         static=held.static(loads),
+        inertial=model.C @ _inertial(held, w2, modes),
         table=table,
         method=method,
         notes=(*notes, *_mechanism_note(held)),
     )
+
+
+def _inertial(held: Clamped, w2: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Return the static answers ``(n_free, n)`` to ``M modes``; a mode of the full model is its own, over w^2."""
+    x = np.divide(modes, w2, out=np.zeros_like(modes), where=w2 > 0)
+    force = held.M @ modes
+    left = force - held.K @ x
+    left[held.b[:6]] = 0.0
+    off = np.flatnonzero(np.linalg.norm(left, axis=0) > EIGEN * np.linalg.norm(force, axis=0))
+    x[:, off] = held.static_free(force[:, off])
+    return x
 
 
 def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:

@@ -31,6 +31,7 @@ class ModalBody(Protocol):
     H: np.ndarray
     K: np.ndarray
     modal_mass: np.ndarray
+    T: np.ndarray | None
     phi: np.ndarray
     psi: np.ndarray
     interface_name: tuple[str, ...]
@@ -171,6 +172,8 @@ def reduced_body(body: ModalBody, projected: ProjectedBasis) -> ModalBody:
     names = ("S", "H", "phi", "psi", "shape")
     changed = {name: getattr(body, name) @ Y for name in names}
     changed |= {name: Y.T @ getattr(body, name) @ Y for name in ("P", "Kg_A", "Kg_W", "Kg_F", "Kg_T")}
+    if body.T is not None:
+        changed["T"] = np.einsum("ijk,ix,jy,kz->xyz", body.T, Y, Y, Y, optimize=True)
     w = 2 * np.pi * projected.frequency
     damping = np.einsum("ij,i,ij->j", Y, body.D, Y)
     changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
