@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import modalprep as mp
+from modalprep.body.mass import affine_part, deflected
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
 
 EI, L = 1.4e4, 10.0
@@ -117,6 +119,34 @@ def test_gravity_buckles_a_tall_column():
     model = cantilever_model(20)
     found = mp.buckling(model, None, gravity=(-1.0, 0, 0)).value[0]
     assert found * 1.2 * L**3 / EI == pytest.approx(7.837, rel=2e-3)
+
+
+def bent_arch(elements=24):
+    """Beams bent to 60 degrees, radius .8 m, 60 x 30 mm."""
+    a = np.linspace(0, np.pi / 3, elements + 1)
+    line = np.stack([0.8 * np.sin(a), 0 * a, 0.8 * (1 - np.cos(a))], axis=1)
+    metal = mp.Material(E=70e9, nu=0.3, rho=2700.0)
+    section = mp.beam_section("rectangle", metal, width=0.06, height=0.03, up=(0, 1, 0))
+    ends = {"root": mp.Interface(group="root", kind="node")}
+    ends["tip"] = mp.Interface(group="tip", kind="node", boundary="free")
+    return mp.assemble(beam_mesh(elements).with_(points=line), {"beam": section}, ends)
+
+
+def test_modes_of_a_loaded_arch_are_those_of_its_body():
+    """The body has the second order of its modal mass, T; without it the shifts have another sign."""
+    model, force = bent_arch(), np.array([-200.0, 0, 500.0])
+    load = mp.interface_load(model, "tip", force=force)
+    free, bent = (mp.prestressed_modes(model, f, 6).value for f in (0 * load, load))
+    body = mp.flexible_body(model, mp.craig_bampton(model, modes=30), name="arch", second_order_mass=True)
+    K, q = np.diag(body.K) + np.tensordot(force, body.Kg_F[1], 1), force @ body.phi[1] / body.K
+
+    def frequency(body):
+        return np.sqrt(eigh(K, deflected(affine_part(body), q).M_ff, eigvals_only=True)[:6]) / (2 * np.pi)
+
+    shift = bent - free
+    np.testing.assert_allclose(frequency(body) - body.frequency[:6], shift, atol=0.01 * np.abs(shift).max())
+    other = np.sqrt(eigh(K, eigvals_only=True)[:6]) / (2 * np.pi) - body.frequency[:6]
+    assert np.abs(other - shift).max() > 0.3 * np.abs(shift).max()
 
 
 def test_what_cannot_buckle_says_so():

@@ -16,8 +16,8 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
 
     ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
     stiffness itself is left out, and so is T but for the modal mass at the steady deflection. At that motion the
-    frequencies are those of the full body, at others they are not.
-    Damping becomes the diagonal of the old one in the new modes.
+    frequencies are those of the full body, at others they are not. Damping becomes the diagonal of the old one in the
+    new modes.
 
     Parameters
     ----------

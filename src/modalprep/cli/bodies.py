@@ -87,6 +87,10 @@ def render(
 @app.command()
 def check(
     file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or pipeline file (TOML): against its mesh as well.")],
+    energy: Annotated[
+        bool,
+        typer.Option("--energy", help="Also compare geometric stiffness with differences of the nonlinear energy."),
+    ] = False,
     as_json: Json = False,
 ) -> None:
     """Physics checks of a modal file or of a pipeline's body; exit code 1 when one fails."""
@@ -94,7 +98,7 @@ def check(
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
-    _show(check_file(file, reporter), reporter, as_json)
+    _show(check_file(file, reporter, energy), reporter, as_json)
 
 
 @app.command()

@@ -24,7 +24,7 @@ from modalprep.fe.block import (
     mass_from_samples,
     node_transformation,
 )
-from modalprep.fe.corotation import Turning
+from modalprep.fe.corotation import Turning, line_spin
 from modalprep.fe.properties import Beam
 from modalprep.fe.rotating import RotatingArms, nodal_arms, section_arms
 
@@ -220,10 +220,8 @@ class BeamBlock(Turning):
 
     @property
     def spin(self) -> np.ndarray:
-        """(ne, 3, 12) rotation of the element's axes : that of the line between its ends, and mean twist."""
-        spin, across = np.zeros((len(self.nodes), 3, 2, 6)), np.array([-1.0, 1.0]) / self.dx.sum(axis=1)[:, None]
-        spin[:, 0, :, 3], spin[:, 1, :, 2], spin[:, 2, :, 1] = 0.5, -across, across
-        return spin.reshape(-1, 3, 12)
+        """(ne, 3, 12) rotation of the element's axes per local DOF."""
+        return line_spin(self.dx.sum(axis=1))
 
     def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
         """Stiffness ``(ne, 12, 12)`` of normal force, shears and moments on the slopes against the element.

@@ -59,6 +59,19 @@ def turning_stiffness(spin: np.ndarray, place: np.ndarray, force: np.ndarray, mo
     return Kg + Kg.transpose(0, 2, 1)
 
 
+def line_spin(length: np.ndarray) -> np.ndarray:
+    """Return the rotation ``(ne, 3, 12)`` of a two-node element of `length` (ne,), m: of its line, and the mean twist.
+
+    Examples
+    --------
+    >>> line_spin(np.array([2.0]))[0, 2, [1, 7]]  # about e3, by the displacements along e2
+    array([-0.5,  0.5])
+    """
+    spin, across = np.zeros((len(length), 3, 2, 6)), np.array([-1.0, 1.0]) / length[:, None]
+    spin[:, 0, :, 3], spin[:, 1, :, 2], spin[:, 2, :, 1] = 0.5, -across, across
+    return spin.reshape(-1, 3, 12)
+
+
 class Turning:
     """An element whose axes turn with it, with six DOFs per node: beams and shells.
 

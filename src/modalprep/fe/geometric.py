@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array
 
 from modalprep.fe.block import Block
 from modalprep.fe.kernels import ahead, products
-from modalprep.fe.links import PlacedLink, transferred
+from modalprep.fe.links import PlacedLink, followed, transferred
 from modalprep.fe.pattern import Pattern
 from modalprep.fe.solid import SolidBlock
 from modalprep.linalg.blas import inner_alone
@@ -36,6 +36,16 @@ class GeometricStiffness:
         """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
         total = self.pattern.csr(self._over_dofs(self.blocks, d))
         return (total + self.of_links(self.K @ d - load)).tocsr()
+
+    def energy(self, d: np.ndarray) -> float:
+        """Return the strain energy (J) at finite displacements ``d (n_dof,)``, rotation vectors at the nodes.
+
+        Dependent nodes follow their links finitely. `__call__` is its third derivative, less what the stress of the
+        displacements themselves adds; see `body.verify.check_geometric_stiffness`.
+        """
+        d = followed(self.links, d)
+        own = ((block, d[self.dof[block.nodes, : block.components]]) for block in self.blocks)
+        return float(sum(np.sum(block.energy(u.reshape(len(u), -1))) for block, u in own))
 
     def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
         """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load.
@@ -89,7 +99,7 @@ class GeometricStiffness:
         total = transferred(self.step, held)
         rows, cols, values = [], [], []
         for link in self.links:
-            K, dofs = link.geometric_stiffness(*_link_force(link, held, total))
+            K, dofs = link.geometric_stiffness(total)
             rows.append(np.repeat(dofs, len(dofs)))
             cols.append(np.tile(dofs, len(dofs)))
             values.append(K.ravel())
@@ -101,21 +111,6 @@ class GeometricStiffness:
 def _batches(active: np.ndarray, entries: int) -> Iterator[np.ndarray]:
     size = max(1, int(BYTES / (8 * entries)))
     return (active[k : k + size] for k in range(0, len(active), size))
-
-
-def _link_force(link: PlacedLink, held: np.ndarray, total: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Force ``(k, 3)`` that the frame of a link exerts on its nodes, and its moment (3,) about the frame.
-
-    Of an rbe3 whose frame follows the nodes only the sum of the forces is known, which is all that it needs.
-    """
-    if link.kind == "rbe2":
-        return total[link.dofs[:, :3]], np.zeros(3)
-    if link.keeps_frame:
-        force = held[link.dofs[:, :3]]
-        return force, np.cross(link.arm, force).sum(axis=0)
-    force = np.zeros((len(link.dofs), 3))
-    force[0] = -total[link.frame[:3]]
-    return force, -total[link.frame[3:]] * link.components[3:]
 
 
 def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: np.ndarray, Phi: np.ndarray):

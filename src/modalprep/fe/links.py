@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array, eye_array
+from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.fe.interface import link_geometric_stiffness
 from modalprep.vectors import skew
 
+SETTLED = 4  # corrections of the nodes that follow the frame of an rbe3, each to the next power of the rotation
 DEPTH = 50  # links that hang on links: more is a loop
 
 
@@ -87,20 +89,52 @@ class PlacedLink:
             )
         return scale[:, None] * (np.linalg.pinv(normal) @ weighted.T), self.dofs[:, :3].ravel()
 
-    def geometric_stiffness(self, force: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def geometric_stiffness(self, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Work of the link's forces on its second-order motion: a matrix ``(m, m)`` and its DOFs ``(m,)``.
 
-        `force (k, 3)`: what the frame exerts on each node, N; `moment (3,)`: what it exerts on all about itself, N m.
-        The mean of a turned node set turns about its centroid, so that for forces an averaging link is one arm from
-        the frame to there; its moment works on the second order of the mean rotation (`_mean_rotation`).
+        `held (n_dof,)`: what holds each DOF, with the forces that it hands on to others. Of an rbe3 the force is one on
+        an arm, because the mean of a turned node set turns about its centroid; the moment works on the second order of
+        the mean rotation (`_mean_rotation`).
         """
         turn = self.frame[3:]
         if self.kind == "rbe2":
-            return link_geometric_stiffness(force, self.arm), turn
+            return link_geometric_stiffness(held[self.dofs[:, :3]], self.arm), turn
+        wrench = self._wrench(held)
         centroid = self.weights @ self.arm / self.weights.sum()
-        K, nodal = self._mean_rotation(self.arm - centroid, moment - np.cross(centroid, force.sum(axis=0)))
-        K[:3, :3] += link_geometric_stiffness(force.sum(axis=0)[None], centroid[None])
+        K, nodal = self._mean_rotation(self.arm - centroid, wrench[3:] - np.cross(centroid, wrench[:3]))
+        K[:3, :3] += link_geometric_stiffness(wrench[None, :3], centroid[None])
         return K, np.concatenate([turn, nodal])
+
+    def _wrench(self, held: np.ndarray) -> np.ndarray:
+        """Force and moment (6,) of an rbe3's frame on its nodes, about the frame, by what holds the dependent DOFs."""
+        if not self.keeps_frame:
+            return -held[self.frame] * self.components
+        G, nodal = self.average()
+        chosen = _independent_columns(G)
+        return np.linalg.solve(G[:, chosen].T, held[nodal[chosen]])
+
+    def follow(self, d: np.ndarray) -> None:
+        """Write to the finite displacements ``d (n_dof,)``, rotation vectors at nodes, what follows from the others."""
+        if self.kind == "rbe2":
+            turn = _rotation(d[self.frame[3:]])
+            moved = np.tile(d[self.frame], (len(self.arm), 1))
+            moved[:, :3] += self.arm @ turn.T - self.arm
+            present = (self.dofs >= 0) & self.components
+            d[self.dofs[present]] = moved[present]
+        elif not self.keeps_frame:
+            d[self.frame[self.components]] = self._fitted(d)[self.components]
+        else:
+            G, nodal = self.average()
+            chosen = _independent_columns(G)
+            for _ in range(SETTLED):
+                d[nodal[chosen]] += np.linalg.solve(G[:, chosen], d[self.frame] - self._fitted(d))
+
+    def _fitted(self, d: np.ndarray) -> np.ndarray:
+        """Translation and rotation vector (6,) of the rigid motion that fits the nodes best (Kabsch)."""
+        place, w = self.arm + d[self.dofs[:, :3]], self.weights / self.weights.sum()
+        before, after = self.arm - w @ self.arm, place - w @ place
+        turn = Rotation.align_vectors(after, before, weights=w)[0]
+        return np.concatenate([w @ place - turn.apply(w @ self.arm), turn.as_rotvec()])
 
     def _mean_rotation(self, r: np.ndarray, moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Work of a moment on the second order of the rotation that fits nodes at r about their centroid best.
@@ -115,6 +149,22 @@ class PlacedLink:
         K[3:, :3] = K[:3, 3:].T
         K[:3, :3] = (mu @ E - E @ mu) / 2
         return K, self.dofs[:, :3].ravel()
+
+
+def _rotation(vector: np.ndarray) -> np.ndarray:
+    return Rotation.from_rotvec(vector).as_matrix()
+
+
+def followed(links: list[PlacedLink], d: np.ndarray) -> np.ndarray:
+    """Return finite displacements ``(n_dof,)`` whose dependent DOFs follow the independent ones of `d` exactly."""
+    d = d.copy()
+    for _ in range(DEPTH):
+        before = d.copy()
+        for link in links:
+            link.follow(d)
+        if np.array_equal(before, d):
+            break
+    return d
 
 
 def constraint_matrix(links: list[PlacedLink], n: int) -> tuple[csr_array, np.ndarray, csr_array]:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
+from scipy.spatial.transform import Rotation
 
 from modalprep.fe.block import Block, MassObjects
 from modalprep.fe.interface import link_geometric_stiffness
@@ -136,6 +137,18 @@ class RotatingMass:
             place = (rows.ravel(), rows.transpose(0, 2, 1).ravel())
             total = total + coo_array((values.ravel(), place), shape=(n, n)).tocsr()
         return total
+
+    def work(self, d: np.ndarray, field: np.ndarray) -> float:
+        """Return the work (J) of inertia on arms that turn finitely, beyond the first order of their displacement.
+
+        ``d (n_dof,)`` rotation vectors at the nodes, `field` (12,) steady acceleration as in `__call__`.
+        """
+        total = 0.0
+        for arms, dofs in self._arms():
+            t = (arms.turn @ d[dofs][:, None, :, None])[..., 0]
+            turned = Rotation.from_rotvec(t.reshape(-1, 3)).apply(arms.arm.reshape(-1, 3)).reshape(t.shape)
+            total -= np.sum((arms.unit @ field) * (turned - arms.arm - np.cross(t, arms.arm)))
+        return float(total)
 
     def _arms(self) -> Iterator[tuple[RotatingArms, np.ndarray]]:
         for block in self.blocks:

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.block import PAIRS, MassObjects, NodalStress, RigidInertia, node_transformation
-from modalprep.fe.corotation import turning_stiffness
+from modalprep.fe.block import PAIRS, MassObjects, NodalStress, RigidInertia
+from modalprep.fe.corotation import Turning, line_spin
 from modalprep.fe.properties import Truss
 
 LINEAR_MASS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
 
 
 @dataclass(frozen=True, eq=False)
-class TrussBlock:
+class TrussBlock(Turning):
     """Bars of one property.
 
     Attributes
@@ -61,36 +61,43 @@ class TrussBlock:
         return self._between_nodes(mat.E * s.A * along, mat.G * s.J * along)
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """``N/L`` across the axis; N from the displacements ``d (ne, nl)``."""
-        u = d.reshape(len(d), 2, self.components)[:, :, :3]
+        """``N/L`` across the axis, and the work of a torque; from the displacements ``d (ne, nl)``."""
+        if self.components == 6:
+            return super().geometric_stiffness(d)
+        u = d.reshape(len(d), 2, 3)
         strain = np.einsum("ea,ea->e", self.axis, u[:, 1] - u[:, 0]) / self.length
         tension = self.section.material.E * self.section.A * strain
         across = np.eye(3) - np.einsum("ea,eb->eab", self.axis, self.axis)
-        Kg = self._between_nodes((tension / self.length)[:, None, None] * across, np.zeros_like(across))
-        return Kg + self._torque_stiffness(d) if self.components == 6 else Kg
-
-    def _torque_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Work ``(ne, 12, 12)`` of the end moments as the bar turns (corotation.py)."""
-        turn = d.reshape(len(d), 2, 6)[:, :, 3:]
-        torque = self.section.material.G * self.section.J / self.length
-        torque = torque * np.einsum("ea,ea->e", self.axis, turn[:, 1] - turn[:, 0])
-        moment = np.zeros((len(d), 2, 3))
-        moment[:, 0, 0], moment[:, 1, 0] = -torque, torque
-        T = node_transformation(self.frame, np.zeros((len(d), 2, 3)))
-        Kg = turning_stiffness(self._spin(), 0 * moment, 0 * moment, moment)
-        return T.transpose(0, 2, 1) @ Kg @ T
-
-    def _spin(self) -> np.ndarray:
-        """Rotation ``(ne, 3, 12)`` of the bar's axes per local DOF: that of the line, and the mean twist."""
-        spin, across = np.zeros((len(self.nodes), 3, 2, 6)), np.array([-1.0, 1.0]) / self.length[:, None]
-        spin[:, 0, :, 3], spin[:, 1, :, 2], spin[:, 2, :, 1] = 0.5, -across, across
-        return spin.reshape(-1, 3, 12)
+        return self._between_nodes((tension / self.length)[:, None, None] * across, np.zeros_like(across))
 
     def energy(self, d: np.ndarray) -> np.ndarray:
-        """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, nl)``, without that of a torque."""
-        u = d.reshape(len(d), 2, self.components)[:, :, :3]
+        """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, nl)``."""
+        if self.components == 6:
+            return super().energy(d)
+        u = d.reshape(len(d), 2, 3)
         long = np.linalg.norm(self.length[:, None] * self.axis + u[:, 1] - u[:, 0], axis=1)
         return self.section.material.E * self.section.A / self.length * (long - self.length) ** 2 / 2
+
+    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """Zeros ``(ne, 12, 12)``: the bar stays straight."""
+        return np.zeros((len(d), 12, 12))
+
+    @property
+    def arm(self) -> np.ndarray:
+        """(ne, 2, 3): none."""
+        return np.zeros((len(self.nodes), 2, 3))
+
+    @property
+    def place(self) -> np.ndarray:
+        """(ne, 2, 3) ends in the bar's axes, m."""
+        place = np.zeros((len(self.nodes), 2, 3))
+        place[:, 1, 0] = self.length
+        return place
+
+    @property
+    def spin(self) -> np.ndarray:
+        """(ne, 3, 12) rotation of the bar's axes per local DOF."""
+        return line_spin(self.length)
 
     def rotating_arms(self) -> None:
         """None: its mass is on the line of the nodes."""

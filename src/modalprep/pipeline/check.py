@@ -6,7 +6,7 @@ from pathlib import Path
 
 from modalprep.body.build import flexible_body
 from modalprep.body.checks import CheckReport, check_body, check_model
-from modalprep.body.verify import check_buckling, check_projection
+from modalprep.body.verify import check_buckling, check_geometric_stiffness, check_projection
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.console import Reporter
@@ -15,15 +15,15 @@ from modalprep.pipeline.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.reduce import reduce_model
 
 
-def check_file(path: Path, reporter: Reporter) -> CheckReport:
+def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckReport:
     """Check a modal file by itself; for a pipeline file build its body anew and check it against the mesh as well.
 
-    Nothing is written.
+    Nothing is written. With `energy` the geometric stiffness is also compared with the nonlinear strain energy.
 
     Raises
     ------
     InputError
-        When the file cannot be read, or the pipeline has no mesh.
+        When the file cannot be read, or the pipeline has no mesh; with `energy` when a modal file is given.
 
     Examples
     --------
@@ -34,6 +34,8 @@ def check_file(path: Path, reporter: Reporter) -> CheckReport:
     >>> check_file(file, Reporter(quiet=True)).passed
     True
     """
+    if path.suffix != ".toml" and energy:
+        raise InputError(f"{path.name} has no mesh whose strain energy could be taken; give its pipeline file")
     if path.suffix != ".toml":
         return CheckReport(subject=path.name, checks=tuple(check_body(read_body(path))))
     pipeline = load_pipeline(path)
@@ -50,5 +52,6 @@ def check_file(path: Path, reporter: Reporter) -> CheckReport:
         done(3)
         checks = (*check_model(model), *check_body(body), *check_projection(model, reduction, body))
         checks = (*checks, *(check_buckling(model, body) if body.has_geometric_stiffness else ()))
+        checks = (*checks, *(check_geometric_stiffness(model, reduction, body) if energy else ()))
         done(4)
     return CheckReport(subject=path.name, checks=checks)

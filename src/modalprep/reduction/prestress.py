@@ -15,6 +15,7 @@ from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
 
+MORE = 20  # modes beside those asked for, in whose span the mass moves
 NO_BUCKLING = 1e-12  # of the elastic stiffness: a geometric stiffness below it is round-off
 
 
@@ -100,7 +101,7 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     >>> round(float(P / (np.pi**2 * 1.4e4 / 400)), 3)  # Euler: pi^2 EI / (4 L^2)
     1.0
     """
-    held, Kg = _prestress(model, load, gravity)
+    held, Kg, _ = _prestress(model, load, gravity)
     mu, x = _largest(-Kg, held, modes)
     positive = mu > NO_BUCKLING
     if not np.any(positive):
@@ -110,7 +111,11 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
 
 
 def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
-    """Return the lowest frequencies (Hz) and M-orthonormal modes under a static load, fixed interfaces held.
+    """Return the lowest frequencies (Hz) and modes under a static load, fixed interfaces held.
+
+    Beside the geometric stiffness they feel the second order of the mass: of a structure that bends under its load the
+    mass moves otherwise as it vibrates (FORMULATION 4, T), found in the span of the modes and `MORE` others. The shapes
+    are orthonormal in that mass.
 
     Parameters
     ----------
@@ -137,18 +142,34 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     >>> bool(pulled.value[0] > free.value[0])
     True
     """
-    held, Kg = _prestress(model, load, gravity)
+    held, Kg, x = _prestress(model, load, gravity)
     try:
-        w2, phi, _ = lowest_modes((held.K_ii + Kg).tocsr(), held.M_ii, modes)
+        count = min(modes + MORE, len(held.i))
+        w2, phi, _ = lowest_modes((held.K_ii + Kg).tocsr(), held.M_ii, count)
     except AccuracyError:
         w2 = np.array([-1.0])
     if np.any(w2 <= 0) or _largest(-Kg, held, 1)[0][0] >= 1:
         raise InputError("the structure buckles under this load: it has no frequencies; reduce the load")
-    return Modes(value=np.sqrt(w2) / (2 * np.pi), shape=model.C @ held.expand(phi))
+    w2, turn = eigh(np.diag(w2), _moved_mass(held, x, phi))
+    return Modes(value=np.sqrt(w2[:modes]) / (2 * np.pi), shape=model.C @ held.expand(phi @ turn[:, :modes]))
 
 
-def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clamped, csr_array]:
-    """Hold every fixed interface and return the geometric stiffness of the interior DOFs."""
+def _moved_mass(held: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    """Return the mass ``(n, n)`` of M-orthonormal interior modes about the static displacement ``x (n_dof,)``.
+
+    Their motion is ``phi_k + Gamma(x, phi_k)``; ``phi_i M Gamma(x, phi_k)`` as in body/second_order.py.
+    """
+    model, n = held.model, phi.shape[1]
+    Phi, y = model.C @ held.expand(phi), model.C @ held.expand(held.factor.solve(held.M_ii @ phi))
+    both = np.column_stack([x, Phi])
+    work = -model.geometric_stiffness.project(y, model.M @ Phi, both)[:, 0, 1:]
+    work += model.rotating_mass.project_modes(both)[1:, 0, 1:]
+    motion = np.eye(n) + work
+    return motion.T @ motion
+
+
+def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clamped, csr_array, np.ndarray]:
+    """Hold every fixed interface; return the geometric stiffness of the interior DOFs, and the static displacement."""
     load = np.zeros(model.n_dof) if load is None else np.asarray(load, dtype=float)
     if load.shape != (model.n_dof,) or not np.all(np.isfinite(load)):
         raise InputError(f"a load needs {model.n_dof} finite numbers, one per DOF; this one has shape {load.shape}")
@@ -157,8 +178,9 @@ def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clampe
     held = clamp(model)
     x = np.zeros(held.K.shape[0])
     x[held.i] = held.factor.solve((model.C.T @ load)[held.i])
-    Kg = model.geometric_stiffness(model.C @ x, load) + model.rotating_mass(field)
-    return held, (model.C.T @ Kg @ model.C).tocsr()[held.i][:, held.i].tocsr()
+    d = model.C @ x
+    Kg = model.geometric_stiffness(d, load) + model.rotating_mass(field)
+    return held, (model.C.T @ Kg @ model.C).tocsr()[held.i][:, held.i].tocsr(), d
 
 
 def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:

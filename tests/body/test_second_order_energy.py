@@ -1,0 +1,183 @@
+"""Geometric stiffness against finite differences of the nonlinear strain energy: elements, links, masses on arms."""
+
+import numpy as np
+import pytest
+from structured import box, random_rotation, surface
+
+import modalprep as mp
+from modalprep.body.verify import _third, check_geometric_stiffness
+from modalprep.cli import main
+from modalprep.fe.beam import BeamBlock
+from modalprep.fe.mesh import Link
+from modalprep.fe.point import SpringBlock
+from modalprep.fe.shell import ShellBlock
+from modalprep.fe.solid import SolidBlock
+from modalprep.fe.truss import TrussBlock
+from modalprep.vectors import skew
+
+METAL = mp.Material(E=1.0, nu=0.3, rho=1.0)
+STIFF = mp.Material(E=3.0, nu=0.2, rho=0.5)
+PLIES = tuple(mp.Ply(material=m, thickness=0.05) for m in (METAL, STIFF))  # stretching bends it
+BOX = mp.beam_section("rectangle", METAL, width=0.2, height=0.1)
+LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
+WARPED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [-0.1, 1.0, -0.1]])
+
+
+def line(family, section, points=LINE):
+    return family, "line", points, np.array([[0, 1]]), section
+
+
+def shell(kind, **section):
+    section = mp.Shell(**({"material": METAL, "thickness": 0.1} | section))
+    return ShellBlock, kind, WARPED, np.arange(4 if kind == "quad" else 3)[None], section
+
+
+def solid(kind):
+    points, cells = box(kind, (1, 1, 1), distort=0.0)
+    bent = points + 0.1 * np.sin(points[:, [1, 2, 0]] * 2)
+    return SolidBlock, kind, bent, cells[:1], mp.Solid(material=METAL)
+
+
+ELEMENTS = {
+    "beam": line(BeamBlock, BOX),
+    "eccentric beam": line(BeamBlock, mp.beam_section("rectangle", METAL, width=0.2, height=0.1, offset=(0.1, -0.2))),
+    "truss": line(TrussBlock, mp.Truss(material=METAL, A=0.1)),
+    "truss with torque": line(TrussBlock, mp.Truss(material=METAL, A=0.1, J=0.02)),
+    "spring": line(SpringBlock, mp.Spring(k=(1.0, 2.0, 3.0, 0.4, 0.5, 0.6), location=0.3)),
+    "quad": shell("quad"),
+    "eccentric quad": shell("quad", offset=0.2),
+    "laminated quad": shell("quad", material=None, thickness=0.0, plies=PLIES),
+    "triangle": shell("triangle"),
+    "triangle of constant strain": shell("triangle", membrane="cst"),
+    "laminated triangle": shell("triangle", material=None, thickness=0.0, plies=PLIES, offset=-0.1),
+    **{kind: solid(kind) for kind in ("tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "hexahedron27")},
+}
+
+
+def built(name):
+    family, kind, points, nodes, section = ELEMENTS[name]
+    return family.build(kind, points @ random_rotation(3).T, nodes, section, {}, np.zeros(3))
+
+
+def motions(block, seed):
+    rng = np.random.default_rng(seed)
+    return 0.003 * rng.standard_normal((2, len(block.nodes), block.nodes.shape[1] * block.components))
+
+
+@pytest.mark.parametrize("name", ELEMENTS)
+def test_geometric_stiffness_is_the_third_derivative_of_the_energy(name):
+    block = built(name)
+    for seed in range(3):
+        d, y = motions(block, seed)
+        own = np.einsum("ei,eij,ej->", y, block.geometric_stiffness(d), y)
+        beside = 2 * np.einsum("ei,eij,ej->", d, block.geometric_stiffness(y), y)
+        found = _third(lambda s, t, d=d, y=y: block.energy(s * d + t * y).sum())
+        # steps of 0.003: the derivative of the fifth order is 1e-6 of that of the third
+        assert own + beside == pytest.approx(found, abs=3e-6 * (abs(own) + abs(beside)))
+        assert abs(own) > 1e-3 * abs(found)
+
+
+@pytest.mark.parametrize("name", ELEMENTS)
+def test_energy_does_not_change_as_the_element_turns(name):
+    """To the third order, of which the geometric stiffness is made: nodes turn by R, ``x + u`` to ``R (x + u)``."""
+    block, (_, _, points, nodes, _) = built(name), ELEMENTS[name]
+    points, n = (points @ random_rotation(3).T)[nodes], nodes.shape[1]
+    d = motions(block, 0)[0].reshape(len(nodes), n, block.components)
+    axis, size = np.array([0.6, -0.3, 0.5]), 1e-2
+    gaps = []
+    for turn in (size, size / 2):
+        w = turn * axis
+        R = np.eye(3) + skew(w) + skew(w) @ skew(w) / 2
+        moved = (turn / size) * d
+        still = moved.copy()
+        moved = moved.copy()
+        moved[..., :3] = (points + still[..., :3]) @ R.T - points
+        if block.components == 6:  # R exp(t) to second order
+            moved[..., 3:] = still[..., 3:] + w + np.cross(w, still[..., 3:]) / 2
+        gaps.append(sum(block.energy(x.reshape(len(x), -1)).sum() * sign for x, sign in ((moved, 1), (still, -1))))
+    assert abs(gaps[0]) < 1e-12 or gaps[0] / gaps[1] == pytest.approx(16, rel=0.3) or gaps[0] / gaps[1] > 16
+
+
+def mast(links=(), extra=(), section=None, **masses):
+    """A bent cantilever of 12 beams in the mesh axes, its tip with masses and links to the `extra` points."""
+    s = np.linspace(0, 1, 13)
+    points = np.vstack([np.stack([s, 0.3 * s**2, 0.2 * s**3], axis=1), *extra])
+    vertices = np.concatenate([[0, 12], np.arange(13, len(points))]).astype(int)
+    groups = {"beam": {"line": np.arange(12)}, "root": {"vertex": [0]}, "tip": {"vertex": [1]}}
+    groups |= {"ends": {"vertex": np.arange(2, len(vertices))}} if len(extra) else {}
+    cells = {"line": np.stack([np.arange(12), np.arange(1, 13)], axis=1), "vertex": vertices[:, None]}
+    mesh = mp.Mesh(points=points, cells=cells, groups=groups, links=tuple(links))
+    section = section or mp.beam_section("rectangle", STIFF, width=0.06, height=0.03, up=(0, 0, 1), offset=(0.02, 0.01))
+    ends = {"root": mp.Interface(group="root", kind="node")}
+    return mp.assemble(mesh, {"beam": section} | masses, ends)
+
+
+def panel(tip):
+    """A strip of quads bent to an arch and twisted, whose tip is held by a frame of that kind."""
+    points, cells = surface(8, 3, "quad", lambda s, t: (
+        np.sin(s), (t - 0.5) * 0.3 * np.cos(s), 1 - np.cos(s) + (t - 0.5) * 0.3 * np.sin(s)))  # fmt: skip
+    ends = {"root": np.flatnonzero(points[:, 0] < 1e-9), "tip": np.flatnonzero(points[:, 0] > points[:, 0].max() - 0.2)}
+    groups = {"skin": {"quad": np.arange(len(cells))}}
+    groups |= {"root": {"vertex": np.arange(4)}, "tip": {"vertex": 4 + np.arange(len(ends["tip"]))}}
+    vertices = np.concatenate(list(ends.values()))[:, None]
+    mesh = mp.Mesh(points=points, cells={"quad": cells, "vertex": vertices}, groups=groups)
+    held = {"root": mp.Interface(group="root"), "tip": mp.Interface(group="tip", kind=tip, boundary="free")}
+    return mp.assemble(mesh, {"skin": mp.Shell(material=METAL, thickness=0.02, offset=0.01)}, held)
+
+
+ARMS = (np.array([[1.1, 0.5, 0.2]]), np.array([[0.9, 0.1, 0.4]]), np.array([[1.0, 0.4, -0.2]]))
+MODELS = {
+    "eccentric beams": mast,
+    "inertia and offset": lambda: mast(
+        tip=mp.PointMass(mass=0.01, inertia=(1e-3, 2e-3, 2.5e-3, 2e-4, -1e-4, 3e-4), offset=(0.1, 0.05, -0.1))
+    ),
+    "masses on rigid arms": lambda: mast(
+        [Link(kind="rbe2", node=12, nodes=np.arange(13, 16))], ARMS, ends=mp.PointMass(mass=0.01)
+    ),
+    "skin on a rigid frame": lambda: panel("rbe2"),
+    "skin on a mean frame": lambda: panel("rbe3"),
+}
+
+
+def sound(name):
+    model = MODELS[name]()
+    reduction = mp.craig_bampton(model, modes=8, truncation=())
+    return model, reduction, mp.flexible_body(model, reduction, name="body")
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_geometric_stiffness_of_a_body_is_that_of_the_energy(name):
+    model, reduction, body = sound(name)
+    (check,) = check_geometric_stiffness(model, reduction, body)
+    assert check.within, check
+    for array in ("Kg_A", "Kg_W", "Kg_F"):
+        value = getattr(body, array)
+        if np.any(value):
+            (check,) = check_geometric_stiffness(model, reduction, body.with_(**{array: 1.1 * value}, T=None))
+            assert not check.within, array
+
+
+def test_mass_on_the_mean_of_nodes():
+    """An rbe3 that carries a mass with offset: its frame turns as its nodes do, to second order."""
+    model = panel("rbe3")
+    free = mp.craig_bampton(model, modes=8, truncation=())
+    link = model.geometric_stiffness.links[1]
+    turn = 1e-3 * np.array([0.3, -0.5, 0.4])
+    d = np.zeros(model.n_dof)
+    R = np.eye(3) + skew(turn) + skew(turn) @ skew(turn) / 2
+    d[link.dofs[:, :3]] = link.arm @ (R - np.eye(3)).T
+    np.testing.assert_allclose(link._fitted(d)[3:], turn, atol=1e-8)  # the third order of R
+    assert free.basis.shape[1] == 8
+
+
+def test_check_command_compares_with_the_energy(project, capsys):
+    assert main(["check", str(project / "pipelines" / "half-beam.toml"), "--energy"]) == 0
+    assert "energy of second order" in capsys.readouterr().out
+
+
+def test_a_modal_file_has_no_energy_to_compare_with(tmp_path, capsys):
+    from modalprep.examples import uniform_beam
+
+    file = mp.write_body(uniform_beam(modes=2), tmp_path / "beam.h5")
+    assert main(["check", str(file), "--energy"]) == 2
+    assert "no mesh" in capsys.readouterr().err
