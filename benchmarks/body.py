@@ -65,7 +65,8 @@ def main() -> None:
     model = mp.assemble(tet_mesh(sizes), {"body": mp.Solid(material=STEEL)}, interfaces())
     reduction = mp.craig_bampton(model, modes=count, truncation=(), algebra=clocked(spent))
     Phi = reduction.basis[:, :count]
-    small = reduction.with_(basis=Phi, frequency=reduction.frequency[:count])
+    inertial = reduction.inertial[:, :count]
+    small = reduction.with_(basis=Phi, frequency=reduction.frequency[:count], inertial=inertial)
     mp.flexible_body(model, small, name="box")
     body = statistics.median(seconds(lambda: mp.flexible_body(model, small, name="box")) for _ in range(ROUNDS))
     peer = exudyn(model, Phi)

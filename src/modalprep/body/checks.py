@@ -113,7 +113,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
     []
     """
     rigid = rigid_mass_matrix(body.m, body.s0, body.E0)
-    Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T]
+    Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T, *([] if body.T is None else [body.T])]
     asymmetry = max((relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)
     trace = body.P[0, 0] + body.P[1, 1] + body.P[2, 2]
     modal_mass = relative(trace, body.modal_mass)
@@ -129,7 +129,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
         Check("modal mass", modal_mass, ORTHOGONAL, "P_11 + P_22 + P_33, 1 where the modes are normalised"),
         Check("mass tensor", tensor, IDENTITY, "P_ab = P_ba^T"),
         Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, not negative"),
-        Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric"),
+        Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric, T in its last two modes"),
         Check("mass matrix", indefinite(body, np.zeros(body.n)), IDENTITY, "positive definite without deflection"),
         Check("mass matrix, bent", bent, IDENTITY, f"and with deflections of {BENT:.0%} of the body's size"),
     ]

@@ -111,15 +111,19 @@ def export(
     as_json: Json = False,
 ) -> None:
     """Modal file to a format of another program."""
-    from modalprep.formats.export import export_body, known_export
+    from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
     target = target or file.with_suffix(known_export(to).suffix)
-    reporter.wrote(export_body(read_body(file), to, target, dialect=dialect, version=version))
+    body = read_body(file)
+    reporter.wrote(export_body(body, to, target, dialect=dialect, version=version))
+    notes = lost_in(body, to)
+    for note in notes:
+        reporter.say(f"  note: {note}")
     if as_json:
-        print_json({"files": [str(f) for f in reporter.files]})
+        print_json({"files": [str(f) for f in reporter.files], "notes": notes})
 
 
 @app.command()

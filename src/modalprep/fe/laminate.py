@@ -22,6 +22,8 @@ class ShellSection:
         Transverse shear ``xz, yz``, N/m.
     mass, first, second : float
         ``int rho (1, z, z^2) dz``: kg/m^2, kg/m, kg.
+    third : (3, 3)
+        Third moments ``int Q z^3 dz`` of the moduli, N m^2.
 
     Examples
     --------
@@ -39,6 +41,7 @@ class ShellSection:
     mass: float
     first: float
     second: float
+    third: np.ndarray
 
 
 def shell_section(shell: Shell) -> ShellSection:
@@ -57,6 +60,7 @@ def _sheet(shell: Shell) -> ShellSection:
         mass=rho * t + shell.nsm,
         first=0.0,
         second=rho * t**3 / 12,
+        third=np.zeros((3, 3)),
     )
 
 
@@ -84,10 +88,10 @@ def _laminate(shell: Shell) -> ShellSection:
     z = np.concatenate([[0.0], np.cumsum(t)]) - t.sum() / 2
     Q = np.array([turned(plane_stress(ply.material), ply.angle) for ply in shell.plies])
     rho = np.array([ply.material.rho for ply in shell.plies])
-    moment = [(z[1:] ** k - z[:-1] ** k) / k for k in (1, 2, 3)]
-    A, B, D = (np.einsum("p,pab->ab", m, Q) for m in moment)
-    mass, first, second = (float(rho @ m) for m in moment)
-    return ShellSection(A, B, D, _laminate_shear(shell.plies, Q, z), mass + shell.nsm, first, second)
+    moment = [(z[1:] ** k - z[:-1] ** k) / k for k in (1, 2, 3, 4)]
+    A, B, D, F = (np.einsum("p,pab->ab", m, Q) for m in moment)
+    mass, first, second = (float(rho @ m) for m in moment[:3])
+    return ShellSection(A, B, D, _laminate_shear(shell.plies, Q, z), mass + shell.nsm, first, second, F)
 
 
 def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.ndarray:

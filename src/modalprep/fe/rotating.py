@@ -112,17 +112,17 @@ class RotatingMass:
         """
         out = np.zeros((12, Phi.shape[1], Phi.shape[1]))
         for arms, dofs in self._arms():
-            for k, form in enumerate(_forms(arms, arms.turn @ Phi[dofs][:, None], arms.unit)):
+            for k, form in _forms(arms, arms.turn @ Phi[dofs][:, None], arms.unit):
                 out[k] += form
         return out
 
-    def project_modes(self, Phi: np.ndarray) -> np.ndarray:
-        """Return ``(n, n, n)``: what arms add to ``phi_i^T M Gamma_jk``, the modal mass of second order."""
+    def project_modes(self, Phi: np.ndarray, some: slice) -> np.ndarray:
+        """Return ``(k, n, n)``: what arms add to ``phi_i^T M Gamma_jk`` of the modal mass, i in `some`."""
         n = Phi.shape[1]
-        out = np.zeros((n, n, n))
+        out = np.zeros((len(range(n)[some]), n, n))
         for arms, dofs in self._arms():
             own = Phi[dofs][:, None]
-            for k, form in enumerate(_forms(arms, arms.turn @ own, arms.inertia @ own)):
+            for k, form in _forms(arms, arms.turn @ own, arms.inertia @ own[..., some]):
                 out[k] += form
         return out
 
@@ -157,10 +157,11 @@ class RotatingMass:
                 yield arms, self.dof[block.nodes, : block.components].reshape(len(block.nodes), -1)
 
 
-def _forms(arms: RotatingArms, turns: np.ndarray, force: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the form ``(n, n)`` of rotations ``turns (ne, ns, 3, n)`` for each of the forces ``(ne, ns, 3, k)``."""
+def _forms(arms: RotatingArms, turns: np.ndarray, force: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+    """Yield number and form ``(n, n)`` of rotations ``turns (ne, ns, 3, n)`` for forces ``(ne, ns, 3, k)``."""
     ne, ns, _, n = turns.shape
-    flat = turns.reshape(ne * ns * 3, n)
+    flat = turns.reshape(ne * ns, 3, n)
     for k in range(force.shape[3]):
-        form = link_geometric_stiffness(force[..., k][:, :, None], arms.arm[:, :, None])
-        yield flat.T @ (form @ turns).reshape(flat.shape)
+        if np.any(force[..., k]):
+            form = link_geometric_stiffness(force[..., k][:, :, None], arms.arm[:, :, None]).reshape(-1, 3, 3)
+            yield k, flat.reshape(-1, n).T @ np.einsum("sab,sbn->san", form, flat).reshape(-1, n)

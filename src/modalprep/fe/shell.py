@@ -121,6 +121,22 @@ class ShellBlock(Turning):
         C = T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T
         return C, turned_shear(s.S, angle)
 
+    @property
+    def _unsymmetric(self) -> np.ndarray | None:
+        """Moduli ``(ne or 1, 6, 3)``: second moments of the stress of membrane strains and curvatures.
+
+        Over the thickness, without those of the mean strain about the neutral surface; None for symmetric sections.
+        """
+        s, C = self._section, self.moduli[0]
+        if not (np.any(s.B) or np.any(s.third)):
+            return None
+        T = strain_rotation(self.angle if len(C) > 1 else self.angle[:1])
+        A, B, D = C[:, :3, :3], C[:, :3, 3:], C[:, 3:, 3:]
+        neutral = np.linalg.solve(A, np.concatenate([A, B], axis=2))
+        central = D - B @ np.linalg.solve(A, B)
+        both = np.concatenate([D, T.transpose(0, 2, 1) @ s.third @ T], axis=2)
+        return (both - central @ neutral).transpose(0, 2, 1)
+
     @cached_property
     def strain(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Strain rows ``B (ne, nq, ns, 6n)`` per nodal DOF in mesh axes, moduli ``(ne or 1, ns, ns)`` and ``dx``.
@@ -273,10 +289,11 @@ class ShellBlock(Turning):
         """Work ``(ne, 6n, 6n)`` of the stress on second-order strains, of ``u + t x z e3 + t x (t x z e3) / 2``.
 
         With b = (ty, -tx): membrane forces ``N_ab (u_i,a u_i,b + v_a,b + v_b,a)``, v the second order of the sides
-        (`side_turns`); moments ``M_ab (2 u_i,a b_i,b + (tz t_a),b)``; transverse shears ``Q_a (2 u_i,a b_i + tz t_a)``.
+        (`side_turns`); moments ``M_ab (2 u_i,a b_i,b + (tz t_a),b)``; transverse shears ``Q_a (2 u_i,a b_i + tz t_a)``;
+        of unsymmetric sections second moments ``L_ab b_i,a b_i,b``.
         """
         cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
-        N, M, Q = self._stress_resultants(d, cells.mapped[1])
+        N, M, Q, L = self._stress_resultants(d, cells.mapped[1])
         Z, (b, b_slope), (t, t_slope) = slopes(cells), *plane_turns(cells)
         flat = Z[:, :, :, :2]
         pull = np.einsum("eqab,eqkb->eka", N, cells.bubbles()[1], optimize=True)
@@ -290,15 +307,20 @@ class ShellBlock(Turning):
             + _work("eqa,eqj,eqak->ejk", Q, t[:, :, 2], t[:, :, :2]) / 2
             + side_turns(cells, pull, bow)
         )
+        if L is not None:
+            half += _work("eqab,eqaij,eqbik->ejk", L, b_slope, b_slope) / 2
         return half + half.transpose(0, 2, 1)
 
     def _stress_resultants(self, d: np.ndarray, dx: np.ndarray) -> list[np.ndarray]:
-        """N and M ``(ne, nq, 2, 2)`` and Q ``(ne, nq, 2)`` times `dx`."""
+        """N and M ``(ne, nq, 2, 2)``, Q ``(ne, nq, 2)`` and L as N or None, times `dx`."""
         B, C, _ = self.strain
         strain = np.einsum("eqbj,ej->eqb", B[:, :, :8], d)
         force = strain @ C[:, :8, :8] * dx[..., None]
-        N, M = (x[..., [0, 2, 2, 1]].reshape(*dx.shape, 2, 2) for x in (force[..., :3], force[..., 3:6]))
-        return [N, M, force[..., 6:]]
+        moments = [force[..., :3], force[..., 3:6]]
+        if self._unsymmetric is not None:
+            moments.append(strain[..., :6] @ self._unsymmetric * dx[..., None])
+        N, M, *L = (x[..., [0, 2, 2, 1]].reshape(*dx.shape, 2, 2) for x in moments)
+        return [N, M, force[..., 6:], L[0] if L else None]
 
 
 def _work(indices: str, *factors: np.ndarray) -> np.ndarray:

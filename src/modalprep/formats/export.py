@@ -35,6 +35,9 @@ EXPORTS: dict[str, Export] = {
 }
 
 
+PICTURES = ("uff", "vtu")  # mode shapes, no equations of motion
+
+
 def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | None) -> Path:
     """Write a body in an exchange format; the file is whole or absent.
 
@@ -67,6 +70,28 @@ def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | 
     module, function = export.writer.split(".")
     getattr(import_module(f"modalprep.formats.{module}"), function)(body, path, **given)
     return Path(path)
+
+
+def lost_in(body: FlexibleBody, to: str) -> list[str]:
+    """Return sentences on what of a body's dynamics a format has no place for.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> lost_in(uniform_beam(modes=2), "sid"), len(lost_in(uniform_beam(modes=2), "exudyn"))
+    ([], 1)
+    """
+    said = []
+    if to == "exudyn" and body.has_geometric_stiffness:
+        said.append(
+            "geometric stiffness has no place in this format: a fast turning body softens instead of stiffening"
+        )
+    if body.T is not None and to not in PICTURES:
+        said.append(
+            "the second order of the modal mass (T) has no place in this format: a body that bends under a steady load "
+            "has other frequencies there"
+        )
+    return said
 
 
 def known_export(name: str) -> Export:

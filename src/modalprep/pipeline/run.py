@@ -70,7 +70,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
 
 
 def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
-    from modalprep.formats.export import export_body, known_export
+    from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.pipeline.build import build_body
     from modalprep.report.plots import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
@@ -83,6 +83,7 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
     for name in pipeline.output.export:
         target = outcome.built.file.with_suffix(known_export(name).suffix)
         reporter.wrote(export_body(body, name, target))
+        _tell((f"{target.name}: {text}" for text in lost_in(body, name)), outcome.notes, reporter)
     chart = outcome.folder / f"{path.stem}-effective-mass.png"
     effective_mass_plot(body.modes, chart)
     reporter.wrote(chart)

@@ -11,11 +11,13 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.model import FEModel
+from modalprep.linalg.factor import Factor, factorize
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
 
 MORE = 20  # modes beside those asked for, in whose span the mass moves
+QUOTIENT = 1e-3  # how far a Rayleigh quotient may be from its eigenvalue; 1e-5 and less where the factor is sound
 NO_BUCKLING = 1e-12  # of the elastic stiffness: a geometric stiffness below it is round-off
 
 
@@ -163,7 +165,7 @@ def _moved_mass(held: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
     Phi, y = model.C @ held.expand(phi), model.C @ held.expand(held.factor.solve(held.M_ii @ phi))
     both = np.column_stack([x, Phi])
     work = -model.geometric_stiffness.project(y, model.M @ Phi, both)[:, 0, 1:]
-    work += model.rotating_mass.project_modes(both)[1:, 0, 1:]
+    work += model.rotating_mass.project_modes(both, slice(1, None))[:, 0, 1:]
     motion = np.eye(n) + work
     return motion.T @ motion
 
@@ -184,7 +186,10 @@ def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clampe
 
 
 def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:
-    """Largest eigenvalues of ``A x = mu K x``, descending; zero A gives zeros."""
+    """Largest eigenvalues of ``A x = mu K x``, descending; zero A gives zeros.
+
+    A factor that solves long thin models with few digits makes them wrong: then `factorize` takes SuperLU.
+    """
     size = A.shape[0]
     n = min(n, size)
     if size <= DENSE:
@@ -192,8 +197,26 @@ def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarra
     elif A.nnz == 0 or not np.any(A.data):
         return np.zeros(n), np.zeros((size, n))
     else:
-        inverse = LinearOperator((size, size), matvec=held.factor.solve, matmat=held.factor.solve, dtype=float)
-        start = np.random.default_rng(0).standard_normal(size)
-        mu, x = eigsh(A, n, held.K_ii, Minv=inverse, which="LA", v0=start, ncv=min(size, 2 * n + 20))
+        mu, x = _by_factor(A, held.K_ii, held.factor, n)
+        if not _found(A, held.K_ii, mu, x):
+            mu, x = _by_factor(A, held.K_ii, factorize(held.K_ii, "superlu"), n)
+        if not _found(A, held.K_ii, mu, x):
+            raise AccuracyError(
+                "the factors of buckling cannot be found to three digits: the stiffness has too few digits for this "
+                "long, thin structure; take beams or shells instead of solids, or fewer elements"
+            )
     order = np.argsort(-mu)
     return mu[order], x[:, order]
+
+
+def _by_factor(A: csr_array, K: csr_array, factor: Factor, n: int) -> tuple[np.ndarray, np.ndarray]:
+    size = A.shape[0]
+    inverse = LinearOperator((size, size), matvec=factor.solve, matmat=factor.solve, dtype=float)
+    start = np.random.default_rng(0).standard_normal(size)
+    return eigsh(A, n, K, Minv=inverse, which="LA", v0=start, ncv=min(size, 2 * n + 20))
+
+
+def _found(A: csr_array, K: csr_array, mu: np.ndarray, x: np.ndarray) -> bool:
+    """Whether the eigenvalues are the Rayleigh quotients of their vectors."""
+    quotient = np.einsum("in,in->n", x, A @ x) / np.einsum("in,in->n", x, K @ x)
+    return bool(np.all(np.abs(quotient - mu) <= QUOTIENT * np.abs(mu).max()))

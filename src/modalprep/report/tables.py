@@ -153,6 +153,8 @@ def summary_rows(body: FlexibleBody) -> list[tuple[str, str]]:
         more = f", ... {hertz(body.frequency[-1])}" if body.n > LISTED else ""
         rows.append((f"{body.n} modes, root clamped", f"{listed}{more} Hz"))
     rows.append(("geometric stiffness", "stored" if body.has_geometric_stiffness else "none"))
+    if body.T is not None:
+        rows.append(("second order of modal mass", "stored"))
     if body.stress:
         names = list(body.stress)
         rows.append(
