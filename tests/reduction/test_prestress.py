@@ -123,7 +123,7 @@ def test_gravity_buckles_a_tall_column():
 
 
 def test_long_thin_solids_buckle_as_a_strip():
-    """800 x 20 x 1 mm under a tip force: 4.013 sqrt(EI GJ) / L^2; a factor of few digits gave 1.3 times, and a tenth."""
+    """800 x 20 x 1 mm under a tip force: 4.013 sqrt(EI GJ) / L^2; few digits gave 1.3 times, and a tenth."""
     surface, metal = SURFACES["straight"](0.02), mp.Material(E=70e9, nu=0.0, rho=2700.0)
     model = solids(surface, [(metal, 1e-3)], (40, 4), each=1)
     EI, GJ = metal.E * 0.02 * 1e-9 / 12, metal.G * 0.02 * 1e-9 / 3 * (1 - 0.63 / 20)

@@ -33,8 +33,9 @@ def mesh():
     rows = model.C[:, held.i]
     static = rows @ held.factor.solve(rows.T @ load)
     moving = sum(W[a, b] * model.M_ab[a, b] for a in range(3) for b in range(3) if W[a, b])
+    arms = model.rotating_mass(np.concatenate([np.zeros(3), W.ravel()]))
     gyroscopic = 2 * sum(w[a, b] * model.M_ab[a, b] for a in range(3) for b in range(3) if w[a, b])
-    stiffness = held.K_ii + rows.T @ (model.geometric_stiffness(static, load) + moving) @ rows
+    stiffness = held.K_ii + rows.T @ (model.geometric_stiffness(static, load) + arms + moving) @ rows
     frame = next(frame for frame in model.interfaces if frame.name == "free_corner")
     corner = np.flatnonzero(np.linalg.norm(model.points - frame.position, axis=1) < 1e-9)[0]
     place = rows[[model.dof[corner, 2]]].toarray()[0]

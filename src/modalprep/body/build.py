@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.second_order import second_order_mass_of
+from modalprep.body.second_order import with_second_order_mass
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.model import FEModel
@@ -62,12 +62,11 @@ def flexible_body(
     w = 2 * np.pi * reduction.frequency
     Kg = model.geometric_stiffness.project(reduction.static, reduction.loads, Phi)
     Kg[:12] += model.rotating_mass.project(Phi)
-    T, said = second_order_mass_of(model, reduction, Kg, second_order_mass)
     n, interfaces = Phi.shape[1], len(model.interfaces)
     Kg_A, Kg_W, Kg_if = Kg[:3], Kg[3:12].reshape(3, 3, n, n), Kg[12:].reshape(interfaces, 6, n, n)
     at_interfaces = Phi[np.array([frame.dofs for frame in model.interfaces])]
     at_interfaces[0] = 0.0
-    return FlexibleBody(
+    body = FlexibleBody(
         name=name,
         m=model.rigid.m,
         s0=model.rigid.s0,
@@ -93,9 +92,9 @@ def flexible_body(
         energy=_strain_energy(model, Phi, reduction.frequency > 0),
         volume=model.strain_energy.volume() if model.strain_energy else {},
         stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
-        T=T,
-        provenance={**model.source, **said, **(provenance or {})},
+        provenance={**model.source, **(provenance or {})},
     )
+    return with_second_order_mass(body, model, reduction, second_order_mass)
 
 
 def _strain_energy(model: FEModel, Phi: np.ndarray, strained: np.ndarray) -> dict[str, np.ndarray]:

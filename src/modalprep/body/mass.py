@@ -28,13 +28,13 @@ line of length 1 that turns has ``x = (1 - y^2)^(1/2) = 1 - y^2 / 2 - ..`` and n
 body takes ``1 + tau g = 1 / (1 - tau + 3/2 tau^2)``, equal to second order in tau, which shrinks it to nothing at most
 and never through its root.
 
-To first order in q the equations of motion are those of theory 4: ``q''`` is small with q, so that the
-growth of M_ff is of second order, as is that of L. The strain energy keeps ``q K q / 2``, so that at finite deflections
-the answer is right to the square of the slopes: 0.2 % at the deepest 0.057 L of the spin-up beam. Without geometric
-stiffness the equations are the same altogether. What is lost is the motion of u2 that is not affine; it could only add
-to M_ff.
+About rest the equations of motion are those of theory 4 to first order in q: ``q''`` is small with q, so that the
+growth of M_ff is of second order, as is that of L. About a steady deflection M_ff counts (below). The strain energy
+keeps ``q K q / 2``, so that at finite deflections the answer is right to the square of the slopes: 0.2 % at the deepest
+0.057 L of the spin-up beam. Without geometric stiffness the equations are the same altogether. What is lost is the
+motion of u2 that is not affine; it could only add to M_ff.
 
-A body that bends under a steady load needs more of it (FORMULATION 4, the second order of the modal mass): with
+A body that bends under a steady load needs more of it (theory 4.7): with
 ``T_ijk = phi_i M Gamma_jk`` in the body, the rest of u2 is taken along the rest of the modes. Of T the affine functions
 have ``B_i.D_jk`` already; what is left, ``T' = T - B.D``, is the field ``phi'_l c_ljk`` with ``M' c = T'``,
 ``M' = M - B^T B``. The rest then moves with ``eta = q + c q q / 2`` instead of q, and with ``d eta = 1 + c q``
@@ -241,16 +241,17 @@ def partial_rates(part: AffinePart, q: np.ndarray, qd: np.ndarray) -> np.ndarray
 
 
 def steady_mass(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
-    """Return the modal mass ``(n, n)`` at a steady deflection ``q (n,)``: 1 to first order, but for a body with T.
+    """Return the modal mass ``(n, n)`` at a steady deflection ``q (n,)``, as the equations of motion have it.
+
+    Without T it holds the affine part of the second order alone; without geometric stiffness it is constant.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> steady_mass(uniform_beam(modes=2), np.ones(2))
-    array([[1., 0.],
-           [0., 1.]])
+    >>> steady_mass(uniform_beam(modes=2).conventional(), np.ones(2)).diagonal().round(12)
+    array([1., 1.])
     """
-    return body.modal_mass if body.T is None else deflected(affine_part(body), q).M_ff
+    return deflected(affine_part(body), q).M_ff
 
 
 def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:

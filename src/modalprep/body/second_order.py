@@ -1,7 +1,7 @@
 """T, the second order of the modal mass: what a body that bends under its steady load shifts beside its Kg.
 
 With ``u = phi q + Gamma_jk q_j q_k / 2``, where Gamma takes the cubic terms out of the strain energy, ``T_ijk = phi_i M
-Gamma_jk`` (FORMULATION 4). Gamma itself is not needed: the load ``M phi_i`` works on it as every load does, so that T_i
+Gamma_jk`` (theory 4.7). Gamma itself is not needed: the load ``M phi_i`` works on it as every load does, so that T_i
 is, up to its sign, the geometric stiffness of the static answer to ``M phi_i``, and of the arms that carry mass.
 """
 
@@ -11,6 +11,8 @@ from typing import Literal
 
 import numpy as np
 
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import affine_part
 from modalprep.fe.model import FEModel
 from modalprep.reduction.basis import Reduction
 
@@ -19,34 +21,36 @@ SHARE = 0.05  # of the shift by geometric stiffness
 LOWEST = 8  # modes that are judged
 
 
-def second_order_mass_of(
-    model: FEModel, reduction: Reduction, Kg: np.ndarray, choice: bool | Literal["auto"]
-) -> tuple[np.ndarray | None, dict[str, str]]:
-    """Return T ``(n, n, n)`` or None, and what the provenance says of it; `Kg (12 + 6 n_if, n, n)` of the unit loads.
+def with_second_order_mass(
+    body: FlexibleBody, model: FEModel, reduction: Reduction, choice: bool | Literal["auto"]
+) -> FlexibleBody:
+    """Return the body of a reduction with T where it is asked for or matters; its provenance says how much it does.
 
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.body.build import flexible_body
     >>> from modalprep.reduction.craig_bampton import craig_bampton
     >>> model = cantilever_model()
     >>> reduction = craig_bampton(model, modes=2)
-    >>> T, said = second_order_mass_of(model, reduction, np.zeros((24, 15, 15)), True)
-    >>> T.shape, list(said)
-    ((15, 15, 15), ['second_order_mass'])
+    >>> body = flexible_body(model, reduction, name="beam", second_order_mass=False)
+    >>> body = with_second_order_mass(body, model, reduction, True)
+    >>> body.T.shape == (body.n,) * 3, SECOND_ORDER in body.provenance
+    (True, True)
     """
-    n = reduction.basis.shape[1]
-    if choice is False or not n or not (np.any(Kg) or choice is True):
-        return None, {}
-    low = modal_mass_growth(model, reduction, slice(min(LOWEST, n)))
-    share = mass_share(model, reduction, Kg, low)
+    if choice is False or not body.n or not (body.has_geometric_stiffness or choice is True):
+        return body
+    low = modal_mass_growth(model, reduction, slice(min(LOWEST, body.n)))
+    share = mass_share(body, low)
     if choice == "auto" and share <= SHARE:
-        return None, {}
-    T = np.concatenate([low, modal_mass_growth(model, reduction, slice(len(low), n))])
+        return body
+    T = np.concatenate([low, modal_mass_growth(model, reduction, slice(len(low), body.n))])
     much = f"{100 * share:.2g} % of what geometric stiffness does" if share < 10 else f"{share:.2g} times that of Kg"
-    return T, {
-        SECOND_ORDER: "the second order of the modal mass (T) is taken: under unit acceleration or spin it shifts "
-        f"squared frequencies of the lowest modes by up to {much}"
-    }
+    said = (
+        "the second order of the modal mass (T) is taken: under unit acceleration or spin it shifts squared "
+        f"frequencies of the lowest modes by up to {much}"
+    )
+    return body.with_(T=T, provenance={SECOND_ORDER: said, **body.provenance})
 
 
 def modal_mass_growth(model: FEModel, reduction: Reduction, some: slice) -> np.ndarray:
@@ -66,16 +70,19 @@ def modal_mass_growth(model: FEModel, reduction: Reduction, some: slice) -> np.n
     return model.rotating_mass.project_modes(Phi, some) - Kg
 
 
-def mass_share(model: FEModel, reduction: Reduction, Kg: np.ndarray, T: np.ndarray) -> float:
+def mass_share(body: FlexibleBody, T: np.ndarray) -> float:
     """Return by how much T shifts squared frequencies of the lowest modes, over the shift by Kg and P.
 
-    In each of the twelve unit fields the static answer q0 changes the modal mass by ``2 q0_j T_iji``, of the rows
-    ``T (k, n, n)``; fields of acceleration and of rotation are compared with the largest shift of their kind.
+    In each of the twelve unit fields the static deflection q0 changes the modal mass by ``2 q0_j T_iji``, of the rows
+    ``T (k, n, n)``; the affine part of that every body has by itself (mass.py), so that only the rest counts. Fields of
+    acceleration and of rotation are compared with the largest shift of their kind.
     """
-    w2, m = (2 * np.pi * reduction.frequency) ** 2, len(T)
-    load = reduction.basis.T @ reduction.loads[:, :12]
-    q0 = np.divide(load, w2[:, None], out=np.zeros_like(load), where=w2[:, None] > 0)
-    shift = np.abs(2 * w2[:m] * np.einsum("jk,iji->ki", q0, T[:, :, :m]))
-    own = np.abs(np.einsum("kii->ki", Kg[:12, :m, :m]))
+    part, m = affine_part(body), len(T)
+    load = np.concatenate([body.S, body.H.reshape(9, body.n)]).T
+    q0 = np.divide(-load, body.K[:, None], out=np.zeros_like(load), where=body.K[:, None] > 0)
+    rest = T - np.einsum("ari,arjk->ijk", part.first[..., :m], part.second)
+    shift = np.abs(2 * body.K[:m] * np.einsum("jk,iji->ki", q0, rest[:, :, :m]))
+    Kg = np.concatenate([body.Kg_A, body.Kg_W.reshape(9, body.n, body.n)])
+    own = np.abs(np.einsum("kii->ki", Kg[:, :m, :m]))
     share = [np.max(shift[k]) / max(np.max(own[k]), least) for k, least in ((slice(3), 1e-300), (slice(3, 12), 1.0))]
     return float(max(share))

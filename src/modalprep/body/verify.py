@@ -24,6 +24,7 @@ ENERGY = 1e-10  # sums of positive terms, each to 1e-13
 BOUND = 1e-6  # how far round-off may bring a Ritz value below the full model's
 PRESTRESS = 1e-6  # stiff parts on soft ones: their stress is a small difference of large turns, of which 1e-9 was seen
 BUCKLING = 0.1  # a basis that buckles within a tenth of the full model's load serves for design
+NOTHING = 1e-9  # of the largest geometric stiffness under loads of comparable size: round-off
 TURN = 1e-4  # displacement over the body's size, for finite differences
 DIFFERENCE = 1e-5  # 1e-11 to 6e-9 was seen; ten times smaller steps have 1e-6 of round-off
 SAME = 1e-9  # of the body's size: an interface on the root
@@ -92,13 +93,12 @@ def _prestress_error(model: FEModel, reduction: Reduction, body: FlexibleBody, r
     if not body.has_geometric_stiffness:
         return 0.0
     Kg = _unit_load_matrices(body)
-    size = np.abs(Kg).max(axis=(1, 2), initial=0.0)
-    c = _combination(Kg, rng)
+    c = _combination(model, Kg, rng)
     z = rng.standard_normal((body.n, 3))
     x = reduction.basis @ z
     Kg_model = model.geometric_stiffness(reduction.static @ c, reduction.loads @ c) + model.rotating_mass(c[:12])
     full = x.T @ (Kg_model @ x)
-    return relative(z.T @ np.tensordot(c, Kg, 1) @ z, (full + full.T) / 2, floor=float(np.sum(size > 0)))
+    return relative(z.T @ np.tensordot(c, Kg, 1) @ z, (full + full.T) / 2, floor=float(np.sum(c != 0)))
 
 
 def _unit_load_matrices(body: FlexibleBody) -> np.ndarray:
@@ -129,7 +129,7 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     if not (body.has_geometric_stiffness and hasattr(model.geometric_stiffness, "energy")):
         return []
     Kg = _unit_load_matrices(body)
-    c, z = _combination(Kg, np.random.default_rng(0)), np.random.default_rng(1).standard_normal(body.n)
+    c, z = _combination(model, Kg, np.random.default_rng(0)), np.random.default_rng(1).standard_normal(body.n)
     z /= np.sqrt(np.where(body.K > 0, body.K, np.inf))
     d, y = reduction.static @ c, reduction.basis @ z
     size = np.ptp(model.points, axis=0).max()
@@ -149,10 +149,13 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     return [Check("energy of second order", error, DIFFERENCE, meaning)]
 
 
-def _combination(Kg: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return factors ``(k,)`` of random sign with which each of the loads counts alike."""
+def _combination(model: FEModel, Kg: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return factors ``(k,)`` of random sign with which each of the loads counts alike, 0 where Kg is round-off."""
+    length, m = np.ptp(model.points, axis=0).max(), model.rigid.m
+    unit = np.concatenate([[m] * 3, [m * length] * 9, np.tile(np.repeat([1.0, 1 / length], 3), len(Kg[12:]) // 6)])
     size = np.abs(Kg).max(axis=(1, 2), initial=0.0)
-    return np.where(size > 0, rng.choice([-1.0, 1.0], len(Kg)) / np.where(size > 0, size, 1.0), 0.0)
+    counts = size / unit > NOTHING * np.max(size / unit, initial=0.0)
+    return np.where(counts, rng.choice([-1.0, 1.0], len(Kg)) / np.where(counts, size, 1.0), 0.0)
 
 
 def _third(f: Callable[[float, float], float]) -> float:

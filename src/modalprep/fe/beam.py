@@ -9,7 +9,6 @@ inertia enters every mass integral by itself.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from functools import cached_property
 
 import numpy as np
 from skfem import Basis, MeshLine1
@@ -223,44 +222,39 @@ class BeamBlock(Turning):
         """(ne, 3, 12) rotation of the element's axes per local DOF."""
         return line_spin(self.dx.sum(axis=1))
 
-    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Stiffness ``(ne, 12, 12)`` of normal force, shears and moments on the slopes against the element.
+    def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
+        """v', w', tx', tx, ty, tz, ty', tz' at the quadrature points; rotations of both ends."""
+        back = np.linalg.inv(node_transformation(self.frame, self.arm))[:, None]
+        motion, grad = self.motion @ back, self.grad @ back
+        ends = np.eye(12)[[3, 4, 5, 9, 10, 11]]
+        fields = np.concatenate([grad[:, :, 1:4], motion[:, :, 3:], grad[:, :, 4:]], axis=2)
+        return fields, np.tile(ends, (len(self.nodes), 1, 1))
+
+    def inner_weights(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Work of normal force, shears and moments on the slopes against the element.
 
         Theory 7.1: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
         - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``, for slopes v', w' at the ends; and
         ``T (tz dty' - ty dtz' + ..) / 2``. The nodes turn by rotation vectors, so that beams may meet at an angle:
-        ``v' = tz + tx ty / 2``, ``w' = -ty + tx tz / 2``, which is what `_turn_ends` adds.
+        ``v' = tz + tx ty / 2``, ``w' = -ty + tx tz / 2``; on these the end moments do ``tx (my tz - mz ty) / 2``.
         """
         s, E = self.section, self.section.material.E
-        d = d[:, None, :, None]
-        first, second = (self.grad @ d)[..., 0], (self.hess @ d)[..., 0]
+        first, second = ((x @ d[:, None, :, None])[..., 0] for x in (self.grad, self.hess))
         N, My, Mz = E * s.A * first[..., 0], E * s.Iy * first[..., 4], E * s.Iz * first[..., 5]
         Vz, Vy = E * s.Iy * second[..., 4], -E * s.Iz * second[..., 5]
-        G = np.zeros((*self.dx.shape, 8, 8))  # in v', w', tx', tx, ty, tz, ty', tz'
+        G = np.zeros((*self.dx.shape, 8, 8))
         G[..., 0, 0] = G[..., 1, 1] = N
         G[..., 2, 2] = N * (s.Iy + s.Iz) / s.A
         half = 0.5 * s.material.G * s.J * first[..., 3]
         for i, j, value in ((0, 2, -My), (1, 2, -Mz), (0, 3, -Vz), (1, 3, Vy), (4, 7, -half), (5, 6, half)):
             G[..., i, j] = G[..., j, i] = value
-        motion, grad = (x @ self._to_nodes[:, None] for x in (self.motion, self.grad))
-        Z = np.concatenate([grad[:, :, 1:4], motion[:, :, 3:], grad[:, :, 4:]], axis=2)
-        Kg = _contract(Z, (G * self.dx[..., None, None]) @ Z)
-        force, moment = np.split((self.stiffness() @ d[:, 0]).reshape(-1, 2, 6), 2, axis=2)
-        self._turn_ends(Kg, (moment - np.cross(self.arm, force)) @ self.frame.transpose(0, 2, 1))
-        return Kg
-
-    @cached_property
-    def _to_nodes(self) -> np.ndarray:
-        """Nodal DOFs in mesh axes per local DOF at the ends of the centroid line ``(ne, 12, 12)``."""
-        return np.linalg.inv(node_transformation(self.frame, self.arm))
-
-    def _turn_ends(self, Kg: np.ndarray, moment: np.ndarray) -> None:
-        """Add the work of the end moments ``(ne, 2, 3)`` on the slopes' second order, ``tx (my tz - mz ty) / 2``."""
-        for end in (0, 1):
-            tx, ty, tz = (6 * end + c for c in (3, 4, 5))
-            for other, value in ((ty, -moment[:, end, 2] / 2), (tz, moment[:, end, 1] / 2)):
-                Kg[:, tx, other] += value
-                Kg[:, other, tx] += value
+        force, moment = np.split((self.stiffness() @ d[..., None]).reshape(-1, 2, 6), 2, axis=2)
+        moment = (moment - np.cross(self.arm, force)) @ self.frame.transpose(0, 2, 1)
+        W = np.zeros((len(d), 6, 6))
+        for tx in (0, 3):
+            for other, value in ((1, -moment[:, tx // 3, 2] / 2), (2, moment[:, tx // 3, 1] / 2)):
+                W[:, tx, tx + other] = W[:, tx + other, tx] = value
+        return G * self.dx[..., None, None], W
 
 
 def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -20,6 +20,8 @@ elements, ibid. 194 (2005) 2285.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -28,7 +30,9 @@ from modalprep.fe.interface import link_geometric_stiffness
 from modalprep.vectors import skew
 
 
-def turning_stiffness(spin: np.ndarray, place: np.ndarray, force: np.ndarray, moment: np.ndarray) -> np.ndarray:
+def turning_stiffness(
+    spin: np.ndarray, place: np.ndarray, force: np.ndarray, moment: np.ndarray, arm: np.ndarray | None = None
+) -> np.ndarray:
     """Return the geometric stiffness ``(ne, 6n, 6n)`` of nodal forces and moments that turn with their element.
 
     Parameters
@@ -36,9 +40,11 @@ def turning_stiffness(spin: np.ndarray, place: np.ndarray, force: np.ndarray, mo
     spin : (ne, 3, 6n)
         Rotation w of the element's axes per nodal DOF ``(ux, uy, uz, tx, ty, tz)``.
     place : (ne, n, 3)
-        Nodes X, m; any origin, because the forces are in balance.
+        Ends X where the forces act, m; any origin, because the forces are in balance.
     force, moment : (ne, n, 3)
-        N and N m. All in the axes of the element.
+        N and N m. All in one set of axes.
+    arm : (ne, n, 3)
+        From the nodes to the ends, m; the second order of arms themselves is that of `add_arms`.
 
     Examples
     --------
@@ -53,7 +59,8 @@ def turning_stiffness(spin: np.ndarray, place: np.ndarray, force: np.ndarray, mo
            [-3.,  3.]])
     """
     ne, n = force.shape[:2]
-    work = np.concatenate([skew(force), skew(moment) / 2], axis=3)  # (ne, n, 3, 6): w . (f x u + m x t / 2)
+    turned = skew(moment) / 2 if arm is None else skew(moment) / 2 - skew(force) @ skew(arm)
+    work = np.concatenate([skew(force), turned], axis=3)  # (ne, n, 3, 6): w . (f x u + m x t / 2), u of the ends
     work = work.transpose(0, 2, 1, 3).reshape(ne, 3, 6 * n) + link_geometric_stiffness(force, place) @ spin / 2
     Kg = spin.transpose(0, 2, 1) @ work
     return Kg + Kg.transpose(0, 2, 1)
@@ -73,31 +80,48 @@ def line_spin(length: np.ndarray) -> np.ndarray:
 
 
 class Turning:
-    """An element whose axes turn with it, with six DOFs per node: beams and shells.
+    """An element whose axes turn with it, with six DOFs per node: beams and shells, bars with torque, bushings.
 
     The family gives `frame (ne, 3, 3)`, `arm (ne, n, 3)` (mesh axes), `place (ne, n, 3)` and `spin (ne, 3, 6n)`
-    (element axes, as in `turning_stiffness`), `stiffness` and `inner_stiffness`.
+    (element axes, as in `turning_stiffness`), `stiffness`, and what the stress inside works on: `inner_fields` and
+    `inner_weights`.
     """
 
-    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Geometric stiffness ``(ne, 6n, 6n)`` of the stress inside, for displacements against the element's axes.
+    def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
+        """Fields ``(ne, nq, r, 6n)`` at quadrature points and ``(ne, s, 6n)`` at sides or ends, per local DOF.
 
-        Both the stress, of ``d (ne, 6n)`` (mesh axes), and the matrix leave the rotation of the element out; the matrix
-        belongs to the ends of the arms, in the element's axes.
+        The default is an element without an inside.
         """
-        raise NotImplementedError
+        ne, n, _ = self.place.shape
+        return np.zeros((ne, 1, 0, 6 * n)), np.zeros((ne, 0, 6 * n))
+
+    def inner_weights(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Weights ``(ne, nq, r, r)`` and ``(ne, s, s)`` of the squares of the fields, for displacements ``d (ne, 6n)``.
+
+        Symmetric, linear in the stress that d (mesh axes) means.
+        """
+        return np.zeros((len(d), 1, 0, 0)), np.zeros((len(d), 0, 0))
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
         """Geometric stiffness ``(ne, 6n, 6n)`` of the prestress from the displacements ``d (ne, 6n)``, mesh axes."""
-        T, (ne, n, _) = node_transformation(self.frame, self.arm), self.arm.shape
-        force, moment = np.split((self.stiffness() @ d[:, :, None]).reshape(ne, n, 6), 2, axis=2)
-        local = [x @ self.frame.transpose(0, 2, 1) for x in (force, moment - np.cross(self.arm, force))]
-        P = self._straining()
-        Kg = turning_stiffness(self.spin, self.place, *local) + P.transpose(0, 2, 1) @ self.inner_stiffness(d) @ P
-        Kg = T.transpose(0, 2, 1) @ Kg @ T
-        if np.any(self.arm):
-            add_arms(Kg, force, self.arm)
-        return (Kg + Kg.transpose(0, 2, 1)) / 2
+        return next(self.geometric_stiffnesses(d[..., None]))
+
+    def geometric_stiffnesses(self, d: np.ndarray) -> Iterator[np.ndarray]:
+        """Yield the geometric stiffness of each of the displacements ``d (ne, 6n, k)``."""
+        ne, n, _ = self.arm.shape
+        K, T = self.stiffness(), node_transformation(self.frame, self.arm)
+        spin, place = self.frame.transpose(0, 2, 1) @ self.spin @ T, self.place @ self.frame
+        at_points, at_sides = (_applied(fields, self._straining() @ T) for fields in self.inner_fields())
+        for k in range(d.shape[2]):
+            force, moment = np.split((K @ d[:, :, k, None]).reshape(ne, n, 6), 2, axis=2)
+            Kg = turning_stiffness(spin, place, force, moment - np.cross(self.arm, force), self.arm)
+            weight, more = self.inner_weights(d[:, :, k])
+            flat = at_points.reshape(ne, at_points.shape[1] * at_points.shape[2], 6 * n)
+            Kg += flat.transpose(0, 2, 1) @ (weight @ at_points).reshape(flat.shape)
+            Kg += at_sides.transpose(0, 2, 1) @ (more @ at_sides)
+            if np.any(self.arm):
+                add_arms(Kg, force, self.arm)
+            yield (Kg + Kg.transpose(0, 2, 1)) / 2
 
     def _straining(self) -> np.ndarray:
         """Return the projector ``(ne, 6n, 6n)`` on displacements without the rotation of the element."""
@@ -110,12 +134,11 @@ class Turning:
         """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, 6n)``, rotation vectors at the nodes.
 
         The displacements that strain the element, with the axes turned finitely, in the energy of the linear element
-        and that of its inner stiffness: what `geometric_stiffness` must be the third derivative of.
+        and that of its inside: what `geometric_stiffness` must be the third derivative of.
         """
         ne, n, _ = self.arm.shape
         u, t = np.split(d.reshape(ne, n, 6), 2, axis=2)
-        node = _rotation(t)
-        ends = (u + np.einsum("enab,enb->ena", node, self.arm) - self.arm) @ self.frame.transpose(0, 2, 1)
+        ends = (u + np.einsum("enab,enb->ena", _rotation(t), self.arm) - self.arm) @ self.frame.transpose(0, 2, 1)
         turns = t @ self.frame.transpose(0, 2, 1)
         local = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
         back = _rotation(-(self.spin @ local)[..., 0])
@@ -123,8 +146,17 @@ class Turning:
         turns = _vector(back[:, None] @ _rotation(turns))
         y = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
         x = np.linalg.solve(node_transformation(self.frame, self.arm), y)
-        inner = self._straining().transpose(0, 2, 1) @ self.inner_stiffness(x[..., 0]) @ self._straining()
-        return (x.transpose(0, 2, 1) @ self.stiffness() @ x + y.transpose(0, 2, 1) @ inner @ y).ravel() / 2
+        fields = [_applied(field, self._straining() @ y) for field in self.inner_fields()]
+        weights = self.inner_weights(x[..., 0])
+        inner = [np.sum(z * (w @ z), axis=tuple(range(1, z.ndim))) for z, w in zip(fields, weights, strict=True)]
+        return ((x.transpose(0, 2, 1) @ self.stiffness() @ x).ravel() + sum(inner)) / 2
+
+
+def _applied(fields: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return fields ``(ne, .., 6n)`` of displacements ``(ne, 6n, k)``, ``(ne, .., k)``."""
+    rows = int(np.prod(fields.shape[1:-1]))
+    flat = fields.reshape(len(fields), rows, fields.shape[-1])
+    return (flat @ columns).reshape(*fields.shape[:-1], columns.shape[2])
 
 
 def _rotation(vector: np.ndarray) -> np.ndarray:

@@ -118,53 +118,45 @@ def slopes(cells: FlatCells) -> np.ndarray:
     return Z
 
 
-def plane_turns(cells: FlatCells) -> tuple[tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
-    """Linear fields per local DOF, each with its slopes: ``b = (ty, -tx)`` and the rotations t of the nodes.
-
-    Fields are ``(ne, nq, 2, 6n)`` and ``(ne, nq, 3, 6n)``; slopes have their axis before the component,
-    ``(ne, nq, 2, 2, 6n)`` and ``(ne, nq, 2, 3, 6n)``.
-    """
+def plane_turns(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
+    """Linear rotations t of the nodes ``(ne, nq, 3, 6n)`` and slopes ``t_c,a (ne, nq, 2, 3, 6n)``, per local DOF."""
     grad, dx, _ = cells.mapped
     n = cells.xy.shape[1]
     t, slope = np.zeros((*dx.shape, 3, n, 6)), np.zeros((*dx.shape, 2, 3, n, 6))
     for c in range(3):
         t[:, :, c, :, TX + c], slope[:, :, :, c, :, TX + c] = cells.N, np.swapaxes(grad, 2, 3)
-    t, slope = t.reshape(*dx.shape, 3, 6 * n), slope.reshape(*dx.shape, 2, 3, 6 * n)
-    b, b_slope = (np.stack([x[..., 1, :], -x[..., 0, :]], axis=-2) for x in (t, slope))
-    return (b, b_slope), (t, slope)
+    return t.reshape(*dx.shape, 3, 6 * n), slope.reshape(*dx.shape, 2, 3, 6 * n)
 
 
-def side_turns(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
-    """Work ``(ne, 6n, 6n)`` of forces `pull (ne, n, 2)` on the second order of the middles of the sides.
-
-    A side bends along the normal that its nodes turn, ``w t x e3`` with their rotations t against the element, so that
-    neighbours stay together. Where drilling rotations bow it in the plane, `bow` times as cubic shapes, they do so by
-    their own second order too, half of ``t`` times the element's rotation, which is taken off:
-    ``bow L/16 (t_s dt_n - t_n dt_s)`` with t_s along and t_n across the side.
-    """
-    length, along = cells.sides
-    mean, change = _side_ends(cells)
-    across = np.stack([-along[..., 1], along[..., 0]], axis=2)
-    work = linked(cells).transpose(0, 2, 1) @ (pull[..., :1] * mean[:, :, 1] - pull[..., 1:] * mean[:, :, 0])
-    if bow:
-        size = bow / 16 * length * np.einsum("eka,eka->ek", pull, across)
-        (mean_s, mean_n), (change_s, change_n) = (
-            [np.einsum("eka,ekaj->ekj", axis, x) for axis in (along, across)] for x in (mean, change)
-        )
-        work += (size[..., None] * mean_s).transpose(0, 2, 1) @ change_n
-        work -= (size[..., None] * mean_n).transpose(0, 2, 1) @ change_s
-    return work
-
-
-def _side_ends(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
-    """Rows ``(ne, n, 2, 6n)``: mean and change of the rotations tx, ty along each side."""
+def side_fields(cells: FlatCells) -> np.ndarray:
+    """Rows ``(ne, 5n, 6n)`` of the sides: height of the edge function; mean, then change of tx, ty along each."""
     ne, n, _ = cells.xy.shape
     rows = np.zeros((2, ne, n, 2, n, 6))
     for k in range(n):
         for end, sign in ((k, -1.0), ((k + 1) % n, 1.0)):
             for a, t in enumerate((TX, TY)):
                 rows[0, :, k, a, end, t], rows[1, :, k, a, end, t] = 0.5, sign
-    return rows.reshape(2, ne, n, 2, 6 * n)
+    mean, change = rows.reshape(2, ne, 2 * n, 6 * n)
+    return np.concatenate([linked(cells), mean, change], axis=1)
+
+
+def side_weights(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
+    """Work ``(ne, 5n, 5n)`` of forces `pull (ne, n, 2)` on the second order of the middles of the sides.
+
+    A side bends along the normal that its nodes turn, ``w t x e3`` with their rotations t against the element, so that
+    neighbours stay together. Where drilling rotations bow it in the plane, `bow` times as cubic shapes, they do so by
+    their own second order too, half of ``t`` times the element's rotation, which is taken off:
+    ``bow L/16 (t_s dt_n - t_n dt_s)`` with t_s along and t_n across the side, for the force across it.
+    """
+    length, along = cells.sides
+    n = cells.xy.shape[1]
+    W = np.zeros((len(length), 5 * n, 5 * n))
+    size = bow / 16 * length * (pull[..., 1] * along[..., 0] - pull[..., 0] * along[..., 1])
+    for k in range(n):
+        mean, change = n + 2 * k, 3 * n + 2 * k
+        W[:, k, mean + 1], W[:, k, mean] = pull[:, k, 0], -pull[:, k, 1]
+        W[:, mean, change + 1], W[:, mean + 1, change] = size[:, k], -size[:, k]
+    return W + W.transpose(0, 2, 1)
 
 
 def edge_rotation(cells: FlatCells, D: np.ndarray, S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 
 from modalprep.fe.block import Block
+from modalprep.fe.corotation import Turning
 from modalprep.fe.kernels import ahead, products
 from modalprep.fe.links import PlacedLink, followed, transferred
 from modalprep.fe.pattern import Pattern
@@ -34,7 +35,7 @@ class GeometricStiffness:
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
         """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
-        total = self.pattern.csr(self._over_dofs(self.blocks, d))
+        total = self.pattern.csr(self._over_dofs(self.blocks, d[:, None])[:, 0])
         return (total + self.of_links(self.K @ d - load)).tocsr()
 
     def energy(self, d: np.ndarray) -> float:
@@ -62,7 +63,7 @@ class GeometricStiffness:
             graph = self.pattern.graph
             out[some] += _projected(graph.indptr, graph.indices, data, self.dof[:, :3], Phi)
         for some in _batches(active, len(self.pattern.indices)) if other else ():
-            data = np.stack([self._over_dofs(other, static[:, k]) for k in some], axis=1)
+            data = self._over_dofs(other, static[:, some])
             rows = np.arange(len(Phi))[:, None]
             out[some] += _projected(self.pattern.indptr, self.pattern.indices, data, rows, Phi)
         if self.links:
@@ -84,14 +85,13 @@ class GeometricStiffness:
         return data
 
     def _over_dofs(self, blocks: list[Block], d: np.ndarray) -> np.ndarray:
-        """Return the data (nnz,) over DOFs of any blocks, for the displacements ``d (n_dof,)``."""
-        data = self.pattern.zeros()
+        """Return the data ``(nnz, k)`` over DOFs of any blocks, for the displacements ``d (n_dof, k)``."""
+        data = np.array([self.pattern.zeros() for _ in range(d.shape[1])])
         for block in blocks:
-            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1)
-            values = block.geometric_stiffness(own)
-            if values is not None:
-                self.pattern.add(data, block.nodes, values)
-        return data
+            own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1, d.shape[1])
+            for k, values in enumerate(_stiffnesses(block, own)):
+                self.pattern.add(data[k], block.nodes, values)
+        return np.ascontiguousarray(data.T)
 
     def of_links(self, held: np.ndarray) -> csr_array:
         """Return that of the links alone, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
@@ -106,6 +106,18 @@ class GeometricStiffness:
         if not rows:
             return csr_array((n, n))
         return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()
+
+
+def _stiffnesses(block: Block, d: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the geometric stiffness of each of the displacements ``d (ne, nl, k)``, nothing where there is none."""
+    if isinstance(block, Turning) and block.components == 6:
+        yield from block.geometric_stiffnesses(d)
+        return
+    for k in range(d.shape[2]):
+        values = block.geometric_stiffness(d[..., k])
+        if values is None:
+            return
+        yield values
 
 
 def _batches(active: np.ndarray, entries: int) -> Iterator[np.ndarray]:

@@ -165,10 +165,6 @@ class SpringBlock(Turning):
         spin[..., 3:] = np.eye(3)[:, None] / 2 if nn == 2 else 0.0
         return spin.reshape(len(self.nodes), 3, 6 * nn)
 
-    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Zeros ``(ne, 6 nn, 6 nn)``: a spring has no inside."""
-        return np.zeros((len(d), d.shape[1], d.shape[1]))
-
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
         """Work of the spring's force and moment on the rotation of its axes and arms; None without rotations."""
         return super().geometric_stiffness(d) if self.components == 6 else None

@@ -2,7 +2,7 @@
 
 A mass at the end of the arm r of a node that turns by the rotation vector t moves by ``t x r + t x (t x r) / 2``. An
 inertia force on it does work on the second part, whatever carries it: sections of beams, the thickness of shells,
-eccentric elements, offsets and inertia tensors of point masses (FORMULATION 4). With ``L(f, r)`` of
+eccentric elements, offsets and inertia tensors of point masses (theory 7.7). With ``L(f, r)`` of
 `interface.link_geometric_stiffness`, a force f on the mass has the work ``t L(f, r) t / 2``.
 """
 

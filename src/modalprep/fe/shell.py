@@ -35,7 +35,8 @@ from modalprep.fe.flat import (
     optimal_membrane,
     plane_turns,
     shear,
-    side_turns,
+    side_fields,
+    side_weights,
     slopes,
 )
 from modalprep.fe.kernels import in_threads, quadratic
@@ -241,7 +242,7 @@ class ShellBlock(Turning):
 
     def _turns(self, cells: FlatCells) -> np.ndarray:
         """Rotation ``(ne, nq, 3, 6n)`` per nodal DOF, mesh axes."""
-        return self._mesh_axes(plane_turns(cells)[1][0])
+        return self._mesh_axes(plane_turns(cells)[0])
 
     def _mesh_axes(self, rows: np.ndarray) -> np.ndarray:
         """Vectors ``(ne, nq, 3, 6n)`` in the element's axes per local DOF, in mesh axes per nodal DOF."""
@@ -285,31 +286,41 @@ class ShellBlock(Turning):
         """(ne, 3, 6n) rotation of the element's axes per local DOF."""
         return mean_rotation(FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]))
 
-    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Work ``(ne, 6n, 6n)`` of the stress on second-order strains, of ``u + t x z e3 + t x (t x z e3) / 2``.
+    def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
+        """Slopes of u (6: ``u_i,a``), rotations t (3) and their slopes (6); rows of `side_fields`."""
+        cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
+        t, slope = plane_turns(cells)
+        rows = (slopes(cells), t, slope)
+        ne, nq, nl = len(self.xy), t.shape[1], t.shape[-1]
+        return np.concatenate([x.reshape(ne, nq, -1, nl) for x in rows], axis=2), side_fields(cells)
+
+    def inner_weights(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Work of the stress on second-order strains, of ``u + t x z e3 + t x (t x z e3) / 2``.
 
         With b = (ty, -tx): membrane forces ``N_ab (u_i,a u_i,b + v_a,b + v_b,a)``, v the second order of the sides
-        (`side_turns`); moments ``M_ab (2 u_i,a b_i,b + (tz t_a),b)``; transverse shears ``Q_a (2 u_i,a b_i + tz t_a)``;
-        of unsymmetric sections second moments ``L_ab b_i,a b_i,b``.
+        (`side_weights`); moments ``M_ab (2 u_i,a b_i,b + (tz t_a),b)``; transverse shears
+        ``Q_a (2 u_i,a b_i + tz t_a)``; of unsymmetric sections second moments ``L_ab b_i,a b_i,b``.
         """
         cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
         N, M, Q, L = self._stress_resultants(d, cells.mapped[1])
-        Z, (b, b_slope), (t, t_slope) = slopes(cells), *plane_turns(cells)
-        flat = Z[:, :, :, :2]
+        G, u, t, slope = np.zeros((*N.shape[:2], 15, 15)), *np.split(np.arange(15), (6, 9))
+        for a in range(2):
+            G[..., u[3 * a], t[1]], G[..., u[3 * a + 1], t[0]], G[..., t[2], t[a]] = (
+                Q[..., a],
+                -Q[..., a],
+                Q[..., a] / 2,
+            )
+            for b in range(2):
+                m = M[..., a, b]
+                for i in range(3):
+                    G[..., u[3 * a + i], u[3 * b + i]] = N[..., a, b] / 2
+                G[..., u[3 * a], slope[3 * b + 1]], G[..., u[3 * a + 1], slope[3 * b]] = m, -m
+                G[..., t[a], slope[3 * b + 2]], G[..., t[2], slope[3 * b + a]] = m / 2, m / 2
+                for c in range(2 if L is not None else 0):
+                    G[..., slope[3 * a + c], slope[3 * b + c]] = L[..., a, b] / 2
         pull = np.einsum("eqab,eqkb->eka", N, cells.bubbles()[1], optimize=True)
         bow = OPT_ALPHA if self.kind == "triangle" and self.section.membrane == "opt" else 0.0
-        half = (
-            _work("eqab,eqaij,eqbik->ejk", N, Z, Z) / 2
-            + _work("eqab,eqaij,eqbik->ejk", M, flat, b_slope)
-            + _work("eqa,eqaij,eqik->ejk", Q, flat, b)
-            + _work("eqab,eqbj,eqak->ejk", M, t_slope[:, :, :, 2], t[:, :, :2]) / 2
-            + _work("eqab,eqj,eqbak->ejk", M, t[:, :, 2], t_slope[:, :, :, :2]) / 2
-            + _work("eqa,eqj,eqak->ejk", Q, t[:, :, 2], t[:, :, :2]) / 2
-            + side_turns(cells, pull, bow)
-        )
-        if L is not None:
-            half += _work("eqab,eqaij,eqbik->ejk", L, b_slope, b_slope) / 2
-        return half + half.transpose(0, 2, 1)
+        return G + np.swapaxes(G, 2, 3), side_weights(cells, pull, bow)
 
     def _stress_resultants(self, d: np.ndarray, dx: np.ndarray) -> list[np.ndarray]:
         """N and M ``(ne, nq, 2, 2)``, Q ``(ne, nq, 2)`` and L as N or None, times `dx`."""
@@ -321,10 +332,6 @@ class ShellBlock(Turning):
             moments.append(strain[..., :6] @ self._unsymmetric * dx[..., None])
         N, M, *L = (x[..., [0, 2, 2, 1]].reshape(*dx.shape, 2, 2) for x in moments)
         return [N, M, force[..., 6:], L[0] if L else None]
-
-
-def _work(indices: str, *factors: np.ndarray) -> np.ndarray:
-    return np.einsum(indices, *factors, optimize=True)
 
 
 def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:

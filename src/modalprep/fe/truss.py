@@ -78,10 +78,6 @@ class TrussBlock(Turning):
         long = np.linalg.norm(self.length[:, None] * self.axis + u[:, 1] - u[:, 0], axis=1)
         return self.section.material.E * self.section.A / self.length * (long - self.length) ** 2 / 2
 
-    def inner_stiffness(self, d: np.ndarray) -> np.ndarray:
-        """Zeros ``(ne, 12, 12)``: the bar stays straight."""
-        return np.zeros((len(d), 12, 12))
-
     @property
     def arm(self) -> np.ndarray:
         """(ne, 2, 3): none."""

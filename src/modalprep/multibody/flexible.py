@@ -147,7 +147,7 @@ def _rest_coordinates(tree, flex, F, i):
 
 
 @compile_inline
-def _apply_slopes(tree, flex, F, i):
+def apply_slopes(tree, flex, F, i):
     """Turn the rows of the rest of a body with T from eta to q; returns the torque of the acceleration ``c q' q'``.
 
     F.turned gets ``c q' q'`` (row 10) and its modal force ``d eta^T M' (c q' q')`` (row 9).
@@ -213,7 +213,7 @@ def own_flexible(tree, flex, W, F, i, nx, y):
     grows = tree.ints[i, HAS_KG] == GROWS
     growing = (0.0, 0.0, 0.0)
     if grows:
-        growing = _apply_slopes(tree, flex, F, i)
+        growing = apply_slopes(tree, flex, F, i)
     f0, t0 = _affine_force(w, p[:3], rates[:3], second[:3])
     f1, t1 = _affine_force(w, p[3:6], rates[3:6], second[3:6])
     f2, t2 = _affine_force(w, p[6:9], rates[6:9], second[6:9])

@@ -19,11 +19,12 @@ from modalprep.multibody.algebra import (
     times,
     transposed_times,
 )
-from modalprep.multibody.flexible import expand, mode_moments
+from modalprep.multibody.flexible import GROWS, apply_slopes, expand, mode_moments
 from modalprep.multibody.kernel import add_wrench, node_state, seen_spin
 from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, rod_law, spring_law
 from modalprep.multibody.layout import (
     BODY,
+    HAS_KG,
     IA,
     MODES,
     NX,
@@ -308,6 +309,8 @@ def _planet(loads, i, tree, flex, W, F):
         if s >= 0:
             g, _, n, q, _ = field
             expand(tree, flex, F, i)
+            if tree.ints[i, HAS_KG] == GROWS:
+                apply_slopes(tree, flex, F, i)
             P = get12(F.affine, 0, 0)
             for a in range(tree.ints[i, MODES]):
                 S, L = mode_moments(tree, flex, F, i, P, a)

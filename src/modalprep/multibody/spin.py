@@ -25,9 +25,9 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     """Return the vibration of a body whose root turns steadily.
 
     ``M q'' + (2 w~_ab P_ab + D) q' + [K + W_ab (P_ab + Kg_W_ab) + A_a Kg_A_a] q = -(S_a A_a + W_ab H_ab)`` with
-    ``W = w~ w~``: theory 4 with constant A and w, exact in q. M is the modal mass: 1, but for bodies with T, whose mass
-    is that of the steady deflection, and for other fill levels. A complex pair counts once; an unstable real pair has
-    frequency 0.
+    ``W = w~ w~``: theory 4 with constant A and w, and M the modal mass at the steady deflection. What that deflection
+    changes beside is of its second order, of the fourth in the spin: `linearise` and `system_modes` have it, this has
+    not. A complex pair counts once; an unstable real pair has frequency 0.
 
     Parameters
     ----------
@@ -52,8 +52,7 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     load = np.einsum("an,a->n", body.S, A) + np.einsum("ab,abn->n", W, body.H)
     q0, n = -np.linalg.solve(stiffness, load), body.n
     M = steady_mass(body, q0)
-    if not np.array_equal(M, np.eye(n)):
-        stiffness, gyroscopic = np.linalg.solve(M, stiffness), np.linalg.solve(M, gyroscopic)
+    stiffness, gyroscopic = np.linalg.solve(M, stiffness), np.linalg.solve(M, gyroscopic)
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -gyroscopic]])
     roots = eigvals(state)
     return SpinModes(frequency=np.sort(np.abs(roots.imag))[::2] / (2 * np.pi), q0=q0)

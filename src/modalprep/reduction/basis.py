@@ -69,22 +69,37 @@ def reduced(
         frequency=np.sqrt(w2) / (2 * np.pi),
         loads=loads,
         static=held.static(loads),
-        inertial=model.C @ _inertial(held, w2, modes),
+        inertial=model.C @ _inertial(held, W, modes),
         table=table,
         method=method,
         notes=(*notes, *_mechanism_note(held)),
     )
 
 
-def _inertial(held: Clamped, w2: np.ndarray, modes: np.ndarray) -> np.ndarray:
-    """Return the static answers ``(n_free, n)`` to ``M modes``; a mode of the full model is its own, over w^2."""
-    x = np.divide(modes, w2, out=np.zeros_like(modes), where=w2 > 0)
-    force = held.M @ modes
-    left = force - held.K @ x
+def _inertial(held: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
+    """Return the static answers ``(n_free, n)`` to ``M modes``, by those of the span W of the modes and mechanisms.
+
+    The answer to a mode with all fixed interfaces held is the mode itself over w^2, but for what it does to these.
+    """
+    W = _unit_mass(W, held)
+    force, strain = held.M @ W, held.K @ W
+    quotient = np.einsum("ij,ij->j", W, strain)
+    x = np.divide(W, quotient, out=np.zeros_like(W), where=quotient > 0)
+    left = force - np.divide(strain, quotient, out=np.zeros_like(W), where=quotient > 0)
     left[held.b[:6]] = 0.0
-    off = np.flatnonzero(np.linalg.norm(left, axis=0) > EIGEN * np.linalg.norm(force, axis=0))
-    x[:, off] = held.static_free(force[:, off])
-    return x
+    own = np.linalg.norm(left[held.i], axis=0) <= EIGEN * np.linalg.norm(force[held.i], axis=0)
+    left[np.ix_(held.i, own)] = 0.0
+    x += held.static_free(left)
+    loose = held.mechanisms
+    span, x = np.hstack([W, loose]), np.hstack([x, 0 * loose])
+    inertia = held.M @ span
+    return x @ np.linalg.lstsq(span.T @ inertia, inertia.T @ modes, rcond=None)[0]
+
+
+def _unit_mass(W: np.ndarray, held: Clamped) -> np.ndarray:
+    """Return the vectors with mass, each over the root of its mass."""
+    mass = np.einsum("ij,ij->j", W, held.M @ W)
+    return W[:, mass > 0] / np.sqrt(mass[mass > 0])
 
 
 def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:

@@ -116,7 +116,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     """Return the lowest frequencies (Hz) and modes under a static load, fixed interfaces held.
 
     Beside the geometric stiffness they feel the second order of the mass: of a structure that bends under its load the
-    mass moves otherwise as it vibrates (FORMULATION 4, T), found in the span of the modes and `MORE` others. The shapes
+    mass moves otherwise as it vibrates (theory 4.7), found in the span of the modes and `MORE` others. The shapes
     are orthonormal in that mass.
 
     Parameters
