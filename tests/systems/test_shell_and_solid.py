@@ -24,7 +24,7 @@ def spun(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def mesh():
-    """Stiffness, mass, gyroscopic matrix and load of the whole mesh in steady spin, clamped; a corner's row; its mass."""
+    """Stiffness, mass, gyroscopic matrix, load of the whole clamped mesh in steady spin; a corner's row; moved mass."""
     path = PIPELINES / "shell-and-solid.toml"
     pipeline = load_pipeline(path)
     model = assemble_pipeline(pipeline, read_pipeline_mesh(path, pipeline))
@@ -73,7 +73,7 @@ def test_steady_spin_is_that_of_the_whole_mesh(spun, mesh):
     state = np.block([[np.zeros((100, 100)), np.eye(100)], [-inverse, -inverse @ gyroscopic]])
     frequencies = np.sort(np.abs(np.linalg.eigvals(state).imag))[::2][:4] / (2 * np.pi)
     assert found == pytest.approx(rest, rel=5e-3)  # what the modes beyond the twelfth bend statically
-    # 16 rad/s is more than the first frequency: twelve modes have .3 % less of the square of the deflection than a hundred
+    # faster than the first frequency: twelve modes have .3 % less of the square of the deflection than a hundred
     np.testing.assert_allclose(steady.frequency[:4], frequencies, rtol=4e-3)
     late = spun.runs[next(iter(spun.runs))]
     settled = late["loaded-plate.free_corner.deflection.z"][late.time > 6.5].mean()
