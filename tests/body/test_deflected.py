@@ -7,7 +7,7 @@ from formats.lumped import modal_integrals
 from multibody.trees import random_body
 
 import modalprep as mp
-from modalprep.body.mass import affine_part, cross_moment, mass_matrix, rigid_mass_matrix, shortening
+from modalprep.body.mass import affine_part, cross_moment, deflected_points, mass_matrix, rigid_mass_matrix, shortening
 from modalprep.examples import uniform_beam
 from modalprep.multibody.dense import body_equations
 from modalprep.pipeline.load import load_pipeline
@@ -159,3 +159,25 @@ def test_soft_bodies_on_hinges_run(modes, count, t_end):
     run = mp.simulate(chain(uniform_beam(modes=modes), count), t_end=t_end, output_step=t_end / 10, rtol=1e-6)
     assert run.status == "done"
     assert run.stats["energy_error"] < 1e-4
+
+
+def test_points_of_a_bent_beam_keep_its_length():
+    """A tenth of the length to the side shortens the line by .6 per cent, which a linear displacement does not know."""
+    body = uniform_beam(modes=6)
+    q = 1.0 / body.shape[-1:, 1, 0][:, None] * np.eye(6)[:1]  # the tip 1 m to the side of 10 m
+    line = deflected_points(body, q)[0]
+    length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+    linear = np.linalg.norm(np.diff(body.points + body.shape @ q[0], axis=0), axis=1).sum()
+    assert linear - 10 > 0.05
+    assert abs(length - 10) < 0.1 * (linear - 10)  # only the affine part of the shortening is known
+    np.testing.assert_allclose(deflected_points(body.conventional(), q)[0], body.points + body.shape @ q[0], atol=1e-9)
+
+
+def test_points_have_the_moments_of_the_body(bracket_body):
+    """Mean of the particles: centre of mass and displacement of a body with T, to the density of its points."""
+    q = deflections(bracket_body, 0.02)[0]
+    place = deflected_points(bracket_body, q[None])[0]
+    order = [np.abs(deflected_points(bracket_body, h * q[None])[0] - bracket_body.points
+                    - h * bracket_body.shape @ q).max() for h in (1.0, 0.5)]  # fmt: skip
+    assert np.log2(order[0] / order[1]) == pytest.approx(2, abs=0.1)  # of the second order
+    assert np.all(np.isfinite(place))

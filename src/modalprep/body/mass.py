@@ -240,6 +240,30 @@ def partial_rates(part: AffinePart, q: np.ndarray, qd: np.ndarray) -> np.ndarray
     return g * turning + slope * (speed * bent + np.multiply.outer(rate, strains)) + np.multiply.outer(t, change)
 
 
+def deflected_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
+    """Return where the body's `points` are at each of the modal coordinates ``q (k, n)``: ``(k, n_points, 3)``, m.
+
+    In the body's frame, with the second order of the displacement as the equations of motion have it: its affine part,
+    and of a body with T the rest along the modes. A beam that bends keeps its length.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=1)
+    >>> tip = deflected_points(body, 1.0 / body.shape[-1:, 1])[0, -1]  # moved aside by 1 m of 10 m
+    >>> bool(tip[1].round(3) == 1), bool(9.93 < tip[0] < 9.95)  # shorter by .6 u^2 / L
+    (True, True)
+    """
+    part, n = affine_part(body), len(body.points)
+    size, arm = np.sum(part.place[:, 1:] ** 2, axis=0), body.points - body.s0 / body.m
+    linear = np.divide(arm @ part.place[:, 1:], size, out=np.zeros((n, 3)), where=size > 0)
+    functions = np.column_stack([np.full(n, 1 / part.root_mass), linear])
+    across = body.points - functions @ part.place.T  # of a flat body
+    rest = body.shape - np.einsum("pr,arn->pan", functions, part.first)
+    found = (deflected(part, each) for each in q)
+    return np.array([across + functions @ at.p.T + rest @ at.eta for at in found]).reshape(-1, n, 3)
+
+
 def steady_mass(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     """Return the modal mass ``(n, n)`` at a steady deflection ``q (n,)``, as the equations of motion have it.
 

@@ -31,6 +31,11 @@ ROTATIONS = (
     "rotary inertia and of (element length / body length)^2"
 )
 
+NO_ARMS = (
+    "built from matrices with rotations: what mass beside the nodes (rotary inertia, offsets) adds to the geometric "
+    "stiffness under inertia loads is not known and left out"
+)
+
 StressStiffness = Callable[[np.ndarray], Any]
 
 
@@ -80,6 +85,7 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     supplied = Supplied(stress_stiffness, GeometricStiffness([], None, K, dof, links, step), n)
     said = () if stress_stiffness else (NO_STIFFENING,)
     turns = (ROTATIONS,) if np.any(dof[: len(mesh.points), 3:] >= 0) else ()
+    turns += (NO_ARMS,) if turns and stress_stiffness else ()
     return FEModel(
         points=mesh.points - origin,
         cells=mesh.cells,

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import deflected_points
 from modalprep.errors import InputError, RenderError
 from modalprep.multibody.loads import GROUND
 from modalprep.multibody.result import Result
@@ -82,7 +83,7 @@ class _Film:
 
     def __init__(self, system: System, result: Result, frames: int) -> None:
         self.system, self.result = system, result
-        bends = {name: [self._deflection(name, k) for k in range(len(result.time))] for name in system.bodies}
+        bends = {name: self._deflections(name) for name in system.bodies}
         last = _last_shown(system, bends)
         self.rows = np.unique(np.linspace(0, last, frames).round().astype(int))
         self.largest = max(
@@ -92,10 +93,12 @@ class _Film:
         grounded = [joint for joint in system.joints if joint.parent == GROUND and joint.type != "free"]
         self.ground = np.array([joint.position for joint in grounded]).reshape(-1, 3)
 
-    def _deflection(self, name: str, k: int) -> np.ndarray:
-        """Displacement of a body's mesh points in its frame (n_points, 3)."""
+    def _deflections(self, name: str) -> np.ndarray:
+        """Displacements of a body's mesh points in its frame (n_times, n_points, 3), with their second order."""
         body = self.system.bodies[name]
-        return body.shape @ self.result[f"{name}.modal"][k] if body.n else np.zeros_like(body.points)
+        if not body.n:
+            return np.zeros((len(self.result.time), *body.points.shape))
+        return deflected_points(body, self.result[f"{name}.modal"]) - body.points
 
     def points(self, name: str, k: int) -> np.ndarray:
         """Mesh points of a body at a row of the result, inertial (n_points, 3)."""
