@@ -19,7 +19,8 @@ from modalprep.multibody.algebra import (
     times,
     transposed_times,
 )
-from modalprep.multibody.flexible import GROWS, apply_slopes, expand, mode_moments
+from modalprep.multibody.flexible import expand, mode_moments
+from modalprep.multibody.growing_mass import GROWS, apply_slopes
 from modalprep.multibody.kernel import add_wrench, node_state, seen_spin
 from modalprep.multibody.laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, rod_law, spring_law
 from modalprep.multibody.layout import (

@@ -103,7 +103,7 @@ def simulate(
     recorder = Recorder(integration, len(times) + 1)  # and the end, where an event ends the run
     outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
-    message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes()])
+    message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes(), *system.notes])
     result = recorder.result(outcome.status, message, outcome.stats)
     return result.with_(events=outcome.events, impacts=outcome.impacts)
 

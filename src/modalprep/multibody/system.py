@@ -19,6 +19,8 @@ from modalprep.multibody.orbit import CentralGravity, Conductor, Orbit
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
 
+LOSES_MASS = "body {0!r} loses mass: the second order of its modal mass (T) is left out"
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class System(Record):
@@ -26,6 +28,11 @@ class System(Record):
 
     With an `orbit` the ground is its local orbital frame: "inertial" axes and places of joints, loads and results are
     then those of that frame.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What the system leaves out; runs repeat it.
 
     Raises
     ------
@@ -48,6 +55,7 @@ class System(Record):
     closures: tuple[Closure | Coupler, ...] = ()
     orbit: Orbit | None = None
     depletions: tuple[Depletion, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the tree and what loads it."""
@@ -69,13 +77,12 @@ class System(Record):
         check_loads(self.bodies, self.loads)
         check_closures(self.bodies, self.coordinate_counts, self.closures)
         check_depletions(self.bodies, self.depletions)
-        losing = {each.body: self.bodies[each.body].with_(T=None) for each in self.depletions if self._grows(each.body)}
-        if losing:
-            object.__setattr__(self, "bodies", self.bodies | losing)
+        losing = {each.body: self.bodies[each.body] for each in self.depletions}
+        plain = {name: body.with_(T=None) for name, body in losing.items() if body.T is not None}
+        if plain:
+            object.__setattr__(self, "bodies", self.bodies | plain)
+            object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
         self._check_orbit()
-
-    def _grows(self, body: str) -> bool:
-        return self.bodies[body].T is not None
 
     def _check_orbit(self) -> None:
         conductors = [load.name for load in self.loads if isinstance(load, Conductor)]
