@@ -99,10 +99,13 @@ class GeometricStiffness:
         total = transferred(self.step, held)
         rows, cols, values = [], [], []
         for link in self.links:
-            K, dofs = link.geometric_stiffness(total)
-            rows.append(np.repeat(dofs, len(dofs)))
-            cols.append(np.tile(dofs, len(dofs)))
-            values.append(K.ravel())
+            K, between, others = link.geometric_stiffness(total)
+            turn = link.frame[3:]
+            first = np.concatenate([np.repeat(turn, 3), np.repeat(turn, len(others))])
+            second = np.concatenate([np.tile(turn, 3), np.tile(others, 3)])
+            rows += [first, second[9:]]
+            cols += [second, first[9:]]
+            values += [K.ravel(), between.ravel(), between.ravel()]
         if not rows:
             return csr_array((n, n))
         return coo_array((np.concatenate(values), (np.concatenate(rows), np.concatenate(cols))), shape=(n, n)).tocsr()

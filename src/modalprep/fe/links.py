@@ -89,8 +89,11 @@ class PlacedLink:
             )
         return scale[:, None] * (np.linalg.pinv(normal) @ weighted.T), self.dofs[:, :3].ravel()
 
-    def geometric_stiffness(self, held: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Work of the link's forces on its second-order motion: a matrix ``(m, m)`` and its DOFs ``(m,)``.
+    def geometric_stiffness(self, held: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Work of the link's forces on its second-order motion.
+
+        Returns ``(3, 3)`` on the rotations of the frame, ``(3, m)`` between these and other DOFs, and those DOFs
+        ``(m,)``, none of an rbe2.
 
         `held (n_dof,)`: what holds each DOF, with the forces that it hands on to others. Of an rbe3 the force is one on
         an arm, because the mean of a turned node set turns about its centroid; the moment works on the second order of
@@ -98,12 +101,12 @@ class PlacedLink:
         """
         turn = self.frame[3:]
         if self.kind == "rbe2":
-            return link_geometric_stiffness(held[self.dofs[:, :3]], self.arm), turn
+            return link_geometric_stiffness(held[self.dofs[:, :3]], self.arm), np.zeros((3, 0)), turn[:0]
         wrench = self._wrench(held)
         centroid = self.weights @ self.arm / self.weights.sum()
-        K, nodal = self._mean_rotation(self.arm - centroid, wrench[3:] - np.cross(centroid, wrench[:3]))
-        K[:3, :3] += link_geometric_stiffness(wrench[None, :3], centroid[None])
-        return K, np.concatenate([turn, nodal])
+        K, between = self._mean_rotation(self.arm - centroid, wrench[3:] - np.cross(centroid, wrench[:3]))
+        K += link_geometric_stiffness(wrench[None, :3], centroid[None])
+        return K, between, self.dofs[:, :3].ravel()
 
     def _wrench(self, held: np.ndarray) -> np.ndarray:
         """Force and moment (6,) of an rbe3's frame on its nodes, about the frame, by what holds the dependent DOFs."""
@@ -144,11 +147,8 @@ class PlacedLink:
         """
         E = np.einsum("k,ka,kb->ab", self.weights, r, r)
         mu = skew(np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True) @ moment)
-        K = np.zeros((3 + 3 * len(r), 3 + 3 * len(r)))
-        K[:3, 3:] = (self.weights[:, None, None] * skew(r) @ mu).transpose(1, 0, 2).reshape(3, -1)
-        K[3:, :3] = K[:3, 3:].T
-        K[:3, :3] = (mu @ E - E @ mu) / 2
-        return K, self.dofs[:, :3].ravel()
+        between = (self.weights[:, None, None] * skew(r) @ mu).transpose(1, 0, 2).reshape(3, -1)
+        return (mu @ E - E @ mu) / 2, between
 
 
 def _rotation(vector: np.ndarray) -> np.ndarray:
