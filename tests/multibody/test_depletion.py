@@ -251,7 +251,7 @@ def fuelled(body="beam", levels=(HALF,), mass="12 - t", loads=()):
 def test_a_body_that_loses_mass_has_no_second_order_of_its_modal_mass():
     """T belongs to one density: it is left out, and the run says so."""
     full = random_body(np.random.default_rng(3), 2)
-    mass = f"{full.m!r} - {full.m / 10!r}*t"
+    mass = f"{float(full.m)!r} - {float(full.m) / 10!r}*t"
     fuel = mp.Depletion(name="fuel", body="tank", levels=(mp.scaled(full, 0.5),), mass=mass)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="tank")
     system = mp.System(bodies={"tank": full}, joints=(hinge,), depletions=(fuel,))
