@@ -27,7 +27,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.fe.block import add_arms, node_transformation
 from modalprep.fe.interface import link_geometric_stiffness
-from modalprep.vectors import skew
+from modalprep.vectors import rotation_matrix, skew
 
 
 def turning_stiffness(
@@ -138,12 +138,12 @@ class Turning:
         """
         ne, n, _ = self.arm.shape
         u, t = np.split(d.reshape(ne, n, 6), 2, axis=2)
-        ends = (u + np.einsum("enab,enb->ena", _rotation(t), self.arm) - self.arm) @ self.frame.transpose(0, 2, 1)
+        ends = (u + np.einsum("enab,enb->ena", rotation_matrix(t), self.arm) - self.arm) @ self.frame.transpose(0, 2, 1)
         turns = t @ self.frame.transpose(0, 2, 1)
         local = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
-        back = _rotation(-(self.spin @ local)[..., 0])
+        back = rotation_matrix(-(self.spin @ local)[..., 0])
         ends = np.einsum("eab,enb->ena", back, self.place + ends) - self.place
-        turns = _vector(back[:, None] @ _rotation(turns))
+        turns = _vector(back[:, None] @ rotation_matrix(turns))
         y = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
         x = np.linalg.solve(node_transformation(self.frame, self.arm), y)
         fields = [_applied(field, self._straining() @ y) for field in self.inner_fields()]
@@ -157,10 +157,6 @@ def _applied(fields: np.ndarray, columns: np.ndarray) -> np.ndarray:
     rows = int(np.prod(fields.shape[1:-1]))
     flat = fields.reshape(len(fields), rows, fields.shape[-1])
     return (flat @ columns).reshape(*fields.shape[:-1], columns.shape[2])
-
-
-def _rotation(vector: np.ndarray) -> np.ndarray:
-    return Rotation.from_rotvec(vector.reshape(-1, 3)).as_matrix().reshape(*vector.shape, 3)
 
 
 def _vector(matrix: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.fe.interface import link_geometric_stiffness
-from modalprep.vectors import skew
+from modalprep.vectors import rotation_matrix, skew
 
 SETTLED = 4  # corrections of the nodes that follow the frame of an rbe3, each to the next power of the rotation
 DEPTH = 50  # links that hang on links: more is a loop
@@ -119,7 +119,7 @@ class PlacedLink:
     def follow(self, d: np.ndarray) -> None:
         """Write to the finite displacements ``d (n_dof,)``, rotation vectors at nodes, what follows from the others."""
         if self.kind == "rbe2":
-            turn = _rotation(d[self.frame[3:]])
+            turn = rotation_matrix(d[self.frame[3:]])
             moved = np.tile(d[self.frame], (len(self.arm), 1))
             moved[:, :3] += self.arm @ turn.T - self.arm
             present = (self.dofs >= 0) & self.components
@@ -149,10 +149,6 @@ class PlacedLink:
         mu = skew(np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True) @ moment)
         between = (self.weights[:, None, None] * skew(r) @ mu).transpose(1, 0, 2).reshape(3, -1)
         return (mu @ E - E @ mu) / 2, between
-
-
-def _rotation(vector: np.ndarray) -> np.ndarray:
-    return Rotation.from_rotvec(vector).as_matrix()
 
 
 def followed(links: list[PlacedLink], d: np.ndarray) -> np.ndarray:
