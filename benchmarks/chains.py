@@ -11,8 +11,9 @@ import numpy as np
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.jit import compile_kernel
-from modalprep.multibody import kernel
-from modalprep.multibody.layout import MODES, UQ, XQ, pack, workspace
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.data import MODES, UQ, XQ, workspace
+from modalprep.multibody.packing.tree import pack
 
 ROUND = 2e-3  # s, of one call in a round: short against what disturbs a machine, long against a clock
 SMALL = 1e-5  # modal coordinates: 24 modes of a body carry nearly all its inertia, and bear small deflections only

@@ -12,7 +12,11 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.algebra import (
+from modalprep.multibody.kernels.articulated_body import outward
+from modalprep.multibody.kernels.data import ARM, H_, IA, J_, MODES, PARENT, PHI, SLOT, UQ, R, U
+from modalprep.multibody.kernels.modal import add_to_modes
+from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.kernels.spatial import (
     add3,
     add6,
     add9,
@@ -26,10 +30,6 @@ from modalprep.multibody.algebra import (
     shifted,
     times,
 )
-from modalprep.multibody.flexible import add_to_modes
-from modalprep.multibody.kernel import outward
-from modalprep.multibody.layout import ARM, H_, IA, J_, MODES, PARENT, PHI, SLOT, UQ, R, U
-from modalprep.multibody.newton_euler import required_forces
 
 
 @compile_kernel

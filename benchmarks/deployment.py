@@ -19,9 +19,9 @@ import numpy as np
 from chains import medians
 
 import modalprep as mp
-from modalprep.multibody.deploying import Run
-from modalprep.multibody.deployment_phase import Phase
-from modalprep.multibody.evaluate import evaluate
+from modalprep.multibody.deploying.phase import Phase
+from modalprep.multibody.deploying.simulate import Run
+from modalprep.multibody.evaluation.evaluate import evaluate
 
 RODS = (10, 30, 100, 300, 1000)
 TOTAL = 1000

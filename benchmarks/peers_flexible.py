@@ -25,7 +25,7 @@ import modalprep as mp
 from modalprep.examples import beam_mesh, spinup_section
 from modalprep.formats.exudyn import write_exudyn
 from modalprep.multibody import simulate
-from modalprep.multibody.integrators import Integration
+from modalprep.multibody.integration.run import Integration
 
 OUTPUTS = 10
 GRAVITY = np.array([0, -9.81, 0])

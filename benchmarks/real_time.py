@@ -18,7 +18,7 @@ from unittest.mock import patch
 from integrators import chain, link
 
 import modalprep as mp
-from modalprep.multibody.record import Recorder
+from modalprep.multibody.results.record import Recorder
 
 STEP = 0.01  # s between two outputs
 RTOL = 1e-4

@@ -19,8 +19,8 @@ import numpy as np
 from chains import medians
 
 import modalprep as mp
-from modalprep.multibody.closures import Closure
-from modalprep.multibody.plant import Plant
+from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.model.constraints import Closure
 
 ANGLE = np.radians(40)  # of the bars from the base
 BAYS = (4, 8, 16, 32)

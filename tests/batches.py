@@ -11,7 +11,7 @@ import numpy as np
 from bad.good import BEAM
 
 import modalprep as mp
-from modalprep.pipeline.work import work
+from modalprep.pipeline.batch.work import work
 
 ENTRY = "from modalprep.cli import entry; entry()"
 

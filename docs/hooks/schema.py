@@ -2,7 +2,7 @@
 
 import json
 
-from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.schema.pipeline import Pipeline
 
 MARK = "<!-- schema -->"
 BOUNDS = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.fe.materials import Material
-from modalprep.fe.mesh import Mesh
-from modalprep.fe.properties import Beam
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.properties.materials import Material
+from modalprep.fe.properties.properties import Beam
 
 
 def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:
@@ -33,8 +33,8 @@ def spinup_section(**changes: float) -> Beam:
 
 def cantilever_model(elements: int = 10, tip: str = "free"):
     """Assemble the spin-up beam with interfaces ``root`` and ``tip`` (`tip` is its boundary)."""
-    from modalprep.fe.assembly import assemble
-    from modalprep.fe.interface import Interface
+    from modalprep.fe.assembly.assemble import assemble
+    from modalprep.fe.links.interface import Interface
 
     ends = {
         "root": Interface(group="root", kind="node"),
@@ -46,9 +46,9 @@ def cantilever_model(elements: int = 10, tip: str = "free"):
 def small_systems():
     """Return the smallest system of every kind that the solver is compiled for: rigid or not, loops or not."""
     from modalprep.body.rigid import rigid_body
-    from modalprep.multibody.closures import Closure
-    from modalprep.multibody.joint import Joint
-    from modalprep.multibody.system import System
+    from modalprep.multibody.model.constraints import Closure
+    from modalprep.multibody.model.joint import Joint
+    from modalprep.multibody.model.system import System
 
     ends = {"root": np.zeros(3), "tip": np.array([1.0, 0, 0])}
     rigid = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces=ends)

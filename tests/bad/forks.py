@@ -11,7 +11,8 @@ from contextlib import contextmanager
 
 SERVER = """
 import json, os, resource, signal, sys, time
-import matplotlib.pyplot, meshio, modalprep.pipeline.batch, modalprep.pipeline.build, modalprep.pipeline.systems
+import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipeline.build.build
+import modalprep.pipeline.systems.systems
 import modalprep.report.page, modalprep.report.plots
 from modalprep.cli import main
 

@@ -25,9 +25,9 @@ from hypothesis import strategies as st
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.errors import InputError
-from modalprep.fe.matrix_files import read_matrices
-from modalprep.pipeline.load import load_pipeline
-from modalprep.pipeline.toml_text import toml_text
+from modalprep.fe.external.files import read_matrices
+from modalprep.pipeline.batch.toml_text import toml_text
+from modalprep.pipeline.schema.load import load_pipeline
 
 MORE = float(os.environ.get("MODALPREP_FUZZ", "1"))
 PATIENCE = 60.0  # s; the slowest case takes a tenth of it

@@ -6,7 +6,7 @@ from analytic import AXIAL_ACCELERATION, CENTRIFUGAL, ROTATING_FLAP, TIP_FORCE, 
 
 import modalprep as mp
 from modalprep.examples import beam_mesh, spinup_section, uniform_beam
-from modalprep.multibody.spin import spin_modes
+from modalprep.multibody.analysis.spin import spin_modes
 
 EI, RHO_A, L = 1.4e4, 1.2, 10.0
 TIME = np.sqrt(RHO_A * L**4 / EI)

@@ -10,7 +10,7 @@ from structured import box, surface
 
 import modalprep as mp
 from modalprep.examples import beam_mesh
-from modalprep.multibody.spin import spin_modes
+from modalprep.multibody.analysis.spin import spin_modes
 
 LENGTH, WIDTH, THICK = 1.0, 0.04, 0.005
 STEEL = mp.Material(E=200e9, nu=0.0, rho=8000.0)  # nu = 0: no anticlastic bending, which no beam has

@@ -12,7 +12,7 @@ from modalprep.body.mass import mass_matrix
 from modalprep.body.verify import check_buckling, check_projection
 from modalprep.cli import main
 from modalprep.examples import cantilever_model, uniform_beam
-from modalprep.multibody.dense import body_equations
+from modalprep.multibody.reference.equations import body_equations
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ from multibody.trees import random_body
 import modalprep as mp
 from modalprep.body.mass import affine_part, cross_moment, deflected_points, mass_matrix, rigid_mass_matrix, shortening
 from modalprep.examples import uniform_beam
-from modalprep.multibody.dense import body_equations
-from modalprep.pipeline.load import load_pipeline
-from modalprep.pipeline.model import assemble_pipeline
+from modalprep.multibody.reference.equations import body_equations
+from modalprep.pipeline.build.model import assemble_pipeline
+from modalprep.pipeline.schema.load import load_pipeline
 
 LEVELS = (0.001, 0.01, 0.05, 0.2)  # of the body's size
 

@@ -10,7 +10,7 @@ import modalprep as mp
 from modalprep.body.frames import at_centre_of_mass, in_frame, in_mean_axes, in_principal_axes, reroot
 from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
 from modalprep.examples import beam_mesh
-from modalprep.multibody.dense import body_equations, node_motion
+from modalprep.multibody.reference.equations import body_equations, node_motion
 from modalprep.vectors import skew
 
 LINEAR = ("S", "H", "phi", "psi", "shape")

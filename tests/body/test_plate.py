@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 from structured import surface
 
 import modalprep as mp
-from modalprep.multibody.spin import spin_modes
+from modalprep.multibody.analysis.spin import spin_modes
 
 STEEL, THICK = mp.Material(E=200e9, nu=0.3, rho=8000.0), 1e-3
 UNIT = np.sqrt(STEEL.E * THICK**2 / (12 * (1 - STEEL.nu**2) * STEEL.rho))  # rad/s: sqrt(D / rho h) / a^2 of a = 1 m

@@ -7,12 +7,12 @@ from structured import box, random_rotation, surface
 import modalprep as mp
 from modalprep.body.verify import _third, check_geometric_stiffness
 from modalprep.cli import main
-from modalprep.fe.beam import BeamBlock
-from modalprep.fe.mesh import Link
-from modalprep.fe.point import SpringBlock
-from modalprep.fe.shell import ShellBlock
-from modalprep.fe.solid import SolidBlock
-from modalprep.fe.truss import TrussBlock
+from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.point import SpringBlock
+from modalprep.fe.elements.shells.shell import ShellBlock
+from modalprep.fe.elements.solid import SolidBlock
+from modalprep.fe.elements.truss import TrussBlock
+from modalprep.fe.mesh.mesh import Link
 from modalprep.vectors import skew
 
 METAL = mp.Material(E=1.0, nu=0.3, rho=1.0)

@@ -13,8 +13,8 @@ from body.solids import horn_mesh, horn_model
 import modalprep as mp
 from modalprep.body.difference import compare_bodies
 from modalprep.examples import beam_mesh
-from modalprep.multibody.deploying import deployment_channels
-from modalprep.multibody.flight import fly_system
+from modalprep.multibody.deploying.simulate import deployment_channels
+from modalprep.multibody.free_body.flight import fly_system
 from modalprep.multibody.simulate import start_channels
 from modalprep.reduction.projected import projected_basis
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from modalprep.fe.nastran import read_nastran
+from modalprep.fe.readers.nastran.deck import read_nastran
 
 
 @pytest.fixture

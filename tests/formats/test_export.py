@@ -16,7 +16,7 @@ from modalprep.formats.export import EXPORTS, export_body
 from modalprep.formats.mbdyn import VERSIONS
 from modalprep.formats.modalfile import SHAPES
 from modalprep.formats.sid import DIALECTS
-from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.schema.pipeline import Pipeline
 
 FIRST = {  # how a file of each format begins, or what its beginning holds
     "sid": b":No. nodes, No. modes:",

@@ -11,7 +11,7 @@ import modalprep as mp
 from modalprep.body.frames import in_mean_axes
 from modalprep.examples import uniform_beam
 from modalprep.formats.mbdyn import write_mbdyn
-from modalprep.multibody.dense import body_equations, node_motion
+from modalprep.multibody.reference.equations import body_equations, node_motion
 
 DIGITS = 1e-13  # the file has 17 digits; sums of a dozen particles
 PRODUCTS = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)]

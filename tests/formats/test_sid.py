@@ -12,7 +12,7 @@ import modalprep as mp
 from modalprep.body.frames import in_mean_axes
 from modalprep.examples import uniform_beam
 from modalprep.formats.sid import DIALECTS, write_sid
-from modalprep.multibody.dense import body_equations, node_motion
+from modalprep.multibody.reference.equations import body_equations, node_motion
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[3] / "shared" / "data"))
 DIGITS = 2e-11  # the format has 12 digits; a few such errors add up

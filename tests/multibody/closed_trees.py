@@ -4,10 +4,11 @@ import numpy as np
 from multibody.trees import random_state, random_tree
 from scipy.spatial.transform import Rotation
 
-from modalprep.multibody import kernel
-from modalprep.multibody.closures import Closure, Coupler
-from modalprep.multibody.layout import pack, workspace
-from modalprep.multibody.loops import Loops
+from modalprep.multibody.evaluation.loops import Loops
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.data import workspace
+from modalprep.multibody.model.constraints import Closure, Coupler
+from modalprep.multibody.packing.tree import pack
 
 TYPES = (
     "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",

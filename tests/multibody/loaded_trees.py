@@ -5,10 +5,11 @@ from multibody.trees import random_tree
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
-from modalprep.multibody import kernel
-from modalprep.multibody.joint import SPEEDS
-from modalprep.multibody.layout import pack, workspace
-from modalprep.multibody.loading import Loading
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.data import workspace
+from modalprep.multibody.model.joint import SPEEDS
+from modalprep.multibody.packing.tree import pack
 
 WAVE = mp.TimeFunction([(0.4, "2 + sin(3*t)"), (float("inf"), "t")])
 

@@ -7,7 +7,7 @@ from scipy.linalg import eigh
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
-from modalprep.multibody.closures import Closure, Coupler
+from modalprep.multibody.model.constraints import Closure, Coupler
 
 
 def link(name, mass, centre, inertia, **interfaces):

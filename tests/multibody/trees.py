@@ -7,8 +7,9 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
-from modalprep.multibody import kernel
-from modalprep.multibody.layout import FREE, SPHERICAL, X, pack, workspace
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.data import FREE, SPHERICAL, X, workspace
+from modalprep.multibody.packing.tree import pack
 
 
 def particles(rng, n):

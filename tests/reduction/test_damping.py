@@ -8,7 +8,7 @@ from structured import random_rotation
 import modalprep as mp
 from modalprep.errors import InputError
 from modalprep.examples import cantilever_model
-from modalprep.multibody.dense import mass_and_force
+from modalprep.multibody.reference.equations import mass_and_force
 from modalprep.reduction.damping import (
     Rayleigh,
     component_damping,

@@ -9,9 +9,9 @@ import modalprep as mp
 from modalprep.cli.commands import app
 from modalprep.errors import RenderError
 from modalprep.formats.modalfile import write_body
-from modalprep.report import animation, render, sheet
-from modalprep.report.animation import animate_mode
-from modalprep.report.sheet import contact_sheet
+from modalprep.report.pictures import animation, render, sheet
+from modalprep.report.pictures.animation import animate_mode
+from modalprep.report.pictures.sheet import contact_sheet
 
 REASON = render.drawing_problem()
 needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))

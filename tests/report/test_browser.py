@@ -10,9 +10,9 @@ from report.browser import CHROMIUM, FLAGS, needs_browser, run_page
 from report.conftest import make_table
 
 from modalprep.examples import uniform_beam
-from modalprep.report.colour import WORDS
 from modalprep.report.mac import auto_mac
 from modalprep.report.page import write_page
+from modalprep.report.pictures.colour import WORDS
 
 pytestmark = needs_browser
 

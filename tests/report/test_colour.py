@@ -12,11 +12,11 @@ from modalprep.cli.commands import app
 from modalprep.errors import InputError
 from modalprep.examples import uniform_beam
 from modalprep.formats.modalfile import write_body
-from modalprep.report import render
-from modalprep.report.animation import animate_mode
-from modalprep.report.colour import FULL, node_colour
+from modalprep.report.pictures import render
+from modalprep.report.pictures.animation import animate_mode
+from modalprep.report.pictures.colour import FULL, node_colour
+from modalprep.report.pictures.sheet import contact_sheet
 from modalprep.report.scene import scene
-from modalprep.report.sheet import contact_sheet
 
 REASON = render.drawing_problem()
 needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))

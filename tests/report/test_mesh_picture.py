@@ -7,8 +7,8 @@ import pytest
 from PIL import Image
 
 import modalprep as mp
-from modalprep.report import mesh_picture, render
-from modalprep.report.mesh_picture import render_findings
+from modalprep.report.pictures import mesh_picture, render
+from modalprep.report.pictures.mesh_picture import render_findings
 
 REASON = render.drawing_problem()
 needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))

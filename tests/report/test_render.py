@@ -9,9 +9,9 @@ from PIL import Image
 
 import modalprep as mp
 from modalprep.errors import RenderError
-from modalprep.report import render
-from modalprep.report.animation import animate_mode
-from modalprep.report.camera import view
+from modalprep.report.pictures import render
+from modalprep.report.pictures.animation import animate_mode
+from modalprep.report.pictures.camera import view
 
 REASON = render.drawing_problem()
 needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))

@@ -11,9 +11,10 @@ from rich.console import Console
 import modalprep as mp
 from modalprep.errors import RenderError
 from modalprep.examples import uniform_beam
-from modalprep.report import plots, render
-from modalprep.report.animation import animate_mode
+from modalprep.report import plots
 from modalprep.report.page import write_page
+from modalprep.report.pictures import render
+from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.tables import body_summary, mode_table
 
 needs_drawing = pytest.mark.skipif(render.drawing_problem() is not None, reason=str(render.drawing_problem()))

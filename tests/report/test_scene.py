@@ -7,7 +7,7 @@ import pytest
 
 import modalprep as mp
 from modalprep.report.mac import SHOWN, auto_mac, mac_chart
-from modalprep.report.motion import largest_displacement, unseen_modes
+from modalprep.report.pictures.motion import largest_displacement, unseen_modes
 from modalprep.report.scene import FULL, drawable, scene
 
 

@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 from vtkmodules import vtkCommonDataModel
 
 from modalprep.errors import RenderError
-from modalprep.report.skin import CORNERS, EDGES, outer_skin, simplified
+from modalprep.report.pictures.skin import CORNERS, EDGES, outer_skin, simplified
 
 REFERENCE = {  # VTK's cell of each kind: it knows by itself where the nodes of second order lie
     ("tetra", 4): "vtkTetra", ("tetra", 10): "vtkQuadraticTetra", ("pyramid", 5): "vtkPyramid",
@@ -110,7 +110,7 @@ def test_curved_beams_run_through_their_middle_node():
 
 
 def test_skin_agrees_with_vtk(bracket_body):
-    surface = pytest.importorskip("modalprep.report.surface")
+    surface = pytest.importorskip("modalprep.report.pictures.surface")
     skin = outer_skin(bracket_body.points, bracket_body.cells)
     drawn = surface.surface(bracket_body, bracket_body.points)
     assert len(skin.triangles) == drawn.n_cells

@@ -8,9 +8,9 @@ from PIL import Image, ImageSequence
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.report import system_animation
-from modalprep.report.render import drawing_problem
-from modalprep.report.system_animation import animate_system, viewpoint
+from modalprep.report.pictures import system_animation
+from modalprep.report.pictures.render import drawing_problem
+from modalprep.report.pictures.system_animation import animate_system, viewpoint
 
 needs_drawing = pytest.mark.skipif(drawing_problem() is not None, reason="this machine cannot draw")
 

@@ -7,13 +7,13 @@ import re
 import numpy as np
 from systems.shipped import PIPELINES
 
-from modalprep.multibody.dense import body_states
-from modalprep.multibody.equilibrium import static_equilibrium
-from modalprep.multibody.layout import pack
-from modalprep.multibody.linearise import linearise
+from modalprep.multibody.analysis.equilibrium import static_equilibrium
+from modalprep.multibody.analysis.linearise import linearise
+from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.reference.equations import body_states
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.load import load_pipeline
-from modalprep.pipeline.systems import read_system
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.systems.systems import read_system
 
 
 def with_segments(name, segments, folder, changes=()):

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.load import load_pipeline
-from modalprep.pipeline.systems import Simulated, read_system, simulate_pipeline
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.systems.systems import Simulated, read_system, simulate_pipeline
 
 PIPELINES = Path(__file__).parents[2] / "pipelines"
 

@@ -10,8 +10,8 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.second_order import with_second_order_mass
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
-from modalprep.fe.model import FEModel
-from modalprep.fe.stress import StressRecovery
+from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.stress_recovery import StressRecovery
 from modalprep.reduction.basis import Reduction
 
 

@@ -34,7 +34,7 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.spin import spin_modes
+    >>> from modalprep.multibody.analysis.spin import spin_modes
     >>> body, spin = uniform_beam(modes=4), np.array([0, 0, 6.0])
     >>> frozen = frozen_stiffness(body, spin)
     >>> bool(np.allclose(spin_modes(frozen, spin).frequency, spin_modes(body, spin).frequency))

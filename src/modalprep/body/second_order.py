@@ -13,7 +13,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.reduction.basis import Reduction
 
 SECOND_ORDER = "second_order_mass"  # key of the provenance

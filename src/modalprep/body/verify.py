@@ -12,8 +12,8 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from modalprep.body.checks import IDENTITY, RIGID, Check, relative
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
-from modalprep.fe.links import followed
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.links.multipoint import followed
 from modalprep.linalg.modes import DENSE
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import Clamped, clamp

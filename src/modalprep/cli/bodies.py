@@ -23,7 +23,7 @@ def modes(
     as_json: Json = False,
 ) -> None:
     """Mode-selection report: a table here, and an HTML page beside the modal file."""
-    from modalprep.pipeline.build import build_body, output_folder
+    from modalprep.pipeline.build.build import build_body, output_folder
     from modalprep.pipeline.console import Reporter
     from modalprep.report.page import write_page
     from modalprep.report.tables import body_summary, mode_table
@@ -64,9 +64,9 @@ def render(
     from modalprep.errors import InputError
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.animation import animate_mode
-    from modalprep.report.render import render_mesh, render_mode
-    from modalprep.report.sheet import contact_sheet
+    from modalprep.report.pictures.animation import animate_mode
+    from modalprep.report.pictures.render import render_mesh, render_mode
+    from modalprep.report.pictures.sheet import contact_sheet
 
     if sheet and animate:
         raise InputError("--sheet and --animate ask for two files; give one of them")
@@ -94,7 +94,7 @@ def check(
     as_json: Json = False,
 ) -> None:
     """Physics checks of a modal file or of a pipeline's body; exit code 1 when one fails."""
-    from modalprep.pipeline.check import check_file
+    from modalprep.pipeline.build.check import check_file
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)

@@ -44,7 +44,7 @@ def batch(
     One job that fails is reported and the rest go on; the exit code is then 1, or 2 where files could not be written.
     """
     from modalprep.errors import InputError, OutputError
-    from modalprep.pipeline.batch import list_batch, plan_batch, run_batch
+    from modalprep.pipeline.batch.batch import list_batch, plan_batch, run_batch
     from modalprep.pipeline.console import Reporter
 
     if jobs is not None and (jobs < 1 or scheduler):
@@ -83,15 +83,15 @@ def simulate(
     as_json: Json = False,
 ) -> None:
     """Simulate the system of a pipeline file with the order-n solver."""
-    from modalprep.pipeline.build import output_folder
+    from modalprep.pipeline.build.build import output_folder
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.load import load_pipeline
     from modalprep.pipeline.run import plot_runs
-    from modalprep.pipeline.systems import simulate_pipeline
+    from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.pipeline.systems.systems import simulate_pipeline
 
     if animate:
         from modalprep.errors import InputError
-        from modalprep.report.animation import check_target
+        from modalprep.report.pictures.animation import check_target
 
         check_target(animate)
         if load_pipeline(file).deployments:
@@ -103,7 +103,7 @@ def simulate(
     folder = target.parent if target else output_folder(file, output)
     plot_runs(file, load_pipeline(file), done, folder, reporter)
     if animate:
-        from modalprep.report.system_animation import animate_system
+        from modalprep.report.pictures.system_animation import animate_system
 
         reporter.wrote(animate_system(done.system, next(iter(done.runs.values())), animate))
     if as_json:
@@ -115,8 +115,8 @@ def simulate(
 @app.command()
 def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
     """Rest, modes, linear equations, frequency response and hinge forces: the [analysis] of a pipeline file."""
-    from modalprep.pipeline.analysis import analyse_pipeline
     from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.systems.analysis import analyse_pipeline
 
     reporter = Reporter(quiet=as_json)
     found = analyse_pipeline(file, output, reporter)

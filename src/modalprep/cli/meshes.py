@@ -24,12 +24,12 @@ def mesh(
 ) -> None:
     """Mesh of a parametric shape, with named groups."""
     from modalprep.errors import InputError
-    from modalprep.fe.generate import make_mesh
+    from modalprep.fe.generation.generate import make_mesh
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
     if shapes:
-        from modalprep.fe.generate import GENERATORS
+        from modalprep.fe.generation.generate import GENERATORS
         from modalprep.report.tables import shapes_table
 
         shapes_table(GENERATORS.values(), reporter.console)
@@ -64,7 +64,7 @@ def quality(
     mesh, found = _mesh_quality(file, length_unit)
     quality_table(found, reporter.console)
     if picture:
-        from modalprep.report.mesh_picture import render_findings
+        from modalprep.report.pictures.mesh_picture import render_findings
 
         reporter.wrote(render_findings(mesh.points, mesh.cells, found.findings, picture, name=mesh.source))
     if as_json:
@@ -76,7 +76,7 @@ def quality(
 @app.command()
 def schema() -> None:
     """Print the JSON schema of pipeline files: every key with its meaning."""
-    from modalprep.pipeline.schema import Pipeline
+    from modalprep.pipeline.schema.pipeline import Pipeline
 
     print_json(Pipeline.model_json_schema())
 
@@ -100,11 +100,11 @@ def _parameters(given: Sequence[str]) -> dict[str, str]:
 def _mesh_quality(file: Path, length_unit: str) -> tuple[Any, Any]:
     """Read and check a mesh; a pipeline file also says its units, its structural groups and its interfaces."""
     if file.suffix == ".toml":
-        from modalprep.pipeline.model import pipeline_quality
+        from modalprep.pipeline.build.model import pipeline_quality
 
         return pipeline_quality(file)
-    from modalprep.fe.quality import check_mesh
-    from modalprep.fe.read import read_mesh
+    from modalprep.fe.quality.quality import check_mesh
+    from modalprep.fe.readers.read import read_mesh
 
     mesh = read_mesh(file, length_unit, "kg")
     return mesh, check_mesh(mesh, mesh.properties or None)

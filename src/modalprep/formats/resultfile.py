@@ -12,7 +12,7 @@ import numpy as np
 from modalprep.atomic import write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
-from modalprep.multibody.result import Result
+from modalprep.multibody.results.result import Result
 
 
 def write_result(result: Result, path: str | Path, runs: dict[str, Result] | None = None) -> Path:

@@ -11,7 +11,7 @@ from scipy.io import savemat
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
-from modalprep.multibody.state_space import StateSpace
+from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.suggest import suggestion
 
 

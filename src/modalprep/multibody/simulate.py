@@ -7,17 +7,18 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.dense_constraints import closed_accelerations
-from modalprep.multibody.dense_loads import loaded_accelerations
-from modalprep.multibody.events import Event
-from modalprep.multibody.integrators import Integration
-from modalprep.multibody.layout import XQ, Packed, pack
-from modalprep.multibody.loading import Loading
-from modalprep.multibody.plant import start_state
-from modalprep.multibody.record import Recorder
-from modalprep.multibody.result import Result, output_times
-from modalprep.multibody.stiffness import METHODS
-from modalprep.multibody.system import System
+from modalprep.multibody.evaluation.evaluator import start_state
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.integration.method_selection import METHODS
+from modalprep.multibody.integration.run import Integration
+from modalprep.multibody.kernels.data import XQ
+from modalprep.multibody.model.events import Event
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.reference.constraints import closed_accelerations
+from modalprep.multibody.reference.loads import loaded_accelerations
+from modalprep.multibody.results.record import Recorder
+from modalprep.multibody.results.result import Result, output_times
 
 MOST_OUTPUTS = 1e7
 
@@ -83,7 +84,7 @@ def simulate(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.joint import Joint
+    >>> from modalprep.multibody.model.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
     >>> run = simulate(arm, t_end=0.1)

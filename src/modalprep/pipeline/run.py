@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 from modalprep.errors import RenderError
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.load import load_pipeline
-from modalprep.pipeline.schema import Pipeline
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.schema.pipeline import Pipeline
 
 if TYPE_CHECKING:
-    from modalprep.pipeline.analysis import Analysed
-    from modalprep.pipeline.built import Built
-    from modalprep.pipeline.cache import Cache
-    from modalprep.pipeline.synthesis import Synthesized
-    from modalprep.pipeline.systems import Simulated
+    from modalprep.pipeline.build.built import Built
+    from modalprep.pipeline.build.cache import Cache
+    from modalprep.pipeline.build.synthesis import Synthesized
+    from modalprep.pipeline.systems.analysis import Analysed
+    from modalprep.pipeline.systems.systems import Simulated
 
 
 @dataclass
@@ -50,7 +50,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
     InputError, AccuracyError, SimulationError
         With one sentence each; files written before stay whole.
     """
-    from modalprep.pipeline.build import output_folder
+    from modalprep.pipeline.build.build import output_folder
 
     pipeline = load_pipeline(path)
     outcome = Outcome(folder=output_folder(path, output))
@@ -59,7 +59,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
     if pipeline.synthesis is not None:
         _synthesis(path, pipeline, output, outcome, reporter)
     if pipeline.analysis is not None:
-        from modalprep.pipeline.analysis import analyse_pipeline
+        from modalprep.pipeline.systems.analysis import analyse_pipeline
 
         outcome.analysed = analyse_pipeline(path, output, reporter)
     if pipeline.simulation is not None:
@@ -71,7 +71,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
 
 def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
     from modalprep.formats.export import export_body, known_export, lost_in
-    from modalprep.pipeline.build import build_body
+    from modalprep.pipeline.build.build import build_body
     from modalprep.report.plots import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
 
@@ -106,7 +106,7 @@ def _count(wanted: str | int, modes: int) -> int:
 
 
 def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
-    from modalprep.pipeline.synthesis import strain_shares, synthesize_pipeline
+    from modalprep.pipeline.build.synthesis import strain_shares, synthesize_pipeline
     from modalprep.report.synthesis import draw_modes, strain_plot, synthesis_table
 
     found = outcome.synthesized = synthesize_pipeline(path, output, reporter)
@@ -125,7 +125,7 @@ def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Out
 
 
 def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
-    from modalprep.pipeline.systems import simulate_pipeline
+    from modalprep.pipeline.systems.systems import simulate_pipeline
 
     outcome.simulated = simulate_pipeline(path, output, reporter)
     outcome.plots = plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
@@ -182,7 +182,7 @@ def draw_body(
     -------
     The mesh picture, and the picture of each mode (counted from 1).
     """
-    from modalprep.report.render import render_mesh, render_mode
+    from modalprep.report.pictures.render import render_mesh, render_mode
 
     count = _count(wanted, body.n)
     if not count:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.modes import unique_modes
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record

@@ -10,7 +10,7 @@ from scipy.linalg import eigh, solve_triangular
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError, MechanismError
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.linalg.factor import Factor
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, effective_mass, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction, unit_loads

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.errors import InputError, MechanismError
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.cell_geometry import cell_of
-from modalprep.fe.interface import interface_position
-from modalprep.fe.links import PlacedLink
-from modalprep.fe.mesh import Mesh, cell_dimension
-from modalprep.fe.model import FEModel
-from modalprep.fe.select import NodeSet
+from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.links.interface import interface_position
+from modalprep.fe.links.multipoint import PlacedLink
+from modalprep.fe.mesh.cell_geometry import cell_of
+from modalprep.fe.mesh.mesh import Mesh, cell_dimension
+from modalprep.fe.mesh.select import NodeSet
 
 Vector = tuple[float, float, float]
 NONE = (0.0, 0.0, 0.0)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.reduction.table import FIXED, FREE, ModeTable
 
 BELOW = 1e-6  # of a frequency: `lowest_modes` counts 5e-7 below its highest one

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.truncation import ENERGY
 

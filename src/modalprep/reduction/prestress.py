@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, eigsh
 
 from modalprep.errors import AccuracyError, InputError
-from modalprep.fe.model import FEModel
+from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.factor import Factor, factorize
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record

@@ -14,8 +14,8 @@ from rich.table import Table
 from rich.text import Text
 
 from modalprep.atomic import write_table
-from modalprep.multibody.modes import SystemModes
-from modalprep.multibody.state_space import StateSpace
+from modalprep.multibody.analysis.state_space import StateSpace
+from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report import plots
 from modalprep.report.tables import hertz, percent
 
@@ -26,9 +26,9 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.joint import Joint
-    >>> from modalprep.multibody.modes import system_modes
-    >>> from modalprep.multibody.system import System
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.analysis.system_modes import system_modes
+    >>> from modalprep.multibody.model.system import System
     >>> weld = Joint(name="wall", type="weld", parent="ground", child="beam")
     >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(weld,)))
     >>> system_table(found, 1, Console(width=80, color_system=None))  # doctest: +ELLIPSIS
@@ -104,9 +104,9 @@ def sweep_plot(
     --------
     >>> import tempfile
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.multibody.joint import Joint
-    >>> from modalprep.multibody.modes import system_modes
-    >>> from modalprep.multibody.system import System
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.analysis.system_modes import system_modes
+    >>> from modalprep.multibody.model.system import System
     >>> wall = Joint(name="wall", type="weld", parent="ground", child="beam")
     >>> found = system_modes(System(bodies={"beam": uniform_beam(modes=2)}, joints=(wall,)))
     >>> sweep_plot({0.0: found, 1.0: found}, 2, Path(tempfile.mkdtemp()) / "x.png").name

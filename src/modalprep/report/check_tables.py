@@ -14,13 +14,13 @@ def quality_table(quality, console: Console) -> None:
     Parameters
     ----------
     quality : Quality
-        Of `modalprep.fe.quality.check_mesh`.
+        Of `modalprep.fe.quality.quality.check_mesh`.
     console : Console
 
     Examples
     --------
     >>> from modalprep.examples import beam_mesh
-    >>> from modalprep.fe.quality import check_mesh
+    >>> from modalprep.fe.quality.quality import check_mesh
     >>> quality_table(check_mesh(beam_mesh(4)), Console(width=80, color_system=None))  # doctest: +ELLIPSIS
     Mesh quality...
     line       4        2.5     2.5      2.5...

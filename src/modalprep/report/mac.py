@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.report.motion import largest_displacement
+from modalprep.report.pictures.motion import largest_displacement
 from modalprep.report.tables import hertz
 
 SHOWN = 60  # modes in the picture, at most

@@ -19,7 +19,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.reduction.table import DIRECTIONS, ModeTable
 from modalprep.report.mac import mac_chart
-from modalprep.report.motion import unseen_modes
+from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.scene import drawable
 from modalprep.report.tables import carried, hertz, percent, summary_rows

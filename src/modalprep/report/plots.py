@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
-from modalprep.multibody.result import Result
+from modalprep.multibody.results.result import Result
 from modalprep.reduction.table import DIRECTIONS, ModeTable
 
 # colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness

@@ -9,11 +9,11 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
-from modalprep.report.camera import view
-from modalprep.report.colour import colours, node_colour
-from modalprep.report.motion import largest_displacement
-from modalprep.report.render import SHARE
-from modalprep.report.skin import Skin, outer_skin, simplified
+from modalprep.report.pictures.camera import view
+from modalprep.report.pictures.colour import colours, node_colour
+from modalprep.report.pictures.motion import largest_displacement
+from modalprep.report.pictures.render import SHARE
+from modalprep.report.pictures.skin import Skin, outer_skin, simplified
 from modalprep.report.tables import hertz
 
 TRIANGLES = 60_000  # of the surface in the page, at most

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.reduction.synthesis import SystemModes
-from modalprep.report import plots, render
+from modalprep.report import plots
+from modalprep.report.pictures import render
 from modalprep.report.tables import hertz, percent, plain_table
 
 

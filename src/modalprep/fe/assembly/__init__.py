@@ -1,0 +1,1 @@
+"""From a mesh and its properties to the finite-element model."""

@@ -1,0 +1,120 @@
+"""The assembled finite-element model: theory 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
+from modalprep.fe.assembly.rotating_mass import RotatingMass
+from modalprep.fe.assembly.strain_energy import StrainEnergy
+from modalprep.fe.assembly.totals import MassTensor
+from modalprep.fe.elements.mass import RigidInertia
+from modalprep.fe.links.interface import InterfaceFrame
+from modalprep.records import Record
+from modalprep.vectors import skew
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FEModel(Record):
+    """The assembled model, in a frame with the root interface at its origin and the axes of the mesh.
+
+    The DOFs are those of the mesh nodes, then six for each RBE2 frame. `C` expresses them by the independent
+    ones (a rigid link's nodes follow its frame), so ``C.T @ K @ C`` is the stiffness that is solved.
+
+    Attributes
+    ----------
+    points : (n_points, 3)
+        Mesh nodes, m.
+    cells : {type: (k, nodes)}
+        The structural cells.
+    dof : (n_nodes, 6) int
+        Number of each DOF (ux, uy, uz, rx, ry, rz), -1 where a node has none; mesh nodes, then RBE2 frames.
+    K, M : (n_dof, n_dof) csr
+        N/m, kg and their rotational kin.
+    g : (n_dof, 3)
+        ``int rho N_a``.
+    h : (n_dof, 3, 3)
+        ``h[:, a, b] = int rho x_b N_a``.
+    M_ab : MassTensor
+        ``M_ab[a, b] (n_dof, n_dof)`` is ``int rho N_a^T N_b``.
+    rigid : RigidInertia
+        m, s0, E0 about the origin.
+    C : (n_dof, n_free) csr
+    free : (n_free,) int
+        The independent DOFs.
+    interfaces : tuple of InterfaceFrame
+        The root first.
+    geometric_stiffness : GeometricStiffness
+        ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress that displacement ``d (n_dof,)`` means,
+        with ``load (n_dof,)`` the nodal load that holds it.
+    rotating_mass : RotatingMass
+        What mass beside the nodes adds to the geometric stiffness under inertia loads.
+    origin : (3,)
+        The root interface in mesh coordinates, m.
+    strain_energy : StrainEnergy or None
+        ``Phi (n_dof, n) -> {type: (n_cells, n)}``; None where the elements are not known.
+    source : dict of str
+        Name and hash of the mesh.
+    notes : tuple of str
+        What the user should know: cells left out, hidden hinges.
+    """
+
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    dof: np.ndarray
+    K: csr_array
+    M: csr_array
+    g: np.ndarray
+    h: np.ndarray
+    M_ab: MassTensor
+    rigid: RigidInertia
+    C: csr_array
+    free: np.ndarray
+    interfaces: tuple[InterfaceFrame, ...]
+    geometric_stiffness: GeometricStiffness
+    rotating_mass: RotatingMass
+    origin: np.ndarray
+    strain_energy: StrainEnergy | None = None
+    source: dict[str, str] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def n_dof(self) -> int:
+        """Number of DOFs, dependent ones included."""
+        return self.K.shape[0]
+
+    @property
+    def inertia_loads(self) -> np.ndarray:
+        """(n_dof, 12) loads of unit ``A_a`` (3), then unit ``W_ab`` (9, row by row): ``-g_a``, ``-h_ab``."""
+        return -np.concatenate([self.g, self.h.reshape(-1, 9)], axis=1)
+
+    def rigid_body(self) -> np.ndarray:
+        """(n_dof, 6) displacements of unit translations and unit rotations about the origin."""
+        frames = [frame.position for frame in self.interfaces if len(frame.nodes)]
+        return rigid_motions(np.concatenate([self.points, np.reshape(frames, (-1, 3))]), self.dof, self.n_dof)
+
+    def __repr__(self) -> str:
+        """Size, mass and interfaces."""
+        names = ", ".join(f.name for f in self.interfaces)
+        return f"FEModel({len(self.points)} nodes, {self.n_dof} DOFs, m={self.rigid.m:.6g} kg; interfaces {names})"
+
+
+def rigid_motions(nodes: np.ndarray, dof: np.ndarray, n: int) -> np.ndarray:
+    """Return the displacements ``(n, 6)`` of unit translations and unit rotations about the origin.
+
+    `nodes (n_nodes, 3)` in m, ``dof (n_nodes, 6)`` with -1 where a node has none.
+
+    Examples
+    --------
+    >>> rigid_motions(np.array([[2.0, 0, 0]]), np.array([[0, 1, 2, -1, -1, -1]]), 3)[:, 5]
+    array([0., 2., 0.])
+    """
+    full = np.zeros((len(nodes), 6, 6))
+    full[:] = np.eye(6)
+    full[:, :3, 3:] = -skew(nodes)
+    R = np.zeros((n, 6))
+    R[dof[dof >= 0]] = full[dof >= 0]
+    return R

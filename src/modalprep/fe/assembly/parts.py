@@ -1,0 +1,148 @@
+"""Which elements a model has: mesh groups paired with their properties, checked to cover the structure once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.block import Block
+from modalprep.fe.elements.point import MassBlock, SpringBlock
+from modalprep.fe.elements.shells.shell import ShellBlock
+from modalprep.fe.elements.solid import DEGREE as SOLID_KINDS
+from modalprep.fe.elements.solid import SolidBlock
+from modalprep.fe.elements.truss import TrussBlock
+from modalprep.fe.mesh.mesh import Mesh, cell_dimension
+from modalprep.fe.properties.properties import Beam, PointMass, Property, Shell, Solid, Spring, Truss
+from modalprep.fe.quality.connectivity import pieces
+
+CHUNK = 4096  # elements evaluated at once: bounds the memory of shape gradients
+FAMILY = {
+    Beam: (BeamBlock, ("line",)),
+    Truss: (TrussBlock, ("line",)),
+    Shell: (ShellBlock, ("triangle", "quad")),
+    Solid: (SolidBlock, tuple(SOLID_KINDS)),
+    PointMass: (MassBlock, ("vertex",)),
+    Spring: (SpringBlock, ("line", "vertex")),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Elements of one kind that share a property.
+
+    Attributes
+    ----------
+    group : str
+    section : Property
+    kind : str
+    nodes : (ne, nn) int
+    data : {name: (ne, ...)}
+        What the mesh says per element.
+    """
+
+    group: str
+    section: Property
+    kind: str
+    nodes: np.ndarray
+    data: dict[str, np.ndarray]
+
+    def blocks(self, points: np.ndarray, origin: np.ndarray) -> Iterator[Block]:
+        """Evaluate the elements in chunks; `points` in mesh coordinates, `origin` of the model's frame in them."""
+        for start in range(0, len(self.nodes), CHUNK):
+            yield self._block(slice(start, start + CHUNK), points, origin)
+
+    def components(self, points: np.ndarray) -> int:
+        """DOFs that each node of these elements has: 3, or 6 with rotations."""
+        family = FAMILY[type(self.section)][0]
+        if hasattr(family, "components"):
+            return family.components
+        return max(block.components for block in self.blocks(points, np.zeros(3)))
+
+    def _block(self, piece: slice, points: np.ndarray, origin: np.ndarray) -> Block:
+        data = {name: values[piece] for name, values in self.data.items()}
+        try:
+            return FAMILY[type(self.section)][0].build(self.kind, points, self.nodes[piece], self.section, data, origin)
+        except InputError as error:
+            raise InputError(f"group {self.group!r}: {error}") from None
+
+
+def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str]) -> tuple[list[Part], list[str]]:
+    """Return every structural element once, and notes on cells left out.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    properties : {group: Property}
+    boundary : set of str
+        Groups that only carry interfaces; their cells need no property.
+
+    Raises
+    ------
+    InputError
+        When a group is unknown or of the wrong cells, or a cell has two properties or none.
+    """
+    covered = {kind: np.zeros(len(c), dtype=int) for kind, c in mesh.cells.items()}
+    parts = []
+    for group, section in properties.items():
+        for kind in _kinds(mesh, group, section):
+            rows = mesh.groups[group][kind]
+            covered[kind][rows] += 1
+            data = {name: v[kind][rows] for name, v in mesh.data.items() if kind in v}
+            parts.append(Part(group, section, kind, mesh.cells[kind][rows], data))
+    for kind, count in covered.items():
+        if np.any(count > 1):
+            raise InputError(f"{np.sum(count > 1)} {kind} cells have two properties; give each group its own cells")
+    return parts, _left_out(mesh, covered, boundary)
+
+
+def _kinds(mesh: Mesh, group: str, section: Property) -> list[str]:
+    wanted = FAMILY[type(section)][1]
+    dimensions = {cell_dimension(kind) for kind in wanted}
+    kinds = [kind for kind in mesh.group(group) if cell_dimension(kind) in dimensions]
+    if isinstance(section, Spring) and "line" in kinds:
+        kinds = ["line"]  # the vertices of such a group are its ends
+    if not kinds or set(kinds) - set(wanted):
+        has, name = ", ".join(mesh.group(group)), type(section).__name__.lower()
+        raise InputError(f"group {group!r} has {has} cells, but type {name!r} needs {' or '.join(wanted)} cells")
+    return kinds
+
+
+def _left_out(mesh: Mesh, covered: dict[str, np.ndarray], boundary: set[str]) -> list[str]:
+    """Refuse cells of the highest dimension without a property; note those of lower dimension."""
+    notes, top = [], max(cell_dimension(kind) for kind in covered)
+    for kind, count in covered.items():
+        for name in boundary & set(mesh.groups):
+            count[mesh.groups[name].get(kind, [])] += 1
+        missing = count == 0
+        if not np.any(missing) or cell_dimension(kind) == 0:
+            continue
+        names = [g for g, rows in mesh.groups.items() if kind in rows and np.any(missing[rows[kind]])]
+        where = f"group {names[0]!r}" if names else "cells in no group"
+        sentence = f"{missing.sum()} of {len(count)} {kind} cells have no property ({where})"
+        if cell_dimension(kind) == top:
+            raise InputError(f"{sentence}; add one under [properties]")
+        notes.append(f"{sentence} and are left out")
+    return notes
+
+
+def used_nodes(parts: list[Part]) -> np.ndarray:
+    """Return the sorted nodes (k,) that elements use."""
+    used = np.zeros(1 + max(int(part.nodes.max(initial=-1)) for part in parts), dtype=bool)
+    for part in parts:
+        used[part.nodes] = True
+    return np.flatnonzero(used)
+
+
+def refuse_disconnected(points: np.ndarray, parts: list[Part], tied: list[np.ndarray]) -> None:
+    """Refuse a structure in several pieces; `tied` lists the node sets that links and interfaces hold together."""
+    groups = [part.nodes for part in parts] + [nodes[None] for nodes in tied]
+    count, small, where = pieces(groups, used_nodes(parts), points)
+    if count > 1:
+        raise InputError(
+            f"the structure is in {count} disconnected parts, the smallest has {len(small)} nodes "
+            f"around {where}; merge coincident nodes or mesh the parts together"
+        )

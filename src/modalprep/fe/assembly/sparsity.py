@@ -1,0 +1,101 @@
+"""The sparsity pattern of a model: which nodes meet in an element, and where their DOFs lie in the CSR arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array, csr_array
+
+from modalprep.fe.elements.kernels import column_numbers, diagonal, in_threads, scatter, scatter_scalar, spread_scalar
+
+
+@dataclass(frozen=True, eq=False)
+class Pattern:
+    """Common pattern of K, M and Kg: every pair of nodes that shares an element.
+
+    Attributes
+    ----------
+    graph : (n_nodes, n_nodes) csr
+        The pairs, sorted.
+    column : (graph.nnz,) int
+        Where the DOFs of a neighbour start within a row.
+    row : (n_nodes, 6) int
+        Where each row of a node starts in the data.
+    indptr, indices : int
+        CSR arrays of the DOF matrix.
+    """
+
+    graph: csr_array
+    column: np.ndarray
+    row: np.ndarray
+    indptr: np.ndarray
+    indices: np.ndarray
+
+    @classmethod
+    def build(cls, connectivity: Iterable[np.ndarray], dof: np.ndarray) -> Pattern:
+        """Pattern of elements ``(ne, nn)`` with DOF numbers ``dof (n_nodes, 6)``: a node has the first 0, 3 or 6."""
+        graph = node_graph(connectivity, len(dof))
+        count = np.sum(dof >= 0, axis=1)
+        width = count[graph.indices]
+        before = np.cumsum(width) - width
+        length = np.add.reduceat(np.append(width, 0), graph.indptr[:-1]) * (np.diff(graph.indptr) > 0)
+        column = before - np.repeat(before[np.minimum(graph.indptr[:-1], len(before) - 1)], np.diff(graph.indptr))
+        indptr = np.concatenate([[0], np.cumsum(np.repeat(length, count))])
+        indptr = indptr.astype(np.int32 if indptr[-1] < 2**31 else np.int64)
+        row = np.where(dof >= 0, indptr[dof], 0)
+        indices = np.empty(indptr[-1], dtype=np.int32)
+        in_threads(column_numbers, len(dof), dof, count, graph.indptr, graph.indices, column, row, indices)
+        return cls(graph, column, row, indptr, indices)
+
+    def zeros(self) -> np.ndarray:
+        """Data of an empty matrix."""
+        return np.zeros(len(self.indices))
+
+    def add(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
+        """Add element matrices ``values (ne, nl, nl)`` of elements ``nodes (ne, nn)`` to `data`."""
+        width = values.shape[1] // nodes.shape[1]
+        graph = self.graph
+        in_threads(
+            scatter, len(self.row), values, nodes, width, graph.indptr, graph.indices, self.column, self.row, data
+        )
+
+    def add_scalar(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
+        """Add ``values (ne, nn, nn, k)`` to ``data (graph.nnz, k)`` of k matrices whose rows are nodes."""
+        in_threads(scatter_scalar, len(self.row), values, nodes, self.graph.indptr, self.graph.indices, data)
+
+    def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
+        """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""
+        in_threads(spread_scalar, len(self.row), scalar, self.graph.indptr, self.column, self.row, data)
+
+    def diagonal(self, data: np.ndarray, dof: np.ndarray) -> np.ndarray:
+        """Return the diagonal (n_dof,) of the matrix of `data`; ``dof (n_nodes, 6)``."""
+        out, width, graph = np.zeros(dof.shape), np.sum(dof >= 0, axis=1), self.graph
+        place = (graph.indptr, graph.indices, self.column, self.row)
+        in_threads(diagonal, len(self.row), *place, width, data, out)
+        return out[dof >= 0]
+
+    def csr(self, data: np.ndarray) -> csr_array:
+        """Return the matrix; its index arrays are shared."""
+        n = len(self.indptr) - 1
+        return csr_array((data, self.indices, self.indptr), shape=(n, n))
+
+
+def node_graph(connectivity: Iterable[np.ndarray], n_nodes: int) -> csr_array:
+    """Return which nodes share an element, sorted CSR.
+
+    Examples
+    --------
+    >>> node_graph([np.array([[0, 2]])], 3).toarray().astype(int)
+    array([[1, 0, 1], [0, 0, 0], [1, 0, 1]])
+    """
+    total = csr_array((n_nodes, n_nodes), dtype=np.int32)
+    for conn in connectivity:
+        element = np.repeat(np.arange(len(conn)), conn.shape[1])
+        one = np.ones(conn.size, dtype=np.int32)
+        incidence = coo_array((one, (element, conn.ravel())), shape=(len(conn), n_nodes)).tocsr()
+        total = total + incidence.T.tocsr() @ incidence
+    total = total.tocsr()
+    total.sort_indices()
+    return total

@@ -1,0 +1,139 @@
+"""Sums over the elements: K, M, the twelve linear vectors, the mass tensor and the rigid inertia."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from modalprep.fe.assembly.sparsity import Pattern
+from modalprep.fe.elements.block import Block
+from modalprep.fe.elements.kernels import scatter_rows
+from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
+
+ROWS = 2048  # of the basis at a time
+BLOCK = 16  # columns of a basis at a time: products with a sparse matrix are as quick as with all
+
+
+def column_blocks(n: int) -> list[slice]:
+    """Return slices of `BLOCK` columns that cover n.
+
+    Examples
+    --------
+    >>> column_blocks(20)
+    [slice(0, 16, None), slice(16, 32, None)]
+    """
+    return [slice(j, j + BLOCK) for j in range(0, n, BLOCK)]
+
+
+class MassTensor:
+    """``M_ab = int rho N_a^T N_b`` of theory 1.
+
+    Solids have the same shapes for every component, so that one matrix over nodes serves all nine; beams and
+    shells add six matrices over DOFs.
+
+    Parameters
+    ----------
+    dof : (n_nodes, 6) int
+    scalar : (n_nodes, n_nodes) csr or None
+    pairs : {(a, b): (n_dof, n_dof) csr}, a <= b
+    n : int
+        Number of DOFs.
+    exact : bool
+        False where the displacement field was not known (matrix_mass.py).
+    """
+
+    def __init__(self, dof: np.ndarray, scalar: csr_array | None, pairs: dict, n: int, exact: bool = True) -> None:
+        self._dof, self._scalar, self._pairs, self._n, self.exact = dof, scalar, pairs, n, exact
+
+    def __getitem__(self, pair: tuple[int, int]) -> csr_array:
+        """Return ``M_ab (n_dof, n_dof)``, kg and its rotational kin."""
+        a, b = pair
+        if a > b:
+            return self[b, a].T.tocsr()
+        total = self._pairs.get(pair, csr_array((self._n, self._n)))
+        if self._scalar is None:
+            return total
+        pick = [self._translation(c) for c in pair]
+        return (total + pick[0].T @ self._scalar @ pick[1]).tocsr()
+
+    def project(self, Phi: np.ndarray) -> np.ndarray:
+        """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``; needs a third of ``Phi (n_dof, n)`` beside it."""
+        n = Phi.shape[1]
+        P = np.zeros((3, 3, n, n))
+        for (a, b), matrix in self._pairs.items():
+            for J in column_blocks(n):
+                P[a, b][:, J] = Phi.T @ (matrix @ np.ascontiguousarray(Phi[:, J]))
+        if self._scalar is not None:
+            for b in range(3):
+                u = Phi[self._dof[:, b]]  # a node without DOFs (-1) has no entries in the matrix
+                for rows in (slice(r, r + ROWS) for r in range(0, len(u), ROWS)):
+                    force = self._scalar[rows] @ u
+                    for a in range(b + 1):
+                        P[a, b] += Phi[self._dof[rows, a]].T @ force
+        for a, b in PAIRS:
+            P[b, a] = P[a, b].T
+        return P
+
+    def _translation(self, component: int) -> csr_array:
+        """Matrix (n_nodes, n_dof) that picks one displacement component of every node."""
+        nodes = np.flatnonzero(self._dof[:, component] >= 0)
+        place = (nodes, self._dof[nodes, component])
+        return csr_array((np.ones(len(nodes)), place), shape=(len(self._dof), self._n))
+
+
+class Totals:
+    """Accumulates blocks.
+
+    Parameters
+    ----------
+    pattern : Pattern
+        Of every element.
+    thin : Pattern or None
+        Of the elements whose mass needs six matrices; None where the model has none.
+    dof : (n_nodes, 6) int
+    """
+
+    def __init__(self, pattern: Pattern, thin: Pattern | None, dof: np.ndarray) -> None:
+        self.pattern, self.thin, self.dof = pattern, thin, dof
+        self.n = len(pattern.indptr) - 1
+        self.K, self.M = pattern.zeros(), pattern.zeros()
+        self.g, self.h = np.zeros((self.n, 3)), np.zeros((self.n, 9))
+        self.rigid = RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
+        self.scalar: np.ndarray | None = None
+        self.pairs = {ab: thin.zeros() for ab in PAIRS} if thin else {}
+
+    def add(self, block: Block, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
+        """Add one block's stiffness and mass."""
+        if stiffness is not None:
+            self.pattern.add(self.K, block.nodes, stiffness)
+        if mass is None:
+            return
+        self.rigid += mass.rigid
+        self._add_linear(block, mass)
+        if mass.scalar is not None:
+            self.scalar = np.zeros(self.pattern.graph.nnz) if self.scalar is None else self.scalar
+            self.pattern.add_scalar(self.scalar[:, None], block.nodes, mass.scalar[..., None])
+            return
+        self.pattern.add(self.M, block.nodes, mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2])
+        for ab, values in mass.pairs.items():
+            self.thin.add(self.pairs[ab], block.nodes, values)
+
+    def _add_linear(self, block: Block, mass: MassObjects) -> None:
+        dofs = self.dof[block.nodes, : block.components].ravel()
+        scatter_rows(dofs, mass.g.reshape(len(dofs), 3), self.g)
+        scatter_rows(dofs, mass.h.reshape(len(dofs), 9), self.h)
+
+    def mass(self) -> csr_array:
+        """Return M, with the solids' matrix on each displacement component."""
+        if self.scalar is not None:
+            self.pattern.spread(self.M, self.scalar)
+        return self.pattern.csr(self.M)
+
+    def tensor(self) -> MassTensor:
+        """Return the mass tensor."""
+        scalar = None
+        if self.scalar is not None:
+            graph = self.pattern.graph
+            scalar = csr_array((self.scalar, graph.indices, graph.indptr), shape=graph.shape)
+        pairs = {ab: self.thin.csr(data) for ab, data in self.pairs.items()}
+        return MassTensor(self.dof, scalar, pairs, self.n)

@@ -1,0 +1,1 @@
+"""Element families, one a file."""

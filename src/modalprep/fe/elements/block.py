@@ -1,0 +1,42 @@
+"""What assembly asks of every element family."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from modalprep.fe.elements.arms import RotatingArms
+from modalprep.fe.elements.mass import MassObjects
+
+# Stress at the nodes of elements, by place of the section (face of a shell, fibre of a beam; "" where there is only
+# one): names of the components along the axes of the elements' `frame (ne, 3, 3)`, and values (ne, nn, c, k) in Pa.
+NodalStress = dict[str, tuple[tuple[str, ...], np.ndarray]]
+
+
+class Block(Protocol):
+    """Elements of one kind and property: what assembly asks of a family.
+
+    Element matrices are ``(ne, nl, nl)`` with ``nl = nn * components``, node by node, in mesh axes.
+    """
+
+    nodes: np.ndarray  # (ne, nn)
+    components: int  # 3 or 6
+
+    def stiffness(self) -> np.ndarray | None:
+        """Elastic stiffness; None where the family has none."""
+
+    def mass(self) -> MassObjects | None:
+        """Mass objects; None where the family has none."""
+
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
+        """Stiffness of the prestress of the nodal displacements ``d (ne, nl)``."""
+
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Strain energy ``(ne,)`` at finite displacements ``d (ne, nl)``, rotation vectors at the nodes."""
+
+    def rotating_arms(self) -> RotatingArms | None:
+        """Mass beside the nodes that turns with them; None where the family has none."""
+
+    def volume(self) -> np.ndarray:
+        """Volume of material ``(ne,)``, m^3; zero where the family has none."""

@@ -1,0 +1,164 @@
+"""Section of a shell: stiffness A, B, D, transverse shear S and mass per area, classical laminate theory."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.properties.properties import Ply, Shell
+
+
+@dataclass(frozen=True, eq=False)
+class ShellSection:
+    """Stiffness and mass of a shell per area, about its mid-surface, in its material axes.
+
+    Attributes
+    ----------
+    A, B, D : (3, 3)
+        Membrane N/m, coupling N, bending N m; strains ``xx, yy, xy`` (engineering shear).
+    S : (2, 2)
+        Transverse shear ``xz, yz``, N/m.
+    mass, first, second : float
+        ``int rho (1, z, z^2) dz``: kg/m^2, kg/m, kg.
+    third : (3, 3)
+        Third moments ``int Q z^3 dz`` of the moduli, N m^2.
+
+    Examples
+    --------
+    >>> steel = Material(E=200e9, nu=0.3, rho=7800.0)
+    >>> one = shell_section(Shell(material=steel, thickness=0.01))
+    >>> two = shell_section(Shell(plies=(Ply(material=steel, thickness=0.004), Ply(material=steel, thickness=0.006))))
+    >>> all(bool(np.allclose(getattr(one, k), getattr(two, k), atol=1e-3)) for k in ("A", "B", "D", "S"))
+    True
+    """
+
+    A: np.ndarray
+    B: np.ndarray
+    D: np.ndarray
+    S: np.ndarray
+    mass: float
+    first: float
+    second: float
+    third: np.ndarray
+
+
+def shell_section(shell: Shell) -> ShellSection:
+    """Return the section of a homogeneous sheet or a laminate."""
+    return _laminate(shell) if shell.plies else _sheet(shell)
+
+
+def _sheet(shell: Shell) -> ShellSection:
+    t, rho = shell.thickness, shell.material.rho
+    bending, shear = shell.bending_material or shell.material, shell.shear_material or shell.material
+    return ShellSection(
+        A=t * plane_stress(shell.material),
+        B=np.zeros((3, 3)),
+        D=t**3 / 12 * shell.bending_ratio * plane_stress(bending),
+        S=shell.shear_ratio * t * _shear_moduli(shear),
+        mass=rho * t + shell.nsm,
+        first=0.0,
+        second=rho * t**3 / 12,
+        third=np.zeros((3, 3)),
+    )
+
+
+def faces(shell: Shell) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return, of the top and the bottom face, moduli ``(3, 3)`` of membrane strain (Pa) and of curvature (Pa m).
+
+    ``xx, yy, xy`` in material axes; those of a laminate are of its outermost plies.
+
+    Examples
+    --------
+    >>> stretched, bent = faces(Shell(material=Material(E=200e9, nu=0.0, rho=1.0), thickness=0.01))["bottom"]
+    >>> stretched[0], bent[0]
+    (array([2.e+11, 0.e+00, 0.e+00]), array([-1.e+09, -0.e+00, -0.e+00]))
+    """
+    if not shell.plies:
+        stretched, bent = (plane_stress(m) for m in (shell.material, shell.bending_material or shell.material))
+        return {"top": (stretched, shell.thickness / 2 * bent), "bottom": (stretched, -shell.thickness / 2 * bent)}
+    half = sum(ply.thickness for ply in shell.plies) / 2
+    Q = [turned(plane_stress(ply.material), ply.angle) for ply in (shell.plies[-1], shell.plies[0])]
+    return {"top": (Q[0], half * Q[0]), "bottom": (Q[1], -half * Q[1])}
+
+
+def _laminate(shell: Shell) -> ShellSection:
+    t = np.array([ply.thickness for ply in shell.plies])
+    z = np.concatenate([[0.0], np.cumsum(t)]) - t.sum() / 2
+    Q = np.array([turned(plane_stress(ply.material), ply.angle) for ply in shell.plies])
+    rho = np.array([ply.material.rho for ply in shell.plies])
+    moment = [(z[1:] ** k - z[:-1] ** k) / k for k in (1, 2, 3, 4)]
+    A, B, D, F = (np.einsum("p,pab->ab", m, Q) for m in moment)
+    mass, first, second = (float(rho @ m) for m in moment[:3])
+    return ShellSection(A, B, D, _laminate_shear(shell.plies, Q, z), mass + shell.nsm, first, second, F)
+
+
+def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Shear stiffness from the energy of the shear stress that equilibrium asks for in cylindrical bending.
+
+    ``S = D^2 / int g^2 / G dz`` with ``g(z) = int Q (z - z_n) dz`` from the bottom; a homogeneous sheet gives
+    5/6 G t exactly, a sandwich the stiffness of its core.
+    """
+    G = np.array([turned_shear(_shear_moduli(ply.material), ply.angle) for ply in plies])
+    S = np.zeros((2, 2))
+    for a in range(2):
+        S[a, a] = _energy_shear(Q[:, a, a], 1 / np.linalg.inv(G)[:, a, a], z)
+    plain = np.einsum("p,pab->ab", np.diff(z), G)
+    S[0, 1] = S[1, 0] = plain[0, 1] * np.sqrt(S[0, 0] * S[1, 1] / (plain[0, 0] * plain[1, 1]))
+    return S
+
+
+def _energy_shear(Q: np.ndarray, G: np.ndarray, z: np.ndarray) -> float:
+    neutral = Q @ (z[1:] ** 2 - z[:-1] ** 2) / 2 / (Q @ np.diff(z))
+    low, high = z[:-1] - neutral, z[1:] - neutral
+    D = Q @ (high**3 - low**3) / 3
+    before = np.concatenate([[0.0], np.cumsum(Q * (high**2 - low**2) / 2)])[:-1]
+    point, weight = np.polynomial.legendre.leggauss(3)  # g^2 is of degree 4
+    at = (low + high)[:, None] / 2 + np.outer(high - low, point) / 2
+    g = before[:, None] + Q[:, None] * (at**2 - low[:, None] ** 2) / 2
+    return float(D**2 / np.sum((high - low) / 2 / G * (g**2 @ weight)))
+
+
+def plane_stress(material: Material | Orthotropic) -> np.ndarray:
+    """Return the plane-stress moduli ``(3, 3)`` in Pa of ``xx, yy, xy``, material axes."""
+    if isinstance(material, Material):
+        E, nu = material.E, material.nu
+        return E / (1 - nu**2) * np.array([[1, nu, 0], [nu, 1, 0], [0, 0, (1 - nu) / 2]])
+    m = material
+    nu21 = m.nu12 * m.E2 / m.E1
+    Q = np.array([[m.E1, m.nu12 * m.E2, 0], [m.nu12 * m.E2, m.E2, 0], [0, 0, 0]]) / (1 - m.nu12 * nu21)
+    Q[2, 2] = m.G12
+    return Q
+
+
+def _shear_moduli(material: Material | Orthotropic) -> np.ndarray:
+    if isinstance(material, Material):
+        return material.G * np.eye(2)
+    return np.diag([material.G13, material.G23])
+
+
+def turned(Q: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+    """Return plane moduli ``(..., 3, 3)`` in axes from which the material axes are turned by `angle` (rad)."""
+    T = strain_rotation(angle)
+    return np.swapaxes(T, -1, -2) @ Q @ T
+
+
+def turned_shear(G: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+    """Return shear moduli ``(..., 2, 2)`` in axes from which the material axes are turned by `angle` (rad)."""
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (-2, -1))
+    return np.swapaxes(R, -1, -2) @ G @ R
+
+
+def strain_rotation(angle: np.ndarray | float) -> np.ndarray:
+    """Return ``(..., 3, 3)``: strains ``xx, yy, xy`` to those in axes turned by `angle` (rad).
+
+    Examples
+    --------
+    >>> np.round(strain_rotation(np.pi / 2) @ [1.0, 2.0, 3.0], 12)
+    array([ 2.,  1., -3.])
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
+    return np.moveaxis(T, (0, 1), (-2, -1))

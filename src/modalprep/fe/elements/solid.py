@@ -1,0 +1,244 @@
+"""Isotropic solids: tetrahedra, wedges and hexahedra, isoparametric; the 8-node hexahedron with incompatible modes.
+
+Linear hexahedra lock in bending; nine internal DOFs on the shapes ``1 - xi^2`` (Wilson), with their gradients
+taken at the element's centre (Taylor) so that the patch test holds, cure it. They are condensed per element and
+kept for the recovery of stress.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.elements.block import NodalStress
+from modalprep.fe.elements.kernels import elastic, gradients, in_threads, isotropic_stress, measures, stress_stiffness
+from modalprep.fe.elements.mass import MassObjects, rigid_from_samples
+from modalprep.fe.mesh.reference_cells import NODES, node_coordinates, quadrature, shapes, shapes_at
+from modalprep.fe.properties.properties import Solid
+
+# Degrees of quadrature: stiffness, stiffness of curved elements, mass. Rules of positive weights only.
+DEGREE = {
+    "tetra": (1, 1, 2),
+    "tetra10": (2, 6, 5),
+    "wedge": (2, 2, 4),
+    "hexahedron": (3, 3, 5),
+    "hexahedron20": (5, 5, 5),
+    "hexahedron27": (5, 5, 7),
+}
+SIX = ("xx", "yy", "zz", "xy", "yz", "xz")  # components of stress
+STRAIGHT = 1e-9  # mid nodes off the middle of their edges, over the size of the element
+PRESTRESS = {"tetra10": 3}  # degree for Kg of straight elements: linear stress times linear gradients squared
+
+
+@dataclass(frozen=True, eq=False)
+class SolidBlock:
+    """Solid elements of one kind and property.
+
+    Attributes
+    ----------
+    kind : str
+    nodes : (ne, nn) int
+        meshio's node order.
+    x : (ne, nn, 3)
+        Node positions in the model's frame, m.
+    """
+
+    components = 3
+    kind: str
+    section: Solid
+    nodes: np.ndarray
+    x: np.ndarray
+
+    @classmethod
+    def build(cls, kind, points, nodes, section, data, origin) -> SolidBlock:
+        """Take the elements ``nodes (ne, nn)`` at ``points (n, 3)`` (mesh axes); `origin` is the model's origin.
+
+        Raises
+        ------
+        InputError
+            When an element is inverted or flat.
+        """
+        block = cls(kind, section, nodes, points[nodes] - origin)
+        block._refuse_bad_shape(origin)
+        return block
+
+    @cached_property
+    def degree(self) -> int:
+        """Degree of the stiffness quadrature: more for curved elements."""
+        return DEGREE[self.kind][0 if self._straight() else 1]
+
+    def gradients(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return ``grad (ne, nq, nn, 3)`` and ``dx (ne, nq)``."""
+        _, dN, weight = shapes(self.kind, degree)
+        return self._map(dN, weight)
+
+    def _map(self, dN: np.ndarray, weight: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        grad = np.empty((len(self.x), *dN.shape))
+        dx = np.empty(grad.shape[:2])
+        in_threads(gradients, len(self.x), self.x, dN, weight, grad, dx)
+        return grad, dx
+
+    def _measure(self, dN: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        dx = np.empty((len(self.x), len(dN)))
+        in_threads(measures, len(self.x), self.x, dN, weight, dx)
+        return dx
+
+    def stiffness(self) -> np.ndarray:
+        """Elastic stiffness ``(ne, 3 nn, 3 nn)``, internal DOFs condensed."""
+        grad, dx = self.gradients(self.degree)
+        if self.kind != "hexahedron":
+            return self._elastic(grad, dx)
+        K = self._elastic(self._widened(grad, self.degree), dx)
+        G = _internal(K, 24)
+        K = K[:, :24, :24] + K[:, :24, 24:] @ G
+        return (K + K.transpose(0, 2, 1)) / 2
+
+    def _elastic(self, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        mat = self.section.material
+        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
+        K = np.empty((len(dx), 3 * grad.shape[2], 3 * grad.shape[2]))
+        in_threads(elastic, len(dx), np.ascontiguousarray(grad), dx, lam, mat.G, K)
+        return K
+
+    def _widened(self, grad: np.ndarray, degree: int) -> np.ndarray:
+        """Gradients and those ``(ne, nq, 3, 3)`` of the three internal shapes, mapped by the Jacobian of the centre."""
+        X = quadrature("hexahedron", degree)[0]
+        centre = shapes_at("hexahedron", np.full((3, 1), 0.5))[1]
+        det0 = self._map(centre, np.ones(1))[1]
+        inverse = np.linalg.inv(np.einsum("eia,ib->eab", self.x, centre[0]))
+        det = self._map(shapes_at("hexahedron", X)[1], np.ones(X.shape[1]))[1]
+        slope = np.einsum("kq,eka->eqka", 4 - 8 * X, inverse)  # of 4 xi (1 - xi)
+        return np.concatenate([grad, slope * (det0 / det)[:, :, None, None]], axis=2)
+
+    def mass(self) -> MassObjects:
+        """Every mass object of theory 1; one scalar matrix serves all components."""
+        N, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        dx = self._measure(dN, weight)
+        rho = self.section.material.rho * dx
+        ne, nn = self.nodes.shape
+        products = np.einsum("qi,qj->qij", N, N).reshape(len(N), -1)
+        scalar = (rho @ products).reshape(ne, nn, nn)
+        position = np.einsum("qi,eia->eqa", N, self.x, optimize=True)
+        first = rho @ N
+        moment = np.einsum("eq,qi,eqb->eib", rho, N, position, optimize=True)
+        g, h = np.zeros((ne, nn, 3, 3)), np.zeros((ne, nn, 3, 3, 3))
+        for a in range(3):
+            g[:, :, a, a] = first
+            h[:, :, a, a] = moment
+        rigid = rigid_from_samples(rho, np.ones(len(N)), position)
+        scalar = (scalar + scalar.transpose(0, 2, 1)) / 2
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), scalar, {}, rigid)
+
+    def volume(self) -> np.ndarray:
+        """Volume ``(ne,)``, m^3."""
+        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        return self._measure(dN, weight).sum(axis=1)
+
+    def geometric_stiffness(self, d: np.ndarray) -> np.ndarray:
+        """`geometric_scalar` on each displacement component, ``(ne, 3 nn, 3 nn)``."""
+        ne, nn = self.nodes.shape
+        scalar = self.geometric_scalar(d.reshape(ne, nn, 3, 1))[..., 0]
+        K = np.zeros((ne, nn, 3, nn, 3))
+        for a in range(3):
+            K[:, :, a, :, a] = scalar
+        return K.reshape(ne, 3 * nn, 3 * nn)
+
+    def geometric_scalar(self, d: np.ndarray) -> np.ndarray:
+        """``int sigma_kl N_I,k N_J,l (ne, nn, nn, k)``; sigma from each of the displacements ``d (ne, nn, 3, k)``."""
+        degree = max(self.degree, PRESTRESS.get(self.kind, 0))
+        grad, dx = self.gradients(degree)
+        S = np.empty((*self.nodes.shape, *d.shape[1::2]))
+        in_threads(stress_stiffness, len(d), grad, self._stress(d, grad, dx, degree), dx, S)
+        return S
+
+    def energy(self, d: np.ndarray) -> np.ndarray:
+        """Return the energy ``(ne,)`` of Green's strain at finite displacements ``d (ne, 3 nn)``.
+
+        The internal shapes of the eight-node hexahedron enter the linear strain only.
+        """
+        degree = max(self.degree, PRESTRESS.get(self.kind, 0))
+        grad, dx = self.gradients(degree)
+        u = d.reshape(*self.nodes.shape, 3)
+        H = np.einsum("eia,eqib->eqab", u, grad, optimize=True)
+        bent = np.swapaxes(H, 2, 3) @ H / 2
+        linear = self._stress(u[..., None], grad, dx, degree)[..., 0]
+        mat = self.section.material
+        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
+        quadratic = lam * np.einsum("eqaa->eq", bent) ** 2 / 2 + mat.G * np.einsum("eqab,eqab->eq", bent, bent)
+        cubic = np.einsum("eqab,eqab->eq", linear, bent)
+        elastic = np.einsum("ei,eij,ej->e", d, self.stiffness(), d) / 2
+        return elastic + np.sum((cubic + quadratic) * dx, axis=1)
+
+    def rotating_arms(self) -> None:
+        """None: the nodes of solids do not turn."""
+
+    def stress(self, d: np.ndarray) -> np.ndarray:
+        """Cauchy stress ``(ne, nq, 3, 3, k)``, Pa, at the quadrature points for displacements ``d (ne, nn, 3, k)``."""
+        return self._stress(d, *self.gradients(self.degree), self.degree)
+
+    @property
+    def frame(self) -> np.ndarray:
+        """(ne, 3, 3) axes of the components of stress: of the mesh."""
+        return np.tile(np.eye(3), (len(self.nodes), 1, 1))
+
+    def nodal_stress(self, d: np.ndarray) -> NodalStress:
+        """Stress at the nodes of each element for displacements ``d (ne, 3 nn, k)``, mesh axes."""
+        d = d.reshape(*self.nodes.shape, 3, -1)
+        grad, dx = self.gradients(NODES)
+        if self.kind == "hexahedron":
+            inside, weight = self.gradients(self.degree)
+            d = self._with_internal(d, self._widened(inside, self.degree), weight)
+            grad = self._widened(grad, NODES)
+        sigma = self._cauchy(d, grad, dx)
+        values = np.stack([sigma[:, :, "xyz".index(a), "xyz".index(b)] for a, b in SIX], axis=2)
+        return {"": (SIX, values)}
+
+    def _stress(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray, degree: int) -> np.ndarray:
+        if self.kind == "hexahedron":
+            grad = self._widened(grad, degree)
+            d = self._with_internal(d, grad, dx)
+        return self._cauchy(d, grad, dx)
+
+    def _with_internal(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        """Displacements ``(ne, nn + 3, 3, k)`` with the internal ones that `_widened` gradients at a rule condense."""
+        internal = _internal(self._elastic(grad, dx), 24) @ d.reshape(len(d), 24, -1)
+        return np.concatenate([d, internal.reshape(len(d), 3, 3, -1)], axis=1)
+
+    def _cauchy(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
+        mat, sigma = self.section.material, np.empty((*dx.shape, 3, 3, d.shape[3]))
+        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
+        in_threads(isotropic_stress, len(d), grad, np.ascontiguousarray(d), lam, mat.G, sigma)
+        return sigma
+
+    def piece(self, some: slice | np.ndarray) -> SolidBlock:
+        """Return the block of `some` of the elements."""
+        return replace(self, nodes=self.nodes[some], x=self.x[some])
+
+    def _straight(self) -> bool:
+        at = node_coordinates(self.kind)
+        corners = {"tetra10": 4}.get(self.kind)
+        if corners is None:
+            return True
+        N = shapes_at("tetra", at[corners:].T)[0]
+        off = np.abs(self.x[:, corners:] - N @ self.x[:, :corners]).max(axis=(1, 2))
+        return bool(np.all(off <= STRAIGHT * np.ptp(self.x, axis=1).max(axis=1)))
+
+    def _refuse_bad_shape(self, origin: np.ndarray) -> None:
+        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        dx = self._measure(dN, weight)
+        size = np.ptp(self.x, axis=1).max(axis=1) ** 3
+        flat = np.abs(dx).sum(axis=1) <= 1e-11 * size
+        for bad, what in ((flat, "flat"), (np.any(dx <= 0, axis=1), "inverted")):
+            if np.any(bad):
+                at = ", ".join(f"{v:.4g}" for v in self.x[np.argmax(bad)].mean(axis=0) + origin)
+                raise InputError(
+                    f"{bad.sum()} of {len(bad)} solid elements are {what}, the first near ({at}) m; repair the mesh"
+                )
+
+
+def _internal(K: np.ndarray, n: int) -> np.ndarray:
+    """Return ``-K_bb^-1 K_ba (ne, nb, n)``: internal DOFs per nodal DOF."""
+    return -np.linalg.solve(K[:, n:, n:], K[:, n:, :n])

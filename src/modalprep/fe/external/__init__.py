@@ -1,0 +1,1 @@
+"""Finite-element models of matrices that other programs assembled."""

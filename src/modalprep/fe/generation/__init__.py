@@ -1,0 +1,1 @@
+"""Meshes of parametric shapes, by gmsh."""

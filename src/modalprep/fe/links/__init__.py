@@ -1,0 +1,1 @@
+"""Rigid and averaging links, and the interfaces of a body."""

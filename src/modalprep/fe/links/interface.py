@@ -1,0 +1,172 @@
+"""Interfaces: 6-DOF frames where a body meets its neighbours, and connections that tie node sets to new nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.mesh.mesh import Link, Mesh, cell_dimension
+from modalprep.fe.mesh.select import NodeSet
+from modalprep.suggest import refuse_unknown
+
+Vector = tuple[float, float, float]
+Tie = Literal["rbe2", "rbe3"]
+Kind = Literal["node", Tie]
+Boundary = Literal["fixed", "free"]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Interface(NodeSet):
+    """What the user asks for: a node set (select.py) and how a frame is made of it.
+
+    Attributes
+    ----------
+    kind : {"node", "rbe2", "rbe3"}
+        One node's own six DOFs; a massless frame tied rigidly to every node of the set; or one that moves with
+        their mean motion and spreads its load over them without stiffening them.
+    boundary : {"fixed", "free"}
+        Fixed: its six DOFs are kept in the reduction as constraint modes (Craig-Bampton). Free: it moves with
+        the modes, as the tip of a cantilever does. The root is always fixed.
+    position : (3,) or None
+        m, in mesh coordinates; None takes the node, or the centroid of the group's surface or nodes.
+
+    Examples
+    --------
+    >>> Interface(group="bolt_a").kind
+    'rbe2'
+    """
+
+    kind: Kind = "rbe2"
+    boundary: Boundary = "fixed"
+    position: Vector | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse other kinds and boundaries."""
+        super().__post_init__()
+        refuse_unknown(self.kind, get_args(Kind), f"interface at {self}: kind")
+        refuse_unknown(self.boundary, get_args(Boundary), f"interface at {self}: boundary")
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Connection(NodeSet):
+    """A new node tied to a node set, for a mass, a spring or a beam to sit on.
+
+    Attributes
+    ----------
+    kind : {"rbe2", "rbe3"}
+    position : (3,) or None
+        m, in mesh coordinates; None takes the centroid.
+
+    Examples
+    --------
+    >>> Connection(group="ring").kind
+    'rbe3'
+    """
+
+    kind: Tie = "rbe3"
+    position: Vector | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse other kinds."""
+        super().__post_init__()
+        refuse_unknown(self.kind, get_args(Tie), f"connection at {self}: kind")
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class InterfaceFrame:
+    """An interface placed in a model.
+
+    Attributes
+    ----------
+    name : str
+    position : (3,)
+        m, in the model's frame.
+    dofs : (6,) int
+        Its three translations and three rotations among the model's DOFs.
+    nodes : (k,) int
+        Nodes tied to it; empty for kind ``node``.
+    boundary : str
+    """
+
+    name: str
+    position: np.ndarray
+    dofs: np.ndarray
+    nodes: np.ndarray
+    boundary: str
+
+
+def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, nodes: np.ndarray) -> np.ndarray:
+    """Return where the frame sits: given, the single node, or the centroid of the group (m, mesh coordinates).
+
+    Raises
+    ------
+    InputError
+        When kind ``node`` meets a set of several nodes.
+    """
+    if spec.kind == "node" and len(nodes) != 1:
+        raise InputError(
+            f"interface {name!r} is of kind 'node' but {spec} has {len(nodes)} nodes; "
+            "use kind = 'rbe2' or a group with one node"
+        )
+    if spec.position is not None and spec.kind != "node":
+        return np.asarray(spec.position, dtype=float)
+    group = mesh.group(spec.group) if spec.group else {}
+    surfaces = [c[:, list(t)] for kind, c in group.items() if cell_dimension(kind) == 2 for t in _triangles(kind)]
+    if not surfaces:
+        return mesh.points[nodes].mean(axis=0)
+    corners = mesh.points[np.concatenate(surfaces)]
+    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    return area @ corners.mean(axis=1) / area.sum()
+
+
+def _triangles(kind: str) -> list[tuple[int, int, int]]:
+    """Corners of the triangles that a surface cell is made of."""
+    return [(0, 1, 2), (0, 2, 3)] if kind.startswith("quad") else [(0, 1, 2)]
+
+
+def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) -> Mesh:
+    """Return the mesh with one new node per connection, in a group of the connection's name.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    connections : {name: Connection}
+    used : (k,) int
+        Nodes that elements use.
+
+    Raises
+    ------
+    InputError
+        When a node set is empty.
+    """
+    points, links, groups = [mesh.points], list(mesh.links), dict(mesh.groups)
+    vertices = mesh.cells.get("vertex", np.zeros((0, 1), dtype=int))
+    for k, (name, spec) in enumerate(connections.items()):
+        nodes = spec.nodes(mesh, used)
+        node = len(mesh.points) + k
+        points.append(interface_position(mesh, name, spec, nodes)[None])
+        groups[name] = {"vertex": np.array([len(vertices)])}
+        vertices = np.concatenate([vertices, [[node]]])
+        links.append(Link(kind=spec.kind, node=node, nodes=nodes, weights=np.ones(len(nodes))))
+    cells = {**mesh.cells, "vertex": vertices} if len(vertices) else mesh.cells
+    return mesh.with_(points=np.concatenate(points), cells=cells, groups=groups, links=tuple(links))
+
+
+def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Return the stiffness (..., 3, 3) that forces on the far ends of rigid links add to the rotations of their frame.
+
+    A link end moves by ``theta x r + theta x (theta x r) / 2``; a force on it (from the frame, ``(..., k, 3)`` N)
+    does work on the second-order part: ``theta^T [ (f r^T + r f^T)/2 - (f.r) I ] theta / 2``.
+
+    Examples
+    --------
+    >>> pull = link_geometric_stiffness(np.array([[1.0, 0, 0]]), np.array([[-2.0, 0, 0]]))
+    >>> pull.diagonal()  # tension on a link of 2 m that trails behind: a pendulum of stiffness f r
+    array([0., 2., 2.])
+    """
+    fr = np.einsum("...ka,...kb->...ab", force, arm)
+    trace = np.trace(fr, axis1=-2, axis2=-1)[..., None, None]
+    return (fr + np.swapaxes(fr, -1, -2)) / 2 - trace * np.eye(3)

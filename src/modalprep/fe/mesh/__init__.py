@@ -1,0 +1,1 @@
+"""Meshes: points, cells, node sets, reference cells."""

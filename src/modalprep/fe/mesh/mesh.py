@@ -1,0 +1,130 @@
+"""Meshes: points, cells, named groups, and what a deck says of its elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.properties.properties import Property
+from modalprep.records import Record
+from modalprep.suggest import suggestion
+
+DIMENSION = {
+    "vertex": 0,
+    "line": 1,
+    "triangle": 2,
+    "quad": 2,
+    "tetra": 3,
+    "hexahedron": 3,
+    "wedge": 3,
+    "pyramid": 3,
+}
+
+
+def cell_dimension(kind: str) -> int:
+    """Return the dimension of a meshio cell type: 0 point, 1 line, 2 surface, 3 volume.
+
+    Examples
+    --------
+    >>> cell_dimension("tetra10"), cell_dimension("line")
+    (3, 1)
+    """
+    return DIMENSION.get(kind.rstrip("0123456789"), 3)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Link(Record):
+    """A rigid or an averaging element between mesh nodes.
+
+    Attributes
+    ----------
+    kind : {"rbe2", "rbe3"}
+        rbe2: `nodes` follow `node` rigidly. rbe3: `node` moves with the weighted mean motion of `nodes`.
+    node : int
+    nodes : (k,) int
+    components : (6,) bool
+        rbe2: which DOFs of `nodes` follow. rbe3: which DOFs of `node` follow.
+    weights : (k,) float
+        rbe3 only.
+    """
+
+    kind: str
+    node: int
+    nodes: np.ndarray
+    components: np.ndarray = field(default_factory=lambda: np.ones(6, dtype=bool))
+    weights: np.ndarray = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mesh(Record):
+    """A mesh with named groups.
+
+    Attributes
+    ----------
+    points : (n_points, 3) float
+        m.
+    cells : {cell type: (n_cells, n_nodes) int}
+        meshio's cell types and node order.
+    groups : {name: {cell type: (k,) int}}
+        Rows of ``cells`` that belong to each named group.
+    source, sha256 : str
+        The file it came from and the hash of its bytes; empty for a mesh made in memory.
+    scale : float
+        m per unit of length of the file.
+    labels : (n_points,) int
+        The file's own node numbers; empty counts from 1.
+    properties : {group: Property}
+        Sections that the file carries, SI.
+    links : tuple of Link
+        Rigid and averaging elements that the file carries.
+    data : {name: {cell type: (n_cells, ...) float}}
+        Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
+        beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
+        rows e1, e2, e3 of a spring.
+    notes : tuple of str
+        What the reader left out, for the user.
+
+    Examples
+    --------
+    >>> mesh = Mesh(points=np.eye(3), cells={"line": np.array([[0, 1], [1, 2]])},
+    ...             groups={"beam": {"line": np.array([0, 1])}})
+    >>> mesh.nodes("beam")
+    array([0, 1, 2])
+    """
+
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    groups: dict[str, dict[str, np.ndarray]]
+    source: str = ""
+    sha256: str = ""
+    scale: float = 1.0
+    labels: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
+    properties: dict[str, Property] = field(default_factory=dict)
+    links: tuple[Link, ...] = ()
+    data: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def group(self, name: str) -> dict[str, np.ndarray]:
+        """Return the connectivity of a group, ``{cell type: (k, n_nodes)}``.
+
+        Raises
+        ------
+        InputError
+            When the mesh has no such group; the sentence lists those it has.
+        """
+        if name not in self.groups:
+            raise InputError(
+                f"mesh {self.source or 'in memory'} has no group {name!r}; {suggestion(name, self.groups, 'it has')}"
+            )
+        return {kind: self.cells[kind][rows] for kind, rows in self.groups[name].items() if len(rows)}
+
+    def nodes(self, name: str) -> np.ndarray:
+        """Return the sorted node numbers of a group."""
+        return np.unique(np.concatenate([c.ravel() for c in self.group(name).values()]))
+
+    def __repr__(self) -> str:
+        """Counts and group names."""
+        counts = ", ".join(f"{len(c)} {kind}" for kind, c in self.cells.items())
+        return f"Mesh({len(self.points)} points, {counts}; groups {', '.join(self.groups)})"

@@ -1,0 +1,1 @@
+"""What a mesh group is made of: materials, sections, properties."""

@@ -1,0 +1,1 @@
+"""Mesh files and decks of other programs."""

@@ -1,0 +1,108 @@
+"""The mesh of a Nastran deck while it grows, card by card."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.mesh.mesh import Link, Mesh
+from modalprep.fe.properties.properties import Property
+from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.nastran.grids import Grids, Tables
+from modalprep.fe.readers.nastran.materials import Shop, Units
+from modalprep.fe.readers.nastran.properties import BUILDERS, bar
+from modalprep.fe.readers.nastran.sections import SECTIONS
+
+SECTION_FAMILIES = ("shell", "bar", "beam", "rod", "solid", "bush", "elas")
+
+
+class Builder:
+    """The mesh while it grows, card by card."""
+
+    def __init__(self, tables: Tables, grids: Grids, units: Units) -> None:
+        self.tables, self.grids, self.units = tables, grids, units
+        self.shop = Shop(units, tables.get("material", {}))
+        self.bare = not any(tables.get(family) for family in SECTION_FAMILIES)  # a mesh without sections
+        self.cells: dict[str, list[list[int]]] = {}
+        self.groups: dict[str, dict[str, list[int]]] = {}
+        self.properties: dict[str, Property] = {}
+        self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
+        self.links: list[Link] = []
+        self.seen: dict[tuple[str, int], Card] = {}
+        self.built: dict[tuple[str, int], str] = {}
+        self.twist: dict[str, float] = {}
+
+    def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
+        """Read an element card by its handler; a card that came before with the same content is passed over."""
+        known = self.seen.setdefault((card.name, card.id), card)
+        if known is not card:
+            if known.fields != card.fields:
+                raise card.error(f"another {card.name} in line {known.line} has this id; keep one of the two")
+            return
+        try:
+            handler(self, card)
+        except ArithmeticError:
+            raise card.error("its numbers or those of its property overflow; correct them") from None
+
+    def cell(self, card: Card, kind: str, nodes: list[int], group: str) -> int:
+        """Append a cell to a group and return its row."""
+        if len(set(nodes)) < len(nodes):
+            raise card.error("it names a grid twice; give every corner its own grid")
+        rows = self.cells.setdefault(kind, [])
+        rows.append(nodes)
+        self.groups.setdefault(group, {}).setdefault(kind, []).append(len(rows) - 1)
+        return len(rows) - 1
+
+    def put(self, name: str, kind: str, row: int, value: np.ndarray | float) -> None:
+        """Set a value that one cell has for itself."""
+        self.data.setdefault((name, kind), {})[row] = np.asarray(value)
+
+    def section(self, card: Card, family: str) -> str:
+        """Return the group of the property in field 1 of an element; the property is built once."""
+        number = card.integer(1, "PID", card.id, lowest=1)
+        if (family, number) not in self.built:
+            self.built[family, number] = self._built(card, family, number)
+        return self.built[family, number]
+
+    def _built(self, card: Card, family: str, number: int) -> str:
+        if self.bare:
+            return f"p{family}_{number}"
+        source = self.tables.get(family, {}).get(number)
+        if source is None:
+            raise card.error(f"property {number} is not in the deck; add its P{family.upper()} card")
+        name = f"{source.name.lower()}_{number}"
+        if source.name in SECTIONS:
+            section = SECTIONS[source.name](self.shop, source)
+            self.properties[name], self.twist[name] = bar(self.shop, source, section), section.turned[2]
+        else:
+            self.properties[name] = BUILDERS[source.name](self.shop, source)
+        return name
+
+    def mesh(self, path: Path, sha256: str, notes: list[str]) -> Mesh:
+        """Return the finished mesh."""
+        if not any(kind != "vertex" for kind in self.cells):
+            raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
+        if self.bare:
+            notes.append("the deck has no property cards; its groups have no sections")
+        data: dict[str, dict[str, np.ndarray]] = {}
+        for (name, kind), values in self.data.items():
+            blank = 0.0 if name == "ends" else np.nan
+            table = np.full((len(self.cells[kind]), *next(iter(values.values())).shape), blank)
+            table[list(values)] = list(values.values())
+            data.setdefault(name, {})[kind] = table
+        return Mesh(
+            points=self.grids.points * self.units.length,
+            cells={kind: np.array(rows) for kind, rows in self.cells.items()},
+            groups={n: {kind: np.array(rows) for kind, rows in g.items()} for n, g in self.groups.items()},
+            source=path.name,
+            sha256=sha256,
+            scale=self.units.length,
+            labels=self.grids.ids,
+            properties=self.properties,
+            links=tuple(self.links),
+            data=data,
+            notes=(*notes, *self.shop.notes),
+        )

@@ -1,0 +1,161 @@
+"""Nastran grids and coordinate systems to basic coordinates (deck units)."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.readers.nastran.cards import Card
+
+Tables = dict[str, dict[int, Card]]
+
+
+@dataclass(slots=True)
+class System:
+    """A coordinate system: kind R, C or S, origin and rows e1, e2, e3 in basic coordinates (deck units)."""
+
+    kind: str
+    origin: np.ndarray
+    axes: np.ndarray
+
+    def to_basic(self, x: np.ndarray) -> np.ndarray:
+        """Return basic coordinates of ``x (n, 3)``; angles of C and S are degrees.
+
+        Examples
+        --------
+        >>> System("C", np.zeros(3), np.eye(3)).to_basic(np.array([[2.0, 90.0, 5.0]])).round(12)
+        array([[0., 2., 5.]])
+        """
+        if self.kind == "C":
+            angle = np.radians(x[:, 1])
+            x = np.stack([x[:, 0] * np.cos(angle), x[:, 0] * np.sin(angle), x[:, 2]], axis=1)
+        elif self.kind == "S":
+            r, polar, around = x[:, 0], np.radians(x[:, 1]), np.radians(x[:, 2])
+            across = r * np.sin(polar)
+            x = np.stack([across * np.cos(around), across * np.sin(around), r * np.cos(polar)], axis=1)
+        return self.origin + x @ self.axes
+
+    def at(self, point: np.ndarray) -> np.ndarray:
+        """Return the rows e1, e2, e3 that hold at a basic ``point (3,)``: those of r, theta, z in a cylinder."""
+        if self.kind == "R":
+            return self.axes
+        x, y, z = self.axes @ (point - self.origin)
+        around, across = math.atan2(y, x), math.hypot(x, y)
+        radial = np.array([math.cos(around), math.sin(around), 0.0])
+        tangent = np.array([-radial[1], radial[0], 0.0])
+        if self.kind == "C":
+            return np.array([radial, tangent, [0.0, 0.0, 1.0]]) @ self.axes
+        polar, up = math.atan2(across, z), np.array([0.0, 0.0, 1.0])
+        outward = math.sin(polar) * radial + math.cos(polar) * up
+        return np.array([outward, math.cos(polar) * radial - math.sin(polar) * up, tangent]) @ self.axes
+
+
+BASIC = System("R", np.zeros(3), np.eye(3))
+
+
+def system_from_points(card: Card, points: np.ndarray) -> System:
+    """Return the system with origin A, z axis towards B and C in its x-z plane; ``points (3, 3)`` basic."""
+    z, c = points[1] - points[0], points[2] - points[0]
+    y = np.cross(z, c)
+    if not np.linalg.norm(y) > 1e-12 * np.linalg.norm(z) * np.linalg.norm(c):
+        raise card.error("its three points lie on one line; move the third into the x-z plane")
+    z, y = z / np.linalg.norm(z), y / np.linalg.norm(y)
+    return System(card.name[-1], points[0], np.array([np.cross(y, z), y, z]))
+
+
+class Grids:
+    """Positions of the grids in basic coordinates (deck units) and the coordinate systems.
+
+    Attributes
+    ----------
+    ids : (n,) int
+        Ascending.
+    points : (n, 3) float
+    systems : {id: System}
+    """
+
+    def __init__(self, path: Path, tables: Tables) -> None:
+        cards = [card for _, card in sorted(tables.get("grid", {}).items())]
+        if not cards:
+            raise InputError(f"{path.name}: the deck has no GRID; give a Nastran bulk data deck with its nodes")
+        default = list(tables.get("GRDSET", {}).values())[-1:]
+        cp, cd = (default[0].integer(k, "CP or CD", 0) if default else 0 for k in (1, 5))
+        self.cards = cards
+        self.ids = np.array([card.id for card in cards])
+        self.row = {number: i for i, number in enumerate(self.ids.tolist())}
+        self.cp = np.array([card.integer(1, "CP", cp, lowest=0) for card in cards])
+        self.cd = np.array([card.integer(5, "CD", cd, lowest=0) for card in cards])
+        self.points = np.array([[card.real(k, f"X{k - 1}", 0.0) for k in (2, 3, 4)] for card in cards])
+        self.fixed = [i for i, card in enumerate(cards) if card.text(6) not in ("", "0")]
+        self.scalar = _scalar_points(tables)
+        self.systems = {0: BASIC}
+        self._place(0)
+        self._resolve(dict(tables.get("system", {})))
+        for used in (self.cp, self.cd):
+            for i in np.flatnonzero(~np.isin(used, list(self.systems))):
+                raise cards[i].error(f"coordinate system {used[i]} is not in the deck; add its CORD2R card")
+
+    def _place(self, number: int) -> None:
+        rows = np.flatnonzero(self.cp == number)
+        self.points[rows] = self.systems[number].to_basic(self.points[rows])
+
+    def _resolve(self, waiting: dict[int, Card]) -> None:
+        """Place the systems whose reference is placed, until none is left."""
+        while waiting:
+            ready = [number for number, card in waiting.items() if self._corners(card, waiting) is not None]
+            if not ready:
+                raise next(iter(waiting.values())).error("it is defined through itself; break the circle")
+            for number in ready:
+                card = waiting[number]
+                self.systems[number] = system_from_points(card, self._corners(card, waiting))
+                self._place(number)
+            waiting = {number: card for number, card in waiting.items() if number not in ready}
+
+    def _corners(self, card: Card, waiting: dict[int, Card]) -> np.ndarray | None:
+        if card.name[4] == "1":
+            rows = [self.node(card, k, f"G{k}") for k in (1, 2, 3)]
+            return None if any(self.cp[i] in waiting for i in rows) else self.points[rows]
+        number = card.integer(1, "RID", 0, lowest=0)
+        if number not in waiting and number not in self.systems:
+            raise card.error(f"coordinate system {number} is not in the deck; add its CORD2R card")
+        points = np.array([[card.real(k + i, "a coordinate of A, B, C", 0.0) for i in range(3)] for k in (2, 5, 8)])
+        return self.systems[number].to_basic(points) if number in self.systems else None
+
+    def system(self, card: Card, number: int) -> System:
+        """Return a coordinate system that `card` refers to."""
+        if number not in self.systems:
+            raise card.error(f"coordinate system {number} is not in the deck; add its CORD2R card")
+        return self.systems[number]
+
+    def node(self, card: Card, k: int, what: str) -> int:
+        """Return the row of the grid in field `k`."""
+        return self.of(card, card.integer(k, what, lowest=1))
+
+    def of(self, card: Card, number: int) -> int:
+        """Return the row of a grid that `card` refers to."""
+        if number not in self.row:
+            kind = "a scalar point, which has no place" if self.is_scalar(number) else "not in the deck"
+            raise card.error(f"grid {number} is {kind}; add its GRID card or remove the reference")
+        return self.row[number]
+
+    def is_scalar(self, number: int) -> bool:
+        """Whether a number is that of an SPOINT."""
+        return any(low <= number <= high for low, high in self.scalar)
+
+    def displacement(self, i: int) -> np.ndarray:
+        """Return the rows e1, e2, e3 of the displacement system of grid row `i`."""
+        return self.systems[int(self.cd[i])].at(self.points[i])
+
+
+def _scalar_points(tables: Tables) -> list[tuple[int, int]]:
+    found = []
+    for card in tables.get("SPOINT", {}).values():
+        words = " ".join(card.fields)
+        for low, high in re.findall(r"(\d+)(?:\s*THRU\s*(\d+))?", words):
+            found.append((int(low), int(high or low)))
+    return found

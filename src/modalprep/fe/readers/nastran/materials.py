@@ -1,0 +1,128 @@
+"""Nastran materials and the units of a deck, to SI."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from modalprep.errors import InputError
+from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.readers.nastran.cards import Card
+
+RHO_MIN = 1e-6  # kg/m^3: stands for the zero density that Nastran allows and Material does not
+
+
+@dataclass(frozen=True, kw_only=True)
+class Units:
+    """SI values of the deck's units; time is in seconds, `inertial` holds PARAM,WTMASS too.
+
+    Examples
+    --------
+    >>> inch = Units(length=0.0254, mass=175.126835)  # lbf s^2/in
+    >>> round(inch.stress, 1)  # Pa in a psi
+    6894.8
+    """
+
+    length: float
+    mass: float
+    wtmass: float = 1.0
+
+    @property
+    def stress(self) -> float:
+        """Pa per unit of stress."""
+        return self.mass / self.length
+
+    @property
+    def inertial(self) -> float:
+        """Kg per unit of mass as the cards write it."""
+        return self.mass * self.wtmass
+
+    @property
+    def density(self) -> float:
+        """kg/m^3 per unit of density."""
+        return self.inertial / self.length**3
+
+
+@dataclass(slots=True)
+class Shop:
+    """What the property builders draw from: units, material cards by id, and the notes they leave."""
+
+    units: Units
+    materials: dict[int, Card]
+    notes: list[str] = field(default_factory=list)
+
+    def note(self, text: str) -> None:
+        """Add a note once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def material(self, card: Card, k: int, what: str, allowed: tuple[str, ...]) -> Card:
+        """Return the material card that field `k` of `card` names."""
+        number = card.integer(k, what, lowest=1)
+        if number not in self.materials:
+            raise card.error(f"material {number} is not in the deck; add its MAT1 card")
+        found = self.materials[number]
+        if found.name not in allowed:
+            raise card.error(f"material {number} is {found.name}; use {' or '.join(allowed)} here")
+        return found
+
+
+def made(card: Card, kind: Callable[..., Any], **values: Any) -> Any:
+    """Return ``kind(**values)``, naming the card when a value is refused."""
+    try:
+        return kind(**values)
+    except InputError as error:
+        raise card.error(f"{error} (converted to SI)") from None
+
+
+def elastic(card: Card) -> tuple[float, float, float]:
+    """Return E, G, nu of a MAT1; a blank one of the three follows from the others."""
+    E, G = (card.real(k, name, 0.0) for k, name in ((1, "E"), (2, "G")))
+    nu = card.real(3, "nu", math.nan) if card.text(3) else math.nan
+    if not E and G > 0 and not math.isnan(nu):
+        E = 2 * G * (1 + nu)
+    if not (E > 0 and (G > 0 or nu > -1)):
+        raise card.error(f"E = {E:g}, G = {G:g}, nu = {nu:g}; give two of them, the moduli positive")
+    return E, G or E / (2 * (1 + nu)), E / (2 * G) - 1 if math.isnan(nu) else nu
+
+
+def density(shop: Shop, card: Card, k: int) -> float:
+    """Return the density in field `k`, kg/m^3; blank or zero is `RHO_MIN`, with a note."""
+    rho = card.real(k, "rho", 0.0) * shop.units.density
+    if rho:
+        return rho
+    shop.note(f"materials without density get {RHO_MIN:g} kg/m^3")
+    return RHO_MIN
+
+
+def bar_material(shop: Shop, card: Card, k: int) -> tuple[Material, float]:
+    """Return the material of a bar and the factor on J and the shear factors that gives it the card's own G.
+
+    A bar may hold E and G that no isotropic body has (equivalent moduli of a laminate).
+    """
+    source = shop.material(card, k, "MID", ("MAT1",))
+    E, G, _ = elastic(source)
+    nu = E / (2 * G) - 1
+    if not -1 < nu < 0.5:
+        shop.note("bars with E and G that no isotropic body has keep E A, E I, G J and k G A through scaled J and k")
+        nu = 0.0
+    material = made(source, Material, E=E * shop.units.stress, nu=nu, rho=density(shop, source, 4))
+    return material, G * 2 * (1 + nu) / E
+
+
+def sheet_material(shop: Shop, card: Card, k: int) -> Material | Orthotropic:
+    """Return the material of a shell or a ply."""
+    source = shop.material(card, k, "MID", ("MAT1", "MAT8"))
+    stress, rho = shop.units.stress, density(shop, source, 4 if source.name == "MAT1" else 7)
+    if source.name == "MAT1":
+        E, G, nu = elastic(source)
+        if math.isclose(G, E / (2 * (1 + nu)), rel_tol=1e-2):  # E, G and nu rounded on the card
+            return made(source, Material, E=E * stress, nu=nu, rho=rho)
+        moduli = {name: G * stress for name in ("G12", "G13", "G23")}
+        return made(source, Orthotropic, E1=E * stress, E2=E * stress, nu12=nu, rho=rho, **moduli)
+    E1, E2, nu12, G12 = (source.real(i, name) for i, name in enumerate(("E1", "E2", "NU12", "G12"), 1))
+    G13, G23 = (source.real(i, name, 0.0) or G12 for i, name in ((5, "G1Z"), (6, "G2Z")))
+    moduli = {"E1": E1, "E2": E2, "G12": G12, "G13": G13, "G23": G23}
+    return made(source, Orthotropic, nu12=nu12, rho=rho, **{name: value * stress for name, value in moduli.items()})

@@ -1,0 +1,1 @@
+"""Equilibrium, linear equations, vibration and inverse dynamics of a system."""

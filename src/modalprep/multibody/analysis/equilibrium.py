@@ -1,0 +1,204 @@
+"""Where a system rests under its loads: Newton's method on the full equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.analysis.differences import jacobian
+from modalprep.multibody.analysis.independent_coordinates import Chart
+from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.model.system import System
+from modalprep.records import Record
+
+LARGEST = 0.3  # step, in scales of the coordinates: a third of a radian, of a body's size
+CONVERGED = 1e-12  # step
+MOST = 200  # steps: at LARGEST, ten turns or sixty body sizes
+TRIALS = 12  # of one line search
+SLACK = 0.8  # of the force along the step that may be left at its end: Crisfield (1991), section 9.2
+SOFT = 1e-7  # of the largest stiffness of a joint: softer coordinates are measured by this
+FLAT = 1e-5  # of the stiffness that a coordinate is measured by: less counts as none
+MOVING = 1e-9  # 1/s, rate of a loop's gap by its size: more is motion
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Equilibrium(Record):
+    """A state of rest.
+
+    Attributes
+    ----------
+    y : (nx + nu,)
+        State as `layout` packs it, speeds zero.
+    stable : bool
+        Whether the stiffness is positive in every direction; False also where it is indifferent.
+    stiffness : (n, n)
+        Derivative of the restoring forces by the independent coordinates.
+    independent : (n,) int
+        Which of the nu coordinates; all without closed loops.
+    joints : dict of (k,)
+        Coordinates of each joint (m, rad).
+    modal : dict of (n,)
+        Modal coordinates of each body.
+    closures : dict
+        ``name.force`` (N), ``name.torque`` (N m) on b in a's axes, ``name.multiplier``, as channels of a run.
+    steps : int
+    """
+
+    y: np.ndarray
+    stable: bool
+    stiffness: np.ndarray
+    independent: np.ndarray
+    joints: dict[str, np.ndarray]
+    modal: dict[str, np.ndarray]
+    closures: dict[str, np.ndarray]
+    steps: int
+
+
+def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) -> Equilibrium:
+    """Return where the system rests under its loads at time t, all speeds and accelerations zero.
+
+    Newton's method from the start values of the joints on the inverse dynamics of the system, so that no mass enters,
+    in the coordinates that closed loops leave independent, which are chosen anew at each step;
+    where the stiffness is not positive it is shifted until the step goes with the force, so that the search
+    leaves unstable equilibria. The line search keeps the force along the step from growing against it.
+
+    Parameters
+    ----------
+    t : float
+        s, at which functions of time are taken.
+    steady : bool
+        Prescribed hinges turn at their rate: rest relative to a steady motion. Else they are held.
+
+    Raises
+    ------
+    SimulationError
+        When nothing balances the load; the sentence names the joint. When closed loops move in the steady motion.
+    InputError
+        When a loop cannot be closed.
+
+    Examples
+    --------
+    >>> from modalprep.body.rigid import rigid_body
+    >>> from modalprep.multibody.model.joint_element import HingeElement
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> ends = {"root": np.zeros(3)}
+    >>> bob = rigid_body("bob", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3), interfaces=ends)
+    >>> spring = HingeElement(stiffness=20.0)
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="bob", elements=spring)
+    >>> rest = static_equilibrium(System(bodies={"bob": bob}, joints=(hinge,), gravity=np.array([0, -10.0, 0])))
+    >>> angle = rest.joints["hinge"][0]
+    >>> round(float(20 * angle + 10 * np.cos(angle)), 12)
+    0.0
+    """
+    plant = Plant(system, t)
+    y = plant.start.copy()
+    y[plant.nx :] = 0.0
+    _refuse_moving_loops(plant, y, steady)
+    for steps in range(MOST):
+        at = _Place(Chart(plant, y), steady)
+        g = at.force(np.zeros(at.n))
+        K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
+        step, lowest = _step(at, K, g)
+        y = at.y(_length(at, step, g) * step)
+        if np.abs(step).max(initial=0.0) <= CONVERGED:
+            return _found(at, K / np.outer(at.scale, at.scale), lowest > 0, steps)
+    raise SimulationError(_no_balance(at, g))
+
+
+class _Place:
+    """A state at rest, and those about it by changes ``z (n,)`` of its independent coordinates in their scales."""
+
+    def __init__(self, chart: Chart, steady: bool) -> None:
+        self.chart, self.plant, self.steady = chart, chart.plant, steady
+        self.scale, self.n = chart.plant.scale[chart.independent], len(chart.independent)
+
+    def y(self, z: np.ndarray) -> np.ndarray:
+        return self.chart.moved(self.scale * z)
+
+    def force(self, z: np.ndarray) -> np.ndarray:
+        """Generalised forces of the independent coordinates, times their scales."""
+        y = self.y(z)
+        return -self.scale * (self.chart.tangent(y).T @ self.required(y))
+
+    def own_stiffness(self, K: np.ndarray) -> np.ndarray:
+        """Diagonal of the stiffness ``K (n, n)``, positive: at least a share of that in the joints."""
+        joints = [self.plant.owner[k][0] == "joint" for k in self.chart.independent]
+        largest = np.abs(K[joints]).max(initial=0.0) or np.abs(K).max() or 1.0
+        return np.maximum(np.abs(np.diag(K)), SOFT * largest)
+
+    def required(self, y: np.ndarray) -> np.ndarray:
+        return self.plant.required(y, np.zeros(self.plant.nu), moving=self.steady)
+
+
+def _refuse_moving_loops(plant: Plant, y: np.ndarray, steady: bool) -> None:
+    """In a steady motion nothing but prescribed hinges turns, so that loops must turn as a whole."""
+    if plant.loops and steady:
+        rate = np.abs(plant.gaps(y)[1])
+        if rate.max() > MOVING:
+            name = plant.system.closures[plant.loops.closing.rows[int(np.argmax(rate))].closure].name
+            raise SimulationError(
+                f"no steady motion: the prescribed motions move the loop that {name!r} closes; ask for the equilibrium "
+                "at one time"
+            )
+
+
+def _step(at: _Place, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the step along the force, and the lowest stiffness by the coordinates' own, zero where it is round-off.
+
+    Own stiffnesses are scales of their own: those of modes are many powers of ten above that of a pendulum.
+    """
+    if not len(g):
+        return g, 1.0
+    d = np.sqrt(at.own_stiffness(K))
+    g, K = g / d, K / np.outer(d, d)
+    lowest = float(np.linalg.eigvalsh((K + K.T) / 2)[0])
+    lowest = 0.0 if abs(lowest) <= FLAT else lowest
+    shift = 0.0 if lowest > 0 else FLAT - lowest + np.linalg.norm(g)
+    step = np.linalg.solve(K + shift * np.eye(len(g)), g) / d
+    return step * min(1.0, LARGEST / max(np.abs(step).max(), LARGEST)), lowest
+
+
+def _length(at: _Place, step: np.ndarray, g: np.ndarray) -> float:
+    """Part of the step at whose end the force along it is no larger against it than `SLACK` of that at its start.
+
+    It is no longer than loops can follow.
+    """
+    length, closed = 1.0, False
+    for _ in range(TRIALS):
+        try:
+            closed = True
+            if at.force(length * step) @ step >= -SLACK * abs(g @ step):
+                break
+        except SimulationError:
+            closed = False
+        length /= 2
+    return length if closed else 0.0
+
+
+def _found(at: _Place, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
+    y, plant = at.chart.y, at.plant
+    return Equilibrium(
+        y=y,
+        stable=stable,
+        stiffness=stiffness,
+        independent=at.chart.independent,
+        joints={joint.name: y[plant.coordinates("joint", joint.name)] for joint in plant.system.joints},
+        modal={name: y[plant.coordinates("body", name)] for name in plant.system.bodies},
+        closures=plant.exerted(y, at.required(y)),
+        steps=steps,
+    )
+
+
+def _no_balance(at: _Place, g: np.ndarray) -> str:
+    owner = [at.plant.owner[k] for k in at.chart.independent]
+    moves = np.array([kind == "joint" for kind, _ in owner])
+    worst = int(np.argmax(np.abs(g) * (moves if moves.any() else 1)))
+    kind, name = owner[worst]
+    unit = "N m" if at.plant.turns[at.chart.independent[worst]] else "N"
+    left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "its load"
+    return (
+        f"no static equilibrium: nothing balances {left} in {kind} {name!r} within {MOST} steps; "
+        "hold it with a spring, a weld or a prescribed motion"
+    )

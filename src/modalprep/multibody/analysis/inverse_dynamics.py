@@ -1,0 +1,264 @@
+"""Hinge forces for prescribed joint histories."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from modalprep.errors import InputError, SimulationError
+from modalprep.multibody.analysis.differences import jacobian
+from modalprep.multibody.analysis.inverse_closed import drive_loops
+from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL, XQ
+from modalprep.multibody.model.system import System
+from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.records import Record
+from modalprep.suggest import refuse_unknown
+
+MOST = 30  # Newton steps of a quasi-static instant
+CONVERGED = 1e-11  # of those, in scales of the coordinates
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class InverseDynamics(Record):
+    """Hinge forces and what follows of a prescribed motion.
+
+    Attributes
+    ----------
+    time : (nt,)
+    force : dict of (nt, k)
+        Force (N) or torque (N m) of an actuator in each coordinate of the joints with a history, springs and other
+        loads of the system already at work.
+    modal : dict of (nt, n)
+        Modal coordinates of each body.
+    y, udot : (nt, nx + nu), (nt, nu)
+        States and accelerations.
+    """
+
+    time: np.ndarray
+    force: dict[str, np.ndarray]
+    modal: dict[str, np.ndarray]
+    y: np.ndarray
+    udot: np.ndarray
+
+
+def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0) -> np.ndarray:
+    """Return the generalised forces (nu,) that a state and its accelerations need beyond the loads, in O(n).
+
+    The inverse of forward dynamics: its modal rows vanish where the modal accelerations are those of the motion.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> hinge_forces(arm, np.zeros(4), np.array([1.0, 0.0]))[:1].round(6)  # 12 kg 100 m^2 / 3, and the section's own
+    array([400.006])
+    """
+    return _tree(system, t).required(np.asarray(y, dtype=float), np.asarray(udot, dtype=float))
+
+
+def _tree(system: System, t: float) -> Plant:
+    if system.closures:
+        raise InputError(
+            f"hinge forces: {system.closures[0].name!r} closes a loop, so that a state and its accelerations do not "
+            "determine them; use inverse_dynamics with histories of as many joints as are driven"
+        )
+    return Plant(system, t)
+
+
+def inverse_dynamics(
+    system: System,
+    motion: Mapping[str, Any],
+    times: np.ndarray,
+    *,
+    modes: Literal["dynamic", "quasi_static"] = "dynamic",
+    rtol: float = 1e-9,
+) -> InverseDynamics:
+    """Return the hinge forces that move joints as prescribed.
+
+    What has no history follows: modes and the other joints by their equations of motion from the start of the
+    joints, modes at rest ("dynamic"), or, in a tree where every joint has a history, modes by the loads and the motion
+    of each instant, without vibration ("quasi_static": their speeds and accelerations are left out, so that the force
+    misses what they carry). In closed loops as many coordinates have a history as are driven.
+
+    Parameters
+    ----------
+    motion : {joint: function of time, or one for each of its coordinates}
+        Length (m) or angle (rad), travels before turns; anything that makes a `TimeFunction`.
+    times : (nt,)
+        s, ascending.
+    rtol : float
+        Of the integration of what follows.
+
+    Raises
+    ------
+    InputError
+        When a joint is unknown, prescribed already, spherical or free, the times do not ascend, or histories ask for
+        more than closed loops leave free.
+    SimulationError
+        When what follows cannot be integrated, the loops cannot be closed, or no quasi-static deflection is found.
+
+    Examples
+    --------
+    >>> from modalprep.body.rigid import rigid_body
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=2 * np.eye(3), interfaces={"root": np.zeros(3)})
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="disc")
+    >>> system = System(bodies={"disc": disc}, joints=(hinge,))
+    >>> found = inverse_dynamics(system, {"hinge": "3*t**2"}, np.array([0, 0.5]))
+    >>> found.force["hinge"][:, 0].tolist()
+    [12.0, 12.0]
+    """
+    times = np.asarray(times, dtype=float)
+    if times.ndim != 1 or not len(times) or np.any(np.diff(times) <= 0):
+        raise InputError("inverse dynamics: the times must ascend")
+    if modes not in ("dynamic", "quasi_static"):
+        raise InputError(f"inverse dynamics: modes {modes!r} is neither 'dynamic' nor 'quasi_static'")
+    if system.closures:
+        return _looped(system, motion, times, modes, rtol)
+    guided = _Guided(system, motion, times)
+    states = guided.follow(times, rtol) if modes == "dynamic" else guided.settle(times)
+    answers = [guided.answer(t, y, dynamic=modes == "dynamic") for t, y in zip(times, states, strict=True)]
+    udot, force = (np.array(rows) for rows in zip(*answers, strict=True))
+    forces = {name: force[:, guided.plant.packed.speeds_of(name)] for name in motion}
+    return _result(system, times, states, udot, forces)
+
+
+def _looped(system: System, motion: Mapping[str, Any], times: np.ndarray, modes: str, rtol: float) -> InverseDynamics:
+    if modes != "dynamic":
+        raise InputError(
+            f"inverse dynamics: {system.closures[0].name!r} closes a loop; quasi-static modes are for trees, use "
+            "dynamic ones"
+        )
+    packed = pack(system)
+    laws = {name: _laws(packed, name, functions) for name, functions in motion.items()}
+    return _result(system, times, *drive_loops(system, laws, times, rtol))
+
+
+def _result(
+    system: System, times: np.ndarray, y: np.ndarray, udot: np.ndarray, force: dict[str, np.ndarray]
+) -> InverseDynamics:
+    packed, modal = pack(system), {}
+    for name, body in system.bodies.items():
+        first = packed.tree.ints[packed.link_of(name), XQ]
+        modal[name] = y[:, first : first + body.n]
+    return InverseDynamics(time=times, force=force, modal=modal, y=y, udot=udot)
+
+
+def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:
+    """Return a function of time for each coordinate of a joint."""
+    known = list(dict.fromkeys(link.joint.name for link in packed.links))
+    refuse_unknown(name, known, "inverse dynamics: joint")
+    kinds = packed.types[packed.links_of(name)]
+    count = sum(COORDINATES[kind] for kind in kinds)
+    if not count or np.isin(kinds, (SPHERICAL, FREE)).any():
+        raise InputError(
+            f"inverse dynamics: joint {name!r} has no coordinate that a function of time can say; leave it out, "
+            "and it follows"
+        )
+    laws = [TimeFunction.of(f) for f in (functions if _several(functions) else [functions])]
+    if len(laws) != count:
+        raise InputError(f"inverse dynamics: joint {name!r} needs {count} functions of time, not {len(laws)}")
+    for law in laws:
+        law.refuse_jumps(f"inverse dynamics: the motion of joint {name!r}")
+    return laws
+
+
+class _Guided:
+    """A system whose joints partly follow histories: `given` are their speeds, `left` the others."""
+
+    def __init__(self, system: System, motion: Mapping[str, Any], times: np.ndarray) -> None:
+        self.plant = _tree(system, float(times[-1]))
+        self.start = self.plant.start
+        self.laws: list[tuple[int, int, TimeFunction]] = []
+        packed = self.plant.packed
+        for name, functions in motion.items():
+            laws = _laws(packed, name, functions)
+            self.laws += zip(packed.coordinates_of(name), packed.speeds_of(name), laws, strict=True)
+        self.given = np.array([u for _, u, _ in self.laws], dtype=int)
+        self.left = np.setdiff1d(np.arange(self.plant.nu), self.given)
+
+    def guide(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Write the histories into state y at time t; returns the accelerations (nu,) with zeros for the rest."""
+        udot = np.zeros(self.plant.nu)
+        self.plant.at(t)
+        for x, u, law in self.laws:
+            y[x], y[self.plant.nx + u], udot[u] = law(t)
+        return udot
+
+    def answer(self, t: float, y: np.ndarray, *, dynamic: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Accelerations of all, by the equations of motion of what is left, and the forces they need."""
+        udot = self.guide(t, y)
+        need, left = self.plant.required(y, udot), self.left
+        if dynamic and len(left):
+            unit = np.eye(self.plant.nu)[left]
+            columns = np.column_stack([self.plant.required(y, udot + e) - need for e in unit])
+            udot[left] = -np.linalg.solve(columns[left], need[left])
+            need = need + columns @ udot[left]
+        return udot, need
+
+    def follow(self, times: np.ndarray, rtol: float) -> np.ndarray:
+        """States (nt, nx + nu) by integration of what is left."""
+        plant, y = self.plant, self.start.copy()
+
+        def rate(t: float, y: np.ndarray) -> np.ndarray:
+            y, out = y.copy(), np.zeros(len(y))
+            udot, _ = self.answer(t, y, dynamic=True)
+            plant.rates(y, out)
+            out[plant.nx :] = udot
+            return out
+
+        self.guide(times[0], y)
+        if not len(self.left) or len(times) == 1:
+            states = np.tile(y, (len(times), 1))
+        else:
+            run = solve_ivp(rate, times[[0, -1]], y, method="DOP853", t_eval=times, rtol=rtol, atol=1e-3 * rtol)
+            if not run.success:
+                raise SimulationError(f"inverse dynamics stopped at t = {run.t[-1]:g} s: {run.message}")
+            states = run.y.T
+        for t, state in zip(times, states, strict=True):
+            self.guide(t, state)
+        return states
+
+    def settle(self, times: np.ndarray) -> np.ndarray:
+        """States (nt, nx + nu) with the modes at the rest that each instant's motion has for them."""
+        passive = [name for kind, name in (self.plant.owner[u] for u in self.left) if kind == "joint"]
+        if passive:
+            raise InputError(
+                f"inverse dynamics: joint {passive[0]!r} has no history, so nothing rests; give it one, or use dynamic "
+                "modes"
+            )
+        y, states = self.start.copy(), []
+        y[self.plant.nx :] = 0.0
+        for t in times:
+            y = self._settled(float(t), y)
+            states.append(y)
+        return np.array(states)
+
+    def _settled(self, t: float, y: np.ndarray) -> np.ndarray:
+        plant, left = self.plant, self.left
+        udot, scale = self.guide(t, y := y.copy()), self.plant.scale[self.left]
+        lift = np.eye(plant.nu)[:, left] * scale
+        for _ in range(MOST):
+
+            def lack(z: np.ndarray, y: np.ndarray = y) -> np.ndarray:
+                return scale * plant.required(plant.moved(y, lift @ z), udot)[left]
+
+            K, _ = jacobian(lack, np.full(len(left), 1e-2))
+            step = -np.linalg.solve(K, lack(np.zeros(len(left)))) if len(left) else np.zeros(0)
+            y = plant.moved(y, lift @ step)
+            if np.abs(step).max(initial=0.0) < CONVERGED:
+                return y
+        raise SimulationError(f"inverse dynamics: no quasi-static deflection of the modes at t = {t:g} s")
+
+
+def _several(functions: Any) -> bool:
+    """Whether it is a function for each coordinate, not one in pieces ``(until, expression)``."""
+    return isinstance(functions, list) and not isinstance(functions[0], tuple)

@@ -1,0 +1,140 @@
+"""Linear equations about a state or a steady motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from modalprep.errors import InputError, SimulationError
+from modalprep.multibody.analysis.differences import jacobian
+from modalprep.multibody.analysis.independent_coordinates import Chart
+from modalprep.multibody.analysis.inputs_outputs import Effort, output
+from modalprep.multibody.analysis.state_space import StateSpace
+from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.data import FREE, SPHERICAL, U
+from modalprep.multibody.model.system import System
+from modalprep.vectors import skew
+
+PLACE_STEP, SPEED_STEP = 0.05, 1.0  # first differences, in scales of the coordinates, and of them per second
+
+
+def linearise(
+    system: System,
+    y: np.ndarray | None = None,
+    t: float = 0.0,
+    *,
+    inputs: Sequence[str] = (),
+    outputs: Sequence[str] = (),
+) -> StateSpace:
+    """Return the linear equations about a state of a system.
+
+    The kinematic rows are exact; the others are central differences of the order-n accelerations with Richardson
+    extrapolation, good to some 1e-11 of the largest entry (`StateSpace.error` says it for each case).
+
+    Parameters
+    ----------
+    y : (nx + nu,)
+        State as `layout` packs it, such as `static_equilibrium(system).y`; default: the start of the joints. Loops
+        that it leaves open are closed.
+    t : float
+        s, at which functions of time are taken; prescribed hinges move as they do then.
+    inputs, outputs : sequence of str
+        See `observe.Effort` and `observe.output`.
+
+    Raises
+    ------
+    InputError
+        When a name says nothing of the system, the state has another size, or a loop cannot be closed.
+    SimulationError
+        When the mass matrix is not positive, or closed loops are in a singular position.
+
+    Examples
+    --------
+    >>> from modalprep.body.rigid import rigid_body
+    >>> from modalprep.multibody.model.joint_element import HingeElement
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=2 * np.eye(3), interfaces={"root": np.zeros(3)})
+    >>> spring = HingeElement(stiffness=18.0, damping=0.4)
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="disc", elements=spring)
+    >>> linear = linearise(System(bodies={"disc": disc}, joints=(hinge,)), inputs=["hinge"], outputs=["hinge.angle"])
+    >>> linear.A.round(9).tolist(), linear.B.round(9).tolist(), linear.C.tolist()
+    ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
+    """
+    plant = Plant(system, t)
+    y = plant.start if y is None else np.array(y, dtype=float)
+    if y.shape != (plant.nx + plant.nu,) or not np.all(np.isfinite(y)):
+        raise InputError(f"the state needs {plant.nx + plant.nu} finite numbers; it has {y.size}")
+    chart = Chart(plant, y := plant.closed(y))
+    efforts, read = [Effort(plant, name) for name in inputs], [output(plant, name, y) for name in outputs]
+    free, n, ni = chart.independent, len(chart.independent), len(inputs)
+
+    def answer(z: np.ndarray) -> np.ndarray:
+        state = chart.moved(z[:n], z[n : 2 * n])
+        plant.load(state)
+        kernel.world(plant.packed.tree, plant.W)
+        tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * n :], strict=True)), np.zeros(plant.nu))
+        return np.concatenate([plant.accelerations(tau), [function(state) for function in read]])
+
+    rest = answer(np.zeros(2 * n + ni))
+    scale = plant.scale[free]
+    J, error = jacobian(
+        _where_it_can(answer, len(rest)), np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, np.ones(ni)])
+    )
+    if not np.all(np.isfinite(error)):
+        raise SimulationError(
+            "no linear equations: next to this state a mass matrix is not positive, or a closed loop singular; "
+            "keep fewer modes and truncation vectors, or take another state"
+        )
+    top = np.hstack([(transport(plant, y) @ chart.R)[free], np.eye(n), np.zeros((n, ni))])
+    seen = np.arange(plant.nu, len(J))
+    return StateSpace(
+        A=np.vstack([top[:, : 2 * n], J[free, : 2 * n]]),
+        B=np.vstack([top[:, 2 * n :], J[free, 2 * n :]]),
+        C=J[seen, : 2 * n],
+        D=J[seen, 2 * n :],
+        inputs=tuple(inputs),
+        outputs=tuple(outputs),
+        owner=tuple(plant.owner),
+        independent=free,
+        R=chart.R,
+        y=y,
+        udot=rest[: plant.nu],
+        error=max(_relative(error[rows], J[rows]) for rows in (free, seen)),
+        doubt=np.vstack([np.zeros((n, 2 * n)), error[free, : 2 * n]]),
+    )
+
+
+def _where_it_can(function: Callable, size: int) -> Callable:
+    """Return the function (size,) with NaN where the system cannot be: at too large a step."""
+
+    def tried(z: np.ndarray) -> np.ndarray:
+        try:
+            return function(z)
+        except SimulationError:
+            return np.full(size, np.nan)
+
+    return tried
+
+
+def _relative(error: np.ndarray, of: np.ndarray) -> float:
+    largest = np.abs(of).max(initial=0.0)
+    return float(error.max(initial=0.0) / largest) if largest > 0 else 0.0
+
+
+def transport(plant: Plant, y: np.ndarray) -> np.ndarray:
+    """Return the rate of the coordinates' changes by those changes (nu, nu): seen from a turning body, both turn back.
+
+    With rotation vector x and displacement d in the body's axes ``x' = dw - w~ x``, ``d' = dv - w~ d - v~ x``.
+    """
+    N = np.zeros((plant.nu, plant.nu))
+    for row, kind in zip(plant.packed.tree.ints, plant.packed.types, strict=True):
+        first = row[U]
+        u = y[plant.nx + first : plant.nx + first + 6]
+        if kind == SPHERICAL:
+            N[first : first + 3, first : first + 3] = -skew(u[:3])
+        if kind == FREE:
+            N[first : first + 3, first : first + 3] = N[first + 3 : first + 6, first + 3 : first + 6] = -skew(u[3:])
+            N[first : first + 3, first + 3 : first + 6] = -skew(u[:3])
+    return N

@@ -1,0 +1,1 @@
+"""Systems whose number of bodies changes."""

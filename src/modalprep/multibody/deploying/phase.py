@@ -1,0 +1,214 @@
+"""One phase of a deployment: the system between two changes of its rods, and impulses in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.multibody.deploying.histories import Histories
+from modalprep.multibody.deploying.system import DeployingSystem
+from modalprep.multibody.evaluation.energy import energy
+from modalprep.multibody.evaluation.evaluate import Model, build_model, load
+from modalprep.multibody.evaluation.evaluator import start_state
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.integration.method_selection import METHODS
+from modalprep.multibody.integration.run import Integration
+from modalprep.multibody.integration.stepping import SIZES
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.data import MASS, MODES, PRESCRIBED, PRISMATIC, SPHERICAL, UQ, WELD, XQ, U, X
+from modalprep.multibody.model.deployment import IN, OUT, Change, Deployment, Stage
+from modalprep.multibody.model.events import Event
+from modalprep.multibody.packing.deployment import pack_reels
+from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.results.record import Recorder
+from modalprep.multibody.simulate import deflections
+
+
+class RunSettings(NamedTuple):
+    """What all phases of a run share."""
+
+    system: DeployingSystem
+    times: np.ndarray  # (nt,) s, the samples
+    histories: Histories
+    tolerances: dict
+    method: str
+
+
+class Phase:
+    """The system between two changes of its stages."""
+
+    def __init__(
+        self, run: RunSettings, stages: list[Stage], t: float, start: dict, before: Phase | None = None,
+        places: dict | None = None,
+    ) -> None:  # fmt: skip
+        self.settings, self.method, self.stages, self.t = run, run.method, stages, t
+        self.system = run.system.at(stages, start)
+        self.packed = pack(self.system)
+        self.loading = Loading(self.system, self.packed, float(run.times[-1]))
+        self.loading.clip(t, float(run.times[-1]))
+        self.loading.reels = pack_reels(run.system.deployments, stages, self.system, self.packed, self.loading.arrays)
+        self.loading.active = True
+        y = np.append(start_state(self.packed), 0.0)
+        if before:
+            _carry(before.packed, before.steps.y, self.packed, y)
+        for name, (place, rate) in (places or {}).items():
+            x, u = self.rows(name)
+            y[x], y[u] = place, rate
+        later = run.times[run.times > t * (1 + 1e-14)] if before else run.times
+        self.integration = Integration(
+            self.system, self.packed, self.loading, y, later, deflections(self.system, self.packed),
+            method=run.method, events=self._events(), **run.tolerances,
+        )  # fmt: skip
+        self.steps, self.counts = self.integration.steps, {}
+        self.loading.enter(*self.loading.stretches[0])
+        if before:
+            self.steps.size[:SIZES] = before.steps.size[:SIZES]
+
+    def _events(self) -> list[Event]:
+        """Return the ends of the stages of reels that move by themselves."""
+        found = []
+        for k, (d, stage) in enumerate(zip(self.settings.system.deployments, self.stages, strict=True)):
+            if stage.law is None and d.law is None:
+                low, high = np.clip(stage.range(d), 0.0, d.length)
+                found.append(_reaches(d.name, f"{k}.{OUT}", high, 1))
+                found.append(_reaches(d.name, f"{k}.{IN}", low, -1))
+        return found
+
+    def run(self, planned: Change, progress: Callable | None) -> tuple[str, str, Change | None]:
+        """Integrate to a planned change, or to one that comes before; returns status, message and the change."""
+        if planned.t <= self.t:
+            return "done", "", planned
+        self.loading.clip(self.t, planned.t)
+        due = int(np.sum(self.integration.watch.times <= planned.t * (1 + 1e-14)))
+        recorder = Recorder(self.integration, due + 1)
+        outcome = self.integration.run(recorder.add, progress)
+        self.t, self.counts = outcome.t, outcome.stats
+        count = min(recorder.count, int(np.sum(self.integration.watch.times <= self.t * (1 + 1e-14))))
+        self.settings.histories.add(recorder.channels.places, recorder.rows[:count])
+        self.method = self._method()
+        for name, times in outcome.events.items():
+            if len(times) and times[-1] == outcome.t and outcome.t < planned.t:
+                k, what = name.split(".")
+                return outcome.status, outcome.message, Change(outcome.t, int(k), what)
+        return outcome.status, outcome.message, planned if planned.k >= 0 else None
+
+    def _method(self) -> str:
+        """Return the name of the method that was chosen, for the next phase."""
+        return next(name for name, method in METHODS.items() if method == self.integration.choice.method)
+
+    def rows(self, name: str) -> tuple[list[int], list[int]]:
+        """Return the places in y of coordinates and speeds of a joint."""
+        return self.packed.coordinates_of(name), [self.packed.nx + u for u in self.packed.speeds_of(name)]
+
+    def hinge(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return coordinates and speeds of a joint of one hinge."""
+        x, u = self.rows(name)
+        return self.steps.y[x], self.steps.y[u]
+
+    def travel(self, d: Deployment) -> tuple[float, float]:
+        """Return length and speed of a deployment."""
+        i = self.packed.links_of(d.name)[0]
+        if self.packed.types[i] in PRESCRIBED:
+            place, rate, _ = self.loading.prescribe(self.t)[i]
+            return float(place), float(rate)
+        place, rate = self.hinge(d.name)
+        return float(place[0]), float(rate[0])
+
+    def number(self, hinge: str) -> int:
+        """Return the number of the deployment that a hinge belongs to."""
+        names = [d.name for d in self.settings.system.deployments]
+        return names.index(hinge.rstrip("0123456789"))
+
+    def relative(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return rotation (3, 3) and angular velocity (3,), in the child's axes, in a hinge of rods or of the exit."""
+        i = self.packed.links_of(name)[0]
+        kind = self.packed.types[i]
+        if kind == SPHERICAL:
+            place, rate = self.hinge(name)
+            return Rotation.from_quat(place, scalar_first=True).as_matrix(), rate
+        if kind == WELD:
+            return self.stages[self.number(name)].turn, np.zeros(3)
+        place, rate = self.loading.prescribe(self.t)[i, :2] if kind in PRESCRIBED else np.ravel(self.hinge(name))
+        return Rotation.from_euler("z", place).as_matrix(), np.array([0.0, 0.0, rate])
+
+    def turned_in(self, d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return rotation and spin (in its axes) of the next rod, the innermost one gone, and the reel's speed.
+
+        What is out slid along the innermost rod, now along the next: an impulse at the exit turns its velocity. Before
+        it, the next rod moves freely.
+        """
+        (first, spin), (turn, rate) = (self.relative(f"{d.name}{k}") for k in (stage.rods, stage.rods - 1))
+        speed, spin, place = self.travel(d)[1], turn.T @ spin + rate, first @ turn
+        system = self.settings.system.without_exit(self.stages, d, place, speed * turn[0], spin)
+        packed = pack(system)
+        loading = Loading(system, packed, self.loading.t_end)
+        loading.active = True
+        y = np.append(start_state(packed), 0.0)
+        _carry(self.packed, self.steps.y, packed, y)
+        for name in self.settings.system.bodies:  # with the mass that is stowed
+            packed.tree.fixed[packed.link_of(name), MASS:] = self.packed.tree.fixed[self.packed.link_of(name), MASS:]
+        root = int(packed.tree.ints[packed.link_of(f"{d.name}{stage.rods - 1}"), U])
+        wanted = {0: speed, 1: 0.0, 2: 0.0} if d.spatial else {0: speed, 1: 0.0, 2: 0.0, 3: 0.0, 4: 0.0}
+        if self.packed.types[self.packed.links_of(d.name)[0]] == PRISMATIC:
+            wanted.pop(0)
+        rows = root + np.array(list(wanted))
+        push(build_model(system, packed, loading), packed, self.t, y, rows, np.array(list(wanted.values())))
+        _carry(packed, y, self.packed, self.steps.y)
+        free = y[packed.nx + root : packed.nx + root + 6]
+        return place, free[3:], float(free[0])
+
+    def stop(self, name: str, wanted: np.ndarray) -> None:
+        """Give a joint other speeds by an impulse in it."""
+        rows = np.array(self.rows(name)[1]) - self.packed.nx
+        push(self.integration.model, self.packed, self.t, self.steps.y, rows, wanted)
+
+    def take_speeds(self, other: Phase) -> None:
+        """Take the speeds of the same joints in another phase."""
+        _carry(other.packed, other.steps.y, self.packed, self.steps.y)
+
+    def energy(self) -> float:
+        """Return the energy of the system and its springs, J."""
+        return energy(self.integration.model, self.t, self.steps.y)
+
+
+def push(m: Model, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> None:
+    """Give speeds other values by impulses in them; all others follow: ``u+ = u- + M^-1 G' p``.
+
+    The inertia of these speeds does not matter; a unit more makes a thin rod's spin about itself determinate.
+    """
+    nx, more = packed.nx, np.zeros(packed.nu)
+    more[rows] = 1.0
+    load(m, t, y)
+    kernel.inward(m.tree, m.flex, m.W, m.F, m.tau, more, 0.0, 0.0)
+    response = np.zeros((len(rows), packed.nu))
+    for row, out in zip(rows, response, strict=True):
+        kernel.clear_wrenches(m.tree, m.flex, m.W, m.F)
+        unit = np.zeros(packed.nu)
+        unit[row] = 1.0
+        kernel.inward_bias(m.tree, m.flex, m.W, m.F, unit)
+        kernel.forward_bias(m.tree, m.flex, m.W, m.F, unit, out)
+    impulse = np.linalg.solve(response[:, rows].T, wanted - y[nx + rows])
+    y[nx : nx + packed.nu] += impulse @ response
+
+
+def _reaches(joint: str, name: str, length: float, direction: int) -> Event:
+    return Event(
+        name=name, when=lambda t, state: state.joint(joint).position[0] - length, direction=direction, terminal=True
+    )
+
+
+def _carry(old: Packed, before: np.ndarray, new: Packed, y: np.ndarray) -> None:
+    """Copy coordinates and speeds of the joints that are the same, and the work."""
+    known = {(link.joint.name, link.hinge): i for i, link in enumerate(old.links)}
+    for row, kind, link in zip(new.tree.ints, new.types, new.links, strict=True):
+        i = known.get((link.joint.name, link.hinge), -1)
+        if i >= 0 and old.types[i] == kind:
+            a = old.tree.ints[i]
+            y[row[X] : row[XQ] + row[MODES]] = before[a[X] : a[XQ] + a[MODES]]
+            u, v = new.nx + row[U], old.nx + a[U]
+            count = row[UQ] + row[MODES] - row[U]
+            y[u : u + count] = before[v : v + count]
+    y[-1] = before[-1]

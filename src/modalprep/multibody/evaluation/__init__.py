@@ -1,0 +1,1 @@
+"""A loaded system at one state: accelerations, constraints, callbacks, impacts."""

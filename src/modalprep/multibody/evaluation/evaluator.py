@@ -1,0 +1,249 @@
+"""A system at one state, for the analyses: accelerations, the forces that accelerations need, closed loops, scales."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.constraints import UNIT, retract
+from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, UQ, XQ, U, X, workspace
+from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed, pack
+
+LEAST_REACH = 1e-6  # of the mode that moves most
+AHEAD = 1.0  # s after the time of interest for which functions of time are tabulated
+
+
+def start_state(packed: Packed) -> np.ndarray:
+    """Return the state (nx + nu,) that the joints say, modes at rest.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
+    >>> start_state(pack(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))))
+    array([0.5, 0. , 0. , 0. ])
+    """
+    y = np.zeros(packed.nx + packed.nu)
+    for i, (link, kind) in enumerate(zip(packed.links, packed.types, strict=True)):
+        joint, x, u = link.joint, packed.tree.ints[i, X], packed.nx + packed.tree.ints[i, U]
+        place = sum(packed.types[k] == kind for k in packed.links_of(joint.name) if k < i)
+        if kind in (REVOLUTE, PRISMATIC):
+            value, rate = (joint.angle, joint.rate) if kind == REVOLUTE else (joint.displacement, joint.speed)
+            y[x], y[u] = np.resize(value, 3)[place], np.resize(rate, 3)[place]
+        if kind == FREE:
+            y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
+            x, u = x + 3, u + 3
+        if kind in (FREE, SPHERICAL):
+            y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
+            y[u : u + 3] = joint.spin
+    return y
+
+
+class Plant:
+    """A packed system and its loads at one time.
+
+    Attributes
+    ----------
+    start : (nx + nu,)
+        State that the joints say, closed loops closed.
+    scale : (nu,)
+        Size of a change of each coordinate: 1 rad, the largest body or travel at the start (m), a deflection of the
+        body's own size.
+    turns : (nu,) bool
+        Whether the coordinate is an angle.
+    owner : list of (str, str)
+        What each speed belongs to: ``("joint", name)`` or ``("body", name)``.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> plant = Plant(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), gravity=np.array([0, -10.0, 0])))
+    >>> y = start_state(plant.packed)
+    >>> float(plant.required(y, np.zeros(2))[0])  # 12 kg, centre at 5 m
+    600.0
+    """
+
+    def __init__(self, system: System, t: float = 0.0) -> None:
+        self.system, self.packed = system, pack(system)
+        self.nx, self.nu = self.packed.nx, self.packed.nu
+        self.W, self.F = workspace(self.packed.tree, self.packed.flex)
+        self.loading = Loading(system, self.packed, t + AHEAD)
+        self.loops = self.loading.loops
+        self.start = self._started(t)
+        self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
+        self.turns = np.zeros(self.nu, dtype=bool)
+        self._measure()
+
+    def _started(self, t: float) -> np.ndarray:
+        """Return the start, lengths and sums "as at the start" taken at zero, closed again at t."""
+        y = start_state(self.packed)
+        if self.loops is None:
+            self.at(t)
+            return y
+        self.at(0.0)
+        y = self.loops.assemble(self.W, self.F, y, self.loading.prescribe(0.0))
+        self.at(t)
+        return self.closed(y) if t else y
+
+    def closed(self, y: np.ndarray) -> np.ndarray:
+        """Return a state brought onto the closed loops.
+
+        Raises
+        ------
+        SimulationError
+            When they cannot be closed from there.
+        """
+        found = y.copy()
+        if self.loops and not self.loops.settle(self.W, self.F, found, self.loading.prescribe(self.t), self.t):
+            raise SimulationError(f"the closed loops cannot be closed at t = {self.t:g} s from the state given")
+        return found
+
+    def _measure(self) -> None:
+        ints = self.packed.tree.ints
+        sizes = {name: _size(body) for name, body in self.system.bodies.items()}
+        travels = [abs(x) for joint in self.system.joints for x in np.atleast_1d(joint.displacement)]
+        largest = max(*sizes.values(), *travels)
+        for i, link in enumerate(self.packed.links):
+            kind, u = self.packed.types[i], ints[i, U]
+            self.owner[u : u + SPEEDS[kind]] = [("joint", link.joint.name)] * SPEEDS[kind]
+            travels = {PRISMATIC: 1, FREE: 3}.get(kind, 0)
+            self.scale[u : u + travels] = largest
+            self.turns[u + travels : u + SPEEDS[kind]] = True
+            if link.body:
+                body, first = self.system.bodies[link.body], ints[i, UQ]
+                self.owner[first : first + body.n] = [("body", link.body)] * body.n
+                self.scale[first : first + body.n] = sizes[link.body] / _reach(body)
+
+    def at(self, t: float) -> None:
+        """Take functions of time at t (s), not after that of the start."""
+        self.t = t
+        self.loading.enter(*next(stretch for stretch in self.loading.stretches if t < stretch[1]))
+
+    def coordinates(self, kind: str, name: str) -> list[int]:
+        """Return the places in y of the coordinates of a joint or a body's modes."""
+        if kind == "body":
+            first, n = self.packed.tree.ints[self.packed.link_of(name), XQ], self.system.bodies[name].n
+            return list(range(first, first + n))
+        return self.packed.coordinates_of(name)
+
+    def load(self, y: np.ndarray, *, moving: bool = True) -> None:
+        """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""
+        motion = self.loading.prescribe(self.t)
+        if not moving:
+            motion[:, 1:] = 0.0
+        kernel.outward(self.packed.tree, self.packed.flex, self.W, self.F, y, motion)
+        self.loading.apply(self.W, self.F, y, self.t)
+        if self.loops:
+            self.loops.residual(self.W, self.F, y, motion, self.t)
+
+    @property
+    def gap_count(self) -> int:
+        """Number of conditions that the loops make."""
+        return len(self.loops.arrays.rows) if self.loops else 0
+
+    def gaps(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return what the loops leave open (m,), lengths by the size of the system, and its rate (m,)."""
+        self._track(y, self.loading.prescribe(self.t))
+        unit = self.loops.arrays.constants[:, UNIT]
+        return unit * self.loops.work.phi, unit * self.loops.work.rate
+
+    def _track(self, y: np.ndarray, motion: np.ndarray) -> None:
+        kernel.outward(self.packed.tree, self.packed.flex, self.W, self.F, y, motion)
+        self.loops.residual(self.W, self.F, y, motion, self.t)
+
+    def jacobian(self, y: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the gaps' rates by the speeds (m, nu), exactly: they are linear."""
+        if self.loops is None:
+            return np.zeros((0, self.nu))
+        motion = self.loading.prescribe(self.t)
+        motion[:, 1:] = 0.0
+        state, rows = y.copy(), []
+        for speeds in np.eye(self.nu):
+            state[self.nx :] = speeds
+            self._track(state, motion)
+            rows.append(self.loops.work.rate + self.loops.work.push)
+        return self.loops.arrays.constants[:, UNIT, None] * np.column_stack(rows)
+
+    def kept_rows(self, y: np.ndarray) -> np.ndarray:
+        """Return which conditions of the loops do not follow from others at a state (int)."""
+        if self.loops is None:
+            return np.zeros(0, dtype=int)
+        self.load(y)
+        self.accelerations(np.zeros(self.nu))
+        return np.sort(self.loops.work.order[: self.loops.work.rank[0]])
+
+    def exerted(self, y: np.ndarray, required: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what the closures exert to be the generalised forces ``required (nu,)``, named as in `Loops.exerted`.
+
+        Conditions that follow from others take no part.
+        """
+        if self.loops is None:
+            return {}
+        kept, multiplier = self.kept_rows(y), self.loops.work.multiplier
+        G = self.jacobian(y)[kept]
+        multiplier[:] = 0.0
+        multiplier[kept] = np.linalg.lstsq(G.T, required)[0] * self.loops.arrays.constants[kept, UNIT]
+        return self.loops.exerted()
+
+    def required(self, y: np.ndarray, udot: np.ndarray, *, moving: bool = True) -> np.ndarray:
+        """Return the generalised forces (nu,), beyond all loads, that accelerations ``udot (nu,)`` need.
+
+        Those that closed loops exert are among them.
+        """
+        out = np.zeros(self.nu)
+        self.load(y, moving=moving)
+        required_forces(self.packed.tree, self.packed.flex, self.W, self.F, udot, out)
+        return out - self.loading.tau
+
+    def mass(self, y: np.ndarray) -> np.ndarray:
+        """Return the mass matrix (nu, nu)."""
+        rest = self.required(y, np.zeros(self.nu))
+        return np.column_stack([self.required(y, e) - rest for e in np.eye(self.nu)])
+
+    def accelerations(self, tau: np.ndarray) -> np.ndarray:
+        """Return ``udot (nu,)`` under hinge forces ``tau (nu,)`` besides the loads, after `load`.
+
+        Raises
+        ------
+        SimulationError
+            When the mass matrix is not positive.
+        """
+        udot, tree = np.zeros(self.nu), self.packed.tree
+        status = kernel.inward(tree, self.packed.flex, self.W, self.F, tau + self.loading.tau, None, 0.0, 0.0)
+        if status >= 0:
+            name = next(link.body for link in self.packed.links[status:] if link.body)
+            raise SimulationError(f"the mass matrix of body {name!r} is not positive: its deflection is too large")
+        kernel.forward(tree, self.packed.flex, self.W, self.F, tau + self.loading.tau, udot)
+        if self.loops:
+            self.loops.correct(self.W, self.F, udot)
+        return udot
+
+    def rates(self, y: np.ndarray, ydot: np.ndarray) -> None:
+        """Write the time derivatives of the coordinates to ``ydot (nx + nu,)``."""
+        kernel.kinematic(self.packed.tree, y, ydot)
+
+    def moved(self, y: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return y with its coordinates moved as speeds ``step (nu,)`` would in unit time."""
+        y = y.copy()
+        retract(self.packed.tree, y, np.array(step, dtype=float), np.zeros(len(y)))
+        return y
+
+
+def _size(body) -> float:
+    """Size of a body by its points and interfaces, m."""
+    return float(np.ptp(np.vstack([body.points, body.interface_position]), axis=0).max()) or 1.0
+
+
+def _reach(body) -> np.ndarray:
+    """Largest displacement of any point, or turn of an interface times the size, per modal coordinate (n,)."""
+    turns = _size(body) * body.psi
+    largest = np.abs(np.vstack([body.shape, body.phi, turns])).max(axis=(0, 1), initial=0.0)
+    return np.maximum(largest, LEAST_REACH * largest.max(initial=0.0)) if np.any(largest) else np.ones(body.n)

@@ -1,0 +1,46 @@
+"""The functions of time whose zeros are the events of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from modalprep.multibody.evaluation.evaluate import Model, evaluate
+from modalprep.multibody.evaluation.expressions import CHANNEL, channel_expression
+from modalprep.multibody.evaluation.loading import Loading, frames
+from modalprep.multibody.evaluation.state import State
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.model.events import Event
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed
+
+
+def event_function(
+    system: System, packed: Packed, loading: Loading, model: Model, event: Event
+) -> Callable[[float], float]:
+    """Return ``t -> value`` of an event at the state that the compiled loop left in `model.state`.
+
+    Raises
+    ------
+    InputError
+        When the expression cannot be read or names no channel.
+    """
+    forces = not callable(event.when) and any(name.endswith(".multiplier") for name in CHANNEL.findall(event.when))
+    ydot, frame = np.zeros(packed.nx + packed.nu + 1), frames(packed, model.W, model.F)
+
+    def state(t: float) -> State:
+        motion = loading.prescribe(t)
+        if forces:
+            evaluate(model, t, np.append(model.state, 0.0), ydot)
+            return State(system, packed, model.state, motion, frame)
+        kernel.outward(model.tree, model.flex, model.W, model.F, model.state, motion)
+        kernel.world(model.tree, model.W)
+        if loading.loops:
+            loading.loops.residual(model.W, model.F, model.state, motion, t)
+        return State(system, packed, model.state, motion, frame)
+
+    if callable(event.when):
+        return lambda t: float(event.when(t, state(t)))
+    value = channel_expression(system, event.when, f"event {event.name!r}", loading.loops)
+    return lambda t: value(t, state(t))

@@ -1,0 +1,112 @@
+"""Expressions of time and of what moves in a running system: for events and control laws."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody.evaluation.loops import Loops
+from modalprep.multibody.evaluation.state import State
+from modalprep.multibody.evaluation.stresses import stress_reader
+from modalprep.multibody.kernels.force_laws import rotation_vector
+from modalprep.multibody.model.joint import TRAVELS, TURNS, Joint
+from modalprep.multibody.model.loads import locate
+from modalprep.multibody.model.safe_expression import read_expression
+from modalprep.multibody.model.system import System
+from modalprep.suggest import suggestion
+
+CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
+AXES = {"x": 0, "y": 1, "z": 2}
+PARTS = ("position", "rotation", "velocity", "spin")
+PLACES, RATES = {"angle": TURNS, "displacement": TRAVELS}, {"rate": TURNS, "speed": TRAVELS}
+KNOWN = (
+    "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
+    ".velocity.x or .spin.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also <closure>.gap or "
+    ".multiplier"
+)
+
+
+def channel_expression(
+    system: System, text: str, what: str, loops: Loops | None = None
+) -> Callable[[float, State], float]:
+    """Return ``(t, state) -> value`` of an expression of channels and ``t``.
+
+    Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
+    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad,
+    below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also its
+    ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
+    ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
+    one condition, active or not.
+
+    Raises
+    ------
+    InputError
+        When the expression cannot be read or names no channel; `what` begins the sentence.
+    """
+    import symengine
+
+    names = list(dict.fromkeys(CHANNEL.findall(text)))
+    readers = [_reader(system, name, what, loops) for name in names]
+    symbols = {name: f"channel_{k}" for k, name in enumerate(names)}
+    known = ("t", *symbols.values())
+    value = read_expression(CHANNEL.sub(lambda match: symbols[match[0]], text), f"{what}: {text[:60]!r}", known)
+    compiled = symengine.Lambdify([symengine.Symbol(name) for name in known], [value])
+    return lambda t, state: float(compiled(np.array([t, *(read(state) for read in readers)]))[0])
+
+
+def _reader(system: System, name: str, what: str, loops: Loops | None) -> Callable[[State], float]:
+    """Return ``state -> value`` of a channel."""
+    owner, _, part = name.partition(".")
+    joint = next((j for j in system.joints if j.name == owner), None)
+    found = None if joint is None else _joint_reader(joint, part)
+    if found is None and owner in system.bodies:
+        found = _body_reader(system, owner, part, what)
+    closures = [closure.name for closure in system.closures] if loops else []
+    if found is None and owner in closures:
+        found = _closure_reader(loops, closures.index(owner), part, what)
+    if found is None:
+        known = suggestion(owner, [*(j.name for j in system.joints), *system.bodies, *closures], "known are")
+        raise InputError(f"{what}: no channel {name!r}; give {KNOWN}; {known}")
+    return found
+
+
+def _joint_reader(joint: Joint, part: str) -> Callable[[State], float] | None:
+    kind, _, number = part.partition(".")
+    counts = (PLACES | RATES).get(kind)
+    if counts is None or not (number.isdigit() or not number):
+        return None
+    count, k = counts.get(joint.type, 0), int(number or 1) - 1
+    if not 0 <= k < count or (count > 1 and not number):
+        return None
+    k += TRAVELS.get(joint.type, 0) if counts is TURNS else 0
+    which = "position" if kind in PLACES else "rate"
+    return lambda state: float(getattr(state.joint(joint.name), which)[k])
+
+
+def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[State], float] | None:
+    words = part.split(".")
+    if len(words) == 2 and words[0] == "modal" and words[1].isdigit() and 0 < int(words[1]) <= system.bodies[body].n:
+        return lambda state: float(state.modal(body)[int(words[1]) - 1])
+    if words[0] == "stress" and (stress := stress_reader(system.bodies[body], part.removeprefix("stress."))):
+        return lambda state: stress(state.modal(body))
+    if len(words) == 3 and words[1] in PARTS and words[2] in AXES:
+        at, axis = f"{body}.{words[0]}", AXES[words[2]]
+        locate(system.bodies, at, what)
+        if words[1] == "rotation":
+            return lambda state: rotation_vector(tuple(state[at].rotation.ravel().tolist()))[0][axis]
+        return lambda state: float(getattr(state[at], words[1])[axis])
+    return None
+
+
+def _closure_reader(loops: Loops, number: int, part: str, what: str) -> Callable[[State], float] | None:
+    rows = loops.closing.normal(number)
+    if part not in ("gap", "multiplier"):
+        return None
+    if len(rows) != 1:
+        name = loops.system.closures[number].name
+        raise InputError(f"{what}: closure {name!r} has no {part}, it makes {len(rows)} conditions")
+    values = loops.work.phi if part == "gap" else loops.work.multiplier
+    return lambda state: float(values[rows[0]])

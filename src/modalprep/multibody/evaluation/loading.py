@@ -1,0 +1,122 @@
+"""The loads of one run: packed, with their scratch, callbacks included."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+from modalprep.multibody.evaluation.loops import Loops
+from modalprep.multibody.evaluation.state import Frame, State, callback_loads
+from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels import forces
+from modalprep.multibody.kernels.data import Scratch
+from modalprep.multibody.kernels.deployment import Reels
+from modalprep.multibody.kernels.forces import Energies
+from modalprep.multibody.kernels.variable_mass import refresh
+from modalprep.multibody.model.loads import Callback
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.loads import pack_loads
+from modalprep.multibody.packing.tree import Packed
+
+
+def frames(packed: Packed, W: np.ndarray, F: Scratch | None) -> Callable[[str, int], Frame]:
+    """Return ``(body, k) -> Frame``: the motion of interface k after `kernel.world`."""
+
+    def frame(body: str, k: int) -> Frame:
+        found = kernel.node_state(packed.tree, packed.flex, W, F, packed.link_of(body), k)
+        return Frame(*(np.reshape(part, (3, 3) if len(part) == 9 else 3) for part in found))
+
+    return frame
+
+
+class Loading:
+    """Everything that loads or drives a system on [0, t_end].
+
+    Attributes
+    ----------
+    active : bool
+        Whether there is anything but prescribed motions and uniform gravity.
+    compiled : bool
+        Whether it runs without Python: no callbacks.
+    tau : (nu,)
+        Hinge forces of the last `apply`; zero without loads.
+    slope : (2, nu)
+        Their derivatives by the hinge's own coordinate and speed.
+    motion : (nl, 3)
+        Position, rate and acceleration of prescribed hinges of the last `prescribe`.
+    loops : Loops or None
+        Closed loops and motion constraints.
+    reels : Reels or None
+        Deployments, put in by `deploying`.
+    stretches : list of (float, float)
+        What is integrated, between breaks of the functions of time, s.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.model.time_function import TimeFunction
+    >>> law = TimeFunction([(0.5, "0"), (float("inf"), "(t - 0.5)**2")])
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", motion=law)
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> loading = Loading(arm, pack(arm), t_end=2.0)
+    >>> loading.stretches, loading.active, loading.prescribe(1.5).round(12).tolist()
+    ([(0.0, 0.5), (0.5, 2.0)], False, [[1.0, 2.0, 2.0]])
+    """
+
+    def __init__(self, system: System, packed: Packed, t_end: float) -> None:
+        self.system, self.packed, self.t_end = system, packed, t_end
+        self.arrays = pack_loads(system, packed, t_end)
+        loaded = system.loads or system.orbit or system.depletions
+        self.active = bool(loaded) or any(joint.elements for joint in system.joints)
+        self.compiled = not any(isinstance(load, Callback) for load in system.loads)
+        self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
+        self.motion = np.zeros((len(packed.links), 3))
+        self.loops = Loops(system, packed, t_end) if system.closures else None
+        self.reels: Reels | None = None
+        until = [*self.arrays.tables.until, *(self.loops.breaks if self.loops else ())]
+        breaks = sorted({float(t) for t in until if 0 < t < t_end})
+        self.stretches = list(pairwise([0.0, *breaks, t_end]))
+
+    def clip(self, begin: float, end: float) -> None:
+        """Integrate from `begin` to `end` only (s)."""
+        parts = [(max(a, begin), min(b, end)) for a, b in self.stretches]
+        self.stretches = [(a, b) for a, b in parts if a < b]
+
+    def enter(self, begin: float, end: float) -> None:
+        """Say which stretch between breaks is integrated, so that both its ends belong to it."""
+        self.arrays.tables.middle[0] = (begin + end) / 2
+        if self.loops:
+            self.loops.enter(begin, end)
+
+    def prescribe(self, t: float) -> np.ndarray:
+        """Return `motion` at time t, and let bodies have the mass of that time."""
+        forces.prescribe(self.arrays, t, self.motion)
+        refresh(self.arrays.fill, self.arrays.tables, self.packed.tree, self.packed.flex, t)
+        return self.motion
+
+    def apply(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, t: float) -> Energies:
+        """Add all loads to W, F and `tau`, between `kernel.outward` and `kernel.inward`."""
+        if not self.active:
+            return Energies(0.0, 0.0, 0.0)
+        tree, flex = self.packed.tree, self.packed.flex
+        kernel.world(tree, W)
+        energies = forces.apply(self.arrays, tree, flex, W, F, y, t, self.tau, self.slope)
+        return energies if self.compiled else energies._replace(power=energies.power + self.call(W, F, y, t))
+
+    def call(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, t: float) -> float:
+        """Add the loads of callbacks to W, F and `tau`, after `forces.apply`; returns their power (W)."""
+        tree, flex, frame = self.packed.tree, self.packed.flex, frames(self.packed, W, F)
+        state = State(self.system, self.packed, y, self.motion, frame)
+        wrenches, tau = callback_loads(self.system, self.packed, t, state)
+        self.tau += tau
+        power = float(tau @ y[self.packed.nx : self.packed.nx + self.packed.nu])
+        for w in wrenches:
+            moved = frame(w.body, w.interface)
+            power += float(w.force @ moved.velocity + w.torque @ moved.spin)
+            force, torque = tuple(w.force.tolist()), tuple(w.torque.tolist())
+            kernel.add_wrench(tree, flex, W, F, self.packed.link_of(w.body), w.interface, force, torque)
+        return power

@@ -1,0 +1,1 @@
+"""A single free body in momenta and in efficient variables."""

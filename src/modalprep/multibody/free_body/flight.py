@@ -1,0 +1,91 @@
+"""Free flight of a system of one body in momenta or efficient variables, as channels of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody.evaluation.stresses import stress_channels
+from modalprep.multibody.free_body.free_flyer import Flight, fly_free
+from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.system import System
+from modalprep.multibody.reference.equations import node_motion, quaternion_matrix
+from modalprep.multibody.results.result import Result, output_times
+
+
+def fly_system(
+    system: System, *, t_end: float, output_step: float = 0.01, rtol: float = 1e-7, variables: str = "momentum"
+) -> Result:
+    """Integrate a system of one free body by `fly_free`, from the start of its joint; arguments as `simulate`.
+
+    Returns
+    -------
+    Result
+        Channels ``<body>.origin``, ``.orientation``, ``.modal``, ``.stress``, ``<body>.<interface>.position``, momenta
+        and energies.
+
+    Raises
+    ------
+    InputError
+        When there is more than one free body under uniform gravity, or the variables do not suit it.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> free = Joint(name="flight", type="free", parent="ground", child="arm", spin=np.array([0, 0, 1.0]))
+    >>> run = fly_system(System(bodies={"arm": uniform_beam(modes=2)}, joints=(free,)), t_end=0.1)
+    >>> run["arm.tip.position"].shape, run.stats["energy_error"] < 1e-6
+    ((11, 3), True)
+    """
+    joint = _only_joint(system, variables)
+    name, body = next(iter(system.bodies.items()))
+    start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "spin")}
+    way = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
+    flight = fly_free(body, output_times(t_end, output_step), **start, **way)
+    energy = flight.energy
+    total = sum(energy.values())
+    channels = {
+        f"{name}.origin": flight.position,
+        f"{name}.orientation": flight.quaternion,
+        f"{name}.modal": flight.q,
+        "momentum.linear": flight.linear,
+        "momentum.angular": flight.angular,
+        "energy.kinetic": energy["kinetic"],
+        "energy.strain": energy["strain"],
+        "energy.gravity": energy["gravity"],
+        "energy.work": -energy["dissipated"],
+        "energy.error": total - total[0],
+    }
+    for k, interface in enumerate(body.interface_name):
+        channels[f"{name}.{interface}.position"] = _positions(system, name, k, flight)
+    channels |= stress_channels({name: body}, channels)
+    largest = max(np.abs(part - part[0] * (key == "gravity")).max() for key, part in energy.items())
+    stats = {"steps": float(flight.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
+    message = f"free flight in {variables} variables, explicit method of order 8"
+    return Result(time=flight.time, channels=channels, status="done", message=message, stats=stats)
+
+
+def _only_joint(system: System, variables: str) -> Joint:
+    joint, *others = system.joints
+    reason = (
+        "more than one body" if others
+        else f"joint {joint.name!r} is {joint.type}, not free" if joint.type != "free"
+        else "a load" if system.loads or joint.elements
+        else "a closed loop" if system.closures
+        else "an orbit" if system.orbit
+        else "a body that loses mass" if system.depletions
+        else None
+    )  # fmt: skip
+    if reason:
+        raise InputError(
+            f"variables = {variables!r} are for one free body under uniform gravity, and here is {reason}; "
+            "leave them out"
+        )
+    return joint
+
+
+def _positions(system: System, name: str, node: int, flight: Flight) -> np.ndarray:
+    body, none = system.bodies[name], np.zeros(system.bodies[name].n)
+    arms = [node_motion(body, node, np.zeros(3), q, none)[0] for q in flight.q]
+    turns = [quaternion_matrix(e) for e in flight.quaternion]
+    return flight.position + np.einsum("tab,tb->ta", turns, arms)

@@ -1,0 +1,1 @@
+"""Time integration: step loop, methods, their selection, events."""

@@ -1,0 +1,340 @@
+"""The step loop of all methods: control of the step, samples, events."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.jit import compile_kernel, compile_merged
+from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
+from modalprep.multibody.evaluation.evaluate import RAISED as CALLBACK_RAISED
+from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
+from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
+from modalprep.multibody.integration.rosenbrock import rosenbrock_step
+from modalprep.multibody.integration.stepping import (
+    BEGIN,
+    CAUSE,
+    ERROR,
+    EVALUATIONS,
+    FIXED,
+    FOUND,
+    HALVED,
+    LAST,
+    NOT_FINITE,
+    OPEN,
+    OUTPUT,
+    POWER_BEFORE,
+    REJECTED,
+    SAMPLED,
+    STEPS,
+    H,
+    T,
+    hermite_rows,
+    interpolate,
+    norm,
+    normalise,
+    set_weights,
+)
+from modalprep.multibody.kernels.callbacks import call_address
+from modalprep.multibody.kernels.constraints import settle
+from modalprep.multibody.kernels.data import MODES, XQ
+from modalprep.multibody.kernels.forces import prescribe
+from modalprep.multibody.kernels.spatial import copy
+
+EXPLICIT, ROSENBROCK, ALPHA = range(3)
+ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h
+MOST_GROWTH = (6.0, 3.0, 2.0)
+RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED = range(7)
+SAFETY, LEAST_GROWTH, FAILED_GROWTH = 0.9, 0.2, 0.5
+PROPORTIONAL, INTEGRAL = 0.4, 0.7  # of a PI controller, over the order: Hairer and Wanner (1996), IV.2
+SMALLEST = 1e-13  # step size, of the time
+PROBES = 4  # places of a step at which events are looked for
+MOST_TRIALS = 60  # for the time of an event
+LEFT = 1e-300  # event function just after its event, on the side that the motion comes from
+CLOSED, MOST_PROJECTIONS = 1e-11, 10  # violation of closed loops after a step
+TOO_FAR = 100.0  # body sizes of deflection: far beyond the validity of a modal body
+
+
+class Watch(NamedTuple):
+    """What is looked at after every step."""
+
+    times: np.ndarray  # output times, s
+    samples: np.ndarray  # (rows, ny) states at the next of them
+    size: np.ndarray  # (nx,) deflection per modal coordinate, in sizes of the body
+    hook: np.ndarray  # (1,) int, address of the function that writes `values`; 0 without events
+    values: np.ndarray  # (events,) event functions at the state of the model
+    now: np.ndarray  # (events,) at the place looked at
+    before: np.ndarray  # (events,) at the last one
+    sense: np.ndarray  # (events, 2) int: direction (-1, 0, 1), whether it ends the run
+    found: np.ndarray  # (rows, 2) event, time
+
+
+@compile_kernel
+def begin(model, run, method, t, stop):
+    """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
+    normalise(model.tree, run.y)
+    run.clock[T], run.clock[BEGIN], run.clock[LAST], run.clock[ERROR] = t, t, 0.0, 1.0
+    copy(run.y, run.old)
+    run.rows[:] = 0.0
+    run.count[EVALUATIONS] += 1
+    status = evaluate(model, t, run.y, run.ydot)
+    if status != GOOD:
+        return status
+    if run.clock[FIXED] > 0.0:
+        run.clock[H] = run.clock[FIXED]
+        return GOOD
+    return _first_size(model, run, ERROR_ORDER[method], stop - t)
+
+
+@compile_merged
+def _first_size(model, run, order, left):
+    """First step size of Hairer, Norsett and Wanner (1993), II.4."""
+    set_weights(model, run, run.y, True)
+    run.weight[-1] = 0.0
+    d0, d1 = norm(run, run.y), norm(run, run.ydot)
+    h = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+    h = min(h, left)
+    copy(run.y, run.new)
+    for k in range(len(run.y)):
+        run.new[k] += h * run.ydot[k]
+    run.count[EVALUATIONS] += 1
+    status = evaluate(model, run.clock[T] + h, run.new, run.newdot)
+    if status == GOOD:
+        for k in range(len(run.y)):
+            run.newdot[k] -= run.ydot[k]
+        most = max(d1, norm(run, run.newdot) / h)
+        run.clock[H] = min(100.0 * h, left, (0.01 / most) ** (1.0 / order) if most > 1e-15 else max(1e-6, 1e-3 * h))
+    return status
+
+
+@compile_kernel
+def advance(model, run, watch, method, stop, most):
+    """Take up to `most` steps towards the time `stop`; returns why it ends, a code above.
+
+    Samples of the last step are written first: after FULL it goes on where it was.
+    """
+    run.count[FOUND] = 0
+    for _ in range(most):
+        if not sample(model, run, watch):
+            return FULL
+        t, h = run.clock[T], run.clock[H]
+        if t >= stop:
+            return REACHED
+        left = stop - t
+        if h > 0.5 * left:
+            h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
+        end = stop if h == left else t + h
+        status, error = _try(model, run, method, t, h)
+        passed = error <= 1.0 or run.clock[FIXED] > 0.0
+        if status == GOOD and not error < np.inf:
+            status = NOT_FINITE
+        if status == GOOD and passed:
+            status = _hold(model, run, method, h, end)
+        if status == FAILED_CALLBACK:
+            return RAISED
+        if status != GOOD:
+            run.count[CAUSE] = status
+            run.count[HALVED] += 1
+            run.clock[ERROR] = 1.0
+            run.clock[H] = FAILED_GROWTH * h
+        elif not passed:
+            run.count[REJECTED] += 1
+            run.count[CAUSE] = GOOD
+            run.clock[H] = h * max(LEAST_GROWTH, SAFETY * error ** (-1.0 / ERROR_ORDER[method]))
+            run.clock[ERROR] = -1.0
+        else:
+            if _accept(model, run, watch, method, h, end) == FAILED_CALLBACK:
+                return RAISED
+            _next_size(run, method, h, error)
+            if _too_far(model.tree, watch, run):
+                return DIVERGED
+            if watch.hook[0]:
+                code = _events(model, run, watch)
+                if code != RUNNING:
+                    return code
+        if run.clock[H] < SMALLEST * stop:
+            return COLLAPSED
+    return RUNNING
+
+
+@compile_merged
+def _try(model, run, method, t, h):
+    if method == EXPLICIT:
+        return explicit_step(model, run, t, h)
+    if method == ROSENBROCK:
+        return rosenbrock_step(model, run, t, h)
+    return alpha_step(model, run, t, h)
+
+
+@compile_merged
+def _hold(model, run, method, h, t):
+    """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status."""
+    normalise(model.tree, run.new)
+    if model.cons is None:
+        return GOOD
+    prescribe(model.loads, t, model.motion)
+    moves = settle(
+        model.cons, model.tree, model.flex, model.W, model.F, run.new, model.motion, t, model.work, model.hinge,
+        0.0 if method == EXPLICIT else 0.25 * h * h, CLOSED, MOST_PROJECTIONS,
+    )  # fmt: skip
+    if moves < 0:
+        return OPEN
+    if moves > 0 and method == EXPLICIT:
+        run.count[EVALUATIONS] += 1
+        return evaluate(model, t, run.new, run.newdot)
+    return GOOD
+
+
+@compile_merged
+def _accept(model, run, watch, method, h, t):
+    """Move on to the state `new` at time t, with dense output where it will be asked for."""
+    status = GOOD
+    if method != EXPLICIT:
+        _add_work(run, h)
+    if watch.hook[0] or _due(run, watch, t):
+        if method == EXPLICIT:
+            status = explicit_rows(model, run, run.clock[T], h)
+        else:
+            hermite_rows(run, h)
+    if method == ALPHA:
+        alpha_accept(model, run)
+    run.count[STEPS] += 1
+    run.clock[BEGIN], run.clock[LAST], run.clock[POWER_BEFORE] = run.clock[T], h, run.ydot[-1]
+    run.clock[T] = t
+    copy(run.y, run.old)
+    copy(run.new, run.y)
+    copy(run.newdot, run.ydot)
+    set_weights(model, run, run.y, True)
+    return status
+
+
+@compile_kernel
+def _due(run, watch, t):
+    """Whether an output falls on or before t, to round-off."""
+    return run.count[OUTPUT] < len(watch.times) and watch.times[run.count[OUTPUT]] <= t * (1.0 + 1e-14)
+
+
+@compile_kernel
+def _add_work(run, h):
+    """Work by the parabola through the power at both ends of the step and at the one before."""
+    p0, p1 = run.ydot[-1], run.newdot[-1]
+    work = 0.5 * h * (p0 + p1)
+    if run.clock[LAST] > 0.0:
+        g = run.clock[LAST]
+        work -= h * h * h / 6.0 * ((p1 - p0) / h - (p0 - run.clock[POWER_BEFORE]) / g) / (h + g)
+    run.new[-1] = run.y[-1] + work
+
+
+@compile_kernel
+def _next_size(run, method, h, error):
+    """PI control; no growth after a rejected step."""
+    if run.clock[FIXED] > 0.0:
+        run.clock[H] = min(run.clock[FIXED], 2.0 * run.clock[H])
+        return
+    error, before = max(error, 1e-8), run.clock[ERROR]
+    growth = SAFETY * error ** (-INTEGRAL / ERROR_ORDER[method]) * abs(before) ** (PROPORTIONAL / ERROR_ORDER[method])
+    most = 1.0 if before < 0.0 else MOST_GROWTH[method]
+    run.clock[H] = h * min(most, max(LEAST_GROWTH, growth))
+    run.clock[ERROR] = error
+
+
+@compile_kernel
+def sample(model, run, watch):
+    """Write the samples of the last step; False when there is no more room."""
+    while _due(run, watch, run.clock[T]):
+        if run.count[SAMPLED] == len(watch.samples):
+            return False
+        interpolate(model.tree, run, watch.times[run.count[OUTPUT]], watch.samples[run.count[SAMPLED]])
+        run.count[SAMPLED] += 1
+        run.count[OUTPUT] += 1
+    return True
+
+
+@compile_kernel
+def _too_far(tree, watch, run):
+    """Whether a body's deflection is beyond all meaning; its link is then the cause."""
+    for i in range(len(tree.ints)):
+        far = 0.0
+        for x in range(tree.ints[i, XQ], tree.ints[i, XQ] + tree.ints[i, MODES]):
+            far += abs(run.y[x]) * watch.size[x]
+        if far > TOO_FAR:
+            run.count[CAUSE] = i
+            return True
+    return False
+
+
+@compile_kernel
+def ask(model, run, watch, t, y):
+    """Let Python write the event functions at a state; False when it raised."""
+    copy(y, model.state)
+    call_address(watch.hook[0], t)
+    return model.shared[CALLBACK_RAISED] == 0.0
+
+
+@compile_kernel
+def _events(model, run, watch):
+    """Look for zero crossings in the last step; the first that ends the run becomes its state."""
+    h, y, until = run.clock[LAST], run.new, np.inf
+    for j in range(PROBES):
+        a, b = run.clock[BEGIN] + j * h / PROBES, run.clock[BEGIN] + (j + 1) * h / PROBES
+        if j == PROBES - 1:
+            b = run.clock[T]
+        interpolate(model.tree, run, b, y)
+        if not ask(model, run, watch, b, y):
+            return RAISED
+        copy(watch.values, watch.now)  # `_crossing` asks for others
+        for e in range(len(watch.now)):
+            fa, fb = watch.before[e], watch.now[e]
+            rising = fa < 0.0 and fb >= 0.0
+            falling = fa > 0.0 and fb <= 0.0
+            if (rising and watch.sense[e, 0] >= 0) or (falling and watch.sense[e, 0] <= 0):
+                if abs(fa) == LEFT:
+                    t = _return(model, run, watch, e, a, b, fa, fb)
+                else:
+                    t = _crossing(model, run, watch, e, a, b, fa, fb)
+                watch.found[run.count[FOUND], 0], watch.found[run.count[FOUND], 1] = e, t
+                run.count[FOUND] += 1
+                if watch.sense[e, 1]:
+                    until = min(until, t)
+            watch.before[e] = fb
+        if until < np.inf:
+            interpolate(model.tree, run, until, y)
+            copy(y, run.y)
+            run.clock[T] = until
+            return STOPPED
+    return RUNNING
+
+
+@compile_kernel
+def _return(model, run, watch, e, a, b, fa, fb):
+    """Time in [a, b] at which an event comes back that was just there: a itself where the motion did not leave."""
+    for _ in range(MOST_TRIALS):
+        t = 0.5 * (a + b)
+        interpolate(model.tree, run, t, run.new)
+        ask(model, run, watch, t, run.new)
+        f = watch.values[e]
+        if f * fa > 0.0:
+            return _crossing(model, run, watch, e, t, b, f, fb)
+        b, fb = t, f
+    return a
+
+
+@compile_kernel
+def _crossing(model, run, watch, e, a, b, fa, fb):
+    """Time in [a, b] at which an event function is zero: regula falsi, Illinois variant."""
+    last = a
+    for _ in range(MOST_TRIALS):
+        t = b - fb * (b - a) / (fb - fa)
+        if abs(t - last) <= 4e-16 * abs(t) or fb == 0.0:
+            return b if fb == 0.0 else t
+        last = t
+        interpolate(model.tree, run, t, run.new)
+        ask(model, run, watch, t, run.new)
+        f = watch.values[e]
+        if f * fb < 0.0:
+            a, fa = b, fb
+        else:
+            fa *= 0.5
+        b, fb = t, f
+    return b

@@ -1,0 +1,88 @@
+"""What events do to a run: closures that begin or end, blows, the jumps of speed that go with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.evaluation.energy import energy
+from modalprep.multibody.evaluation.evaluate import Model, load
+from modalprep.multibody.evaluation.impact import Impact, strike
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.model.events import Event, check_changes
+from modalprep.multibody.model.system import System
+
+MOST_BLOWS = 1000  # in one run
+
+
+class Changes:
+    """The changes that the events of one run make.
+
+    Attributes
+    ----------
+    impacts : dict of str to list of Impact
+        By event.
+    """
+
+    def __init__(self, system: System, events: Sequence[Event], loading: Loading, model: Model) -> None:
+        check_changes(system, events)
+        self.loading, self.model = loading, model
+        self.number = {closure.name: k for k, closure in enumerate(system.closures)}
+        self.impacts: dict[str, list[Impact]] = {event.name: [] for event in events if event.changes}
+        self.past: set[str] = set()
+
+    def armed(self, event: Event) -> bool:
+        """Return whether an event that is there to begin or to end closures still can."""
+        if event.once and event.name in self.past:
+            return False
+        if not event.changes or event.hits:
+            return True
+        active = self.loading.loops.closing.active
+        waiting = any(not active(self.number[name]) for name in event.begins)
+        return waiting or any(active(self.number[name]) for name in event.ends)
+
+    def apply(self, event: Event, t: float, y: np.ndarray) -> None:
+        """Let the closures of an event act on a state ``y (nx + nu + 1,)``; the change of energy counts as work.
+
+        Raises
+        ------
+        SimulationError
+            When blows pile up, or no impulses satisfy the law of friction.
+        """
+        self.past.add(event.name)
+        loops = self.loading.loops
+        begins, ends, hits = ([self.number[n] for n in names] for names in (event.begins, event.ends, event.hits))
+        for k in ends:
+            loops.closing.activate(k, False)
+        if begins or hits:
+            load(self.model, t, y)
+            loops.residual(self.model.W, self.model.F, y, self.model.motion, t)
+            for k in begins:
+                loops.begin(k)
+            blow = strike(loops, self.model.W, self.model.F, y[:-1], t, hits, event.restitution)
+            self._count(event, blow)
+            before = energy(self.model, t, y)
+            y[:-1] = blow.y
+            y[-1] += energy(self.model, t, y) - before  # impulses of prescribed hinges change it too
+        if self.model.bonds is not None:
+            self.model.bonds.constants[: len(loops.arrays.rows)] = loops.arrays.constants
+
+    def _count(self, event: Event, blow: Impact) -> None:
+        self.impacts[event.name].append(blow)
+        if len(self.impacts[event.name]) > MOST_BLOWS:
+            raise SimulationError(
+                f"event {event.name!r} comes again and again, for the {MOST_BLOWS}th time at t = {blow.t:.6g} s; let a "
+                "closure begin there, or end the run"
+            )
+
+    def notes(self) -> list[str]:
+        """Return a sentence for each impact, the first ten."""
+        blows = [(name, blow) for name, blows in self.impacts.items() for blow in blows]
+        found = [f"event {name!r} at t = {b.t:.6g} s took {b.lost:.6g} J" for name, b in sorted(blows, key=_time)[:10]]
+        return [*found, f"and {len(blows) - 10} more"] if len(blows) > 10 else found
+
+
+def _time(pair: tuple[str, Impact]) -> float:
+    return pair[1].t

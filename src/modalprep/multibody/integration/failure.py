@@ -1,0 +1,111 @@
+"""Why a run ended early, in one sentence."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+
+from modalprep.errors import SimulationError
+from modalprep.multibody.evaluation.evaluate import evaluate
+from modalprep.multibody.integration.stepping import CAUSE, NOT_CONVERGED, OPEN
+from modalprep.multibody.kernels.data import UQ, WRENCH, XQ, U
+from modalprep.multibody.reference.equations import mass_and_force
+
+LATER = 1e-3  # of the run
+NEARLY_SINGULAR = 1e-5  # of the scaled mass matrix: accelerations are then 1e5 times too large
+
+
+class Running(Protocol):
+    """What an explanation needs of a run."""
+
+    system: Any
+    packed: Any
+    loading: Any
+    model: Any
+    steps: Any
+    watch: Any
+
+
+def diverged(run: Running) -> str:
+    """Return the sentence of a run that ended because a deflection grew beyond all meaning."""
+    name = body_of(run, int(run.steps.count[CAUSE]))
+    x = modal_rows(run, name)
+    sizes = float(np.abs(run.steps.y[x]) @ run.watch.size[x])
+    why = "" if run.system.bodies[name].has_geometric_stiffness else " without geometric stiffness"
+    return f"diverged at t = {run.steps.clock[0]:.4g} s: body {name!r} deflects by {sizes:.0f} times its size{why}"
+
+
+def failure(run: Running, t: float) -> SimulationError:
+    """Return the error of a run that cannot go on at time t: the body, and what to do."""
+    cause, begin = int(run.steps.count[CAUSE]), f"simulation stopped at t = {t:.6g} s: "
+    if run.loading.loops and (_locked(run, t) or cause == OPEN):
+        return SimulationError(
+            begin + run.loading.loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
+            "prescribed motions and lengths"
+        )
+    evaluate(run.model, t, run.steps.y, run.steps.ydot)
+    loaded = _not_finite(run)
+    if loaded and cause < 0:
+        return SimulationError(f"{begin}the forces on body {loaded!r} are not finite; look for an infinite load there")
+    if cause >= 0 or (cause != NOT_CONVERGED and _nearly_singular(run, t)):
+        name = body_of(run, cause) if cause >= 0 else softest(run)
+        return SimulationError(
+            f"{begin}the mass matrix of body {name!r} is no longer positive, its deflection is too large for its "
+            "modes; keep fewer modes, leave out the inertia truncation vectors, or cut the body into smaller ones"
+        )
+    if cause == NOT_CONVERGED:
+        return SimulationError(
+            f"{begin}the sweeps of the implicit method do not converge, body {fastest(run)!r} moves fastest; loads may "
+            "change too fast with the motion for it: use method = 'explicit'"
+        )
+    return SimulationError(
+        f"{begin}the step size collapsed, body {softest(run)!r} moves fastest; drop its highest modes or loosen rtol"
+    )
+
+
+def body_of(run: Running, link: int) -> str:
+    """Return the body that a link carries, or helps to carry."""
+    return next(row.body for row in run.packed.links[link:] if row.body)
+
+
+def modal_rows(run: Running, body: str) -> slice:
+    """Return the rows of a body's modal coordinates."""
+    row = run.packed.tree.ints[run.packed.link_of(body)]
+    return slice(row[XQ], row[XQ] + run.system.bodies[body].n)
+
+
+def softest(run: Running) -> str:
+    """Return the body of the largest modal coordinate."""
+    return max(run.system.order, key=lambda name: np.abs(run.steps.y[modal_rows(run, name)]).max(initial=0.0))
+
+
+def fastest(run: Running) -> str:
+    """Return the body whose own accelerations are the largest."""
+    udot = np.abs(run.steps.ydot[run.packed.nx : -1])
+    rows = {name: run.packed.tree.ints[run.packed.link_of(name)] for name in run.system.order}
+    ends = {name: row[UQ] + run.system.bodies[name].n for name, row in rows.items()}
+    return max(rows, key=lambda name: udot[rows[name][U] : ends[name]].max(initial=0.0))
+
+
+def _locked(run: Running, t: float) -> bool:
+    """Whether the loops do not close a little later."""
+    later = t + LATER * run.watch.times[-1]
+    y = run.steps.y[:-1].copy()
+    return not run.loading.loops.settle(run.model.W, run.model.F, y, run.loading.prescribe(later), later)
+
+
+def _not_finite(run: Running) -> str:
+    """Return the first body whose load is not a number."""
+    for i, link in enumerate(run.packed.links):
+        if link.body and not np.all(np.isfinite(run.model.W[i, WRENCH : WRENCH + 6])):
+            return link.body
+    bad = np.flatnonzero(~np.isfinite(run.model.tau))
+    links = run.packed.tree.ints[:, U]
+    return body_of(run, int(np.flatnonzero(links <= bad[0])[-1])) if len(bad) else ""
+
+
+def _nearly_singular(run: Running, t: float) -> bool:
+    M, _ = mass_and_force(run.system.at(t), run.steps.y[:-1], run.loading.prescribe(t))
+    scale = 1 / np.sqrt(np.abs(np.diag(M)))
+    return not np.linalg.eigvalsh(M * scale * scale[:, None])[0] > NEARLY_SINGULAR

@@ -1,0 +1,158 @@
+"""Which step method suits a run: its highest frequency, and what each method spends on a second of motion."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.multibody.evaluation.evaluate import GOOD, Model, evaluate
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, REACHED, ROSENBROCK, RUNNING, Watch, advance, begin
+from modalprep.multibody.integration.stepping import EVALUATIONS, FIXED, Run, T, move
+
+STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
+STEP_COST = 12.0  # evaluations of an explicit step
+FEW_STEPS = 2000  # explicit steps that take less time than it matters
+FIRST_REVIEW = 0.01  # of the evaluations of an explicit run
+TRIAL_SHARE = 0.005  # of the evaluations of the rest of a run, for the trial of another method
+TRIAL_STEPS = 20  # that are counted, after as many at least that find the step
+LEAST_TRIAL = 200.0  # evaluations of a trial
+WORTH = 0.8  # of the cost of the method in use: another that takes more does not take its place
+ITERATIONS, SETTLED = 30, 5e-3  # of a power iteration: the frequency to a few per cent, which is all that is asked
+NUDGE = 1e-7  # of the largest coordinate
+
+METHODS = {"explicit": EXPLICIT, "generalized_alpha": ALPHA, "rosenbrock": ROSENBROCK}
+SHORT = {EXPLICIT: "explicit", ROSENBROCK: "Rosenbrock", ALPHA: "generalized-alpha"}
+
+
+class Choice(NamedTuple):
+    """Method, the steps that stability would ask of the explicit one, why (the end of a sentence), its begin.
+
+    It is looked at again after `review` evaluations; `explicit` is the least that the explicit method spends on a
+    second.
+    """
+
+    method: int
+    ratio: float
+    why: str = ""
+    explicit: float = 0.0
+    review: float = np.inf
+    t: float = 0.0
+    spent: int = 0  # evaluations then
+
+
+def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
+    """Return the method asked for, or for "auto" the one to begin with.
+
+    An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
+    tolerance and motion, and vibrations where these count. So a run that is not stiff is for the explicit method, any
+    other begins with an implicit one, and `review` counts.
+    """
+    loading.enter(*loading.stretches[0])
+    start = loading.stretches[0][0]
+    top = top_frequency(model, run, start)
+    steps = top * t_end / STABLE
+    if method in METHODS:
+        return Choice(METHODS[method], steps)
+    if run.clock[FIXED] > 0.0:
+        explicit = run.clock[FIXED] * top < STABLE
+        why = ", chosen by the step against the highest frequency"
+        return Choice(EXPLICIT if explicit else _implicit(model), steps, why)
+    if steps < FEW_STEPS:
+        return Choice(EXPLICIT, steps)
+    first = FIRST_REVIEW * STEP_COST * steps
+    why = f", chosen against {STEP_COST * steps:.2g} evaluations that the explicit method takes at least"
+    return Choice(_implicit(model), steps, why, STEP_COST * top / STABLE, first, start)
+
+
+def top_frequency(model: Model, run: Run, t: float) -> float:
+    """Return the highest frequency (rad/s) of small motions about the start at t, by power iteration on differences."""
+    nx, nu = len(model.state) - len(model.tau), len(model.tau)
+    y, base, moved = run.y.copy(), np.zeros(nx + nu + 1), np.zeros(nx + nu + 1)
+    if nu == 0 or evaluate(model, t, y, base) != GOOD:
+        return 0.0
+    near, d, square = y.copy(), np.random.default_rng(0).standard_normal(nu), 0.0
+    for _ in range(ITERATIONS):
+        d *= NUDGE / np.abs(d).max()
+        move(model.tree, model.place, y, d, near)
+        if evaluate(model, t, near, moved) != GOOD:
+            return 0.0
+        force = base[nx:-1] - moved[nx:-1]
+        before, square = square, float(np.linalg.norm(force) / np.linalg.norm(d))
+        if square == 0.0 or not np.isfinite(square):
+            return 0.0
+        if abs(square - before) < SETTLED * square:
+            break
+        d = force
+    return float(np.sqrt(square))
+
+
+def review(model: Model, run: Run, watch: Watch, choice: Choice, spent: float, stop: float, t_end: float) -> Choice:
+    """Return the method that should spend the fewest evaluations on the rest of the run.
+
+    The one in use has just `spent` so many on a second; of the explicit method the least is known, an implicit one is
+    tried where the rest of the run is long enough to pay for it. The next review comes when as many evaluations again
+    are counted: vibrations of the start decay, others come.
+    """
+    t, count = float(run.clock[T]), int(run.count[EVALUATIONS])
+    cost = {choice.method: _expected(t - choice.t, count - choice.spent, spent, t_end - t)}
+    if choice.method != EXPLICIT:
+        cost[EXPLICIT] = choice.explicit
+    elif (budget := TRIAL_SHARE * cost[EXPLICIT] * (t_end - t)) > LEAST_TRIAL:
+        cost[_implicit(model)] = _trial(model, run, watch, _implicit(model), (t, stop), budget)
+    best = min(cost, key=cost.__getitem__)
+    if cost[best] > WORTH * cost[choice.method]:
+        best = choice.method
+    others = "".join(f", against {cost[method]:.2g} {SHORT[method]}" for method in cost if method != best)
+    why = f", chosen for {cost[best]:.2g} evaluations of the equations a second{others}"
+    if best != choice.method:
+        why += f"; {SHORT[choice.method]} before t = {t:.3g} s"
+        choice = choice._replace(t=t, spent=int(run.count[EVALUATIONS]))
+    return choice._replace(method=best, why=why, review=2.0 * count)
+
+
+def _expected(age: float, count: int, spent: float, left: float) -> float:
+    """Return the mean cost of a second of what is left, by the power law through the count at an age and its slope.
+
+    Vibrations of the start decay: after a hundredth of a run what has just been `spent` says little of its end.
+    """
+    power = min(1.0, spent * age / count)
+    return max(spent, count / age) if power == 1.0 else count * ((1 + left / age) ** power - 1) / left
+
+
+def _implicit(model: Model) -> int:
+    """Return the implicit method that suits a system.
+
+    The Rosenbrock method is the more accurate one at the same tolerance, for stiff modes that are loaded suddenly by
+    far; but springs and bushings that may turn take its order.
+    """
+    return ALPHA if model.bonds is not model.cons else ROSENBROCK
+
+
+def without(choice: Choice, t: float) -> Choice:
+    """Return the explicit method for a choice that was free, after an implicit one could not go on at t."""
+    if choice.review == np.inf:
+        return choice
+    why = f", as {SHORT[choice.method]} could not go on at t = {t:.3g} s"
+    return choice._replace(method=EXPLICIT, why=why, review=np.inf)
+
+
+def _trial(model: Model, run: Run, watch: Watch, method: int, stretch: tuple[float, float], budget: float) -> float:
+    """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole stretch."""
+    first, stop = stretch
+    trial = Run(*(part.copy() for part in run))
+    trial.count[EVALUATIONS] = 0
+    unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, dtype=np.int64))
+    if begin(model, trial, method, first, stop) != GOOD:
+        return np.inf
+    code, trials, cost = RUNNING, 0, np.inf
+    while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget):
+        t, before = trial.clock[T], trial.count[EVALUATIONS]
+        code = advance(model, trial, unwatched, method, stop, TRIAL_STEPS)
+        moved, trials = trial.clock[T] - t, trials + 1
+        cost = (trial.count[EVALUATIONS] - before) / moved if moved > 0.0 else np.inf
+    run.count[EVALUATIONS] += trial.count[EVALUATIONS]
+    if code == REACHED:
+        return trial.count[EVALUATIONS] / (stop - first)
+    return cost if code == RUNNING else np.inf

@@ -1,0 +1,294 @@
+"""A run of the compiled step loop: choice of the method, chunks of steps, samples, events, failures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.multibody.evaluation.evaluate import (
+    CALLBACK,
+    CALLBACK_POWER,
+    GOOD,
+    RAISED,
+    TWIN,
+    build_model,
+)
+from modalprep.multibody.evaluation.event_functions import event_function
+from modalprep.multibody.evaluation.impact import Impact
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.integration import driver
+from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
+from modalprep.multibody.integration.event_actions import Changes
+from modalprep.multibody.integration.failure import diverged, failure
+from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
+from modalprep.multibody.integration.stepping import (
+    CAUSE,
+    EVALUATIONS,
+    FOUND,
+    HALVED,
+    OUTPUT,
+    REJECTED,
+    SAMPLED,
+    SIZES,
+    STEPS,
+    T,
+    new_run,
+)
+from modalprep.multibody.kernels.callbacks import Pointer
+from modalprep.multibody.kernels.data import MODES, XQ, workspace
+from modalprep.multibody.model.events import Event
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed
+
+NAMES = {
+    EXPLICIT: "explicit, DOP853",
+    ROSENBROCK: "implicit, Rosenbrock-W of order 3",
+    ALPHA: "implicit, generalized-alpha",
+}
+CHUNK = 256  # steps between two reports of progress
+EVALUATIONS_OF_A_STEP = 5  # about
+SAMPLES = 256  # states in the buffer
+Record = Callable[[np.ndarray, np.ndarray], None]
+SMALL_DEFLECTION = 0.01  # of the body's size: deflections below are not resolved relative to themselves
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run went: status, one sentence, times and impacts of each event, counters, time at the end."""
+
+    status: str
+    message: str
+    events: dict[str, np.ndarray]
+    impacts: dict[str, tuple[Impact, ...]]
+    stats: dict[str, float]
+    t: float
+
+
+class Integration:
+    """One run of a system: arrays, hooks to Python, the step loop.
+
+    Parameters
+    ----------
+    y : (nx + nu + 1,)
+        Coordinates, speeds and work at the start.
+    times : (nt,)
+        Output times, s, ascending, within the stretches of `loading`.
+    method : str
+        "auto", "explicit", "generalized_alpha" or "rosenbrock".
+    step : float or None
+        A fixed step, s; by error control otherwise.
+    rho : float
+        High-frequency amplification of generalized-alpha, 0 to 1.
+    twin : callable or None
+        ``(y, motion, t) -> accelerations`` in place of the kernel's.
+    size : (nx,)
+        Deflection of a modal coordinate, in sizes of its body.
+    """
+
+    def __init__(
+        self, system: System, packed: Packed, loading: Loading, y: np.ndarray, times: np.ndarray, size: np.ndarray, *,
+        method: str, rtol: float, atol: float, step: float | None = None, rho: float = 0.9,
+        events: Sequence[Event] = (), twin: Callable | None = None,
+    ) -> None:  # fmt: skip
+        self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
+        if loading.loops:
+            loading.enter(*loading.stretches[0])
+            y = y.copy()
+            y[:-1] = loading.loops.assemble(*workspace(packed.tree, packed.flex), y[:-1], loading.prescribe(0.0))
+        self.model = build_model(system, packed, loading)
+        self.changes = Changes(system, self.events, loading, self.model)
+        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
+        for i, row in enumerate(packed.tree.ints):  # deflections count by a share of the body's size at least
+            reach = size[row[XQ] : row[XQ] + row[MODES]].max(initial=0.0)
+            self.steps.size[SIZES + 2 * i] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
+        self.pointers = {
+            CALLBACK: None if loading.compiled else self._pointer(self._loads),
+            TWIN: self._pointer(lambda t: self._twin(twin, t)) if twin else None,
+        }
+        for flag, pointer in self.pointers.items():
+            self.model.flags[flag] = pointer.address if pointer else 0
+        self.watch = self._watch(times, size)
+        self.choice = choose(self.model, self.steps, loading, method, loading.t_end)
+
+    def _pointer(self, function: Callable[[float], None]) -> Pointer:
+        return Pointer(function, self.model.shared[RAISED:])
+
+    def _loads(self, t: float) -> None:
+        m = self.model
+        m.shared[CALLBACK_POWER] = self.loading.call(m.W, m.F, m.state, t)
+
+    def _twin(self, twin: Callable, t: float) -> None:
+        with np.errstate(all="ignore"):  # a trial that is far off is rejected, as one of the kernel
+            self.model.twin[:] = twin(self.model.state, self.model.motion, t)
+
+    def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
+        count = len(self.events)
+        values, hook = np.zeros(count), np.zeros(1, dtype=np.int64)
+        if count:
+            functions = [event_function(self.system, self.packed, self.loading, self.model, e) for e in self.events]
+
+            def ask(t: float) -> None:
+                values[:] = [
+                    function(t) if self.changes.armed(event) else 1.0
+                    for function, event in zip(functions, self.events, strict=True)
+                ]
+
+            self.pointers[len(self.pointers)] = pointer = self._pointer(ask)
+            hook[0] = pointer.address
+        sense = np.array([[e.direction, e.terminal or e.changes] for e in self.events], dtype=np.int64).reshape(
+            count, 2
+        )
+        samples = np.zeros((SAMPLES, len(self.steps.y)))
+        found = np.zeros((CHUNK * driver.PROBES * count, 2))
+        return Watch(
+            np.ascontiguousarray(times), samples, size, hook, values, np.zeros(count), np.zeros(count), sense, found
+        )
+
+    def run(self, record: Record, progress: Callable[[float], None] | None) -> Outcome:
+        """Integrate to the last output time; `record` gets output times (k,) and states (k, nx + nu + 1).
+
+        Raises
+        ------
+        SimulationError
+            When the integration cannot go on: time, body, cause.
+        """
+        found: list[tuple[int, float]] = []
+        code = driver.REACHED
+        for begin, end in self.loading.stretches:
+            self.loading.enter(begin, end)
+            self._begin(begin, end)
+            code = self._follow(end, found, record, progress)
+            if code != driver.REACHED:
+                break
+        return self._outcome(code, found, record)
+
+    def _follow(self, end: float, found: list, record: Record, progress: Callable[[float], None] | None) -> int:
+        """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
+        while True:
+            t, count = float(self.steps.clock[T]), int(self.steps.count[EVALUATIONS])
+            code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, self._chunk())
+            found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
+            self._drain(record)
+            self.raise_callback()
+            if code == driver.COLLAPSED:
+                self._escape(record, end)
+                continue
+            if progress:
+                progress(float(self.steps.clock[T]))
+            if code == driver.STOPPED and self._change(found, record, end):
+                continue
+            if code not in (driver.RUNNING, driver.FULL):
+                return code
+            moved = float(self.steps.clock[T]) - t
+            if code == driver.RUNNING and moved > 0.0 and self.steps.count[EVALUATIONS] > self.choice.review:
+                self._review((self.steps.count[EVALUATIONS] - count) / moved, record, end)
+
+    def _begin(self, begin: float, end: float) -> None:
+        status = driver.begin(self.model, self.steps, self.choice.method, begin, end)
+        self.raise_callback()
+        if status != GOOD or not np.all(np.isfinite(self.steps.ydot)):
+            self.steps.count[CAUSE] = status
+            raise failure(self, begin)
+        if self.events and begin == self.loading.stretches[0][0]:
+            self._look(begin)
+
+    def _look(self, t: float) -> None:
+        """Take the event functions at the state as those before the next step."""
+        driver.ask(self.model, self.steps, self.watch, t, self.steps.y)
+        self.raise_callback()
+        self.watch.before[:] = self.watch.values
+
+    def _change(self, found: list[tuple[int, float]], record: Record, end: float) -> bool:
+        """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
+        t = float(self.steps.clock[T])
+        found[:] = [(e, s) for e, s in found if s <= t]  # what was seen beyond may not come
+        here = [e for e, s in found if s == t]
+        if any(self.events[e].terminal for e in here):
+            return False
+        self._sample_all(record)
+        record(np.array([t]), self.steps.y[None])
+        beyond = self.watch.before.copy()
+        self._look(t)
+        at = self.watch.before.copy()
+        for e in here:
+            self.changes.apply(self.events[e], t, self.steps.y)
+            self.raise_callback()
+        record(np.array([t]), self.steps.y[None])
+        self._begin(t, end)
+        self._look(t)
+        self._send_back([e for e in here if self.events[e].hits and self.watch.before[e] == at[e]], beyond)
+        return True
+
+    def _send_back(self, hits: list[int], beyond: np.ndarray) -> None:
+        """Take events that a blow sends back, functions of places, as on the side they came from, not at round-off."""
+        for e in hits:
+            self.watch.before[e] = np.copysign(driver.LEFT, -(self.events[e].direction or beyond[e]))
+
+    def _chunk(self) -> int:
+        """Return how many steps to take at once: two times at least up to the next review."""
+        left = (self.choice.review - self.steps.count[EVALUATIONS]) / (2 * EVALUATIONS_OF_A_STEP)
+        return int(min(CHUNK, max(TRIAL_STEPS, left)))
+
+    def _review(self, spent: float, record: Record, end: float) -> None:
+        """Go on with the method that should be quickest; the present one has `spent` so many evaluations a second."""
+        choice = review(self.model, self.steps, self.watch, self.choice, spent, end, self.loading.t_end)
+        self.raise_callback()
+        self._go_on(choice, record, end)
+
+    def _escape(self, record: Record, end: float) -> None:
+        """Go on without an implicit method that does not converge, where the choice is free."""
+        choice = without(self.choice, t := float(self.steps.clock[T]))
+        if choice.method == self.choice.method:
+            raise failure(self, t)
+        self._go_on(choice, record, end)
+
+    def _go_on(self, choice: Choice, record: Record, end: float) -> None:
+        changes, self.choice = choice.method != self.choice.method, choice
+        if changes:
+            self._sample_all(record)
+            self._begin(float(self.steps.clock[T]), end)
+
+    def _sample_all(self, record: Record) -> None:
+        full = True
+        while full:
+            full = not driver.sample(self.model, self.steps, self.watch)
+            self._drain(record)
+
+    def _drain(self, record: Record) -> None:
+        count, done = self.steps.count[SAMPLED], self.steps.count[OUTPUT]
+        if count:
+            record(self.watch.times[done - count : done], self.watch.samples[:count])
+            self.raise_callback()
+        self.steps.count[SAMPLED] = 0
+
+    def raise_callback(self) -> None:
+        """Raise what a function of the user raised in compiled code."""
+        for pointer in self.pointers.values():
+            if pointer and pointer.error:
+                raise pointer.error
+
+    def _outcome(self, code: int, found: list[tuple[int, float]], record: Record) -> Outcome:
+        t = float(self.steps.clock[T])
+        if code in (driver.STOPPED, driver.DIVERGED):
+            self._sample_all(record)
+        times = {e.name: np.sort([s for k, s in found if k == i and s <= t]) for i, e in enumerate(self.events)}
+        status, message = "done", f"reached t = {t:g} s"
+        if code == driver.DIVERGED:
+            status, message = "diverged", diverged(self)
+        if code == driver.STOPPED:
+            names = [e.name for e in self.events if e.terminal and t in times[e.name]]
+            message = f"event {names[0]!r} ended the run at t = {t:.6g} s"
+            if not np.any(self.watch.times[: self.steps.count[OUTPUT]] >= t):
+                record(np.array([t]), self.steps.y[None])
+                self.raise_callback()
+        impacts = {name: tuple(blows) for name, blows in self.changes.impacts.items()}
+        return Outcome(
+            status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, impacts, self._stats(), t
+        )
+
+    def _stats(self) -> dict[str, float]:
+        names = {"steps": STEPS, "evaluations": EVALUATIONS, "rejected": REJECTED, "halved": HALVED}
+        counts = {name: float(self.steps.count[k]) for name, k in names.items()}
+        return counts | {"stiffness_ratio": self.choice.ratio, "method": float(self.choice.method)}

@@ -1,0 +1,183 @@
+"""Masses that change with time: what the kernel reads of a body is written anew at each evaluation.
+
+The mass integrals of a body are linear in its mass between two fill levels; the affine part of its motion
+(body/mass.py) follows from them. The three functions beside the constant one that are orthonormal in the mass are those
+of a Cholesky factor here, not of principal axes: any three do.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.body.mass import FLAT
+from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.articulated_body import own_rigid
+from modalprep.multibody.kernels.data import KIND, MASS, MODES, NX, OMEGA, SLOT
+from modalprep.multibody.kernels.energy import body_sums
+from modalprep.multibody.kernels.gravity import near_planet, planet_load
+from modalprep.multibody.kernels.modal import own_flexible
+from modalprep.multibody.kernels.spatial import get3
+from modalprep.multibody.kernels.time_tables import Tables, table
+
+LINK, TABLE, FIRST_LEVEL, LEVELS, SIZE, COLUMNS = range(6)  # columns of Fill.at
+RIGID = 10  # m, s0 (3), J (6): the first numbers of a level
+CHANGE = 1e-3  # of the mass, for the energy that leaves with it: energies are linear in it but for fourth orders of q
+
+
+class Fill(NamedTuple):
+    """Packed depletions: the mass integrals of each fill level, in the axes of the body's link, modes i, j.
+
+    A level is m, s0 (3), J (6), then ``int rho (1, x, y, z) phi_i`` (n, 4, 3), ``Kg_A, Kg_W`` (n, n, 4, 3) with j
+    first, ``int rho phi_ja phi_ib`` (n, n, 3, 3), the modal mass (n, n).
+    """
+
+    at: np.ndarray  # (nd, 5) int: link, table of the mass, first level, number of levels, numbers of a level
+    mass: np.ndarray  # (levels,) kg, of each body the lightest first
+    levels: np.ndarray  # (levels, largest size)
+    now: np.ndarray  # (largest size,) scratch
+
+
+@compile_kernel
+def refresh(fill, tables: Tables, tree, flex, t):
+    """Write the mass constants of time t to ``tree.fixed`` and `flex`; `fill` may be None."""
+    if fill is None:
+        return
+    for i in range(len(fill.at)):
+        m, _, _ = table(tables, fill.at[i, TABLE], t)
+        set_mass(fill, tree, flex, i, m, 0.0)
+
+
+@compile_kernel
+def set_mass(fill, tree, flex, i, m, change):
+    """Write the constants of depletion i at mass ``m + change`` on the line between the levels about m."""
+    link, row, last = fill.at[i, LINK], fill.at[i, FIRST_LEVEL], fill.at[i, FIRST_LEVEL] + fill.at[i, LEVELS] - 1
+    while row < last - 1 and m > fill.mass[row + 1]:
+        row += 1
+    share = (m + change - fill.mass[row]) / (fill.mass[row + 1] - fill.mass[row])
+    for c in range(fill.at[i, SIZE]):
+        fill.now[c] = fill.levels[row, c] + share * (fill.levels[row + 1, c] - fill.levels[row, c])
+    for c in range(RIGID):
+        tree.fixed[link, MASS + c] = fill.now[c]
+    if flex is not None:
+        if tree.ints[link, SLOT] >= 0:
+            _set_modes(fill.now, flex, tree.ints[link, KIND], tree.ints[link, MODES])
+
+
+@compile_kernel
+def _set_modes(now, flex, k, n):
+    """Write the affine part of kind k and the rest: body/mass.py, `affine_part`."""
+    root = np.sqrt(now[0])
+    c = (now[1] / now[0], now[2] / now[0], now[3] / now[0])
+    L = _extent(now, c)
+    place, size = flex.place[k], 0.0
+    for a in range(3):
+        place[a], place[12 + a] = root * c[a], 0.0
+    for r in range(3):
+        for a in range(3):
+            f = L[3 * a + r]
+            place[3 + 3 * r + a], place[15 + 3 * r + a] = f, f
+            size += f * f
+    for r in range(9):
+        place[15 + r] /= max(size, 1e-300)
+    place[24] = root
+    first, second, tensor = RIGID, RIGID + 12 * n, RIGID + 12 * n + 12 * n * n
+    for i in range(n):
+        _coordinates(now, first + 12 * i, L, c, root, flex.base[k], 12 * i)
+        for j in range(n):
+            _coordinates(now, second + 12 * (n * j + i), L, c, root, flex.by_q[k, j], 12 * i)
+    modal = tensor + 9 * n * n
+    for j in range(n):
+        rest, gyro = flex.rest[k, j], flex.gyro[k, j]
+        for i in range(n):
+            own = 0.0
+            for a in range(3):
+                for b in range(3):
+                    f = 0.0
+                    for r in range(4):
+                        f += flex.base[k, 12 * i + 3 * r + a] * flex.base[k, 12 * j + 3 * r + b]
+                    rest[9 * i + 3 * a + b] = now[tensor + 9 * (n * j + i) + 3 * a + b] - f
+                    own += f if a == b else 0.0
+            gyro[3 * i] = rest[9 * i + 7] - rest[9 * i + 5]
+            gyro[3 * i + 1] = rest[9 * i + 2] - rest[9 * i + 6]
+            gyro[3 * i + 2] = rest[9 * i + 3] - rest[9 * i + 1]
+            flex.mass[k, j, i] = now[modal + n * j + i] - own
+
+
+@compile_inline
+def _extent(now, c):
+    """Lower Cholesky factor (9, by rows) of ``int rho (x - c) (x - c)'``; without extent a column is zero."""
+    m, J = now[0], (now[4], now[5], now[6], now[7], now[8], now[9])
+    half = 0.5 * (J[0] + J[3] + J[5])
+    xx, yy, zz = half - J[0] - m * c[0] * c[0], half - J[3] - m * c[1] * c[1], half - J[5] - m * c[2] * c[2]
+    xy, xz, yz = -J[1] - m * c[0] * c[1], -J[2] - m * c[0] * c[2], -J[4] - m * c[1] * c[2]
+    flat = FLAT * (xx + yy + zz)
+    a, b, d, e, f, g = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if xx > flat:
+        a = np.sqrt(xx)
+        b, d = xy / a, xz / a
+    yy, yz, zz = yy - b * b, yz - b * d, zz - d * d
+    if yy > flat:
+        e = np.sqrt(yy)
+        f = yz / e
+    zz -= f * f
+    if zz > flat:
+        g = np.sqrt(zz)
+    return (a, 0.0, 0.0, b, e, 0.0, d, f, g)
+
+
+@compile_inline
+def _coordinates(now, at, L, c, root, out, to):
+    """Write the affine coordinates (4, 3) of a field by its moments ``int rho (1, x, y, z) u`` (4, 3)."""
+    for a in range(3):
+        total = now[at + a]
+        x, y, z = now[at + 3 + a] - c[0] * total, now[at + 6 + a] - c[1] * total, now[at + 9 + a] - c[2] * total
+        x = x / L[0] if L[0] > 0.0 else 0.0
+        y = (y - L[3] * x) / L[4] if L[4] > 0.0 else 0.0
+        z = (z - L[6] * x - L[7] * y) / L[8] if L[8] > 0.0 else 0.0
+        out[to + a], out[to + 3 + a], out[to + 6 + a], out[to + 9 + a] = total / root, x, y, z
+
+
+@compile_kernel
+def leaving_power(fill, tables, centre, orbit, tree, flex, W, F, y, t):
+    """Power (W, negative) of the energy that leaves with the mass: ``V' dM/dt V / 2`` and the potentials of gravity.
+
+    After `outward` and `world`, before any load; it leaves the bodies' own inertias and biases as they were.
+    """
+    power = 0.0
+    if fill is None:
+        return power
+    for i in range(len(fill.at)):
+        m, rate, _ = table(tables, fill.at[i, TABLE], t)
+        if rate != 0.0:
+            link = fill.at[i, LINK]
+            for side in (1.0, -1.0):
+                set_mass(fill, tree, flex, i, m, side * CHANGE * m)
+                _own(tree, flex, W, F, link, y)
+                sums = body_sums(tree, flex, W, F, link)
+                energy = sums.kinetic + sums.gravity + _planet(centre, orbit, tree, W, link)
+                power += rate * side * energy / (2.0 * CHANGE * m)
+            set_mass(fill, tree, flex, i, m, 0.0)
+            _own(tree, flex, W, F, link, y)
+    return power
+
+
+@compile_kernel
+def _own(tree, flex, W, F, link, y):
+    """Write link's own inertia and bias as `outward` does; its modal loads become zero."""
+    if flex is None:
+        own_rigid(tree, W, link, get3(W, link, OMEGA))
+    elif tree.ints[link, SLOT] >= 0:
+        own_flexible(tree, flex, W, F, link, tree.ints[0, NX], y)
+    else:
+        own_rigid(tree, W, link, get3(W, link, OMEGA))
+
+
+@compile_kernel
+def _planet(centre, orbit, tree, W, link):
+    """Potential (J) of a link's body near a planet; zero without one."""
+    if not near_planet(centre, orbit):
+        return 0.0
+    _, _, U, _ = planet_load(centre, orbit, tree, W, link)
+    return U

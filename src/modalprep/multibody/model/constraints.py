@@ -1,0 +1,219 @@
+"""Closed loops and motion constraints of a system: joints that no tree has, couplings of joints, prescribed places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.multibody.model.loads import GROUND, locate
+from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.records import Record
+from modalprep.suggest import refuse_unknown
+
+ClosureType = Literal[
+    "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
+    "point_on_plane", "distance", "position",
+]  # fmt: skip
+RUBS = ("point_on_line", "point_on_plane")  # types that may have friction
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Closure(Record):
+    """A joint or a condition between two interfaces, or an interface and the ground, that closes a loop of the tree.
+
+    Attributes
+    ----------
+    name : str
+    type : str
+        A joint as in the tree: ``weld``, ``revolute``, ``prismatic``, ``cylindrical``, ``universal``, ``spherical``,
+        ``planar``. ``point_on_line``: b's point on a line through a's along `axis`. ``point_on_plane``: on the plane
+        through a's point normal to `axis`. ``distance``: a massless rod with spherical ends. ``position``: b's point
+        at `path`, seen from a.
+    a, b : str
+        ``body.interface``, or one of them ``ground``.
+    axis, second_axis : (3,)
+        In a's axes; second axis of a universal joint, fixed in b.
+    position : (3,)
+        m, inertial: the end on the ground.
+    rotation : (3, 3)
+        b's axes to a's axes at zero angle. Only what the type holds fast counts.
+    length : TimeFunction or what makes one, or None
+        m, of a distance; None: as at the start.
+    path : (3,) of TimeFunction or what makes one, or None
+        m, of a position, in a's axes; a component None is free.
+    friction, sliding : float
+        Coefficient of Coulomb friction of a point on a line or plane, and the speed (m/s) from which it slides: force
+        ``friction N tanh(v / sliding)`` against the motion of b's point along it. A blow rubs by ``friction`` times its
+        impulse at most, or sticks.
+    active : bool
+        Whether it holds from the start; otherwise an `Event` may begin it.
+
+    Raises
+    ------
+    InputError
+        When the ends are the same, or values do not belong to the type.
+
+    Examples
+    --------
+    >>> rod = Closure(name="rod", type="distance", a="rocker.end", b="ground", position=np.array([1.0, 0, 0]), length=2)
+    >>> rod.length(0.0)[0]
+    2.0
+    """
+
+    name: str
+    type: ClosureType
+    a: str
+    b: str
+    axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    second_axis: np.ndarray | None = None
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    length: TimeFunction | None = None
+    path: tuple | None = None
+    friction: float = 0.0
+    sliding: float = 1e-3
+    active: bool = True
+
+    def __post_init__(self) -> None:
+        """Read functions of time, normalise axes."""
+        refuse_unknown(self.type, get_args(ClosureType), f"{self._what}: type")
+        if self.a == self.b:
+            raise InputError(f"{self._what} joins {self.a!r} to itself; name two different ends")
+        for key in ("axis", "second_axis"):
+            value = getattr(self, key)
+            if value is not None:
+                object.__setattr__(self, key, self._direction(key, value))
+        if self.type == "universal" and self.second_axis is None:
+            raise InputError(f"{self._what}: a universal joint needs a second_axis")
+        self._read_functions()
+        self._check_friction()
+        super().__post_init__()
+
+    def _check_friction(self) -> None:
+        if not (0 <= self.friction < float("inf") and 0 < self.sliding < float("inf")):
+            raise InputError(
+                f"{self._what}: friction = {self.friction:g} must not be negative, sliding = {self.sliding:g} positive"
+            )
+        if self.friction and self.type not in RUBS:
+            raise InputError(f"{self._what}: a {self.type} closure has no friction; {' and '.join(RUBS)} may have it")
+
+    @property
+    def _what(self) -> str:
+        return f"closure {self.name!r}"
+
+    def _direction(self, key: str, value: np.ndarray) -> np.ndarray:
+        axis = np.asarray(value, dtype=float)
+        if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
+            raise InputError(f"{self._what}: {key} {axis.tolist()} has no direction")
+        return axis / np.linalg.norm(axis)
+
+    def _read_functions(self) -> None:
+        for key, owner in (("length", "distance"), ("path", "position")):
+            if getattr(self, key) is not None and self.type != owner:
+                raise InputError(f"{self._what}: a {self.type} closure has no {key}; it belongs to a {owner}")
+        if self.length is not None:
+            length = TimeFunction.of(self.length)
+            length.refuse_jumps(f"{self._what}: the length")
+            if not length(0.0)[0] > 0:
+                raise InputError(f"{self._what}: length {length(0.0)[0]:g} must be positive; use a spherical closure")
+            object.__setattr__(self, "length", length)
+        if self.type == "position":
+            if self.path is None or len(self.path) != 3 or all(value is None for value in self.path):
+                raise InputError(f"{self._what}: a position needs a path of three components, not all of them free")
+            path = tuple(None if value is None else TimeFunction.of(value) for value in self.path)
+            for function in path:
+                if function is not None:
+                    function.refuse_jumps(f"{self._what}: the path")
+            object.__setattr__(self, "path", path)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Coupler(Record):
+    """A linear relation of joint coordinates, ``sum factor x = value``: gears, rack and pinion, screw, a driven joint.
+
+    Attributes
+    ----------
+    name : str
+    factors : dict of str to float
+        By ``joint``, or ``joint.k`` for coordinate k = 1, 2, ... of a joint of several, travels before turns.
+    value : TimeFunction or what makes one, or None
+        m or rad, as the sum; None: as at the start, or at the event that begins it.
+    active : bool
+        Whether it holds from the start; otherwise an `Event` may begin it.
+
+    Raises
+    ------
+    InputError
+        When there is no factor, or one is zero or not finite.
+
+    Examples
+    --------
+    >>> gear = Coupler(name="gear", factors={"pinion": 3.0, "wheel": 1.0})  # the wheel turns back, at a third
+    >>> gear.value is None
+    True
+    """
+
+    name: str
+    factors: Mapping[str, float]
+    value: TimeFunction | None = None
+    active: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the factors, read the function of time."""
+        what = f"coupler {self.name!r}"
+        if not self.factors:
+            raise InputError(f"{what} has no factors; name the joints that it couples")
+        for joint, factor in self.factors.items():
+            if factor == 0 or not np.isfinite(factor):
+                raise InputError(f"{what}: factor {factor:g} of joint {joint!r} must be a number other than 0")
+        if self.value is not None:
+            value = TimeFunction.of(self.value)
+            value.refuse_jumps(f"{what}: the value")
+            object.__setattr__(self, "value", value)
+        super().__post_init__()
+
+
+def check_closures(
+    bodies: Mapping[str, FlexibleBody], counts: Mapping[str, int], closures: tuple[Closure | Coupler, ...]
+) -> None:
+    """Refuse closures of what is not there; `counts` is how many coordinates a joint has that a coupler can take."""
+    names = [closure.name for closure in closures]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"two closures are called {name!r}; give each its own name")
+    for closure in closures:
+        if isinstance(closure, Coupler):
+            for text in closure.factors:
+                coordinate_of(text, counts, f"coupler {closure.name!r}")
+        elif {locate(bodies, end, f"closure {closure.name!r}") for end in (closure.a, closure.b)} == {None}:
+            raise InputError(f"closure {closure.name!r}: both ends are the {GROUND}; name 'body.interface'")
+
+
+def coordinate_of(text: str, counts: Mapping[str, int], what: str) -> tuple[str, int]:
+    """Return joint and coordinate (from 0) of ``joint`` or ``joint.k``.
+
+    Raises
+    ------
+    InputError
+        When there is no such coordinate; `what` begins the sentence.
+
+    Examples
+    --------
+    >>> coordinate_of("wrist.2", {"wrist": 2}, "coupler 'c'")
+    ('wrist', 1)
+    """
+    joint, _, number = text.partition(".")
+    refuse_unknown(joint, counts, f"{what}: joint")
+    count = counts[joint]
+    if not number and count == 1:
+        return joint, 0
+    if number.isdigit() and 1 <= int(number) <= count:
+        return joint, int(number) - 1
+    if count == 0:
+        raise InputError(f"{what}: joint {joint!r} has no coordinate that can be coupled")
+    raise InputError(f"{what}: {text!r} is no coordinate; joint {joint!r} has {count}, name it {joint}.1 and so on")

@@ -1,0 +1,248 @@
+"""Beams, cables and tethers that come out of a body, or go back into it, cut into rods whose number changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody.model.time_function import FOREVER, TimeFunction
+from modalprep.records import Record
+
+LEAST = 0.25  # of a cable's rod: what must be out before the innermost turns by itself; below, its inertia is too small
+FIRST_BEND = 1.875  # of a beam's rod: length that bends in the first hinge outside when the next one follows
+STIFF = 1e-3  # of a beam's rod: length that bends in a hinge where it leaves the exit
+EXACT = 1e-9  # of a rod: how well a length is known
+OUT, IN = "out", "in"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Deployment(Record):
+    """A uniform beam, cable or tether that slides through an exit of a rigid body or of the ground.
+
+    It is cut into `segments` rods of length l, hinged where they meet; rod 1 is the outermost. What is out is a chain
+    of full rods and the innermost one, of length r outside. That of a beam (EI > 0) slides along the exit as in a
+    guide, and springs bend as the beam does, ``EI`` over the length around each hinge; that of a cable turns about the
+    exit. Stowed mass sits at the exit. Rods and the hinges on their inner ends are named ``<name>1``, ``<name>2``, ...,
+    the sliding joint `name`; what hangs on the end is a body with the parent ``<name>1.tip``.
+
+    Attributes
+    ----------
+    name : str
+    parent : str
+        ``ground`` or ``body.interface``, the exit.
+    length : float
+        All of it, m.
+    segments : int
+        Rods that it is cut into.
+    mass_per_length : float
+        kg/m.
+    law : TimeFunction or None
+        Length that is out (m) at each time; its rate may jump, as when it jams.
+    tension : TimeFunction or None
+        N, of a reel that moves by itself, beside `law`; it holds what is out back.
+    brake : float
+        N s/m, of such a reel.
+    out, speed : float
+        Where such a reel starts: length that is out (m), its rate (m/s).
+    EI : float
+        Bending stiffness, N m^2; zero for a cable.
+    damping : float
+        Of the material: damping over stiffness, s.
+    axis, normal : (3,)
+        Direction of exit, and normal of the plane of bending, in the parent's frame.
+    position : (3,)
+        m, of an exit in the ground.
+    spatial : bool
+        A cable that moves in space, its hinges spherical; else it bends in the plane of `normal`.
+    rotary_inertia : float
+        Of the cross-section about the axis, per length, kg m; needed in space.
+    jam : float
+        s: from then on the length does not change.
+    deflection : float
+        m, of the tip at the start, in the shape of a static force there, which it keeps while the length changes.
+
+    Raises
+    ------
+    InputError
+        When a number cannot be, or there is neither a law nor a tension.
+
+    Examples
+    --------
+    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
+    >>> boom.rod, boom.start
+    (2.0, (5.0, 0.5))
+    """
+
+    name: str
+    parent: str
+    length: float
+    segments: int
+    mass_per_length: float
+    law: TimeFunction | None = None
+    tension: TimeFunction | None = None
+    brake: float = 0.0
+    out: float = 0.0
+    speed: float = 0.0
+    EI: float = 0.0
+    damping: float = 0.0
+    axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    normal: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    spatial: bool = False
+    rotary_inertia: float = 0.0
+    jam: float = FOREVER
+    deflection: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the constants."""
+        what = f"deployment {self.name!r}: "
+        for name in ("length", "mass_per_length"):
+            if not 0 < getattr(self, name) < float("inf"):
+                raise InputError(f"{what}{name} = {getattr(self, name):g} must be positive")
+        for name in ("EI", "damping", "brake", "rotary_inertia"):
+            if not 0 <= getattr(self, name) < float("inf"):
+                raise InputError(f"{what}{name} = {getattr(self, name):g} must not be negative")
+        if self.segments < 1:
+            raise InputError(f"{what}segments = {self.segments} must be 1 or more")
+        if (self.law is None) == (self.tension is None):
+            raise InputError(f"{what}give either a 'law' of the length or the 'tension' of a reel that moves by itself")
+        if self.spatial and (self.EI > 0 or self.rotary_inertia == 0):
+            raise InputError(f"{what}in space it has EI = 0 and a rotary_inertia; a beam with EI bends in a plane")
+        if self.deflection and not self.EI > 0:
+            raise InputError(f"{what}a deflection at the start needs EI")
+        for name in ("law", "tension"):
+            value = getattr(self, name)
+            object.__setattr__(self, name, None if value is None else TimeFunction.of(value))
+        if self.law is None and not 0 < self.out <= self.length:
+            raise InputError(f"{what}out = {self.out:g} m must be positive and not above length = {self.length:g} m")
+        self._frame(what)
+        super().__post_init__()
+
+    def _frame(self, what: str) -> None:
+        axis, normal = np.asarray(self.axis, dtype=float), np.asarray(self.normal, dtype=float)
+        if not np.linalg.norm(np.cross(axis, normal)) > 1e-6 * np.linalg.norm(axis) * np.linalg.norm(normal):
+            raise InputError(f"{what}axis {axis.tolist()} and normal {normal.tolist()} must not be parallel")
+        axis = axis / np.linalg.norm(axis)
+        normal = normal - (normal @ axis) * axis
+        object.__setattr__(self, "axis", axis)
+        object.__setattr__(self, "normal", normal / np.linalg.norm(normal))
+        object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
+
+    @property
+    def rod(self) -> float:
+        """Length of a rod, m."""
+        return self.length / self.segments
+
+    @property
+    def least(self) -> float:
+        """Length from which the innermost rod turns by itself, m."""
+        return 0.0 if self.guided else LEAST * self.rod
+
+    @property
+    def guided(self) -> bool:
+        """Whether the innermost rod is aligned with the exit: a beam, no cable."""
+        return self.EI > 0
+
+    @property
+    def start(self) -> tuple[float, float]:
+        """Length that is out at the start, and its rate (m, m/s)."""
+        return (self.out, self.speed) if self.law is None else self.law(0.0)[:2]
+
+    @property
+    def frame(self) -> np.ndarray:
+        """Rotation (3, 3) from the frame of the exit, x outwards and z the normal, to the parent's."""
+        return np.column_stack([self.axis, np.cross(self.normal, self.axis), self.normal])
+
+    @property
+    def leads(self) -> str:
+        """Name of the massless body between exit hinge and sliding joint."""
+        return f"{self.name}_exit"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Stage(Record):
+    """Which rods of a deployment are in the recursion, and how the innermost is held.
+
+    Attributes
+    ----------
+    rods : int
+        The innermost included, at least 1.
+    locked : bool
+        The innermost of a cable is too short to turn by itself: it is welded to the next, or the only one to the exit.
+    turn : (3, 3)
+        Rotation that the weld holds.
+    tilt : TimeFunction or None
+        Angle (rad) by which the innermost of a beam still differs from the exit's direction.
+    fading : float
+        Rest angle of the first spring that fades while the innermost rod comes out, the next one's is its opposite.
+    law : TimeFunction or None
+        Length that is out, where it is driven or held.
+    held : bool
+        The reel is stopped for good.
+    """
+
+    rods: int
+    locked: bool
+    turn: np.ndarray = field(default_factory=lambda: np.eye(3))
+    tilt: TimeFunction | None = None
+    fading: float = 0.0
+    law: TimeFunction | None = None
+    held: bool = False
+
+    def inner(self, deployment: Deployment) -> float:
+        """Return the length of all rods but the innermost, m."""
+        return (self.rods - 1) * deployment.rod
+
+    def range(self, deployment: Deployment) -> tuple[float, float]:
+        """Return the lengths between which the stage holds, m; without end where there is no next stage."""
+        inner, least = self.inner(deployment), deployment.least
+        if self.locked:
+            return (inner if self.rods > 1 else -np.inf), inner + least
+        low = -np.inf if deployment.guided and self.rods == 1 else inner + least
+        return low, (self.rods * deployment.rod if self.rods < deployment.segments else np.inf)
+
+
+class Change(NamedTuple):
+    """What ends a stage of deployment k at time t."""
+
+    t: float
+    k: int
+    what: str
+
+
+def bending(d: Deployment, rods: int) -> np.ndarray:
+    """Return what bends in a beam's hinges (3, rods - 1), that of rod 1 first: lengths as polynomials of r.
+
+    Where a hinge leaves the exit it is stiff, and nothing jumps when the next one follows. The three next to the exit
+    have together the length of the beam around them, and its first moment about the exit: the slope and deflection
+    outside are those of the beam.
+
+    Examples
+    --------
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, EI=3.0, law="3.2")
+    >>> (bending(boom, 5).T @ [1.0, 0.5, 0.25]).round(3).tolist()  # the sum 3 l, its first moment (3 l)^2 / 2
+    [1.0, 0.812, 1.375, 0.813]
+    """
+    found = np.array([[1.0], [0.0], [0.0]]) * np.ones(max(3, rods - 1))
+    found[:, -3:] = [
+        [0.625, FIRST_BEND - STIFF, STIFF], [0.375, -0.75 + STIFF, FIRST_BEND - 0.5 - STIFF], [0.0, -0.5, 0.5]
+    ]  # fmt: skip
+    return found[:, -(rods - 1) :] * np.array([[d.rod], [1.0], [1 / d.rod]]) if rods > 1 else found[:, :0]
+
+
+def start_angles(d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
+    """Return angles and rates (rods - 1,) of a beam's hinges at the start, those of rod 1 first.
+
+    They carry the moments of a static force at the tip, which keeps its deflection when the length changes: the
+    curvature at a distance c from the tip is ``3 w c / L^3``.
+    """
+    (out, speed), bends = d.start, bending(d, stage.rods)
+    r = out - stage.inner(d)
+    bend, slope = np.array([1.0, r, r**2]) @ bends, np.array([0.0, 1.0, 2 * r]) @ bends
+    if not d.deflection or not out > 0:
+        return 0 * bend, 0 * bend
+    curvature = 3 * d.deflection * d.rod * np.arange(1, stage.rods) / out**3
+    return bend * curvature, speed * curvature * (slope - 3 * bend / out)

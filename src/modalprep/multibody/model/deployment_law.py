@@ -1,0 +1,129 @@
+"""The law of a deployment: its smooth stretches, the stage it starts in, and when it leaves a range of lengths."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import brentq
+
+from modalprep.errors import InputError
+from modalprep.multibody.model.deployment import EXACT, IN, OUT, Change, Deployment, Stage
+from modalprep.multibody.model.time_function import FOREVER, Piece, TimeFunction
+
+SAMPLES = 20_000  # of a law, between which it is taken to pass a length once
+
+
+def stretches(d: Deployment) -> list[tuple[float, TimeFunction]]:
+    """Return the smooth stretches of a law, ``(until, law)``: its rate jumps where they meet.
+
+    Raises
+    ------
+    InputError
+        When the length itself jumps.
+
+    Examples
+    --------
+    >>> law = [(2.0, "t"), (3.0, "2"), (float("inf"), "2")]
+    >>> boom = Deployment(name="boom", parent="ground", length=9.0, segments=9, mass_per_length=1.0, law=law)
+    >>> [until for until, _ in stretches(boom)]
+    [2.0, inf]
+    """
+    found, pieces = [], []
+    for k, (until, what) in enumerate(d.law.given):
+        pieces.append((until, what))
+        if until == FOREVER or k == len(d.law.pieces) - 1:
+            found.append((FOREVER, TimeFunction(pieces)))
+        elif _kinks(d, until, *d.law.pieces[k : k + 2]):
+            found.append((until, TimeFunction([*pieces[:-1], (FOREVER, what)])))
+            pieces = []
+    return found
+
+
+def _kinks(d: Deployment, t: float, left: Piece, right: Piece) -> bool:
+    a, b = (piece.evaluate(np.array([t]))[:, 0] for piece in (left, right))
+    if abs(b[0] - a[0]) > EXACT * d.rod:
+        raise InputError(
+            f"deployment {d.name!r}: the law jumps from {a[0]:g} to {b[0]:g} m at t = {t:g} s; a length cannot jump"
+        )
+    return abs(b[1] - a[1]) > 1e-9 * max(abs(a[1]), abs(b[1]))
+
+
+def first_stage(d: Deployment) -> Stage:
+    """Return the stage of a deployment at the start.
+
+    Raises
+    ------
+    InputError
+        When the length is not between zero and all of it.
+    """
+    out, speed = d.start
+    if not -EXACT * d.rod <= out <= d.length + EXACT * d.rod:
+        raise InputError(f"deployment {d.name!r}: {out:g} m are out at the start; there are only {d.length:g} m")
+    rods = int(np.floor(out / d.rod + EXACT)) + 1
+    if abs(out / d.rod - (rods - 1)) < EXACT and speed <= 0:
+        rods -= 1
+    rods = min(max(rods, 1), d.segments)
+    locked = out - (rods - 1) * d.rod < d.least
+    return Stage(rods=rods, locked=locked, law=stretches(d)[0][1] if d.law is not None else None)
+
+
+def samples(d: Deployment, t_end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return times (s) and lengths (m) of a law, each (SAMPLES + 1,).
+
+    Raises
+    ------
+    InputError
+        When it leaves what there is.
+    """
+    t, begin = np.linspace(0.0, t_end, SAMPLES + 1), 0.0
+    length = np.zeros_like(t)
+    for piece in d.law.pieces:
+        here = t >= begin
+        length[here], begin = piece.evaluate(t[here])[0], piece.until
+    length[t >= d.jam] = d.law(min(d.jam, t_end))[0]
+    wrong = ~((length >= -EXACT * d.rod) & (length <= d.length + EXACT * d.rod))
+    if np.any(wrong):
+        first = np.flatnonzero(wrong)[0]
+        raise InputError(
+            f"deployment {d.name!r}: the law asks for {length[first]:g} m at t = {t[first]:g} s; there are "
+            f"{d.length:g} m, from none to all of it may be out"
+        )
+    return t, length
+
+
+def leaving(d: Deployment, k: int, bounds: tuple[float, float], t: float, sampled: tuple) -> Change:
+    """Return when the law first leaves a range of lengths (m), after time t and as its samples show it.
+
+    Examples
+    --------
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, law="0.5 + t")
+    >>> leaving(boom, 0, (0.0, 1.0), 0.0, samples(boom, t_end=2.0))
+    Change(t=0.5, k=0, what='out')
+    """
+    times, length = sampled
+    slack = EXACT * d.rod
+    after = np.flatnonzero((times > t) & ((length > bounds[1] + slack) | (length < bounds[0] - slack)))
+    if not len(after):
+        return Change(FOREVER, k, "")
+    i = after[0]
+    what, bound = (OUT, bounds[1]) if length[i] > bounds[1] else (IN, bounds[0])
+    a, b = max(t, times[i - 1]), times[i]
+    sides = [d.law(s)[0] - bound for s in (a, b)]
+    if sides[0] * sides[1] >= 0:
+        return Change(float(a), k, what)
+    return Change(float(brentq(lambda s: d.law(s)[0] - bound, a, b, xtol=1e-15 * times[-1])), k, what)
+
+
+def aligning(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:
+    """Return an angle that goes from a value and rate at time t smoothly to zero, or None when it is there.
+
+    Examples
+    --------
+    >>> tilt = aligning(2.0, 0.1, -0.3, 0.5)
+    >>> [round(x, 9) for x in tilt(2.0)[:2]], tilt(2.5)[:2]
+    ([0.1, -0.3], (0.0, 0.0))
+    """
+    if angle == 0.0 and rate == 0.0:
+        return None
+    s = f"((t - {t!r})/{within!r})"
+    path = f"(1 - {s})**2*({angle!r} + {2 * angle + rate * within!r}*{s})"
+    return TimeFunction([(t, f"{angle!r} + {rate!r}*(t - {t!r})"), (t + within, path), (FOREVER, 0.0)])

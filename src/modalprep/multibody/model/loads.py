@@ -1,0 +1,272 @@
+"""What loads a system: forces, springs, bushings, gravity of a planet, water, callbacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.multibody.model.depletion import ExpelledGas
+from modalprep.multibody.model.environment import CentralGravity, Conductor
+from modalprep.multibody.model.hydrodynamics import ImmersedRod, check_rod
+from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.records import Record
+from modalprep.suggest import find_interface, refuse_unknown
+
+GROUND = "ground"
+NOTHING = (0.0, 0.0, 0.0)
+Axes = Literal["inertial", "body"]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PointForce(Record):
+    """A force (N) and a torque (N m) on an interface, each of three functions of time.
+
+    Attributes
+    ----------
+    name : str
+    at : str
+        ``body.interface``.
+    force, torque : (3,) of TimeFunction or what makes one
+    axes : {"inertial", "body"}
+        Body axes turn with the interface, elastic rotation included.
+
+    Examples
+    --------
+    >>> PointForce(name="thrust", at="bus.nozzle", force=("10*t", 0, 0), axes="body").force[0](2.0)[0]
+    20.0
+    """
+
+    name: str
+    at: str
+    force: tuple = NOTHING
+    torque: tuple = NOTHING
+    axes: Axes = "inertial"
+
+    def __post_init__(self) -> None:
+        """Read the functions of time."""
+        for name in ("force", "torque"):
+            values = getattr(self, name)
+            if len(values) != 3:
+                raise InputError(f"force {self.name!r}: {name} has {len(values)} components; give three")
+            object.__setattr__(self, name, tuple(TimeFunction.of(value) for value in values))
+        _check_axes(self.name, self.axes)
+        super().__post_init__()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class DistributedForce(Record):
+    """Forces on all mesh points of a body, times one function of time; its modes take them by their nodal shapes.
+
+    Attributes
+    ----------
+    name, body : str
+    force : (n_points, 3)
+        N, at the `points` of the modal body; they move with the points, to first order in the modes.
+    factor : TimeFunction or what makes one
+    axes : {"inertial", "body"}
+        Body axes are those of the body frame B.
+
+    Examples
+    --------
+    >>> DistributedForce(name="gust", body="wing", force=np.ones((4, 3)), factor="sin(t)").force.shape
+    (4, 3)
+    """
+
+    name: str
+    body: str
+    force: np.ndarray
+    factor: TimeFunction = field(default_factory=lambda: TimeFunction(1.0))
+    axes: Axes = "body"
+
+    def __post_init__(self) -> None:
+        """Read the function of time."""
+        object.__setattr__(self, "force", np.asarray(self.force, dtype=float))
+        object.__setattr__(self, "factor", TimeFunction.of(self.factor))
+        _check_axes(self.name, self.axes)
+        super().__post_init__()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AxialSpring(Record):
+    """A spring and damper along the line between two interfaces, or an interface and a point of the ground.
+
+    Attributes
+    ----------
+    name : str
+    between : (str, str)
+        ``body.interface`` twice, or one and ``ground``.
+    stiffness, damping : float
+        N/m, N s/m.
+    length : float
+        m, at which the spring is free.
+    position : (3,)
+        m, inertial: the end on the ground.
+    pull : TimeFunction or what makes one
+        N, an actuator that draws the ends together.
+    tension_only : bool
+        It goes slack below its length, and its damper never pushes: a tether or a strap.
+
+    Examples
+    --------
+    >>> AxialSpring(name="stay", between=("ground", "mast.top"), stiffness=1e4, length=2.0).damping
+    0.0
+    """
+
+    name: str
+    between: tuple[str, str]
+    stiffness: float = 0.0
+    damping: float = 0.0
+    length: float = 0.0
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    pull: TimeFunction | None = None
+    tension_only: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the constants."""
+        for name in ("stiffness", "damping", "length"):
+            if not 0 <= getattr(self, name) < float("inf"):
+                raise InputError(f"spring {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
+        if self.tension_only and self.pull is not None:
+            raise InputError(f"spring {self.name!r}: an actuator pulls always, not in tension only; leave one out")
+        _two_ends("spring", self)
+        object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
+        object.__setattr__(self, "pull", None if self.pull is None else TimeFunction.of(self.pull))
+        super().__post_init__()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Bushing(Record):
+    """Six springs and dampers between two frames, in the axes of the first; for relative rotations below 180 degrees.
+
+    Attributes
+    ----------
+    name : str
+    between : (str, str)
+        ``body.interface`` twice, or one and ``ground``.
+    stiffness, damping : (6,)
+        x, y, z (N/m, N s/m) and about x, y, z (N m/rad, N m s/rad) of the first interface.
+    rest_position, rest_rotation : (3,), (3, 3)
+        Second frame in the first where the springs are free: its origin (m), and its axes to those of the first.
+    position, rotation : (3,), (3, 3)
+        The frame on the ground, inertial.
+
+    Examples
+    --------
+    >>> mount = Bushing(name="mount", between=("ground", "engine.foot"), stiffness=np.full(6, 1e5))
+    >>> mount.damping.tolist()
+    [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    """
+
+    name: str
+    between: tuple[str, str]
+    stiffness: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    damping: np.ndarray = field(default_factory=lambda: np.zeros(6))
+    rest_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    rest_rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+    def __post_init__(self) -> None:
+        """Check the constants."""
+        for name, shape in (("stiffness", (6,)), ("damping", (6,)), ("rest_position", (3,)), ("position", (3,))):
+            value = np.asarray(getattr(self, name), dtype=float)
+            if value.shape != shape:
+                raise InputError(f"bushing {self.name!r}: {name} has {value.size} numbers; give {shape[0]}")
+            if shape == (6,) and not np.all(value >= 0):
+                raise InputError(f"bushing {self.name!r}: {name} {value.tolist()} must not be negative")
+            object.__setattr__(self, name, value)
+        _two_ends("bushing", self)
+        super().__post_init__()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Callback(Record):
+    """Loads of a Python function, for control loops: ``function(t, state) -> {where: load}``.
+
+    `state` is a `State`: ``state["arm.tip"].position``, ``.rotation``, ``.velocity``, ``.spin`` of an interface,
+    ``state.joint("hinge").position`` and ``.rate`` of a joint. ``where`` is ``body.interface`` with a force, or a
+    force and a torque behind each other (3 or 6 numbers, N and N m, inertial), or the name of a joint with a number for
+    each of its speeds. It is called at every evaluation, so it must depend on t and state alone.
+
+    Examples
+    --------
+    >>> brake = Callback(name="brake", function=lambda t, state: {"hinge": -2.0 * state.joint("hinge").rate})
+    >>> brake.name
+    'brake'
+    """
+
+    name: str
+    function: Callable[[float, Any], Mapping[str, Any]]
+
+
+Load = (
+    PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | ExpelledGas | ImmersedRod
+    | Callback
+)  # fmt: skip
+
+
+def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[str, int] | None:
+    """Return body and interface number of ``body.interface``; None for the ground.
+
+    Raises
+    ------
+    InputError
+        When there is no such body or interface; `what` begins the sentence.
+
+    Examples
+    --------
+    >>> locate({}, "ground", "spring 's'") is None
+    True
+    """
+    return None if text == GROUND else find_interface(bodies, text, what)
+
+
+def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> None:
+    """Refuse loads on what is not there, and a second planet."""
+    if sum(isinstance(load, CentralGravity) for load in loads) > 1:
+        raise InputError("a system has one field of central gravity at most")
+    for load in loads:
+        if isinstance(load, PointForce | Conductor):
+            _refuse_ground(bodies, load)
+        if isinstance(load, AxialSpring | Bushing):
+            for end in load.between:
+                locate(bodies, end, f"{'spring' if isinstance(load, AxialSpring) else 'bushing'} {load.name!r}")
+        if isinstance(load, DistributedForce):
+            _check_distributed(bodies, load)
+        if isinstance(load, ExpelledGas) and None in [locate(bodies, x, f"gas {load.name!r}") for x in load.passes]:
+            raise InputError(f"gas {load.name!r} passes the ground; name 'body.interface'")
+        if isinstance(load, ImmersedRod):
+            check_rod(bodies, load)
+
+
+def _refuse_ground(bodies: Mapping[str, FlexibleBody], load: PointForce | Conductor) -> None:
+    what = f"{'force' if isinstance(load, PointForce) else 'conductor'} {load.name!r}"
+    for end in (load.at,) if isinstance(load, PointForce) else load.through:
+        if locate(bodies, end, what) is None:
+            raise InputError(f"{what} is on the ground, where it has no effect; name 'body.interface'")
+
+
+def _check_distributed(bodies: Mapping[str, FlexibleBody], load: DistributedForce) -> None:
+    refuse_unknown(load.body, bodies, f"force {load.name!r}: body")
+    wanted = bodies[load.body].points.shape
+    if load.force.shape != wanted:
+        raise InputError(
+            f"force {load.name!r}: needs a force on each of the {wanted[0]} points of body {load.body!r}, shape "
+            f"{wanted}; it has {load.force.shape}"
+        )
+
+
+def _check_axes(name: str, axes: str) -> None:
+    if axes not in ("inertial", "body"):
+        raise InputError(f"force {name!r}: axes {axes!r} is neither 'inertial' nor 'body'")
+
+
+def _two_ends(kind: str, load: AxialSpring | Bushing) -> None:
+    if len(load.between) != 2 or load.between[0] == load.between[1]:
+        raise InputError(f"{kind} {load.name!r}: joins {' and '.join(load.between)}; name two different ends")
+    object.__setattr__(load, "between", tuple(load.between))

@@ -1,0 +1,163 @@
+"""A multibody system: modal bodies in a tree of joints."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.multibody.model.constraints import Closure, Coupler, check_closures
+from modalprep.multibody.model.depletion import Depletion, check_depletions
+from modalprep.multibody.model.environment import CentralGravity, Conductor, Orbit
+from modalprep.multibody.model.joint import SCALARS, Joint
+from modalprep.multibody.model.loads import Load, check_loads, locate
+from modalprep.records import Record
+from modalprep.suggest import refuse_unknown
+
+LOSES_MASS = "body {0!r} loses mass: the second order of its modal mass (T) is left out"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class System(Record):
+    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads, closed loops, depletions.
+
+    With an `orbit` the ground is its local orbital frame: "inertial" axes and places of joints, loads and results are
+    then those of that frame.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        What the system leaves out; runs repeat it.
+
+    Raises
+    ------
+    InputError
+        When a name is unknown, a body has no joint or two, or the joints close a loop.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, gravity=np.array([0, -9.81, 0]),
+    ...              joints=(Joint(name="hinge", type="revolute", parent="ground", child="arm.root"),))
+    >>> arm.order
+    ('arm',)
+    """
+
+    bodies: dict[str, FlexibleBody]
+    joints: tuple[Joint, ...]
+    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    loads: tuple[Load, ...] = ()
+    closures: tuple[Closure | Coupler, ...] = ()
+    orbit: Orbit | None = None
+    depletions: tuple[Depletion, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Check the tree and what loads it."""
+        gravity = np.asarray(self.gravity, dtype=float)
+        if gravity.shape != (3,) or not np.all(np.isfinite(gravity)):
+            raise InputError(f"gravity {self.gravity!r} is not three numbers in m/s^2")
+        object.__setattr__(self, "gravity", gravity)
+        super().__post_init__()
+        if not self.bodies:
+            raise InputError("the system has no bodies; name at least one under [bodies]")
+        carried = Counter(self.child(joint) for joint in self.joints)
+        for name in self.bodies:
+            if carried[name] != 1:
+                raise InputError(f"body {name!r} is the child of {carried[name]} joints; it needs exactly one")
+        for joint in self.joints:
+            self.parent(joint)
+            self._refuse_other_frame(joint)
+        _ = self.order
+        check_loads(self.bodies, self.loads)
+        check_closures(self.bodies, self.coordinate_counts, self.closures)
+        check_depletions(self.bodies, self.depletions)
+        losing = {each.body: self.bodies[each.body] for each in self.depletions}
+        plain = {name: body.with_(T=None) for name, body in losing.items() if body.T is not None}
+        if plain:
+            object.__setattr__(self, "bodies", self.bodies | plain)
+            object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
+        self._check_orbit()
+
+    def _check_orbit(self) -> None:
+        conductors = [load.name for load in self.loads if isinstance(load, Conductor)]
+        if conductors and (self.orbit is None or self.orbit.dipole is None):
+            raise InputError(f"conductor {conductors[0]!r} needs a magnetic field: an orbit with a dipole")
+        if self.orbit and (self.gravity.any() or any(isinstance(load, CentralGravity) for load in self.loads)):
+            raise InputError("a system in orbit has the gravity of its orbit; leave out any other")
+
+    def _refuse_other_frame(self, joint: Joint) -> None:
+        body = self.bodies[self.child(joint)]
+        if joint.type != "free" and not body.at_root:
+            raise InputError(
+                f"joint {joint.name!r} must hold body {body.name!r} at its root, but the body's frame has its "
+                f"{body.frame}; bring it there with reroot(body, interface), or carry it by a free joint"
+            )
+
+    def child(self, joint: Joint) -> str:
+        """Return the name of the joint's child body."""
+        name, _, interface = joint.child.partition(".")
+        refuse_unknown(name, self.bodies, f"joint {joint.name!r}: child body")
+        root = self.bodies[name].interface_name[0]
+        if interface and interface != root:
+            raise InputError(
+                f"joint {joint.name!r}: child {joint.child!r} is not the root interface of {name!r}; "
+                f"use {name}.{root}, or reduce the body with root = {interface!r}"
+            )
+        return name
+
+    def parent(self, joint: Joint) -> tuple[str, int] | None:
+        """Return the joint's parent body and interface number; None for the ground."""
+        return locate(self.bodies, joint.parent, f"joint {joint.name!r}, its parent")
+
+    def carrier(self, body: str) -> Joint:
+        """Return the joint that carries a body."""
+        return self._carriers[body]
+
+    @cached_property
+    def _carriers(self) -> dict[str, Joint]:
+        return {self.child(joint): joint for joint in self.joints}
+
+    @cached_property
+    def order(self) -> tuple[str, ...]:
+        """Bodies with every parent before its children."""
+        number, children = {name: i for i, name in enumerate(self.bodies)}, {}
+        for name, joint in self._carriers.items():
+            children.setdefault((self.parent(joint) or (None,))[0], []).append(name)
+        placed, level = {}, children.get(None, [])
+        while level:
+            level = sorted(level, key=number.__getitem__)
+            placed |= dict.fromkeys(level)
+            level = [child for name in level for child in children.get(name, ())]
+        if len(placed) < len(self.bodies):
+            left = ", ".join(name for name in self.bodies if name not in placed)
+            raise InputError(f"bodies {left} hang on each other in a loop; one of them needs a joint to the ground")
+        return tuple(placed)
+
+    @property
+    def coordinate_counts(self) -> dict[str, int]:
+        """Number of travels and turns of each joint: the coordinates that a coupler can take."""
+        return {joint.name: SCALARS[joint.type] for joint in self.joints}
+
+    def at(self, t: float) -> System:
+        """Return the system with the masses of time t (s) for ever; its gas goes on to leave."""
+        changed = {each.body: each.at(self.bodies[each.body], t) for each in self.depletions}
+        return self.with_(bodies=self.bodies | changed, depletions=()) if changed else self
+
+    def conventional(self) -> System:
+        """Return the system without geometric stiffness: the prematurely linearised theory."""
+        return self._with_bodies(FlexibleBody.conventional)
+
+    def ruthless(self) -> System:
+        """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`."""
+        return self._with_bodies(FlexibleBody.ruthless)
+
+    def _with_bodies(self, change: Callable[[FlexibleBody], FlexibleBody]) -> System:
+        bodies = {name: change(body) for name, body in self.bodies.items()}
+        depletions = tuple(each.with_(levels=tuple(map(change, each.levels))) for each in self.depletions)
+        return self.with_(bodies=bodies, depletions=depletions)

@@ -1,0 +1,1 @@
+"""From the records of a system to the kernels' arrays."""

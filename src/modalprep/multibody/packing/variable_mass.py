@@ -1,0 +1,74 @@
+"""Pack bodies that lose mass: their integrals at each fill level in the axes of their links."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.multibody.kernels.variable_mass import Fill
+from modalprep.multibody.model.depletion import Depletion
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.time_tables import tabulate
+from modalprep.multibody.packing.tree import Packed, rigid_constants
+
+ROUNDED = 1e-9  # of the heaviest level: a mass beyond it is meant
+
+
+def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -> Fill | None:
+    """Return the arrays of all depletions, None without any; `tables` are the numbers of their masses' functions.
+
+    Raises
+    ------
+    InputError
+        When a mass leaves the range of its levels on [0, t_end].
+
+    Examples
+    --------
+    >>> from modalprep.body.levels import scaled
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.kernels.data import pack
+    >>> full = uniform_beam(modes=1)
+    >>> fuel = Depletion(name="fuel", body="arm", levels=(scaled(full, 0.5),), mass="12 - t")
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": full}, joints=(hinge,), depletions=(fuel,))
+    >>> pack_fill(arm, pack(arm), [0], 1.0).mass.round(9)
+    array([ 6., 12.])
+    """
+    if not system.depletions:
+        return None
+    at, mass, rows = [], [], []
+    for depletion, number in zip(system.depletions, tables, strict=True):
+        levels, link = depletion.by_mass(system.bodies[depletion.body]), packed.link_of(depletion.body)
+        _refuse_outside(depletion, levels, t_end)
+        found = [_integrals(level, packed.align(link)) for level in levels]
+        at.append((link, number, len(mass), len(levels), len(found[0])))
+        mass += [level.m for level in levels]
+        rows += found
+    largest = max(map(len, rows))
+    padded = np.array([np.pad(row, (0, largest - len(row))) for row in rows])
+    return Fill(np.array(at, dtype=np.int64), np.array(mass), padded, np.zeros(largest))
+
+
+def _refuse_outside(depletion: Depletion, levels: list[FlexibleBody], t_end: float) -> None:
+    """The knots of the table are dense enough to see a mass that is not between the levels."""
+    knots = tabulate([depletion.mass], t_end).knots
+    least, most = levels[0].m, levels[-1].m
+    for t, m in knots[:, :2]:
+        if not least - ROUNDED * most <= m <= most * (1 + ROUNDED):
+            raise InputError(
+                f"depletion {depletion.name!r}: body {depletion.body!r} would weigh {m:g} kg at t = {t:g} s, but its "
+                f"levels are {least:g} to {most:g} kg"
+            )
+
+
+def _integrals(body: FlexibleBody, Q: np.ndarray) -> np.ndarray:
+    """Return one level as `Fill` stores it, turned by Q."""
+    turn = np.eye(4)
+    turn[1:, 1:] = Q
+    total = np.concatenate([body.S[:, None], body.H], axis=1), np.concatenate([body.Kg_A[:, None], body.Kg_W], axis=1)
+    first, second = (np.einsum("as...,ac,sr->...rc", x, Q, turn) for x in total)
+    tensor = np.einsum("abij,ac,bd->jicd", body.P, Q, Q)
+    parts = (rigid_constants(body, Q), first, second.swapaxes(0, 1), tensor, body.modal_mass)
+    return np.concatenate([part.ravel() for part in parts])

@@ -1,0 +1,1 @@
+"""The reference implementation: the equations of motion with whole matrices, in numpy."""

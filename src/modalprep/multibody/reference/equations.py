@@ -1,0 +1,303 @@
+"""The readable twin of the kernel: one mass matrix for the whole system (book chapter 6).
+
+Every link's spatial acceleration is affine in the speeds' derivatives, ``A_i = J_i u' + c_i``; stacking the
+partial velocities ``[J_i; E_i]`` (E_i picks the body's q'') gives ``M u' = f`` by Kane's equations. Also the
+poses, momenta and energies of a state, which results and checks use.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
+from modalprep.multibody.kernels.data import (
+    ARM0,
+    COORDINATES,
+    FREE,
+    JOINT,
+    NODE,
+    PARENT,
+    PRESCRIBED,
+    PRESCRIBED_PRISMATIC,
+    PRESCRIBED_REVOLUTE,
+    PRISMATIC,
+    REVOLUTE,
+    SPEEDS,
+    SPHERICAL,
+    UQ,
+    XQ,
+    C,
+    U,
+    X,
+)
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.vectors import skew
+
+AXIS = np.array([0, 0, 1.0])
+
+
+@dataclass
+class BodyState:
+    """Motion of a body, or of a massless link (body None).
+
+    World rotation R and position p of its frame, ``V = (v, w)`` and all that follows in its own axes (a body's are the
+    user's), q, q'; `J` and `c` give its spatial specific acceleration ``J u' + c``; `rows` are its modal speeds.
+    """
+
+    body: FlexibleBody | None
+    R: np.ndarray
+    p: np.ndarray
+    V: np.ndarray
+    q: np.ndarray
+    qd: np.ndarray
+    J: np.ndarray
+    c: np.ndarray
+    rows: slice
+
+
+def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mass matrix (6 + n, 6 + n) and bias (6 + n,) of theory 4, its M(q) made positive.
+
+    With the coordinates of body/mass.py, ``Omega_r = w~ w~ p_r + 2 w~ p_r' + dp_r' q'`` is what the particles of the
+    affine part accelerate by when A, alpha and q'' are zero.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=2)
+    >>> M, b = body_equations(body, np.zeros(6), np.zeros(2), np.zeros(2))
+    >>> round(float(M[0, 0]), 9), float(abs(b).max())
+    (12.0, 0.0)
+    """
+    part = affine_part(body)
+    at, w, spin = deflected(part, q), V[3:], skew(V[3:])
+    rates = at.d_eta @ qd
+    rest, W2 = part.rest @ at.eta, spin @ spin
+    E, Y = rest @ at.eta, rest @ rates
+    Omega = W2 @ at.p + 2 * spin @ (at.dp @ qd) + partial_rates(part, q, qd) @ qd
+    force = part.root_mass * Omega[:, 0]
+    torque = np.cross(at.p, Omega, axis=0).sum(axis=1)
+    torque += np.cross(w, np.trace(E) * w - E @ w) + 2 * (np.trace(Y) * w - Y @ w)
+    modal = np.einsum("ab,abn->n", W2, rest) + 2 * np.einsum("ab,abn->n", spin, part.rest @ rates)
+    if part.rest_second.size:
+        growing = (part.rest_second @ qd) @ qd
+        modal += part.mass @ growing
+        torque += cross_moment(rest @ growing)
+    modal = np.einsum("ar,arn->n", Omega, at.dp) + at.d_eta.T @ modal + body.K * q + body.D * qd
+    return assembled(body.m, at), np.concatenate([force, torque, modal])
+
+
+def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np.ndarray):
+    """Motion of interface k in the body frame.
+
+    Returns ``r (3,), R (3, 3), Phi (6, n), vel (6,), acc (6,)``: position, rotation, partial velocities, elastic
+    velocity, and the acceleration when A and q'' are zero. The rotation vector is ``psi q`` to the fourth order: R is
+    the Cayley map of ``(1 + v.v / 12) v``, with ``v = psi q``, and has no singularity.
+    """
+    u = body.phi[k] @ q - 0.5 * (body.Kg_F[k] @ q) @ q
+    v = body.psi[k] @ q - 0.5 * (body.Kg_T[k] @ q) @ q
+    r = body.interface_position[k] + u
+    x, slope = (1 + v @ v / 12) * v, (1 + v @ v / 12) * np.eye(3) + np.outer(v, v) / 6
+    s = 4 / (4 + x @ x)
+    to_rate = s * (np.eye(3) + skew(x) / 2)
+    translation, turn = body.phi[k] - body.Kg_F[k] @ q, slope @ (body.psi[k] - body.Kg_T[k] @ q)
+    vd, xd = (body.psi[k] - body.Kg_T[k] @ q) @ qd, turn @ qd
+    xdd = (v @ vd) / 3 * vd + (vd @ vd) / 6 * v - slope @ ((body.Kg_T[k] @ qd) @ qd)  # without q''
+    Phi = np.vstack([translation, to_rate @ turn])
+    vel = Phi @ qd
+    linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, vel[:3]) - (body.Kg_F[k] @ qd) @ qd
+    angular = -s / 2 * (x @ xd) * vel[3:] + to_rate @ xdd + np.cross(w, vel[3:])
+    R = np.eye(3) + s * (skew(x) + skew(x) @ skew(x) / 2)
+    return r, R, Phi, vel, np.concatenate([linear, angular])
+
+
+def turn_about(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Rotation matrix about a unit axis (Rodrigues)."""
+    return np.eye(3) + np.sin(angle) * skew(axis) + (1 - np.cos(angle)) * skew(axis) @ skew(axis)
+
+
+def quaternion_matrix(e: np.ndarray) -> np.ndarray:
+    """Rotation matrix of a quaternion (w, x, y, z) of any length."""
+    w, v = e[0] / np.linalg.norm(e), e[1:] / np.linalg.norm(e)
+    return np.eye(3) + 2 * w * skew(v) + 2 * skew(v) @ skew(v)
+
+
+@dataclass
+class _Frame:
+    """Motion of a hinge's inboard frame in its own axes: R, p, V, and J, c of its acceleration."""
+
+    R: np.ndarray
+    p: np.ndarray
+    V: np.ndarray
+    J: np.ndarray
+    c: np.ndarray
+
+    def turned(self, R: np.ndarray) -> _Frame:
+        """Return the same point's motion in axes turned by R (new axes to these), fixed to it."""
+        X = np.kron(np.eye(2), R.T)
+        return _Frame(self.R @ R, self.p, X @ self.V, X @ self.J, X @ self.c)
+
+    def moved(self, r: np.ndarray, partial: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> _Frame:
+        """Return the motion of a frame at r that itself moves: partial velocities (6, nu), velocity and acceleration.
+
+        The acceleration (6,) is that seen when this frame's acceleration is zero: with the centripetal and Coriolis
+        terms of its angular velocity.
+        """
+        shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
+        return _Frame(
+            self.R,
+            self.p + self.R @ r,
+            shift @ self.V + velocity,
+            shift @ self.J + partial,
+            shift @ self.c + acceleration,
+        )
+
+
+def ground_spin(system: System) -> np.ndarray:
+    """Return the angular velocity (3,) of the ground, that of the orbit."""
+    return system.orbit.rate * AXIS if system.orbit else np.zeros(3)
+
+
+def _ground(system: System, p: np.ndarray, nu: int) -> _Frame:
+    """Motion of a point of the ground, which turns in an orbit."""
+    w = ground_spin(system)
+    c = np.concatenate([np.cross(w, np.cross(w, p)) - system.gravity, np.zeros(3)])
+    return _Frame(np.eye(3), p, np.concatenate([np.cross(w, p), w]), np.zeros((6, nu)), c)
+
+
+def _interface(parent: BodyState, node: int) -> _Frame:
+    """Motion of an interface of a body, in its own axes (those of the body, turned with the node)."""
+    own = _Frame(parent.R, parent.p, parent.V, parent.J, parent.c)
+    if parent.body is None:
+        return own
+    r, R, Phi, vel, acc = node_motion(parent.body, node, parent.V[3:], parent.q, parent.qd)
+    partial = np.zeros_like(parent.J)
+    partial[:, parent.rows] = Phi
+    return own.moved(r, partial, vel, acc).turned(R)
+
+
+def _hinged(frame: _Frame, joint: int, x: np.ndarray, u: np.ndarray, first: int) -> _Frame:
+    """Motion of the outboard side of a hinge; x, u its coordinates and speeds, `first` the place of the speeds.
+
+    Prescribed hinges take ``x = [position]``, ``u = [rate, acceleration]``.
+    """
+    partial, n = np.zeros_like(frame.J), SPEEDS[joint]
+    turn, r, slide, spin, extra = np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(6)
+    if joint in (REVOLUTE, PRESCRIBED_REVOLUTE):
+        turn, spin = turn_about(AXIS, x[0]), AXIS * u[0]
+    elif joint in (PRISMATIC, PRESCRIBED_PRISMATIC):
+        r, slide = AXIS * x[0], AXIS * u[0]
+    elif joint == SPHERICAL:
+        turn, spin = quaternion_matrix(x), u
+    elif joint == FREE:
+        turn, r, slide, spin = quaternion_matrix(x[3:]), x[:3], u[:3], u[3:]
+    hinge = {REVOLUTE: [5], PRISMATIC: [2], SPHERICAL: [3, 4, 5], FREE: range(6)}
+    columns = np.eye(6)[:, list(hinge.get(joint, []))]
+    if joint in PRESCRIBED:
+        extra = np.eye(6)[5 if joint == PRESCRIBED_REVOLUTE else 2] * u[1]
+    w = frame.V[3:]
+    outward = np.kron(np.eye(2), turn)  # speeds are in the outboard axes
+    partial[:, first : first + n] = outward @ columns
+    slide, spin = turn @ slide, turn @ spin
+    linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, slide) + np.cross(spin, slide)
+    acceleration = np.concatenate([linear, np.cross(w, spin)]) + outward @ extra
+    return frame.moved(r, partial, np.concatenate([slide, spin]), acceleration).turned(turn)
+
+
+def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
+    """Return the motion of every link in the order of the packed tree.
+
+    Parameters
+    ----------
+    y : (nx + nu,)
+        State as `layout` packs it.
+    motion : (nl, 3)
+        Position, rate and acceleration of prescribed hinges; other rows unused.
+    """
+    states: list[BodyState] = []
+    for i, link in enumerate(packed.links):
+        row, fixed = packed.tree.ints[i], packed.tree.fixed[i]
+        joint, x, u = row[JOINT], row[X], packed.nx + row[U]
+        if row[PARENT] < 0:
+            frame = _ground(system, fixed[ARM0 : ARM0 + 3], packed.nu)
+        else:
+            frame = _interface(states[row[PARENT]], row[NODE])
+            frame = frame.turned(packed.align(row[PARENT]))  # the hinge is placed in the parent link's axes
+        frame = frame.turned(fixed[C : C + 9].reshape(3, 3))
+        own_x, own_u = y[x : x + COORDINATES[joint]], y[u : u + SPEEDS[joint]]
+        if joint in PRESCRIBED:
+            own_x, own_u = motion[i, :1], motion[i, 1:]
+        frame = _hinged(frame, joint, own_x, own_u, row[U]).turned(packed.align(i).T)
+        body = system.bodies[link.body] if link.body else None
+        n = body.n if body else 0
+        q, qd = y[row[XQ] : row[XQ] + n], y[packed.nx + row[UQ] : packed.nx + row[UQ] + n]
+        rows = slice(row[UQ], row[UQ] + n)
+        states.append(BodyState(body, frame.R, frame.p, frame.V, q, qd, frame.J, frame.c, rows))
+    return states
+
+
+def body_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> list[BodyState]:
+    """Return the motion of every body in the system's order; arguments as `link_states`."""
+    return [state for state in link_states(system, packed, y, motion) if state.body is not None]
+
+
+def seen_states(system: System, states: list[BodyState]) -> list[BodyState]:
+    """Return the states with velocities relative to the ground."""
+    w = ground_spin(system)
+    return [replace(s, V=s.V - np.concatenate([s.R.T @ np.cross(w, s.p), s.R.T @ w])) for s in states]
+
+
+def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``M (nu, nu)`` and ``f (nu,)`` of ``M u' = f`` at a state.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), gravity=np.array([0, -10.0, 0]))
+    >>> M, f = mass_and_force(arm, np.zeros(6))
+    >>> M.shape, round(float(f[0] / M[0, 0]), 3)
+    ((3, 3), -1.5)
+    """
+    packed = pack(system)
+    nu = packed.nu
+    states = body_states(system, packed, y, np.zeros((len(packed.links), 3)) if motion is None else motion)
+    M, f = np.zeros((nu, nu)), np.zeros(nu)
+    for s in states:
+        partial = np.vstack([s.J, np.eye(nu)[s.rows]])
+        M_body, bias = body_equations(s.body, s.V, s.q, s.qd)
+        remainder = np.concatenate([s.c, np.zeros(s.body.n)])
+        M += partial.T @ M_body @ partial
+        f -= partial.T @ (M_body @ remainder + bias)
+    return M, f
+
+
+def dense_accelerations(system: System, y: np.ndarray, motion: np.ndarray | None = None) -> np.ndarray:
+    """Solve for the accelerations ``u' (nu,)`` with the whole mass matrix."""
+    M, f = mass_and_force(system, y, motion)
+    return np.linalg.solve(M, f)
+
+
+def energy_and_momentum(gravity: np.ndarray, states: list[BodyState]) -> dict[str, np.ndarray]:
+    """Return kinetic, strain and gravity energy (J), linear and angular momentum about the inertial origin.
+
+    With ``T = V' M V / 2`` of the same mass matrix as the equations of motion, so that they balance exactly.
+    """
+    out = {"kinetic": 0.0, "strain": 0.0, "gravity": 0.0, "linear": np.zeros(3), "angular": np.zeros(3)}
+    for s in states:
+        M, _ = body_equations(s.body, s.V, s.q, s.qd)
+        v = np.concatenate([s.V, s.qd])
+        momentum = M[:6] @ v
+        linear = s.R @ momentum[:3]
+        first = s.R @ np.array([M[5, 1], M[3, 2], M[4, 0]])  # s(q) read back from M_rr = [[m, -s~], [s~, J]]
+        out["kinetic"] += 0.5 * v @ M @ v
+        out["strain"] += 0.5 * s.q @ (s.body.K * s.q)
+        out["gravity"] -= gravity @ (s.body.m * s.p + first)
+        out["linear"] = out["linear"] + linear
+        out["angular"] = out["angular"] + np.cross(s.p, linear) + s.R @ momentum[3:]
+    return out

@@ -1,0 +1,1 @@
+"""Named time histories of a run."""

@@ -1,0 +1,185 @@
+"""Names of all channels of a system, and the columns where `observation` writes their numbers."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.multibody.evaluation.loops import Loops
+from modalprep.multibody.kernels.data import (
+    FREE,
+    PRESCRIBED,
+    PRESCRIBED_REVOLUTE,
+    PRISMATIC,
+    REVOLUTE,
+    SPEEDS,
+    SPHERICAL,
+    U,
+    X,
+)
+from modalprep.multibody.model.constraints import Coupler
+from modalprep.multibody.model.environment import Conductor
+from modalprep.multibody.model.loads import AxialSpring
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed
+
+# the first columns: energies and momenta of the whole system
+KINETIC, STRAIN, GRAVITY, STORED, WORK, POWER_IN, LINEAR, ANGULAR, SUMS = 0, 1, 2, 3, 4, 5, 6, 9, 12
+TOTALS = {
+    "energy.kinetic": KINETIC,
+    "energy.strain": STRAIN,
+    "energy.gravity": GRAVITY,
+    "energy.stored": STORED,
+    "energy.work": WORK,
+    "power.in": POWER_IN,
+    "momentum.linear": slice(LINEAR, ANGULAR),
+    "momentum.angular": slice(ANGULAR, SUMS),
+}
+ENERGIES = ("energy.kinetic", "energy.strain", "energy.gravity", "energy.stored")
+STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT = range(5)  # what a number is: arrays of one evaluation
+INTERFACE = ("position", "velocity", "deflection", "acceleration")  # three numbers each, in this order
+
+
+class Columns(NamedTuple):
+    """What stands where in a row; link -1 is the ground."""
+
+    joints: np.ndarray  # (n, 4) int: STATE, HINGE_FORCE and so on, index, second index, column; masses too
+    wrenches: np.ndarray  # (joints, 4) int: link, parent link and interface, column of force and torque
+    bodies: np.ndarray  # (bodies, 4) int: link, column of modal, origin, orientation; interfaces, their column
+    closures: np.ndarray  # (closures, 4) int: first row, rows, whether a coupler, column
+    springs: np.ndarray  # (springs, 4) int: number, 0, 0, column of length and force
+    conductors: np.ndarray  # (conductors, 4) int: first leg, legs, 0, column of current and electromotive force
+    reactions: np.ndarray  # (nl, 6) scratch
+
+
+class Channels:
+    """All channels of a system.
+
+    Attributes
+    ----------
+    places : dict of int or slice
+        Column of a number, columns of a vector, by the channel's name: ``rows[:, places[name]]`` is its history.
+    columns : Columns
+    width : int
+        Numbers in a row.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.kernels.data import pack
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
+    >>> channels = Channels(arm, pack(arm), None)
+    >>> channels.width, channels.places["hinge.angle"], channels.places["arm.modal"]
+    (53, 12, slice(20, 22, None))
+    """
+
+    def __init__(self, system: System, packed: Packed, loops: Loops | None) -> None:
+        self.system, self.packed = system, packed
+        self.places: dict[str, int | slice] = dict(TOTALS)
+        self.width = SUMS
+        self.columns = Columns(
+            *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
+                self._joints(), self._wrenches(), self._bodies(), self._closures(loops) if loops else [],
+                self._springs(), self._conductors(),
+            )),
+            np.zeros((len(packed.links), 6)),
+        )  # fmt: skip
+
+    def _number(self, name: str) -> int:
+        self.places[name] = self.width
+        self.width += 1
+        return self.width - 1
+
+    def _vector(self, name: str, size: int) -> int:
+        first, self.width = self.width, self.width + size
+        if size:
+            self.places[name] = slice(first, self.width)
+        return first
+
+    def _joints(self) -> list[tuple]:
+        found: dict[str, list[tuple]] = {}
+        for i in range(len(self.packed.links)):
+            for name, source in self._hinge(i):
+                found.setdefault(f"{self.packed.links[i].joint.name}.{name}", []).append(source)
+        rows = []
+        for name, sources in found.items():
+            first = self._number(name) if len(sources) == 1 else self._vector(name, len(sources))
+            rows += [(*source, first + k) for k, source in enumerate(sources)]
+        return rows + [
+            (WEIGHT, self.packed.link_of(each.body), 0, self._number(f"{each.body}.mass"))
+            for each in self.system.depletions
+        ]
+
+    def _hinge(self, i: int) -> list[tuple[str, tuple]]:
+        """Return the numbers of one link's hinge: name, what it is, indices."""
+        kind, joint = self.packed.types[i], self.packed.links[i].joint
+        x, u = int(self.packed.tree.ints[i, X]), int(self.packed.tree.ints[i, U])
+        turns = kind in (REVOLUTE, PRESCRIBED_REVOLUTE)
+        place, speed = ("angle", "rate") if turns else ("displacement", "speed")
+        if kind in (REVOLUTE, PRISMATIC):
+            drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
+            return [(place, (STATE, x, 0)), (speed, (STATE, self.packed.nx + u, 0)), *drive]
+        if kind in PRESCRIBED:
+            along = (REACTION, i, 5 if turns else 2)
+            return [(place, (MOTION, i, 0)), (speed, (MOTION, i, 1)), ("drive", along)]
+        if kind in (SPHERICAL, FREE):
+            turn = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
+            first = self.packed.nx + u + SPEEDS[kind] - 3
+            return turn + [("spin", (STATE, first + k, 0)) for k in range(3)]
+        return []
+
+    def _wrenches(self) -> list[tuple]:
+        rows = []
+        for joint in self.system.joints:
+            parent = self.system.parent(joint)
+            at = (self.packed.link_of(parent[0]), parent[1]) if parent else (-1, 0)
+            first = self._vector(f"{joint.name}.force", 3)
+            self._vector(f"{joint.name}.torque", 3)
+            rows.append((self.packed.link_of(self.system.child(joint)), *at, first))
+        return rows
+
+    def _bodies(self) -> list[tuple]:
+        rows = []
+        for name in self.system.order:
+            body = self.system.bodies[name]
+            first = self._vector(f"{name}.modal", body.n)
+            self._vector(f"{name}.origin", 3)
+            self._vector(f"{name}.orientation", 4)
+            rows.append((self.packed.link_of(name), first, len(body.interface_name), self.width))
+            for interface in body.interface_name:
+                for part in INTERFACE:
+                    self._vector(f"{name}.{interface}.{part}", 3)
+        return rows
+
+    def _closures(self, loops: Loops) -> list[tuple]:
+        rows = []
+        for k, closure in enumerate(self.system.closures):
+            own, couples = loops.closing.of(k), isinstance(closure, Coupler)
+            first = self._number(f"{closure.name}.violation")
+            if couples:
+                self._number(f"{closure.name}.multiplier")
+            else:
+                self._vector(f"{closure.name}.force", 3)
+                self._vector(f"{closure.name}.torque", 3)
+            rows.append((own[0], len(own), couples, first))
+        return rows
+
+    def _springs(self) -> list[tuple]:
+        names = [load.name for load in self.system.loads if isinstance(load, AxialSpring)]
+        return [(i, 0, 0, self._pair(name, "length", "tension")) for i, name in enumerate(names)]
+
+    def _conductors(self) -> list[tuple]:
+        rows, first = [], 0
+        for load in self.system.loads:
+            if isinstance(load, Conductor):
+                rows.append((first, len(load.legs), 0, self._pair(load.name, "current", "emf")))
+                first += len(load.legs)
+        return rows
+
+    def _pair(self, name: str, one: str, two: str) -> int:
+        first = self._number(f"{name}.{one}")
+        self._number(f"{name}.{two}")
+        return first

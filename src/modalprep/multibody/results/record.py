@@ -1,0 +1,78 @@
+"""Named time histories of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody.evaluation.stresses import stress_channels
+from modalprep.multibody.integration.run import Integration
+from modalprep.multibody.results.channels import ENERGIES, Channels
+from modalprep.multibody.results.observation import record
+from modalprep.multibody.results.result import Result
+
+
+class Recorder:
+    """Collects the channels of a `Result`; `most` times of a run are expected.
+
+    Raises
+    ------
+    InputError
+        When there is not enough memory for so many.
+    """
+
+    def __init__(self, integration: Integration, most: int) -> None:
+        loops = integration.loading.loops
+        self.model, self.count = integration.model, 0
+        self.channels = Channels(integration.system, integration.packed, loops)
+        self.soft = loops.softest() if loops else 0.0
+        try:
+            self.time, self.rows = np.empty(most), np.empty((most, self.channels.width))
+        except MemoryError:
+            raise InputError(
+                f"simulation: {most} output times of {self.channels.width} numbers each do not fit into memory; raise "
+                "output_step or lower t_end"
+            ) from None
+
+    def add(self, times: np.ndarray, states: np.ndarray) -> None:
+        """Record every channel at times (nt,) of states (nt, nx + nu + 1), the work their last number."""
+        place = slice(self.count, self.count + len(times))
+        if place.stop > len(self.time):
+            self.time, self.rows = (np.concatenate([a, np.empty_like(a)]) for a in (self.time, self.rows))
+        self.time[place] = times
+        record(self.model, self.channels.columns, times, states, self.soft, self.rows[place])
+        self.count = place.stop
+
+    def result(self, status: str, message: str, stats: dict[str, float]) -> Result:
+        """Close the energy balance and return the result; its channels are views of the recorded rows."""
+        rows = self.rows[: self.count]
+        channels = {name: rows[:, place] for name, place in self.channels.places.items()}
+        channels |= self._axes(channels) | stress_channels(self.channels.system.bodies, channels)
+        return audited(self.time[: self.count], channels, status, message, stats)
+
+    def _axes(self, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the semi-major axes of the orbits of the bodies' roots, where it is known how far the planet is."""
+        system = self.channels.system
+        if system.orbit is None or system.orbit.radius == np.inf:
+            return {}
+        root = {name: f"{name}.{body.interface_name[0]}" for name, body in system.bodies.items()}
+        found = {}
+        for name, at in root.items():
+            places, speeds = channels[f"{at}.position"], channels[f"{at}.velocity"]
+            found[f"{name}.semi_major_axis"] = system.orbit.semi_major_axis(places, speeds)
+        return found
+
+
+def audited(
+    time: np.ndarray, channels: dict[str, np.ndarray], status: str, message: str, stats: dict[str, float]
+) -> Result:
+    """Return the result of histories by name, its energy balance closed: ``energy.error``, and the largest in stats."""
+    parts = [channels[name] for name in ENERGIES]
+    total = np.sum(parts, axis=0)
+    error = total - total[0] - channels["energy.work"]
+    scale = np.abs([p - p[0] for p in parts] + [channels["energy.work"], channels["energy.kinetic"]]).max()
+    relative = float(np.abs(error).max() / max(scale, np.finfo(float).tiny))
+    return Result(
+        time=time, channels=channels | {"energy.error": error}, status=status, message=message,
+        stats={**stats, "energy_error": relative},
+    )  # fmt: skip

@@ -1,0 +1,150 @@
+"""The outcome of a simulation: named time histories and how the run went."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.errors import InputError
+from modalprep.records import Record
+
+if TYPE_CHECKING:
+    import pandas
+
+    from modalprep.multibody.evaluation.impact import Impact
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Result(Record):
+    """Time histories by name; those of a simulation are columns of one array.
+
+    Attributes
+    ----------
+    time : (nt,) float
+        s.
+    channels : dict of (nt,) or (nt, k) float
+        ``<joint>.angle`` (rad), ``.rate``, ``.displacement`` (m), ``.speed`` by what the joint can do, ``.drive`` of
+        its prescribed motion or hinge elements (N or N m, along the hinge), ``.quaternion`` (nt, 4) of a spherical
+        joint, ``.spin`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``, ``.torque`` (nt, 3):
+        what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
+        (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
+        m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
+        the orbit of its root, in orbit at a known radius. ``<body>.stress.<point>.<component>`` (Pa) at the points of
+        its modal file, and ``.von_mises``. ``<spring>.length`` (m) and ``.tension`` (N),
+        ``<conductor>.current`` (A) and ``.emf`` (V).
+        ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
+        body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``,
+        ``energy.stored`` (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.in`` (W, the rate
+        of the work), ``momentum.linear``, ``momentum.angular`` (nt, 3).
+    status : str
+        ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
+    message : str
+        One sentence for the user.
+    stats : dict of float
+        Steps, evaluations of the equations, steps rejected and halved, ``stiffness_ratio`` (steps that stability would
+        ask of the explicit method), and the energy error relative to the largest energy.
+    events : dict of (k,) float
+        Times (s) of every event's zero crossings.
+    impacts : dict of tuple of Impact
+        What the events did that begin or hit closures.
+
+    Examples
+    --------
+    >>> r = Result(time=np.array([0.0, 1.0]), channels={"a.position": np.array([[0., 1, 2], [3, 4, 5]])},
+    ...            status="done", message="", stats={})
+    >>> r["a.position.y"]
+    array([1., 4.])
+    """
+
+    time: np.ndarray
+    channels: dict[str, np.ndarray]
+    status: str
+    message: str
+    stats: dict[str, float] = field(default_factory=dict)
+    events: dict[str, np.ndarray] = field(default_factory=dict)
+    impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``."""
+        if name in self.channels:
+            return self.channels[name]
+        parent, _, component = name.rpartition(".")
+        columns = self.columns().get(parent, ())
+        if component in columns:
+            return self.channels[parent][:, columns.index(component)]
+        known = ", ".join(sorted(self.channels))
+        raise InputError(f"the result has no channel {name!r}; it has {known}")
+
+    def columns(self) -> dict[str, list[str]]:
+        """Return the component names of every channel with more than one column."""
+        vectors = {name: a.shape[1] for name, a in self.channels.items() if a.ndim == 2}
+        return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
+                for name, k in vectors.items()}  # fmt: skip
+
+    def seen_from(self, body: str) -> Result:
+        """Return the run with every place, the channels ``.position`` and ``.origin``, in the frame of a body.
+
+        Raises
+        ------
+        InputError
+            When there is no such body.
+
+        Examples
+        --------
+        >>> turned = {"hub.origin": [[1.0, 0, 0]], "hub.orientation": [[0.5**0.5, 0, 0, 0.5**0.5]]}
+        >>> channels = {name: np.array(a) for name, a in turned.items()} | {"arm.tip.position": np.array([[1.0, 2, 0]])}
+        >>> run = Result(time=np.zeros(1), channels=channels, status="done", message="")
+        >>> run.seen_from("hub")["arm.tip.position"].round(9) + 0.0
+        array([[2., 0., 0.]])
+        """
+        origin, turn = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
+        places = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
+        seen = {name: turn.inv().apply(place - origin) for name, place in places.items()}
+        return self.with_(channels=self.channels | seen)
+
+    def to_dataframe(self, channels: Sequence[str] = ()) -> pandas.DataFrame:
+        """Return the named channels (all when none is named) as columns over time, one per component.
+
+        Raises
+        ------
+        InputError
+            When pandas is not installed, or there is no such channel.
+
+        Examples
+        --------
+        >>> r = Result(time=np.array([0.0, 1.0]), channels={"a.angle": np.array([0.0, 2.0])}, status="done", message="")
+        >>> list(r.table())
+        ['a.angle']
+        """
+        if find_spec("pandas") is None:
+            raise InputError(
+                "a data frame needs pandas: pip install 'modalprep[dataframe]'; without it channels are arrays"
+            )
+        import pandas
+
+        return pandas.DataFrame(self.table(channels), index=pandas.Index(self.time, name="time"))
+
+    def table(self, channels: Sequence[str] = ()) -> dict[str, np.ndarray]:
+        """Return the named channels (all when none is named), one (nt,) per component, by name."""
+        components = self.columns()
+        names = [
+            [f"{name}.{c}" for c in components[name]] if name in components else [name]
+            for name in channels or sorted(self.channels)
+        ]
+        return {part: self[part] for parts in names for part in parts}
+
+
+def output_times(t_end: float, output_step: float) -> np.ndarray:
+    """Return the times (nt,) of a run: equal steps, the nearest to `output_step` that end at `t_end`.
+
+    Examples
+    --------
+    >>> output_times(1.0, 0.3)
+    array([0.        , 0.33333333, 0.66666667, 1.        ])
+    """
+    return np.linspace(0.0, t_end, max(2, round(t_end / output_step) + 1))

@@ -1,0 +1,1 @@
+"""Many pipeline files in parallel."""

@@ -1,0 +1,124 @@
+"""What a batch says: a live bar with the time left on a terminal, a plain line per job in a log, a table at the end."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+from rich.table import Table
+from rich.text import Text
+
+from modalprep.pipeline.batch.job import DONE, Job, Record
+from modalprep.pipeline.console import Reporter
+
+STYLE = {DONE: "green", "failed": "bold red"}
+SHOWN = 3  # jobs that are named beside the bar
+
+
+class Progress:
+    """Says which jobs ended, and when the rest will have, from the mean time of a job.
+
+    Parameters
+    ----------
+    reporter : Reporter
+    total : int
+        Jobs to run.
+    workers : int
+        Jobs at a time.
+    """
+
+    def __init__(self, reporter: Reporter, total: int, workers: int) -> None:
+        self._reporter, self._total, self._workers = reporter, total, workers
+        self._begun: dict[str, float] = {}
+        self._taken: list[float] = []
+        live = reporter.console.is_terminal and not reporter.console.quiet
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        self._bar = Bar(*columns, TextColumn("{task.fields[left]}"), console=reporter.console, disable=not live)
+        self._task = self._bar.add_task("jobs", total=total, left="")
+
+    def __enter__(self) -> Progress:
+        """Show the bar."""
+        self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Remove the bar."""
+        self._bar.stop()
+
+    def started(self, job: Job) -> None:
+        """Take note of the start of a job."""
+        self._begun[job.name] = time.perf_counter()
+
+    def ended(self, job: Job, record: Record) -> None:
+        """Say how a job ended, what it took, and what is left."""
+        del self._begun[job.name]
+        self._taken.append(record["seconds"])
+        count, left = len(self._taken), self.seconds_left()
+        rest = f"; about {clock(left)} left" if count < self._total else ""
+        cause = f": {record['cause']}" if record["cause"] else ""
+        what = f"[{count}/{self._total}] {job.name} {record['status']} in {record['seconds']:.1f} s{rest}{cause}"
+        self._reporter.say(what)
+
+    def tick(self) -> None:
+        """Move the bar."""
+        names = list(self._begun)
+        more = f" and {len(names) - SHOWN} more" if len(names) > SHOWN else ""
+        left = f"about {clock(self.seconds_left())} left" if self._taken else ""
+        self._bar.update(
+            self._task, completed=len(self._taken), description=", ".join(names[:SHOWN]) + more or "jobs", left=left
+        )
+
+    def seconds_left(self) -> float:
+        """Return the time that the jobs left will take: at the mean of those that ended, less what runs already."""
+        mean = sum(self._taken) / len(self._taken)
+        spent = sum(min(mean, time.perf_counter() - begun) for begun in self._begun.values())
+        return max(0.0, (self._total - len(self._taken)) * mean - spent) / self._workers
+
+
+def clock(seconds: float) -> str:
+    """Return a duration as people read it.
+
+    Examples
+    --------
+    >>> clock(7.4), clock(75), clock(3700)
+    ('7 s', '1:15 min', '1:01 h')
+    """
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    return f"{whole // 60}:{whole % 60:02d} min" if whole < 3600 else f"{whole // 3600}:{whole % 3600 // 60:02d} h"
+
+
+def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
+    """Print a row per job: what the grid chose, how it ended, its time, what the cache saved; then a line per cause.
+
+    Examples
+    --------
+    >>> row = {"job": "a", "pipeline": "a.toml", "values": {}, "ran": True, "status": "failed", "cause": "no mesh"}
+    >>> jobs_table([row], Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    <BLANKLINE>
+    ...a failed: no mesh
+    """
+    keys = list(dict.fromkeys(key for row in rows for key in row["values"]))
+    table = Table(box=box.SIMPLE)
+    for head in ("job", *keys, "state", "time", "saved"):
+        table.add_column(head, overflow="fold", justify="right" if head in ("time", "saved") else "left")
+    for row in rows:
+        table.add_row(*map(Text, [row["job"], *(row["values"].get(key, "") for key in keys)]), *_ending(row))
+    console.print(table)
+    for row in rows:
+        if row["cause"]:
+            cause = row["cause"].removeprefix(row["pipeline"]).lstrip(":, ")
+            console.print(f"{row['job']} failed: {cause}", markup=False, soft_wrap=True)
+
+
+def _ending(row: dict[str, Any]) -> list[Text]:
+    state = row["status"] if row["ran"] else f"{row['status']} before"
+    taken = f"{row['seconds']:.1f} s" if "seconds" in row else ""
+    saved = f"{row['cache']['saved_seconds']:.1f} s" if row.get("cache") else ""
+    return [Text(state, STYLE.get(row["status"], "")), Text(taken), Text(saved)]

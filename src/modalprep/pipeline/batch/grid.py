@@ -1,0 +1,175 @@
+"""The jobs of a batch: pipeline files, and one for every combination of a file's [grid]."""
+
+from __future__ import annotations
+
+import copy
+import glob
+import itertools
+import math
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from modalprep.atomic import atomic_path
+from modalprep.errors import InputError
+from modalprep.pipeline.batch.job import Job, relative
+from modalprep.pipeline.batch.toml_text import toml_text
+from modalprep.pipeline.schema.base import complaint
+from modalprep.pipeline.schema.load import read_toml
+from modalprep.pipeline.schema.pipeline import Pipeline
+
+LONGEST = 40  # characters of a value in the name of a folder
+MOST = 10_000  # combinations
+FILES = ("file", "pipeline", "stiffness", "mass", "nodes", "dof")  # keys that name files
+
+
+def find_jobs(patterns: Sequence[str], output: Path | None) -> list[Job]:
+    """Return the jobs of pipeline files and patterns such as ``pipelines/*.toml``; write the files of grids.
+
+    Raises
+    ------
+    InputError
+        When nothing fits a pattern, a grid cannot be read, or two jobs would share a folder.
+    """
+    files = dict.fromkeys(path for pattern in patterns for path in _matches(pattern))
+    jobs = [job for file in files for job in _jobs(file, output)]
+    homes: dict[Path, Job] = {}
+    for job in jobs:
+        other = homes.setdefault(job.folder.resolve(), job)
+        if other is not job:
+            raise InputError(f"{other.file} and {job.file} would both write into {job.folder}; rename one")
+    return jobs
+
+
+def _matches(pattern: str) -> list[Path]:
+    if Path(pattern).is_file():
+        return [Path(pattern)]
+    found = [path for path in sorted(map(Path, glob.glob(pattern, recursive=True))) if path.is_file()]
+    if not found:
+        raise InputError(f"no pipeline file fits {pattern!r}")
+    return found
+
+
+def _jobs(file: Path, output: Path | None) -> list[Job]:
+    """Return the job of a file, or those of its grid; a file that cannot be read is a job that will fail."""
+    try:
+        data = read_toml(file)[1]
+    except InputError:
+        return [Job(file, output)]
+    if "grid" not in data:
+        return [Job(file, output)]
+    return grid_jobs(file, data, output or file.parent / "output")
+
+
+def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
+    """Write a pipeline file for every combination of a grid, each in the folder of its outputs; return the jobs.
+
+    Raises
+    ------
+    InputError
+        When the grid is no table of lists, or none of its combinations is a valid pipeline file.
+    """
+    base = {key: value for key, value in data.items() if key != "grid"}
+    grid = _checked(file, data["grid"])
+    labels = {key: _labels(values) for key, values in grid.items()}
+    jobs, texts, problems = [], [], []
+    for choice in itertools.product(*(range(len(values)) for values in grid.values())):
+        chosen = {key: grid[key][k] for key, k in zip(grid, choice, strict=True)}
+        shown = {key: labels[key][k] for key, k in zip(grid, choice, strict=True)}
+        name = "-".join([file.stem, *(f"{_short(key, grid)}={text}" for key, text in shown.items())])
+        job = Job(output / name / f"{name}.toml", output, shown)
+        combined = _combined(file, base, chosen)
+        problems.append(_problem(combined))
+        texts.append(toml_text(_moved(combined, file.parent, job.folder)))
+        jobs.append(job)
+    if all(problems):
+        raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problems[0]}")
+    for job, text in zip(jobs, texts, strict=True):
+        _write(job, f"# A combination of the grid of {file.name}.\n{text}")
+    return jobs
+
+
+def _checked(file: Path, grid: Any) -> dict[str, list]:
+    """Refuse what is no table of lists; keys have dots, so that TOML wants them in quotes."""
+    if not isinstance(grid, dict) or not grid:
+        raise InputError(f'{file}: [grid] is empty; write for example "reduction.modes" = [10, 20]')
+    for key, values in grid.items():
+        if isinstance(values, dict):
+            raise InputError(f'{file}: [grid]: write the key {key}... in quotes, such as "reduction.modes" = [10, 20]')
+        if not isinstance(values, list) or not values:
+            raise InputError(f"{file}: [grid]: {key!r} needs a list of values, such as [10, 20]")
+        if len({repr(value) for value in values}) < len(values):
+            raise InputError(f"{file}: [grid]: {key!r} lists a value twice; keep one")
+    count = math.prod(map(len, grid.values()))
+    if count > MOST:
+        raise InputError(f"{file}: [grid] has {count} combinations, more than {MOST}; give fewer values")
+    return grid
+
+
+def _combined(file: Path, base: dict[str, Any], chosen: dict[str, Any]) -> dict[str, Any]:
+    """Put the values of a combination into a copy of the base; a body keeps the name of the base."""
+    data = copy.deepcopy(base)
+    if "mesh" in data or "matrices" in data:
+        data.setdefault("name", file.stem)
+    for key, value in chosen.items():
+        *tables, last = key.split(".")
+        place = data
+        for table in tables:
+            place = place.setdefault(table, {})
+            if not isinstance(place, dict):
+                raise InputError(f"{file}: [grid]: {key!r} leads through {table!r}, which is no table")
+        place[last] = value
+    return data
+
+
+def _problem(data: dict[str, Any]) -> str | None:
+    try:
+        Pipeline.model_validate(data)
+    except ValidationError as error:
+        where = ".".join(str(part) for part in error.errors()[0]["loc"])
+        return f"{where}: {complaint(error)}".removeprefix(": ")
+    return None
+
+
+def _labels(values: Iterable[Any]) -> list[str]:
+    """Return a short text of each value, good for the name of a folder, and no two alike."""
+    texts = [re.sub(r"[^\w.+-]+", "_", str(value)).strip("_.")[:LONGEST] or "_" for value in values]
+    if len({text.lower() for text in texts}) < len(texts):
+        texts = [f"{text}_{number}" for number, text in enumerate(texts, start=1)]
+    return texts
+
+
+def _short(key: str, grid: Iterable[str]) -> str:
+    """Return the last part of a key where it is unique in the grid."""
+    last = key.rpartition(".")[2]
+    unique = sum(other.rpartition(".")[2] == last for other in grid) == 1
+    return re.sub(r"[^\w.+-]+", "_", last if unique else key)
+
+
+def _moved(data: dict[str, Any], old: Path, new: Path) -> dict[str, Any]:
+    """Return the tables with the files of [mesh], [matrices] and [bodies] named from a new folder."""
+    data = dict(data)
+    for table in ("mesh", "matrices"):
+        if isinstance(data.get(table), dict):
+            data[table] = _renamed(data[table], old, new)
+    if isinstance(data.get("bodies"), dict):
+        data["bodies"] = {
+            name: _renamed(body, old, new) if isinstance(body, dict) else body for name, body in data["bodies"].items()
+        }
+    return data
+
+
+def _renamed(table: dict[str, Any], old: Path, new: Path) -> dict[str, Any]:
+    return {
+        key: relative(old / value, new) if key in FILES and isinstance(value, str) else value
+        for key, value in table.items()
+    }
+
+
+def _write(job: Job, text: str) -> None:
+    if not job.file.is_file() or job.file.read_text(encoding="utf-8") != text:
+        with atomic_path(job.file) as temporary:
+            temporary.write_text(text, encoding="utf-8")

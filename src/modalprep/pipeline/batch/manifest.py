@@ -1,0 +1,81 @@
+"""The manifest of a job: hashes of everything that went in and came out, by which a finished job is known."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from modalprep.atomic import atomic_path
+from modalprep.errors import InputError
+from modalprep.fe.readers.read import mesh_digest
+from modalprep.pipeline.batch.job import DONE, Job, Record, relative
+from modalprep.pipeline.build.program import file_digest
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.schema.pipeline import Pipeline
+
+HEAD = {"format": "modalprep job", "version": 1}
+
+
+def input_digests(path: Path) -> dict[str, str]:
+    """Return the hash of each file that a pipeline file needs, itself and the pipelines of its bodies included.
+
+    Files are named relative to the pipeline file's folder. A mesh counts with its includes; a missing file is empty.
+
+    Raises
+    ------
+    InputError
+        When one of the pipeline files cannot be read.
+    """
+    found: dict[str, str] = {}
+    todo = [path]
+    while todo:
+        file = todo.pop()
+        pipeline, name = load_pipeline(file), relative(file, path.parent)
+        if name in found:
+            continue
+        found[name] = file_digest(file)
+        for source in source_files(file, pipeline):
+            found[relative(source, path.parent)] = mesh_digest(source)
+        todo += body_pipelines(file, pipeline)
+    return found
+
+
+def source_files(path: Path, pipeline: Pipeline) -> list[Path]:
+    """Return the mesh, matrix and modal files that a pipeline file names."""
+    names = [pipeline.mesh.file] if pipeline.mesh else []
+    if pipeline.matrices is not None:
+        given = pipeline.matrices.model_dump(include={"file", "stiffness", "mass", "nodes", "dof"}, exclude_none=True)
+        names += given.values()
+    names += [table.file for table in pipeline.bodies.values() if table.file is not None]
+    return [path.parent / name for name in names]
+
+
+def body_pipelines(path: Path, pipeline: Pipeline) -> list[Path]:
+    """Return the pipeline files of the bodies of a pipeline file."""
+    return [path.parent / table.pipeline for table in pipeline.bodies.values() if table.pipeline is not None]
+
+
+def output_digests(job: Job, files: Iterable[Path]) -> dict[str, str]:
+    """Return the hash of each file inside the job's own folder."""
+    inside = [file for file in files if file.resolve().is_relative_to(job.folder.resolve())]
+    return {relative(file, job.folder): file_digest(file) for file in inside}
+
+
+def write_manifest(job: Job, record: Record) -> None:
+    """Write the record of a job; the file is whole or absent."""
+    with atomic_path(job.manifest) as temporary:
+        temporary.write_text(json.dumps(HEAD | record, indent=1))
+
+
+def finished(job: Job, program: dict[str, str]) -> Record | None:
+    """Return the record of a job that is done, with these inputs and by this program, and whose outputs are whole."""
+    try:
+        record = json.loads(job.manifest.read_text())
+        good = record["format"] == HEAD["format"] and record["status"] == DONE and record["program"] == program
+        good = good and record["inputs"] == input_digests(job.file)
+        outputs = {name: file_digest(job.folder / name) for name in record["outputs"]} if good else {}
+        whole = good and outputs == record["outputs"]
+        return {key: value for key, value in record.items() if key not in HEAD} if whole else None
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, InputError):
+        return None

@@ -1,0 +1,72 @@
+"""A modal body as a pipeline makes it, and as a cache keeps it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.atomic import atomic_path
+from modalprep.body.checks import Check
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.formats.modalfile import read_body, write_body
+from modalprep.pipeline.build.cache import Cache
+from modalprep.reduction.error import ReductionError
+
+
+@dataclass(frozen=True)
+class Built:
+    """A modal body, where it was written, its checks, notes for the user, and its error where it was measured."""
+
+    body: FlexibleBody
+    file: Path
+    checks: list[Check]
+    notes: tuple[str, ...]
+    error: ReductionError | None = None
+
+    @property
+    def error_curves(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Curves of the relative errors over frequency (Hz) for the report; empty when none were measured."""
+        if self.error is None:
+            return {}
+        found = {"frequencies": (self.error.full, self.error.frequency)}
+        if len(self.error.sweep):
+            found["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
+        return found
+
+
+def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:
+    """Return the key of a body: its name, mesh and options, whatever its pipeline file is called."""
+    return cache.key("body", name, inputs["mesh_sha256"], inputs["options_sha256"])
+
+
+def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
+    """Store a body that took so many seconds: its modal file, checks, notes and error."""
+    said = json.dumps({"checks": [asdict(check) for check in built.checks], "notes": built.notes})
+    arrays = {"modal_file": np.frombuffer(built.file.read_bytes(), dtype=np.uint8), "said": np.array(said)}
+    if built.error is not None:
+        arrays |= {f"error_{f.name}": np.asarray(getattr(built.error, f.name)) for f in fields(built.error)}
+    cache.use.computed += 1
+    cache.write(key, arrays, seconds)
+
+
+def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) -> Built | None:
+    """Write the modal file of an entry as `file`, with its own provenance; None when there is no entry."""
+    found = cache.read(key)
+    if found is None:
+        return None
+    with atomic_path(file) as temporary:
+        temporary.write_bytes(found["modal_file"].tobytes())
+    body = read_body(file)
+    body = body.with_(provenance=body.provenance | provenance)
+    write_body(body, file)
+    cache.took(found)
+    said = json.loads(str(found["said"]))
+    return Built(body, file, [Check(**check) for check in said["checks"]], tuple(said["notes"]), _error(found))
+
+
+def _error(found: dict[str, np.ndarray]) -> ReductionError | None:
+    values = {name.removeprefix("error_"): array for name, array in found.items() if name.startswith("error_")}
+    return ReductionError(**values | {"up_to": float(values["up_to"])}) if values else None

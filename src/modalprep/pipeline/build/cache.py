@@ -1,0 +1,169 @@
+"""A store of arrays by the content of what they were computed from: bounded, checked, without executable parts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+from scipy.sparse import issparse
+
+from modalprep.atomic import atomic_path
+from modalprep.errors import OutputError
+from modalprep.pipeline.build.program import program
+
+MAGIC = b"modalprep cache 1\n"
+LIMIT = 5.0  # GiB
+SECONDS = "seconds"  # what an entry cost, stored with it
+
+
+@dataclass
+class Use:
+    """How often a cache had what was asked for, and the seconds that computing it had taken."""
+
+    found: int = 0
+    computed: int = 0
+    saved_seconds: float = 0.0
+
+    def summary(self) -> dict[str, float]:
+        """Return the numbers by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Arrays in files of a folder, each named by the hash of its inputs and of the program.
+
+    Several processes may use one folder. An entry whose checksum is wrong is removed and counts as missing; the
+    entries that were not used for longest go when the folder exceeds `limit`.
+
+    Attributes
+    ----------
+    folder : Path
+    limit : float
+        Bytes.
+    use : Use
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> cache = Cache(Path(tempfile.mkdtemp()))
+    >>> key = cache.key("square", np.arange(3.0))
+    >>> for _ in range(2):
+    ...     found = cache.recall(key, lambda: {"y": np.arange(3.0) ** 2})
+    >>> found["y"], cache.use.found, cache.use.computed
+    (array([0., 1., 4.]), 1, 1)
+    """
+
+    folder: Path
+    limit: float = LIMIT * 2**30
+    use: Use = field(default_factory=Use)
+
+    def key(self, *parts: Any) -> str:
+        """Return the hash of arrays, sparse matrices and anything that JSON can say, and of the program."""
+        total = hashlib.sha256()
+        for part in (program(), *parts):
+            for piece in _pieces(part):
+                total.update(piece)
+        return total.hexdigest()
+
+    def recall(
+        self,
+        key: str,
+        compute: Callable[[], Mapping[str, np.ndarray]],
+        enough: Callable[[Mapping[str, np.ndarray]], bool] = lambda found: True,
+    ) -> Mapping[str, np.ndarray]:
+        """Return the arrays of an entry that is `enough`, else compute and store them."""
+        found = self.read(key)
+        if found is not None and enough(found):
+            self.took(found)
+            return found
+        start = time.perf_counter()
+        arrays = compute()
+        self.use.computed += 1
+        self.write(key, arrays, time.perf_counter() - start)
+        return arrays
+
+    def took(self, found: Mapping[str, np.ndarray]) -> None:
+        """Count an entry that served."""
+        self.use.found += 1
+        self.use.saved_seconds += float(found[SECONDS])
+
+    def read(self, key: str) -> dict[str, np.ndarray] | None:
+        """Return the arrays of an entry; None where it is missing or damaged, which removes it."""
+        path = self._path(key)
+        try:
+            with path.open("rb") as file:
+                whole = file.read(len(MAGIC)) == MAGIC and file.read(64) == _checksum(key, file)
+                file.seek(len(MAGIC) + 64)
+                found = dict(np.load(file, allow_pickle=False)) if whole else None
+        except FileNotFoundError:
+            return None
+        except (OSError, ValueError):
+            found = None
+        with suppress(OSError):  # another process may have removed it
+            path.unlink() if found is None else os.utime(path)
+        return found
+
+    def write(self, key: str, arrays: Mapping[str, np.ndarray], seconds: float) -> None:
+        """Store arrays that took so many seconds; without room on the disk nothing is stored."""
+        size = sum(array.nbytes for array in arrays.values())
+        if size > self.limit:
+            return
+        with suppress(OutputError), atomic_path(self._path(key)) as temporary:
+            with temporary.open("w+b") as file:
+                file.write(MAGIC + b" " * 64)
+                np.savez(file, **arrays, **{SECONDS: np.float64(seconds)})
+                file.seek(len(MAGIC) + 64)
+                checksum = _checksum(key, file)
+                file.seek(len(MAGIC))
+                file.write(checksum)
+        self._prune()
+
+    def _path(self, key: str) -> Path:
+        return self.folder / f"{key}.stage"
+
+    def _prune(self) -> None:
+        """Remove the entries (and what killed writers left) that were not used for longest, down to the limit."""
+        entries = []
+        with suppress(OSError):  # the folder may not be listed
+            for path in self.folder.iterdir():
+                with suppress(OSError):
+                    entries.append((path.stat().st_mtime, path.stat().st_size, path))
+        excess = sum(size for _, size, _ in entries) - self.limit
+        for _, size, path in sorted(entries):
+            if excess <= 0:
+                return
+            with suppress(OSError):
+                path.unlink()
+            excess -= size
+
+
+def _checksum(key: str, file: BinaryIO) -> bytes:
+    """Hash of the rest of an open file under its key, 64 characters: a renamed entry does not fit either."""
+    return hashlib.file_digest(file, lambda: hashlib.sha256(key.encode())).hexdigest().encode()
+
+
+def _pieces(part: Any) -> list[Any]:
+    """Return what to hash of a part: its kind and shape before its bytes, so that no two parts look alike."""
+    if issparse(part):
+        matrix = part.tocsr()
+        matrix = matrix if matrix.has_sorted_indices else matrix.sorted_indices()
+        return [
+            f"csr {matrix.shape}\n".encode(),
+            *(p for name in ("data", "indices", "indptr") for p in _pieces(getattr(matrix, name))),
+        ]
+    if isinstance(part, np.ndarray):
+        order = "F" if part.flags.f_contiguous else "C"
+        head = f"array {part.dtype.str} {part.shape} {order}\n"
+        return [head.encode(), memoryview(np.ascontiguousarray(part.T if order == "F" else part)).cast("B")]
+    if isinstance(part, np.generic):
+        part = part.item()
+    return [json.dumps(part, sort_keys=True).encode() + b"\n"]

@@ -1,0 +1,206 @@
+"""From the tables of a pipeline file to the finite-element model."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.assembly.assemble import assemble
+from modalprep.fe.links.interface import Connection, Interface, connect
+from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.external.files import Matrices, matrices_digest, read_matrices
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.properties.properties import Beam, Ply, PointMass, Property, Shell, Solid, Spring, Truss
+from modalprep.fe.quality.quality import Quality, check_mesh
+from modalprep.fe.readers.read import mesh_digest, read_mesh
+from modalprep.fe.properties.sections import beam_section
+from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
+from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.suggest import suggestion
+
+Materials = Mapping[str, Material | Orthotropic]
+
+
+def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
+    """Read the mesh, or the nodes with their matrices, that the pipeline file at `path` names."""
+    table = pipeline.mesh
+    if pipeline.matrices is not None:
+        return read_matrices(**pipeline.matrices.model_dump() | _matrix_files(path, pipeline))
+    if table is None:
+        raise InputError(f"{path} has no [mesh]: there is no body to build")
+    return read_mesh(path.parent / table.file, table.length_unit, table.mass_unit)
+
+
+def source_digest(path: Path, pipeline: Pipeline) -> str:
+    """Return the hash of the files that the body is made of; empty without a body."""
+    if pipeline.matrices is not None:
+        return matrices_digest(_matrix_files(path, pipeline).values())
+    return mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
+
+
+def _matrix_files(path: Path, pipeline: Pipeline) -> dict[str, Path]:
+    given = pipeline.matrices.model_dump(include={"file", "stiffness", "mass", "nodes", "dof"}, exclude_none=True)
+    return {key: path.parent / name for key, name in given.items()}
+
+
+def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
+    """Check the mesh and assemble it with the file's properties, connections and interfaces; or take its matrices.
+
+    Raises
+    ------
+    InputError
+        When a table names what is not there, or the mesh has errors.
+    """
+    sections, interfaces, connections = pipeline_sections(pipeline), *pipeline_node_sets(pipeline, mesh)
+    if isinstance(mesh, Matrices):
+        return mesh.model(interfaces, pipeline.reduction.root)
+    if not {**mesh.properties, **sections}:
+        raise InputError(f"there are no [properties]: say what each mesh group is made of ({', '.join(mesh.groups)})")
+    model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections)
+    return model.with_(notes=(*model.notes, *_flaws(mesh, sections, {**interfaces, **connections})))
+
+
+def mesh_quality(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> Quality:
+    """Check the cells that carry a property; `ties` hold parts of the mesh together."""
+    joined = [spec.group for spec in ties.values() if spec.kind != "node" and spec.group]
+    own = {name: section for name, section in {**mesh.properties, **sections}.items() if name not in ties}
+    return check_mesh(mesh, own or None, joined)
+
+
+def _flaws(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> list[str]:
+    """Sentences on the flaws of a mesh that could be assembled; elements listed twice are refused."""
+    quality = mesh_quality(mesh, sections, ties)
+    for finding in quality.errors:
+        if finding.kind == "duplicate":
+            raise InputError(finding.sentence)
+    return [finding.sentence for finding in quality.findings]
+
+
+def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interface], dict[str, Connection]]:
+    """Return the interfaces and connections of the file, in m."""
+    interfaces = {name: _interface(table, mesh.scale) for name, table in pipeline.interfaces.items()}
+    connections = {name: Connection(**node_set(table, mesh.scale)) for name, table in pipeline.connections.items()}
+    return interfaces, connections
+
+
+def connected_mesh(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Mesh:
+    """Return the mesh with the new nodes of the file's [connections], whose names are groups."""
+    used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
+    return connect(mesh, pipeline_node_sets(pipeline, mesh)[1], used)
+
+
+def pipeline_stress(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> StressRecovery | None:
+    """Return the recovery of the file's [stress]; None without any."""
+    if not pipeline.stress:
+        return None
+    points = {
+        name: StressPoint(**node_set(table, mesh.scale) | {"fibres": tuple(map(tuple, table.fibres))})
+        for name, table in pipeline.stress.items()
+    }
+    with naming("[stress]"):
+        return stress_recovery(model, connected_mesh(pipeline, mesh, model), points)
+
+
+def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
+    """Read and check the mesh of the pipeline file at `path`."""
+    pipeline = load_pipeline(path)
+    if pipeline.matrices is not None:
+        raise InputError(f"{path}: [matrices] have no elements whose quality could be checked; use [mesh]")
+    with naming(path):
+        mesh = read_pipeline_mesh(path, pipeline)
+        interfaces, connections = pipeline_node_sets(pipeline, mesh)
+        return mesh, mesh_quality(mesh, pipeline_sections(pipeline), {**interfaces, **connections})
+
+
+def pipeline_sections(pipeline: Pipeline) -> dict[str, Property]:
+    """Return the property of each group that the file names."""
+    materials = {name: _material(name, table) for name, table in pipeline.materials.items()}
+    sections = {}
+    for group, table in pipeline.properties.items():
+        with naming(f"[properties.{group}]"):
+            sections[group] = SECTIONS[table.type](table, materials)
+    return sections
+
+
+def _material(name: str, table: Any) -> Material | Orthotropic:
+    values = table.model_dump(exclude={"type"})
+    with naming(f"[materials.{name}]"):
+        return Material(**values) if table.type == "isotropic" else Orthotropic(**values)
+
+
+def _find(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
+    if name not in materials:
+        raise InputError(f"names material {name!r}, which is not there; {suggestion(name, materials, 'known are')}")
+    if not isinstance(materials[name], kinds):
+        raise InputError(f"material {name!r} is orthotropic: only shells and plies can be made of it")
+    return materials[name]
+
+
+def _beam(table: Any, materials: Materials) -> Beam:
+    material, shear = _find(table.material, materials, (Material,)), table.theory == "timoshenko"
+    more = {"offset": tuple(table.offset), "nsm": table.nsm}
+    if table.section is not None:
+        sizes = table.section.model_dump(exclude={"shape"}, exclude_none=True)
+        return beam_section(table.section.shape, material, up=tuple(table.up), shear=shear, **sizes, **more)
+    values = table.model_dump(include={"A", "Iy", "Iz", "J", "ky", "kz"}, exclude_none=True)
+    return Beam(material=material, up=tuple(table.up), shear=shear, **values, **more)
+
+
+def _truss(table: Any, materials: Materials) -> Truss:
+    values = table.model_dump(include={"A", "J", "nsm"})
+    return Truss(material=_find(table.material, materials, (Material,)), **values)
+
+
+def _shell(table: Any, materials: Materials) -> Shell:
+    kinds = (Material, Orthotropic)
+    values = table.model_dump(include={"offset", "nsm", "angle", "membrane"})
+    values["axis"] = None if table.axis is None else tuple(table.axis)
+    if not table.plies:
+        return Shell(material=_find(table.material, materials, kinds), thickness=table.thickness, **values)
+    plies = [
+        Ply(material=_find(ply.material, materials, kinds), thickness=ply.thickness, angle=ply.angle)
+        for ply in table.plies
+    ]
+    return Shell(plies=tuple(plies + plies[::-1] if table.symmetric else plies), **values)
+
+
+def _solid(table: Any, materials: Materials) -> Solid:
+    return Solid(material=_find(table.material, materials, (Material,)))
+
+
+def _mass(table: Any, materials: Materials) -> PointMass:
+    return PointMass(mass=table.mass, inertia=tuple(table.inertia), offset=tuple(table.offset))
+
+
+def _spring(table: Any, materials: Materials) -> Spring:
+    return Spring(k=(*table.translation, *table.rotation), up=tuple(table.up), location=table.location)
+
+
+SECTIONS = {"beam": _beam, "truss": _truss, "shell": _shell, "solid": _solid, "mass": _mass, "spring": _spring}
+
+
+def _interface(table: Any, scale: float) -> Interface:
+    given = node_set(table, scale)
+    return Interface(**{"kind": "node" if {"node", "near"} & set(given) else "rbe2"} | given)
+
+
+def node_set(table: Any, scale: float) -> dict[str, Any]:
+    """Return what a table says that names nodes, lengths in m."""
+    given = {key: value for key, value in table.model_dump().items() if value is not None}
+    for key in ("near", "position"):
+        if key in given:
+            given[key] = tuple(scale * np.array(given[key]))
+    if "box" in given:
+        given["box"] = tuple(tuple(scale * np.array(corner)) for corner in given["box"])
+    if "plane" in given:
+        given["plane"] = (tuple(scale * np.array(given["plane"]["point"])), tuple(given["plane"]["normal"]))
+    if "cylinder" in given:
+        c = given["cylinder"]
+        given["cylinder"] = (tuple(scale * np.array(c["point"])), tuple(c["axis"]), scale * c["radius"])
+    return given

@@ -1,0 +1,98 @@
+"""From the reduction tables of a pipeline file to a reduced basis, loads and damping."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.assembly.model import FEModel
+from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.pipeline.schema.load import naming
+from modalprep.pipeline.build.model import connected_mesh, node_set
+from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.reduction.basis import Reduction
+from modalprep.reduction.craig_bampton import craig_bampton, guyan
+from modalprep.reduction.damping import Ratio, Rayleigh
+from modalprep.reduction.error import ReductionError, reduction_error, to_target
+from modalprep.reduction.free_interface import free_interface, improved_guyan
+from modalprep.reduction.loads import Load, nodal_load
+from modalprep.reduction.notes import dropped_in_band
+
+
+def reduce_model(
+    pipeline: Pipeline, mesh: Mesh, model: FEModel, algebra: Algebra = DIRECT
+) -> tuple[Reduction, ReductionError | None]:
+    """Reduce as the file says; with `up_to` also measure the error."""
+    table, loads = pipeline.reduction, pipeline_loads(pipeline, mesh, model)
+
+    def basis(modes: int) -> Reduction:
+        return _basis(table, model, modes, loads, algebra)
+
+    if table.up_to is None:
+        return basis(table.modes), None
+    if table.target_error is not None:
+        found = to_target(model, basis, table.target_error, table.up_to, algebra=algebra)
+    else:
+        reduction = basis(table.modes)
+        found = reduction, reduction_error(model, reduction, table.up_to, algebra=algebra)
+    reduction, error = found
+    notes = (*reduction.notes, *dropped_in_band(reduction.table, table.up_to), _statement(error))
+    return reduction.with_(notes=notes), error
+
+
+def _basis(
+    table: ReductionTable, model: FEModel, modes: int, loads: Mapping[str, np.ndarray], algebra: Algebra
+) -> Reduction:
+    match table.method:
+        case "guyan":
+            return guyan(model, algebra=algebra)
+        case "irs":
+            return improved_guyan(model, algebra=algebra)
+        case "free_interface":
+            return free_interface(model, modes=modes, keep=table.keep, algebra=algebra)
+    vectors = table.truncation_vectors
+    return craig_bampton(model, modes=modes, keep=table.keep, truncation=vectors, loads=loads, algebra=algebra)
+
+
+def _statement(error: ReductionError) -> str:
+    parts = {"frequencies": error.frequency, "static answers": error.static, "dynamic compliance": error.dynamic}
+    worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
+    return (
+        f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "
+        f"inertia of K - w^2 M): {worst}"
+    )
+
+
+def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, np.ndarray]:
+    """Return the nodal loads ``{name: (n_dof,)}`` of the file's [loads]; groups may be those of connections."""
+    if not pipeline.loads:
+        return {}
+    mesh, found = connected_mesh(pipeline, mesh, model), {}
+    for name, table in pipeline.loads.items():
+        with naming(f"[loads.{name}]"):
+            found[name] = nodal_load(model, mesh, name, Load(**node_set(table, mesh.scale)))
+    return found
+
+
+def wanted_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
+    """Return the damping that a file asks for, as `reduction.damping` takes it.
+
+    Examples
+    --------
+    >>> wanted_damping([[5.0, 0.02], [50.0, 0.01]])
+    {5.0: 0.02, 50.0: 0.01}
+    """
+    if isinstance(given, RayleighTable):
+        return Rayleigh(alpha=given.alpha, beta=given.beta)
+    if not isinstance(given, list):
+        return given
+    if not given or not isinstance(given[0], list):
+        return np.array(given, dtype=float)
+    points = dict(given)
+    if len(points) < len(given):
+        raise InputError("damping gives two ratios at one frequency; keep one")
+    return points

@@ -1,0 +1,74 @@
+"""What a pipeline file may ask of a system besides its motion: rest, vibration, linear equations, hinge forces."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from modalprep.formats.statespace import WRITERS
+from modalprep.pipeline.schema.base import ReferenceTable, Table
+from modalprep.pipeline.schema.system import EACH, THEORY, TIME, Theory, Time
+
+
+class ResponseTable(Table):
+    """Frequencies of a response to harmonic inputs, on a logarithmic grid."""
+
+    lowest: float = Field(gt=0, description="Hz")
+    highest: float = Field(gt=0, description="Hz")
+    points: Annotated[int, Field(ge=2, le=100_000)] = 400
+
+    @model_validator(mode="after")
+    def _ascending(self) -> ResponseTable:
+        if not self.lowest < self.highest:
+            raise ValueError(f"lowest = {self.lowest:g} Hz must be below highest = {self.highest:g} Hz")
+        return self
+
+
+class SweepTable(Table):
+    """Modes at many times: loads and masses are those of each time, the state does not move."""
+
+    until: float = Field(gt=0, description="s; from `time` of the analysis on")
+    points: Annotated[int, Field(ge=2, le=10_000)] = 100
+    modes: Annotated[int, Field(ge=1)] = Field(6, description="lowest that vibrate")
+    label: str = Field("time (s)", description="of the axis, where loads are ramps that stand for something else")
+    reference: list[ReferenceTable] = Field([], description="known frequencies (y, Hz) over time (t) for the picture")
+
+
+class InverseTable(Table):
+    """Hinge forces that move joints as prescribed."""
+
+    motion: Annotated[dict[str, Time | list[Time]], Field(min_length=1)] = Field(
+        description="by joint, m or rad: " + TIME + EACH
+    )
+    t_end: float = Field(gt=0, description="s")
+    output_step: float = Field(0.01, gt=0, description="s")
+    modes: Literal["dynamic", "quasi_static"] = Field(
+        "dynamic", description="quasi_static: modes rest in the motion of each instant"
+    )
+    rtol: float = Field(1e-9, ge=1e-13, le=1e-2, description="of the integration of what has no history")
+
+
+class AnalysisTable(Table):
+    """Rest, modes, linear equations, frequency response and hinge forces of the system."""
+
+    about: Literal["equilibrium", "steady", "start"] = Field(
+        "equilibrium", description="state of the linear equations; steady: rest while prescribed joints move"
+    )
+    time: float = Field(0.0, ge=0, description="s, at which functions of time are taken")
+    theory: Theory = Field("consistent", description=THEORY)
+    modes: Annotated[int, Field(ge=0)] = Field(20, description="modes of the system to list")
+    inputs: list[str] = Field([], description="'joint', 'joint.2', 'body.interface.force.x', '... .torque.x'")
+    outputs: list[str] = Field(
+        [], description="'joint.angle', 'body.modal.1', 'body.interface.position.x', also velocity, acceleration, ..."
+    )
+    state_space: list[Literal[*WRITERS]] = Field([], description="files to write A, B, C, D to")
+    response: ResponseTable | None = Field(None, description="of the outputs to harmonic inputs")
+    sweep: SweepTable | None = Field(None, description="modes over time")
+    inverse: InverseTable | None = None
+
+    @model_validator(mode="after")
+    def _response_of_what(self) -> AnalysisTable:
+        if self.response is not None and not (self.inputs and self.outputs):
+            raise ValueError("a response needs both 'inputs' and 'outputs'")
+        return self

@@ -1,0 +1,66 @@
+"""What a pipeline file may say of bodies that lose mass and of the gas that leaves."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.system import TIME, Inertia, PieceTable, Time
+
+Rate = Annotated[float, Field(ge=0)] | list[PieceTable]
+
+
+class LevelTable(Table):
+    """A body at another fill level: a rigid one, one of other densities, or a modal file with the same modes."""
+
+    mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
+    centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
+    inertia: Inertia = Field([0.0, 0.0, 0.0], description="of a rigid body about its centre of mass, as in [bodies]")
+    density: float | None = Field(None, gt=0, description="what all densities of the body are multiplied by")
+    file: str | None = Field(None, description="modal file with the modes of the body")
+
+    @model_validator(mode="after")
+    def _one_source(self) -> LevelTable:
+        if sum(source is not None for source in (self.mass, self.density, self.file)) != 1:
+            raise ValueError("a fill level needs either 'mass', 'density' or 'file'")
+        if self.mass is None and self.model_fields_set & {"centre", "inertia"}:
+            raise ValueError("centre and inertia are those of a rigid body, which has a 'mass'")
+        return self
+
+
+class DepletionTable(Table):
+    """A body that loses mass."""
+
+    body: str = Field(description="as it is in [bodies], full")
+    empty: LevelTable = Field(description="when all is gone")
+    between: list[LevelTable] = Field(
+        [], description="fill levels between, where the density does not change uniformly"
+    )
+    rate: Rate | None = Field(
+        None, description="kg/s, until it is empty; pieces [{ value, until }, ...] of numbers for a throttled engine"
+    )
+    mass: Time | None = Field(None, description="of the body (kg) instead of a rate: " + TIME)
+
+    @model_validator(mode="after")
+    def _one_law(self) -> DepletionTable:
+        if (self.rate is None) == (self.mass is None):
+            raise ValueError("a depletion needs either 'rate' or 'mass'")
+        if isinstance(self.rate, list) and not all(isinstance(piece.value, float) for piece in self.rate):
+            raise ValueError("the pieces of a rate are numbers; give the mass as a function of time instead")
+        return self
+
+
+class JetTable(Table):
+    """Gas that leaves through an exit."""
+
+    at: str = Field(description="'body.interface', the exit")
+    depletion: str = Field(description="where the gas comes from")
+    speed: float = Field(ge=0, description="of the gas as it leaves, m/s")
+    axis: Vector = Field(description="where the gas goes, in the axes of the exit; the thrust is opposite")
+    share: float = Field(1.0, ge=0, description="of the mass that the depletion loses")
+    pressure: float = Field(0.0, ge=0, description="N, exit pressure times exit area, while gas flows")
+    way: list[str] = Field(
+        [], description="'body.interface' that the gas passes on its way to the exit: its Coriolis force damps rotation"
+    )

@@ -1,0 +1,95 @@
+"""What a pipeline file may say of the environment: gravity, an orbit, currents in its magnetic field, control laws."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS, EARTH_SPIN
+from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.pipeline.schema.system import TIME, Time, form
+
+Three = Annotated[list[str | float], Field(min_length=3, max_length=3)]
+
+
+class ConductorTable(Table):
+    """A current through the magnetic field of the orbit's planet."""
+
+    through: Annotated[list[str], Field(min_length=2)] = Field(
+        description="'body.interface' of each corner of its way, in the direction of the current"
+    )
+    current: Time = Field(description="A: " + TIME)
+
+
+class ControlTable(Table):
+    """A control law: expressions of t and of channels."""
+
+    at: str = Field(description="'body.interface', or a joint")
+    force: Three | None = Field(None, description="on the interface, N; expressions: '-2*arm.tip.velocity.x'")
+    torque: Three | None = Field(None, description="on the interface, N m")
+    values: list[str | float] | None = Field(
+        None, description="of a joint instead, N or N m, one for each of its speeds: '-3*hinge.angle - hinge.rate'"
+    )
+    axes: Literal["inertial", "body"] = Field("inertial", description="of force and torque")
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> ControlTable:
+        if (self.values is None) == (self.force is None and self.torque is None):
+            raise ValueError("a control needs 'force' or 'torque' of an interface, or 'values' of a joint")
+        return self
+
+
+class CentralTable(Table):
+    """Gravity of a planet, with its gradient over each body."""
+
+    mu: float = Field(gt=0, description="m^3/s^2; 3.986004418e14 for the Earth")
+    centre: Vector = Field([0.0, 0.0, 0.0], description="m")
+
+
+class WaterTable(Table):
+    """Water with a steady current; what is in it is said by [immersed]."""
+
+    density: float = Field(1025.0, gt=0, description="kg/m^3")
+    current: Vector | list[Vector] = Field([0.0, 0.0, 0.0], description="m/s; or one for each of `depths`")
+    depths: Annotated[list[float], Field(min_length=1)] = Field([0.0], description="m below the surface, growing")
+    up: Vector = Field([0.0, 0.0, 1.0], description="direction")
+    surface: float = Field(0.0, description="where the depth is zero, m along `up`")
+
+
+class DipoleTable(Table):
+    """Magnetic field of a planet, turning with it."""
+
+    strength: float = Field(gt=0, description="on the magnetic equator at `radius`, T; about 3.12e-5 for the Earth")
+    radius: float = Field(EARTH_RADIUS, gt=0, description="m")
+    tilt: Angle = Field(0.0, description="between the axes of dipole and planet")
+    longitude: Angle = Field(0.0, description="of the dipole's axis at the start, from the ascending node")
+
+
+class OrbitTable(Table):
+    """Circular orbit of the ground: x up, y along the flight, z normal to the orbit."""
+
+    altitude: float | None = Field(None, description="above the equator of the Earth, m")
+    radius: float | None = Field(None, gt=0, description="instead, m")
+    rate: float | None = Field(None, gt=0, description="instead, rad/s: gravity to first order in distances (Hill)")
+    mu: float = Field(EARTH_MU, gt=0, description="of the planet, m^3/s^2")
+    inclination: Angle = Field(0.0, description="to the planet's equator")
+    argument: Angle = Field(0.0, description="from the ascending node to the origin at the start")
+    planet_spin: float = Field(EARTH_SPIN, description="rad/s")
+    dipole: DipoleTable | None = None
+
+    @model_validator(mode="after")
+    def _one_size(self) -> OrbitTable:
+        if sum(size is not None for size in (self.altitude, self.radius, self.rate)) != 1:
+            raise ValueError("an orbit needs one of 'altitude', 'radius' and 'rate'")
+        return self
+
+
+class EnvironmentTable(Table):
+    """What acts on every body."""
+
+    gravity: Annotated[Annotated[Vector, Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(form)] = (
+        Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
+    )
+    orbit: OrbitTable | None = Field(None, description="the ground is the local frame of a circular orbit")
+    water: WaterTable | None = Field(None, description="that bodies of [immersed] are in")

@@ -1,0 +1,137 @@
+"""Read a pipeline file; every mistake becomes one sentence with file, line and key."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from modalprep.errors import InputError
+from modalprep.pipeline.schema.base import complaint
+from modalprep.pipeline.schema.pipeline import Pipeline
+
+SMALLEST, LARGEST = 1e-60, 1e60  # of a number
+
+
+def load_pipeline(path: str | Path) -> Pipeline:
+    """Read and validate a TOML file.
+
+    Raises
+    ------
+    InputError
+        When the file is missing, is not TOML, or says something unknown.
+
+    Examples
+    --------
+    >>> load_pipeline("no.toml")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: pipeline file no.toml does not exist
+    """
+    path = Path(path)
+    text, data = read_toml(path)
+    _refuse_odd_numbers(path, text, data, [])
+    try:
+        pipeline = Pipeline.model_validate(data)
+    except ValidationError as error:
+        raise InputError(_sentence(path, text, error)) from None
+    if pipeline.grid:
+        raise InputError(f"{path} has a [grid] of several jobs: write modalprep batch {path}")
+    with naming(path):
+        return pipeline.with_chains()
+
+
+def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
+    """Return the text of a TOML file and what it says.
+
+    Raises
+    ------
+    InputError
+        When the file is missing or is not TOML.
+    """
+    if not path.is_file():
+        raise InputError(f"pipeline file {path} does not exist")
+    try:
+        text = path.read_text(encoding="utf-8")
+        return text, tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{path} nests lists or tables too deep to be a pipeline file; write it again") from None
+    except ValueError as error:  # also of bytes that are no text, and numbers of thousands of digits
+        raise InputError(f"{path} is not valid TOML: {error}") from None
+
+
+@contextmanager
+def naming(file: Path | str) -> Iterator[None]:
+    """Put the name of the file (or table) before an input error that does not say it.
+
+    Examples
+    --------
+    >>> with naming("job.toml"):
+    ...     raise InputError("no group 'a'")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: job.toml: no group 'a'
+    """
+    try:
+        yield
+    except InputError as error:
+        if str(file) in str(error):
+            raise
+        raise type(error)(f"{file}: {error}") from None
+
+
+def _refuse_odd_numbers(path: Path, text: str, value: Any, place: list[str]) -> None:
+    """Refuse numbers whose powers overflow, wherever they stand; no quantity in SI units is so large or small."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in items:
+        _refuse_odd_numbers(path, text, inner, [*place, str(key)])
+    if isinstance(value, (int, float)) and math.isfinite(value) and value and not SMALLEST <= abs(value) <= LARGEST:
+        line = _line(text, place)
+        raise InputError(f"{path}, line {line}: [{'.'.join(place)}]: {value:g} is no quantity in SI units; correct it")
+
+
+def _sentence(path: Path, text: str, error: ValidationError) -> str:
+    first = error.errors()[0]
+    place = _place(first, tomllib.loads(text))
+    message = complaint(error)
+    unknown = re.match(r"unknown key '(.+?)'", message)
+    line = _line(text, [*place, unknown[1]] if unknown else place)
+    where = f"{path}, line {line}" if line else str(path)
+    table = f"[{'.'.join(place)}]: " if place else ""
+    more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    return f"{where}: {table}{message[:1].lower() + message[1:]}{more}"
+
+
+def _place(error: Any, data: Any) -> list[str]:
+    """Return the keys of the TOML file that lead to an error, without pydantic's tags of unions."""
+    place = []
+    for part in error["loc"]:
+        inside = part in data if isinstance(data, dict) else isinstance(part, int) and isinstance(data, list)
+        if inside:
+            place.append(str(part))
+            data = data[part]
+    return [*place, str(error["loc"][-1])] if error["type"] == "missing" else place
+
+
+def _line(text: str, place: list[str]) -> int | None:
+    """Return the line of a key: the last of its path found, table header first."""
+    found, start, lines = None, 0, text.splitlines()
+    header = None
+    for depth in range(len(place), 0, -1):
+        name = re.escape(".".join(place[:depth]))
+        header = next((k for k, s in enumerate(lines) if re.match(rf"\s*\[+\s*{name}\s*\]+", s)), None)
+        if header is not None:
+            found, start = header + 1, header + 1
+            place = place[depth:]
+            break
+    for key in place:
+        row = next(
+            (k for k in range(start, len(lines)) if re.match(rf"\s*\"?{re.escape(key)}\"?\s*=", lines[k])),
+            None,
+        )
+        found = row + 1 if row is not None else found
+    return found

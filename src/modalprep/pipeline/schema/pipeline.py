@@ -1,0 +1,191 @@
+"""What a pipeline file may say: every key, its default and its meaning (`modalprep schema`)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from modalprep.formats.export import EXPORTS
+from modalprep.pipeline.schema.analysis import AnalysisTable
+from modalprep.pipeline.schema.base import ReferenceTable, Table
+from modalprep.pipeline.schema.beam import BeamTable, with_chains
+from modalprep.pipeline.schema.chain import ChainTable
+from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
+from modalprep.pipeline.schema.depletion import DepletionTable, JetTable
+from modalprep.pipeline.schema.deployment import DeploymentTable
+from modalprep.pipeline.schema.environment import ConductorTable, ControlTable, EnvironmentTable
+from modalprep.pipeline.schema.events import EventTable
+from modalprep.pipeline.schema.fe import (
+    AnyMaterial,
+    ConnectionTable,
+    InterfaceTable,
+    MatricesTable,
+    MeshTable,
+    Section,
+    StressTable,
+)
+from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SynthesisTable, WeldTable
+from modalprep.pipeline.schema.system import (
+    AxialSpringTable,
+    BodyTable,
+    BushingTable,
+    ForceTable,
+    ImmersedTable,
+    JointTable,
+    SimulationTable,
+)
+from modalprep.suggest import suggestion
+
+BUILT_IN = ("interfaces", "inertia")  # loads that every model has
+
+
+class OutputTable(Table):
+    """What is written besides the modal file and the report."""
+
+    pictures: Literal["kept", "none"] | Annotated[int, Field(ge=0)] = Field(
+        "kept", description="mode pictures: kept, none, or how many"
+    )
+    export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
+
+
+class PlotTable(Table):
+    """One picture of channels over time."""
+
+    y: str | list[str]
+    title: str = ""
+    ylabel: str = ""
+    seen_from: str | None = Field(None, description="body in whose frame positions are drawn; default inertial")
+    reference: list[ReferenceTable] = Field([])
+
+    @property
+    def channels(self) -> list[str]:
+        """The channels as a list."""
+        return [self.y] if isinstance(self.y, str) else self.y
+
+
+class Pipeline(Table):
+    """A pipeline file: from a mesh to a modal file, a simulation, or both.
+
+    Examples
+    --------
+    >>> Pipeline.model_validate({"mesh": {"file": "a.msh"}}).reduction.modes
+    20
+    """
+
+    name: str | None = Field(None, description="name of the body; default the file's name")
+    mesh: MeshTable | None = None
+    matrices: MatricesTable | None = Field(None, description="instead of [mesh] and what it is made of")
+    materials: dict[str, AnyMaterial] = Field({})
+    properties: dict[str, Section] = Field(
+        {}, description="one table per mesh group or connection; a deck's own need no repeating"
+    )
+    connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
+    interfaces: dict[str, InterfaceTable] = Field({})
+    stress: dict[str, StressTable] = Field({}, description="points whose stress the body carries, histories of a run")
+    loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
+    reduction: ReductionTable = Field(ReductionTable())
+    output: OutputTable = Field(OutputTable())
+    bodies: dict[str, BodyTable] = Field({}, description="of the system that is simulated, analysed or synthesised")
+    welds: dict[str, WeldTable] = Field({}, description="how [synthesis] joins the bodies")
+    synthesis: SynthesisTable | None = None
+    joints: dict[str, JointTable] = Field({})
+    chains: dict[str, ChainTable] = Field({}, description="many equal bodies, each hinged to the one before")
+    beams: dict[str, BeamTable] = Field({}, description="of large deflection, in rigid segments with springs")
+    deployments: dict[str, DeploymentTable] = Field({}, description="beams, cables and tethers that come out of a body")
+    forces: dict[str, ForceTable] = Field({})
+    springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
+    bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
+    conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
+    controls: dict[str, ControlTable] = Field({}, description="forces by expressions of the system's own motion")
+    closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
+    couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
+    depletions: dict[str, DepletionTable] = Field({}, description="bodies that lose mass")
+    jets: dict[str, JetTable] = Field({}, description="thrust of the gas that leaves, and jet damping")
+    immersed: dict[str, ImmersedTable] = Field({}, description="slender bodies in the water of [environment]")
+    events: dict[str, EventTable] = Field({}, description="what happens when a channel crosses zero")
+    environment: EnvironmentTable = Field(EnvironmentTable())
+    simulation: SimulationTable | None = None
+    analysis: AnalysisTable | None = None
+    plots: list[PlotTable] = Field([])
+    grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
+        {}, description='for modalprep batch: values of keys such as "reduction.modes"; every combination is a job'
+    )
+
+    @property
+    def has_body(self) -> bool:
+        """Whether the file makes a modal body."""
+        return self.mesh is not None or self.matrices is not None
+
+    @model_validator(mode="after")
+    def _matrices_stand_alone(self) -> Pipeline:
+        for name in ("mesh", "materials", "properties", "connections"):
+            if self.matrices is not None and getattr(self, name):
+                raise ValueError(f"[{name}] does not go with [matrices], which hold the whole structure; leave one out")
+        return self
+
+    @model_validator(mode="after")
+    def _stress_has_elements(self) -> Pipeline:
+        if self.stress and self.mesh is None:
+            raise ValueError(
+                "[stress] is that of elements, which the body of a [mesh] has; add it, or leave stress out"
+            )
+        return self
+
+    def with_chains(self) -> Pipeline:
+        """Return the file with the bodies and joints of its chains and beams written out."""
+        bodies, joints = with_chains(self.chains, self.bodies, self.joints)
+        bodies, joints = with_chains(self.beams, bodies, joints)
+        return self.model_copy(update={"bodies": bodies, "joints": joints, "chains": {}, "beams": {}})
+
+    @model_validator(mode="after")
+    def _deployments_stand_alone(self) -> Pipeline:
+        others = ("analysis", "synthesis", "closures", "couplers", "depletions", "events")
+        if found := [name for name in others if self.deployments and getattr(self, name)]:
+            raise ValueError(f"[{found[0]}] does not go with [deployments], whose rods come and go; leave one out")
+        s = self.simulation
+        if self.deployments and s and (s.variables != "joint" or s.chosen_theory != "consistent"):
+            raise ValueError("[deployments] are simulated in joint variables and the consistent theory only")
+        if self.deployments and s and s.compare_conventional:
+            raise ValueError(
+                "[deployments] have no conventional theory to compare with; leave compare_conventional out"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _has_work(self) -> Pipeline:
+        jobs = (self.simulation, self.analysis, self.synthesis)
+        if not self.has_body and jobs == (None, None, None):
+            raise ValueError("nothing to do: the file needs [mesh], [simulation], [analysis] or [synthesis]")
+        return self
+
+    @model_validator(mode="after")
+    def _welds_are_used(self) -> Pipeline:
+        if self.welds and self.synthesis is None:
+            raise ValueError("[welds] join the bodies of [synthesis], which is missing; add it, or use [joints]")
+        return self
+
+    @model_validator(mode="after")
+    def _events_have_a_run(self) -> Pipeline:
+        if self.events and (self.simulation is None or self.simulation.variables != "joint"):
+            raise ValueError("[events] happen in a [simulation], in joint variables; add one, or leave them out")
+        return self
+
+    @field_validator("loads")
+    @classmethod
+    def _own_names(cls, loads: dict[str, LoadTable]) -> dict[str, LoadTable]:
+        for name in set(BUILT_IN) & set(loads):
+            raise ValueError(f"load {name!r} has the name of built-in loads; choose another")
+        return loads
+
+    @field_validator("reduction")
+    @classmethod
+    def _known_loads(cls, table: ReductionTable, info: ValidationInfo) -> ReductionTable:
+        loads = info.data.get("loads", {})
+        known = (*BUILT_IN, *loads)
+        for name in table.truncation_vectors:
+            if name not in known:
+                raise ValueError(f"truncation_vectors names load {name!r}; {suggestion(name, known, 'known are')}")
+        if loads and table.method != "craig_bampton":
+            raise ValueError(f"[loads] are for method = 'craig_bampton'; {table.method!r} has no use for them")
+        return table

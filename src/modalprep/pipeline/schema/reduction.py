@@ -1,0 +1,146 @@
+"""What a pipeline file may say of reduction: modes, loads, damping, and synthesis of several bodies."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.pipeline.schema.fe import NodesTable
+from modalprep.reduction.table import DIRECTIONS
+
+Ratio = Annotated[float, Field(ge=0)]
+
+
+class RayleighTable(Table):
+    """Damping alpha M + beta K."""
+
+    alpha: float = Field(0.0, ge=0, description="1/s")
+    beta: float = Field(0.0, ge=0, description="s")
+
+
+def _damping_form(value: Any) -> str:
+    if isinstance(value, list):
+        return "points" if value and isinstance(value[0], list) else "modes"
+    return "rayleigh" if isinstance(value, (dict, RayleighTable)) else "constant"
+
+
+Damping = Annotated[
+    Annotated[Ratio, Tag("constant")]
+    | Annotated[list[Annotated[list[Ratio], Field(min_length=2, max_length=2)]], Tag("points")]
+    | Annotated[list[Ratio], Tag("modes")]
+    | Annotated[RayleighTable, Tag("rayleigh")],
+    Discriminator(_damping_form),
+]
+DAMPING = (
+    "fraction of critical: one for all modes; points [[Hz, ratio], ...], linear between and constant beyond; "
+    "[ratio, ...], one per mode; or { alpha, beta } of Rayleigh damping"
+)
+
+
+class ReductionTable(Table):
+    """How the body is reduced."""
+
+    method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
+        "craig_bampton",
+        description="irs: Guyan with the interior's inertia; free_interface: modes of the floating body and residual "
+        "attachment modes",
+    )
+    modes: int = Field(20, ge=0, description="modes to compute as candidates; with target_error to start with")
+    keep: str | list[int] = Field(
+        "all",
+        description="which to keep, e.g. 'effective_mass > 0.1% or 20 < frequency < 500 Hz', or mode numbers; "
+        "values are frequency, effective_mass, cumulative, static, controllability, observability, mode",
+    )
+    up_to: float | None = Field(None, gt=0, description="Hz; the error against the full model is measured below it")
+    target_error: float | None = Field(
+        None, gt=0, description="take as many modes as this relative error needs, below up_to"
+    )
+    truncation_vectors: list[str] = Field(
+        ["interfaces", "inertia"],
+        description="loads whose static answer is kept exact: interfaces (free ones), inertia, names of [loads]",
+    )
+    second_order_mass: bool | Literal["auto"] = Field(
+        "auto",
+        description="T of the modal file, for bodies that bend under a steady load; auto: where it shifts frequencies "
+        "by more than 5 % of what geometric stiffness does",
+    )
+    damping: Damping = Field(0.0, description=DAMPING)
+    root: str | None = Field(None, description="the interface that carries the body frame")
+
+    @model_validator(mode="after")
+    def _target_has_a_band(self) -> ReductionTable:
+        if self.target_error is not None and self.up_to is None:
+            raise ValueError("target_error needs up_to, the frequency in Hz below which it holds")
+        return self
+
+
+class LoadTable(NodesTable):
+    """A load for truncation vectors and the static share of modes, mesh axes; its size does not matter."""
+
+    force: Vector = Field([0.0, 0.0, 0.0], description="in all, shared by the nodes as by an rbe3, N")
+    moment: Vector = Field([0.0, 0.0, 0.0], description="in all, N m")
+    pressure: float = Field(0.0, description="on the faces of a group, along their right-hand normal, Pa")
+
+    @model_validator(mode="after")
+    def _not_nothing(self) -> LoadTable:
+        if not (any(self.force) or any(self.moment) or self.pressure):
+            raise ValueError("the load is zero; give force, moment or pressure")
+        if self.pressure and self.group is None:
+            raise ValueError("a pressure needs a mesh group of faces; name it by 'group'")
+        return self
+
+
+class WeldTable(Table):
+    """Two interfaces that move as one, or one that the ground holds."""
+
+    between: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
+        description="'body.interface' twice, or one and 'ground'"
+    )
+    free: list[Literal[DIRECTIONS]] = Field(
+        [], description="directions left free, in the axes of the first body: ['rz'] is a hinge"
+    )
+
+    @model_validator(mode="after")
+    def _two_ends(self) -> WeldTable:
+        if self.between[0] == self.between[1]:
+            raise ValueError(f"joins {self.between[0]!r} with itself; name two ends")
+        return self
+
+
+class RotationTable(Table):
+    """A fixed rotation about an axis: from the axes of the child or body to those of the parent or system."""
+
+    axis: Vector
+    angle: Angle
+
+
+class PlaceTable(Table):
+    """Where a body stands in the system."""
+
+    position: Vector = Field([0.0, 0.0, 0.0], description="of its frame, m")
+    rotation: RotationTable | None = Field(None, description="from its axes to the system's")
+
+
+class SynthesisTable(Table):
+    """Component mode synthesis: modes of the [bodies] that [welds] join."""
+
+    modes: int = Field(10, ge=1, description="system modes, motions without strain included")
+    place: dict[str, PlaceTable] = Field(
+        {}, description="by body; the others follow from the welds, with axes parallel to their neighbour's"
+    )
+    project: list[str] | str = Field(
+        [], description="bodies to reduce to what they do in these modes, by singular value decomposition; name or list"
+    )
+    tolerance: float = Field(
+        1e-6, ge=0, lt=1, description="of project: singular values to keep, over the largest; interfaces stay complete"
+    )
+    damping: Damping | None = Field(
+        None, description="of the system modes, from which that of the bodies follows; " + DAMPING
+    )
+
+    @property
+    def projected(self) -> list[str]:
+        """The bodies to project, as a list."""
+        return [self.project] if isinstance(self.project, str) else self.project

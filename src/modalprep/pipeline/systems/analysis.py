@@ -1,0 +1,161 @@
+"""From a pipeline file to rest, modes, linear equations, frequency response and hinge forces of its system."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modalprep.atomic import write_json
+from modalprep.errors import InputError
+from modalprep.formats.resultfile import write_csv, write_result
+from modalprep.formats.statespace import write_state_space
+from modalprep.multibody.analysis.equilibrium import Equilibrium, static_equilibrium
+from modalprep.multibody.analysis.inverse_dynamics import InverseDynamics, inverse_dynamics
+from modalprep.multibody.analysis.linearise import linearise
+from modalprep.multibody.analysis.state_space import StateSpace, frequency_response
+from modalprep.multibody.analysis.system_modes import SystemModes, system_modes
+from modalprep.multibody.model.system import System
+from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.multibody.results.result import Result, output_times
+from modalprep.pipeline.build.build import output_folder
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
+from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.systems.loads import several, time_function
+from modalprep.pipeline.systems.systems import in_theory, read_system
+from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
+
+
+@dataclass(frozen=True, kw_only=True)
+class Analysed:
+    """What an analysis found; None or absent where it was not asked for."""
+
+    rest: Equilibrium | None
+    modes: SystemModes | None
+    linear: StateSpace | None
+    sweep: dict[float, SystemModes] | None
+    inverse: InverseDynamics | None
+    table: AnalysisTable
+
+    def summary(self) -> dict[str, Any]:
+        """Return what the JSON file says: SI units, frequencies in Hz, damping ratios, eigenvalues in 1/s."""
+        found: dict[str, Any] = {}
+        if self.rest is not None:
+            kinds = {"joints": self.rest.joints, "modal": self.rest.modal, "closures": self.rest.closures}
+            lists = {
+                kind: {name: np.asarray(v).tolist() for name, v in values.items()} for kind, values in kinds.items()
+            }
+            found["equilibrium"] = {"stable": self.rest.stable, "steps": self.rest.steps} | lists
+        if self.modes is not None:
+            kept = slice(self.table.modes)
+            names = ("frequency", "damping")
+            found["modes"] = {name: getattr(self.modes, name)[kept].tolist() for name in names}
+            found["modes"]["eigenvalue"] = [[z.real, z.imag] for z in self.modes.eigenvalue[kept].tolist()]
+            found["modes"]["moves_most"] = most_moved(self.modes)[kept]
+        if self.linear is not None:
+            found["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
+        return found
+
+
+def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Analysed:
+    """Do the [analysis] of a pipeline file; write ``<name>-analysis.json`` and the files that it asks for.
+
+    Raises
+    ------
+    InputError
+        When the file has no [analysis] or names what is not there.
+    SimulationError
+        When nothing rests, or the linear equations do not exist.
+    """
+    pipeline = load_pipeline(path)
+    table = pipeline.analysis
+    if table is None:
+        raise InputError(f"{path} has no [analysis]: add one with modes, response or inverse")
+    system = in_theory(read_system(pipeline, path, output, reporter), table.theory)
+    with naming(path), reporter.progress(f"{path.name}: analysis", 1) as done:
+        found = _analysed(system, table, path.parent)
+        done(1)
+    _report(found, output_folder(path, output) / path.stem, reporter)
+    return found
+
+
+def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
+    rest = _rest(system, table, table.time)
+    at = (None if rest is None else rest.y, table.time)
+    wanted = table.inputs or table.outputs or table.state_space
+    return Analysed(
+        rest=rest,
+        modes=system_modes(system, *at) if table.modes else None,
+        linear=linearise(system, *at, inputs=table.inputs, outputs=table.outputs) if wanted else None,
+        sweep=None if table.sweep is None else _sweep(system, table),
+        inverse=None if table.inverse is None else _inverse(system, table.inverse, folder),
+        table=table,
+    )
+
+
+def _rest(system: System, table: AnalysisTable, t: float) -> Equilibrium | None:
+    return None if table.about == "start" else static_equilibrium(system, t=t, steady=table.about == "steady")
+
+
+def _sweep(system: System, table: AnalysisTable) -> dict[float, SystemModes]:
+    times = np.linspace(table.time, table.sweep.until, table.sweep.points).tolist()
+    rests = {t: _rest(system, table, t) for t in times}
+    return {t: system_modes(system, None if rest is None else rest.y, t) for t, rest in rests.items()}
+
+
+def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynamics:
+    times = output_times(table.t_end, table.output_step)
+    motion = {name: _law(name, value, folder) for name, value in table.motion.items()}
+    return inverse_dynamics(system, motion, times, modes=table.modes, rtol=table.rtol)
+
+
+def _law(name: str, value: Any, folder: Path) -> TimeFunction | list[TimeFunction]:
+    with naming(f"motion of joint {name!r}"):
+        if several(value):
+            return [time_function("motion", each, folder) for each in value]
+        return time_function("motion", value, folder)
+
+
+def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
+    """Print the rest and the table of modes, write all files."""
+    if found.rest is not None:
+        how = "stable" if found.rest.stable else "not stable"
+        reporter.say(f"  {how} equilibrium after {found.rest.steps} steps")
+    if found.modes is not None:
+        system_table(found.modes, found.table.modes, reporter.console)
+    reporter.wrote(write_json(found.summary(), stem.with_name(f"{stem.name}-analysis.json")))
+    for kind in found.table.state_space:
+        reporter.wrote(write_state_space(found.linear, stem.with_name(f"{stem.name}-state-space.{kind}")))
+    if found.table.response is not None:
+        _response(found, stem, reporter)
+    if found.sweep is not None:
+        table, reference = found.table.sweep, [curve.model_dump() for curve in found.table.sweep.reference]
+        reporter.wrote(write_sweep(found.sweep, table.modes, stem.with_name(f"{stem.name}-sweep.csv")))
+        target = stem.with_name(f"{stem.name}-sweep.png")
+        reporter.wrote(sweep_plot(found.sweep, table.modes, target, label=table.label, reference=reference))
+    if found.inverse is not None:
+        _forces(found.inverse, stem, reporter)
+
+
+def _response(found: Analysed, stem: Path, reporter: Reporter) -> None:
+    table = found.table.response
+    frequency = np.geomspace(table.lowest, table.highest, table.points)
+    H = frequency_response(found.linear, frequency)
+    for write, suffix in ((write_response, "csv"), (response_plot, "png")):
+        reporter.wrote(write(found.linear, frequency, H, stem.with_name(f"{stem.name}-response.{suffix}")))
+
+
+def _forces(found: InverseDynamics, stem: Path, reporter: Reporter) -> None:
+    """Write hinge forces and modal coordinates as channels of a result, and draw the forces."""
+    from modalprep.report.plots import history_plot
+
+    forces = {f"{name}.drive": force[:, 0] if force.shape[1] == 1 else force for name, force in found.force.items()}
+    modal = {f"{name}.modal": values for name, values in found.modal.items() if values.shape[1]}
+    run = Result(time=found.time, channels=forces | modal, status="done", message="inverse dynamics")
+    reporter.wrote(write_result(run, stem.with_name(f"{stem.name}-inverse.h5")))
+    reporter.wrote(write_csv(run, stem.with_name(f"{stem.name}-inverse.csv")))
+    target = stem.with_name(f"{stem.name}-inverse.png")
+    reporter.wrote(history_plot({"forces": run}, list(forces), target, ylabel="drive (N, N m)"))

@@ -1,0 +1,54 @@
+"""From the tables of a pipeline file to closed loops and couplings of joints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.multibody.model.constraints import Closure, Coupler
+from modalprep.pipeline.build.build import rotation_matrix
+from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
+from modalprep.pipeline.schema.load import naming
+from modalprep.pipeline.systems.loads import time_function
+
+
+def read_closures(
+    closures: dict[str, ClosureTable], couplers: dict[str, CouplerTable], folder: Path
+) -> tuple[Closure | Coupler, ...]:
+    """Return the closures and couplers that a pipeline file describes.
+
+    Examples
+    --------
+    >>> table = CouplerTable(factors={"pinion": 3.0, "wheel": 1.0})
+    >>> read_closures({}, {"gear": table}, Path())[0].factors["pinion"]
+    3.0
+    """
+    found: list[Closure | Coupler] = []
+    for name, table in closures.items():
+        with naming(f"closure {name!r}"):
+            found.append(_closure(name, table, folder))
+    for name, coupler in couplers.items():
+        with naming(f"coupler {name!r}"):
+            value = time_function("value", coupler.value, folder)
+            found.append(Coupler(name=name, factors=coupler.factors, value=value, active=coupler.active))
+    return tuple(found)
+
+
+def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
+    path = table.path and tuple(None if c == "free" else time_function("path", c, folder) for c in table.path)
+    return Closure(
+        name=name,
+        type=table.type,
+        a=table.a,
+        b=table.b,
+        axis=np.array(table.axis),
+        second_axis=None if table.second_axis is None else np.array(table.second_axis),
+        position=np.array(table.position),
+        rotation=rotation_matrix(table.rotation),
+        length=time_function("length", table.length, folder),
+        path=path,
+        friction=table.friction,
+        sliding=table.sliding,
+        active=table.active,
+    )

@@ -1,0 +1,69 @@
+"""From the tables of a pipeline file to bodies that lose mass and to jets."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.levels import scaled
+from modalprep.errors import InputError
+from modalprep.formats.modalfile import read_body
+from modalprep.multibody.model.depletion import Depletion, ExpelledGas, burn
+from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.pipeline.build.build import read_rigid
+from modalprep.pipeline.schema.depletion import DepletionTable, JetTable, LevelTable
+from modalprep.pipeline.schema.load import naming
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.system import BodyTable
+from modalprep.pipeline.systems.loads import pieces, time_function
+from modalprep.suggest import refuse_unknown
+
+
+def read_depletions(
+    pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path
+) -> tuple[tuple[Depletion, ...], tuple[ExpelledGas, ...]]:
+    """Return the depletions and jets of a pipeline file; its files are relative to `folder`.
+
+    Raises
+    ------
+    InputError
+        When a body or a depletion is not there, or a level does not suit its body.
+    """
+    found: dict[str, Depletion] = {}
+    for name, table in pipeline.depletions.items():
+        with naming(f"depletion {name!r}"):
+            refuse_unknown(table.body, bodies, "body")
+            found[name] = _depletion(name, table, bodies[table.body], pipeline.bodies.get(table.body), folder)
+    return tuple(found.values()), tuple(_jet(name, table, found) for name, table in pipeline.jets.items())
+
+
+def _depletion(
+    name: str, table: DepletionTable, body: FlexibleBody, source: BodyTable | None, folder: Path
+) -> Depletion:
+    levels = tuple(_level(level, body, source, folder) for level in (table.empty, *table.between))
+    mass = time_function("mass", table.mass, folder) or _burnt(table, body.m, levels[0].m)
+    return Depletion(name=name, body=table.body, levels=levels, mass=mass)
+
+
+def _level(table: LevelTable, body: FlexibleBody, source: BodyTable | None, folder: Path) -> FlexibleBody:
+    if table.density is not None:
+        return scaled(body, table.density)
+    if table.file is not None:
+        return read_body(folder / table.file)
+    if source is None or source.mass is None:
+        raise InputError("a level with a 'mass' is for rigid bodies; give a 'density' or a 'file' with the same modes")
+    return read_rigid(body.name, table, source.interfaces)
+
+
+def _burnt(table: DepletionTable, full: float, empty: float) -> TimeFunction:
+    if isinstance(table.rate, list):
+        return burn(full, empty, pieces(table.rate))
+    return burn(full, empty, table.rate)
+
+
+def _jet(name: str, table: JetTable, depletions: dict[str, Depletion]) -> ExpelledGas:
+    refuse_unknown(table.depletion, depletions, f"jet {name!r}: depletion")
+    values = table.model_dump(exclude={"depletion", "axis"})
+    return ExpelledGas(name=name, source=depletions[table.depletion].mass, axis=np.array(table.axis), **values)

@@ -1,0 +1,194 @@
+"""From a pipeline file to a multibody system and its simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.formats.resultfile import write_csv, write_result
+from modalprep.multibody.deploying.simulate import deployment_channels, simulate_deployment
+from modalprep.multibody.deploying.system import DeployingSystem
+from modalprep.multibody.free_body.flight import fly_system
+from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.system import System
+from modalprep.multibody.results.result import Result
+from modalprep.multibody.simulate import simulate, start_channels
+from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.console import Reporter, says_compiling
+from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.system import JointTable, SimulationTable, Theory
+from modalprep.pipeline.systems.constraints import read_closures
+from modalprep.pipeline.systems.depletions import read_depletions
+from modalprep.pipeline.systems.loads import hinge_elements, prescribed_motion, read_deployment, read_loads, read_orbit
+
+LABELS = {
+    "consistent": "with geometric stiffness",
+    "no_geometric_stiffness": "conventional theory (without)",
+    "ruthless": "ruthless linearisation",
+}
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """The system, its runs by label, the first is the main one, and the files written."""
+
+    system: System | DeployingSystem
+    runs: dict[str, Result]
+    files: list[Path]
+
+
+@says_compiling
+def simulate_pipeline(
+    path: Path,
+    output: Path | None,
+    reporter: Reporter,
+    *,
+    target: Path | None = None,
+    geometric_stiffness: bool = True,
+    dense: bool = False,
+) -> Simulated:
+    """Run the simulation part of a pipeline file; write HDF5 and CSV.
+
+    Raises
+    ------
+    InputError
+        When the file has no [simulation] or names what is not there.
+    SimulationError
+        When the integration cannot go on.
+    """
+    pipeline = load_pipeline(path)
+    if pipeline.simulation is None:
+        raise InputError(f"{path} has no [simulation]: add one with t_end")
+    system = read_system(pipeline, path, output, reporter)
+    _refuse_unknown_channels(pipeline, system, path)
+    theory = pipeline.simulation.chosen_theory
+    if theory == "consistent" and not geometric_stiffness:
+        theory = "no_geometric_stiffness"
+    others = ["no_geometric_stiffness"] if pipeline.simulation.compare_conventional else []
+    variants = {LABELS[name]: in_theory(system, name) for name in [theory, *others]}
+    runs = {label: _simulate(path, label, variant, pipeline, reporter, dense) for label, variant in variants.items()}
+    main = next(iter(runs.values()))
+    compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
+    target = target or output_folder(path, output) / f"{path.stem}-run.h5"
+    files = [write_result(main, target, compared)]
+    files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
+    for file in files:
+        reporter.wrote(file)
+    return Simulated(system, runs, files)
+
+
+def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
+    """Return the system with its bodies as a theory of deformation takes them.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> in_theory(arm, "no_geometric_stiffness").bodies["arm"].has_geometric_stiffness
+    False
+    """
+    if theory == "consistent":
+        return system
+    if isinstance(system, DeployingSystem):
+        raise InputError("[deployments] are of rigid rods, which have no geometric stiffness to leave out")
+    return system.ruthless() if theory == "ruthless" else system.conventional()
+
+
+def _csv_beside(target: Path) -> Path:
+    return target.with_suffix(".csv") if target.suffix != ".csv" else target.with_name(f"{target.stem}-table.csv")
+
+
+def _simulate(
+    path: Path, label: str, system: System | DeployingSystem, pipeline: Pipeline, reporter: Reporter, dense: bool
+) -> Result:
+    s = pipeline.simulation
+    with reporter.progress(f"{path.name}: {label}", s.t_end) as progress:
+        span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
+        if isinstance(system, DeployingSystem):
+            if dense:
+                raise InputError("[deployments] have no dense twin; leave --dense out")
+            run = simulate_deployment(system, **span, atol=s.atol, method=s.method, progress=progress)
+        elif s.variables == "joint":
+            events = read_events(pipeline.events)
+            run = simulate(
+                system, **span, atol=s.atol, method=s.method, events=events, dense=dense, progress=progress
+            )  # fmt: skip
+        else:
+            run = fly_system(system, **span, variables=s.variables)
+    reporter.say(
+        f"  {run.message}; {run.stats['steps']:.0f} steps, "
+        f"energy balance to {run.stats['energy_error']:.0e} of its largest part"
+    )
+    return run
+
+
+def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> None:
+    with naming(path):
+        known = _first_channels(pipeline.simulation, system)
+        plotted = [name for plot in pipeline.plots for name in plot.channels]
+        plotted += [f"{plot.seen_from}.origin" for plot in pipeline.plots if plot.seen_from is not None]
+        for name in [*pipeline.simulation.output, *plotted]:
+            known[name]
+
+
+def _first_channels(table: SimulationTable, system: System) -> Result:
+    if isinstance(system, DeployingSystem):
+        return deployment_channels(system)
+    if table.variables == "joint":
+        return start_channels(system, table.t_end)
+    step = min(table.output_step, table.t_end)
+    return fly_system(in_theory(system, table.chosen_theory), t_end=step, output_step=step, variables=table.variables)
+
+
+def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
+    """Return the system a pipeline file describes, its bodies read or built."""
+    bodies = read_bodies(pipeline, path, output, reporter)
+    with naming(path):
+        bodies = _shared(bodies)
+        joints = tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
+        loads = read_loads(pipeline, bodies, path.parent)
+        gravity = pipeline.environment.gravity
+        uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
+        closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
+        depletions, jets = read_depletions(pipeline, bodies, path.parent)
+        parts = {"bodies": bodies, "joints": joints, "gravity": uniform, "loads": (*loads, *jets)}
+        parts["orbit"] = read_orbit(pipeline.environment.orbit)
+        if pipeline.deployments:
+            found = tuple(read_deployment(name, table, path.parent) for name, table in pipeline.deployments.items())
+            return DeployingSystem(**parts, deployments=found)
+        return System(**parts, closures=closures, depletions=depletions)
+
+
+def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
+    """Let bodies of equal inputs share one record, so that the kernel stores their arrays once."""
+    first: dict[tuple, FlexibleBody] = {}
+    return {
+        name: first.setdefault((body.name, *sorted(body.provenance.items())), body) if body.provenance else body
+        for name, body in bodies.items()
+    }
+
+
+def _joint(name: str, table: JointTable, folder: Path) -> Joint:
+    with naming(f"joint {name!r}"):
+        start = {key: np.array(value) if isinstance(value, list) else value for key, value in table.start}
+        return Joint(
+            name=name,
+            type=table.type,
+            parent=table.parent,
+            child=table.child,
+            axis=np.array(table.axis),
+            second_axis=None if table.second_axis is None else np.array(table.second_axis),
+            position=np.array(table.position),
+            rotation=rotation_matrix(table.rotation),
+            motion=prescribed_motion(table, folder),
+            elements=hinge_elements(table, folder),
+            hold=table.hold,
+            **start,
+        )

@@ -1,0 +1,1 @@
+"""Pictures and films of meshes, modes and systems, drawn off screen."""

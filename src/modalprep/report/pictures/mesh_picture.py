@@ -1,0 +1,169 @@
+"""Off-screen picture of a mesh with what its quality check found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modalprep.report.pictures import render
+
+EDGE = "#3c4f5b"  # darker than in other pictures: here the elements are what one looks at
+COLOURS = {"error": "#d62728", "warning": "#f07f00"}
+MATT = {"ambient": 0.4, "diffuse": 0.65}
+LIFT = 2e-3  # of the body's depth: so far edges lie before their faces
+SHOWN = 400  # markers of one finding, at most
+SMALL = 3.0  # radii of a marker: smaller cells get one
+ROOM = 0.1  # of the body's size: nodes further outside are not drawn
+LEGEND = 9  # findings named in the picture, at most
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """What the drawing functions of `report` need of a body: its mesh."""
+
+    name: str
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    interface_name: tuple[str, ...] = ()
+    interface_position: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+def render_findings(
+    points: np.ndarray,
+    cells: Mapping[str, np.ndarray],
+    findings: Iterable[Any],
+    path: str | Path,
+    *,
+    name: str = "mesh",
+    size: tuple[int, int] = (1200, 900),
+) -> Path:
+    """Draw a mesh with its bad cells and nodes: red for errors, orange for warnings, over the rest of the body.
+
+    Parameters
+    ----------
+    points : (n_points, 3) float
+    cells : {cell type: (n_cells, n_nodes) int}
+        meshio's types; points are not drawn, nor cells with nodes that are nowhere.
+    findings : sequence of Finding
+        Of `check_mesh`: severity, count, kind, cells (rows of `cells`), edges and nodes are read.
+    path : path
+        A .png or .jpg file.
+
+    Raises
+    ------
+    InputError
+        When the file is neither .png nor .jpg.
+    RenderError
+        When the machine cannot draw.
+    """
+    findings = list(findings)
+    body = _body(name, points, cells)
+    plotter = render.framed_plotter(_seen(body), size, body.points[:0], None)
+    towards = _towards(plotter, body)
+    _add_mesh(plotter, body, towards)
+    for finding in sorted(findings, key=lambda f: f.severity, reverse=True):  # errors last, over the warnings
+        _add_finding(plotter, body, cells, finding, towards)
+    plotter.reset_camera_clipping_range()
+    _add_legend(plotter, findings, size)
+    return render.save_picture(plotter, path)
+
+
+def _body(name: str, points: np.ndarray, cells: Mapping[str, np.ndarray]) -> Body:
+    finite = np.isfinite(points).all(axis=1)
+    whole = {kind: conn[finite[conn].all(axis=1)] for kind, conn in cells.items() if kind != "vertex"}
+    return Body(name, np.where(finite[:, None], points, 0.0), {kind: conn for kind, conn in whole.items() if len(conn)})
+
+
+def _seen(body: Body) -> Body:
+    """Return the body with only the nodes that are drawn, for the camera."""
+    used = np.unique(np.concatenate([np.zeros(0, dtype=int), *(conn.ravel() for conn in body.cells.values())]))
+    return Body(body.name, body.points[used] if len(used) else np.zeros((1, 3)), {})
+
+
+def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
+    from modalprep.report.pictures.surface import edges, lines, surface
+
+    skin, beams = surface(body, body.points), lines(body, body.points)
+    if skin is not None:
+        plotter.add_mesh(skin, color=render.BODY_COLOUR, **MATT)
+        plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
+    if beams is not None:
+        ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if kind.startswith("line")]))
+        dots = render.spheres(body.points[ends] + LIFT * towards, 0.4 * render.BALL * plotter.camera.parallel_scale)
+        plotter.add_mesh(beams, color=render.EDGE, line_width=4)
+        plotter.add_mesh(dots, color=EDGE, **MATT)
+
+
+def _towards(plotter, body: Body) -> np.ndarray:
+    """Return the vector to the camera as long as the body is deep.
+
+    In the parallel projection a flaw inside the body is seen unchanged when it is moved along it.
+    """
+    camera = plotter.camera
+    direction = np.array(camera.position) - camera.focal_point
+    direction /= np.linalg.norm(direction)
+    depth = np.ptp(_seen(body).points @ direction) + camera.parallel_scale
+    camera.position = tuple(np.array(camera.focal_point) + 20 * depth * direction)
+    return depth * direction
+
+
+def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, towards: np.ndarray) -> None:
+    """Draw the edges of a finding, or its cells with markers on the small ones, and its nodes."""
+    radius, error = render.BALL * plotter.camera.parallel_scale, finding.severity == "error"
+    style = {"color": COLOURS[finding.severity], "reset_camera": False, **MATT}
+    rows = {} if len(finding.edges) else finding.cells
+    bad = _body(body.name, body.points + (2 if error else 1) * towards, {k: cells[k][r] for k, r in rows.items()})
+    _add_cells(plotter, bad, style, towards)
+    if len(finding.edges):
+        bad = _body(body.name, bad.points, {"line": finding.edges})
+        _add_cells(plotter, bad, style, towards)
+    nodes = np.zeros(0, dtype=int) if finding.cells else _near(body, finding)
+    marks = np.concatenate([_small_cells(bad, SMALL * radius), bad.points[nodes]])[:SHOWN]
+    if len(marks):
+        plotter.add_mesh(render.spheres(marks + 2 * towards, radius * (1.2 if error else 0.9)), **style)
+
+
+def _add_cells(plotter, bad: Body, style: dict[str, Any], towards: np.ndarray) -> None:
+    from modalprep.report.pictures.surface import edges, lines, surface
+
+    skin, beams = surface(bad, bad.points), lines(bad, bad.points)
+    if skin is not None:
+        plotter.add_mesh(skin, **style)
+        lifted = edges(bad, bad.points + LIFT * towards)
+        plotter.add_mesh(lifted, color="black", line_width=1.5, reset_camera=False)
+    if beams is not None:
+        plotter.add_mesh(beams, line_width=8, **style)
+
+
+def _small_cells(bad: Body, limit: float) -> np.ndarray:
+    """Return the centres of cells too thin or too short to be seen."""
+    found = [np.zeros((0, 3))]
+    for kind, conn in bad.cells.items():
+        corners = bad.points[conn]
+        extent = np.linalg.svd(corners - corners.mean(axis=1, keepdims=True), compute_uv=False)
+        second = extent[:, 0 if kind.startswith("line") else 1]
+        found.append(corners.mean(axis=1)[second < limit / 2])
+    return np.concatenate(found)
+
+
+def _near(body: Body, finding) -> np.ndarray:
+    """Return a finding's nodes without those far outside the body."""
+    seen = _seen(body).points
+    room = ROOM * np.linalg.norm(np.ptp(seen, axis=0))
+    place = body.points[finding.nodes]
+    inside = (place >= seen.min(axis=0) - room) & (place <= seen.max(axis=0) + room)
+    return finding.nodes[inside.all(axis=1)]
+
+
+def _add_legend(plotter, findings: list, size: tuple[int, int]) -> None:
+    """Name the findings with their colours in the free strip at the bottom, in rows of three."""
+    rows = [(f"{f.kind}: {f.count}", COLOURS[f.severity]) for f in findings]
+    if len(rows) > LEGEND:
+        rows[LEGEND - 1 :] = [(f"and {len(rows) - LEGEND + 1} more", "black")]
+    for k, (text, colour) in enumerate(rows or [("no findings", "black")]):
+        place = (0.16 + 0.28 * (k % 3), 0.085 - 0.036 * (k // 3))
+        plotter.add_text(text, position=place, viewport=True, font_size=size[1] // 65, color=colour)

@@ -1,0 +1,256 @@
+"""Off-screen pictures of bodies by pyvista, where the machine can draw."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.atomic import atomic_path
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError, RenderError
+from modalprep.report.pictures.colour import WORDS, node_colour
+from modalprep.report.pictures.motion import largest_displacement
+
+WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
+PROBE = """
+import sys
+try:
+    import pyvista
+except ImportError as error:
+    sys.exit(f"import: {error}")
+plotter = pyvista.Plotter(off_screen=True, window_size=(32, 32))
+plotter.add_mesh(pyvista.Sphere())
+sys.exit(0 if plotter.screenshot(return_img=True).std() > 0 else "blank")
+"""
+PATIENCE = 120  # s; the first import of VTK from a cold network disk takes most of a minute
+ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
+SHARE = 0.12  # largest displacement shown, of the body's size
+BALL = 0.016  # radius of an interface's mark, of half the picture's height
+TUBE = 0.007  # radius of a beam, of the body's size
+BODY_COLOUR, EDGE, GHOST, MARK = "#a9c7dd", "#5b7486", "#8a949e", "#D55E00"
+PICTURES = (".png", ".jpg", ".jpeg")
+
+
+@cache
+def drawing_problem() -> str | None:
+    """Return why this machine cannot draw, in one sentence, or None when it can.
+
+    A VTK without EGL ends the process, so a subprocess tries first; what worked there is set up here.
+    The answer is kept for the life of the process.
+    """
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # Mesa otherwise writes its search for devices to the terminal
+    problem = ""
+    for window in ("vtkEGLRenderWindow", None):
+        problem = _attempt(window)
+        if not problem:
+            if window:
+                os.environ[WINDOW] = window
+            return None
+    return f"{problem} ({ADVICE})"
+
+
+def _attempt(window: str | None) -> str:
+    """Draw a sphere in a subprocess with this kind of window; return what went wrong."""
+    environment = os.environ | ({WINDOW: window} if window else {})
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True, timeout=PATIENCE
+        )
+    except subprocess.TimeoutExpired:
+        return f"VTK did not draw a test picture within {PATIENCE} s"
+    except OSError as error:
+        return f"the test of VTK did not start: {error}"
+    if done.returncode == 0:
+        return ""
+    cause = done.stderr.strip().rpartition("\n")[2]
+    if cause.startswith("import: "):
+        return f"pyvista cannot be imported: {cause.removeprefix('import: ')}"
+    return "VTK finds no OpenGL that works without a display"
+
+
+def render_mode(
+    body: FlexibleBody,
+    mode: int,
+    path: str | Path,
+    *,
+    colour: str = "displacement",
+    size: tuple[int, int] = (1000, 750),
+) -> Path:
+    """Draw mode `mode` (counted from 1): displacement or strain energy in colour, the undeformed body as a ghost.
+
+    Parameters
+    ----------
+    colour : {"displacement", "energy"}
+
+    Raises
+    ------
+    InputError
+        When the body has no such mode or no such colour, or the file is neither .png nor .jpg.
+    RenderError
+        When the machine cannot draw.
+    """
+    scale = shown_scale(body, mode)
+    amount = node_colour(body, mode, colour)
+    plotter = framed_plotter(body, size, body.points + scale * body.shape[:, :, mode - 1], mode)
+    add_ghost(plotter, body)
+    add_deformed(plotter, body, mode, scale, amount)
+    _add_bar(plotter, WORDS[colour])
+    return save_picture(plotter, path)
+
+
+def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
+    """Draw the undeformed mesh with its interfaces.
+
+    Raises
+    ------
+    InputError
+        When the file is neither .png nor .jpg.
+    RenderError
+        When the machine cannot draw.
+    """
+    from modalprep.report.pictures.surface import edges, surface, tubes
+
+    plotter = framed_plotter(body, size, body.points, None)
+    skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * _size(body))
+    if skin is not None:
+        plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
+        drawn = plotter.add_mesh(edges(body, body.points), color=EDGE, line_width=1)
+        # less towards the camera than VTK's habit, by which the edges behind a silhouette peep over it
+        drawn.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(1.0, 2.0)
+    if beams is not None:
+        plotter.add_mesh(beams, color=BODY_COLOUR, smooth_shading=True, ambient=0.25)
+    if skin is None:
+        plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * _size(body)), color=EDGE)
+    _add_interfaces(plotter, body, body.interface_position)
+    return save_picture(plotter, path)
+
+
+def shown_scale(body: FlexibleBody, mode: int) -> float:
+    """Return the modal coordinate at which the largest displacement is `SHARE` of the body's size."""
+    if not 1 <= mode <= body.n:
+        modes = f"its modes are 1 to {body.n}" if body.n else "it is rigid"
+        raise InputError(f"body {body.name!r} has no mode {mode}; {modes}")
+    largest = largest_displacement(body.shape)[mode - 1]
+    return float(SHARE * _size(body) / largest) if largest > 0 else 0.0
+
+
+def _size(body: FlexibleBody) -> float:
+    return float(np.linalg.norm(np.ptp(body.points, axis=0))) or 1.0
+
+
+def _title(body: FlexibleBody, mode: int | None) -> str:
+    if mode is None:
+        return f"{body.name}   {len(body.points)} nodes"
+    return f"{body.name}   mode {mode}   {body.frequency[mode - 1]:.4g} Hz"
+
+
+def framed_plotter(
+    body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None, *, text: bool = True
+):
+    """Return an empty picture, its camera on the body and the (deformed) points; `text` adds title and axes."""
+    problem = drawing_problem()
+    if problem:
+        raise RenderError(problem)
+    import pyvista
+
+    from modalprep.report.pictures.camera import aim
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=size)
+    plotter.set_background("white")
+    plotter.enable_anti_aliasing("ssaa")
+    shape = None if mode is None else body.shape[:, :, mode - 1]
+    aim(plotter, np.concatenate([body.points, body.interface_position, points]), body.points, shape)
+    if not text:
+        return plotter
+    plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
+    plotter.add_text(_title(body, mode), position=(0.025, 0.935), viewport=True, font_size=size[1] // 46, color="black")
+    return plotter
+
+
+def add_ghost(plotter, body: FlexibleBody) -> None:
+    """Add the undeformed body: a line per beam, and the sharp edges and the outline of the rest."""
+    from modalprep.report.pictures.surface import lines, surface
+
+    skin, beams = surface(body, body.points), lines(body, body.points)
+    if skin is not None:
+        sharp = skin.extract_feature_edges(30)
+        ghost = plotter.add_mesh(skin, color=GHOST, opacity=0.12)
+        # behind the faces of the deformed body that lie in the same plane
+        ghost.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+        ghost.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(1.0, 500.0)
+        if sharp.n_cells:
+            plotter.add_mesh(sharp, color=GHOST, line_width=1.5)
+    if beams is not None:
+        plotter.add_mesh(beams, color=GHOST, line_width=2)
+
+
+def add_deformed(
+    plotter, body: FlexibleBody, mode: int, scale: float, amount: np.ndarray, phase: float = 1.0, *, names=True
+) -> None:
+    """Add the body at its modal coordinate `scale * phase`, coloured by `amount` (n_points,), in place of the last."""
+    from modalprep.report.pictures.surface import surface, tubes
+
+    displacement = phase * scale * body.shape[:, :, mode - 1]
+    moved = body.points + displacement
+    style = {"scalars": "amount", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False}
+    style |= {"smooth_shading": True, "ambient": 0.25}
+    skin = surface(body, moved, amount)
+    radius = (TUBE if skin is None else 0.4 * TUBE) * _size(body)
+    beams = tubes(body, moved, radius, amount)
+    if skin is not None:
+        plotter.add_mesh(skin, name="skin", split_sharp_edges=True, reset_camera=False, **style)
+    if beams is not None:
+        plotter.add_mesh(beams, name="beams", reset_camera=False, **style)
+    _add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)
+
+
+def _add_bar(plotter, words: str) -> None:
+    plotter.add_scalar_bar(
+        words, color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=24,
+        label_font_size=24, position_x=0.58, position_y=0.025, width=0.39, height=0.085,
+    )  # fmt: skip
+
+
+def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: bool = True) -> None:
+    """Mark the interfaces by balls over the body (a bolt's centre lies inside its hole) and by their names."""
+    places, camera = np.array(places, dtype=float), plotter.camera
+    radius = BALL * camera.parallel_scale
+    actor = plotter.add_mesh(spheres(places, radius), name="balls", color=MARK, ambient=0.4, reset_camera=False)
+    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
+    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, -66000)
+    if not names:
+        return
+    beside = np.cross(camera.up, np.array(camera.position) - camera.focal_point)
+    beside = np.array(camera.up) + beside / np.linalg.norm(beside)
+    plotter.add_point_labels(
+        places + radius * beside, list(body.interface_name), name="names", font_size=26, text_color="black",
+        shape_color="white", shape_opacity=0.75, show_points=False, always_visible=True, margin=4, reset_camera=False,
+    )  # fmt: skip
+
+
+def spheres(places: np.ndarray, radius: float):
+    """Return a mesh of balls at the places (k, 3)."""
+    import pyvista
+
+    return pyvista.PolyData(places).glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
+
+
+def save_picture(plotter, path: str | Path) -> Path:
+    """Write what a plotter shows and close it; the file is whole or absent."""
+    from PIL import Image
+
+    path = Path(path)
+    try:
+        if path.suffix.lower() not in PICTURES:
+            raise InputError(f"cannot write {path}: a picture is one of {', '.join(PICTURES)}")
+        image = plotter.screenshot(return_img=True)
+    finally:
+        plotter.close()
+    with atomic_path(path) as temporary:
+        Image.fromarray(image).save(temporary)
+    return path

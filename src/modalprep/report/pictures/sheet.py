@@ -1,0 +1,104 @@
+"""All modes of a body in one picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.atomic import atomic_path
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.report.pictures import render
+from modalprep.report.pictures.colour import WORDS, node_colour, refuse_colour
+from modalprep.report.tables import hertz
+
+TILE = (480, 360)
+CAPTION, HEAD, EDGE = 40, 84, 12  # heights and margin in pixels
+INK, LINE = "#1d2733", "#c3ccd4"
+
+
+def contact_sheet(
+    body: FlexibleBody, path: str | Path, *, colour: str = "displacement", columns: int | None = None
+) -> Path:
+    """Draw every mode small, with its number and frequency: in colour over the undeformed body.
+
+    Parameters
+    ----------
+    body : FlexibleBody
+    path : path
+        A .png or .jpg file.
+    colour : {"displacement", "energy"}
+    columns : int, optional
+        Pictures in a row; by default the sheet is a little wider than high.
+
+    Raises
+    ------
+    InputError
+        When the body is rigid or has no such colour, or the file is neither .png nor .jpg.
+    RenderError
+        When the machine cannot draw.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> contact_sheet(uniform_beam(modes=1), "modes.txt")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: cannot write modes.txt: a picture is one of .png, .jpg, .jpeg
+    """
+    from PIL import Image, ImageDraw
+
+    path = Path(path)
+    if path.suffix.lower() not in render.PICTURES:
+        raise InputError(f"cannot write {path}: a picture is one of {', '.join(render.PICTURES)}")
+    if not body.n:
+        raise InputError(f"body {body.name!r} has no modes to draw; it is rigid")
+    refuse_colour(body, colour)
+    columns = max(1, min(body.n, columns or int(np.ceil(np.sqrt(1.2 * body.n)))))
+    rows = -(-body.n // columns)
+    wide, high = TILE[0] + EDGE, TILE[1] + CAPTION + EDGE
+    sheet = Image.new("RGB", (columns * wide + EDGE, HEAD + rows * high), "white")
+    pen = ImageDraw.Draw(sheet)
+    _add_head(sheet, pen, body, colour)
+    for k in range(body.n):
+        _add_tile(sheet, pen, body, k + 1, colour, (EDGE + k % columns * wide, HEAD + k // columns * high))
+    with atomic_path(path) as temporary:
+        sheet.save(temporary)
+    return path
+
+
+def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tuple[int, int]) -> None:
+    from PIL import Image, ImageFont
+
+    left, top = corner
+    sheet.paste(Image.fromarray(_picture(body, mode, colour)), corner)
+    pen.rectangle((left, top, left + TILE[0], top + TILE[1] + CAPTION), outline=LINE)
+    pen.line((left, top + TILE[1], left + TILE[0], top + TILE[1]), fill=LINE)
+    words = f"mode {mode}    {hertz(body.frequency[mode - 1])} Hz"
+    pen.text((left + 12, top + TILE[1] + 6), words, fill=INK, font=ImageFont.load_default(22))
+
+
+def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
+    """Draw one mode without words."""
+    scale, amount = render.shown_scale(body, mode), node_colour(body, mode, colour)
+    plotter = render.framed_plotter(body, TILE, body.points + scale * body.shape[:, :, mode - 1], mode, text=False)
+    try:
+        render.add_ghost(plotter, body)
+        render.add_deformed(plotter, body, mode, scale, amount, names=False)
+        return np.array(plotter.screenshot(return_img=True))
+    finally:
+        plotter.close()
+
+
+def _add_head(sheet, pen, body: FlexibleBody, colour: str) -> None:
+    """Write name and number of modes; where there is room, explain the colours."""
+    from matplotlib import colormaps
+    from PIL import Image, ImageFont
+
+    font, small = ImageFont.load_default(30), ImageFont.load_default(20)
+    title = f"{body.name}    {body.n} mode{'s' * (body.n > 1)}"
+    pen.text((EDGE + 4, 8), title, fill=INK, font=font)
+    ramp = (255 * colormaps["viridis"](np.linspace(0, 1, 120))[:, :3]).astype(np.uint8)
+    sheet.paste(Image.fromarray(np.tile(ramp, (14, 1, 1))), (EDGE + 24, 54))
+    pen.text((EDGE + 4, 48), "0", fill=INK, font=small)
+    pen.text((EDGE + 152, 48), f"1   {WORDS[colour]} of the mode", fill=INK, font=small)

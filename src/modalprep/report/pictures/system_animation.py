@@ -1,0 +1,232 @@
+"""A simulated system that moves, as a GIF or an MP4."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.mass import deflected_points
+from modalprep.errors import InputError, RenderError
+from modalprep.multibody.model.loads import GROUND
+from modalprep.multibody.model.system import System
+from modalprep.multibody.results.result import Result
+from modalprep.report.pictures.animation import SIZE, check_target, write_frames
+from modalprep.report.pictures.render import BALL, BODY_COLOUR, MARK, TUBE, drawing_problem, spheres
+
+FLAT = 0.15  # extent of the motion across a plane, over that in it, of a system seen square-on
+TILT = 0.1
+SHOWN = 2.0  # body sizes of deflection: a diverging run is shown so far
+GROUND_COLOUR, PATH = "#5b7486", "#c3ccd4"
+STYLE = {"smooth_shading": True, "ambient": 0.25, "reset_camera": False}
+
+
+def animate_system(
+    system: System,
+    result: Result,
+    path: str | Path,
+    *,
+    seconds: float = 5.0,
+    frames: int = 60,
+    size: tuple[int, int] = SIZE,
+) -> Path:
+    """Write a run as a film: every body's mesh with its deflection, interfaces as balls, time in the corner.
+
+    Deflections are those of the run, to first order in the modal coordinates, coloured by their size. Of a diverging
+    run the part is shown in which bodies bend by less than twice their size.
+
+    Parameters
+    ----------
+    result : Result
+        Of `simulate` for this system.
+    path : path
+        A .gif, or an .mp4 where the package imageio-ffmpeg is installed.
+    seconds : float
+        Length of the film, s.
+    frames : int
+        Pictures in it.
+
+    Raises
+    ------
+    InputError
+        When the result is not of this system, or the file is of another kind.
+    RenderError
+        When the machine cannot draw, or cannot write an MP4.
+
+    Examples
+    --------
+    >>> from modalprep.body.rigid import rigid_body
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> rod = rigid_body("rod", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
+    >>> weld = Joint(name="wall", type="weld", parent="ground", child="rod")
+    >>> run = Result(time=np.arange(3.0), channels={}, status="done", message="")
+    >>> animate_system(System(bodies={"rod": rod}, joints=(weld,)), run, "run.gif")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: the result has no motion of body 'rod'; simulate the same system
+    """
+    path = check_target(path, frames)
+    if not 0 < seconds < float("inf"):
+        raise InputError(f"seconds = {seconds:g} must be positive")
+    for name in system.bodies:
+        if f"{name}.origin" not in result.channels:
+            raise InputError(f"the result has no motion of body {name!r}; simulate the same system")
+    if problem := drawing_problem():
+        raise RenderError(problem)
+    film = _Film(system, result, frames)
+    return write_frames(film.draw(size), path, seconds)
+
+
+class _Film:
+    """The bodies of a run at the times of the pictures."""
+
+    def __init__(self, system: System, result: Result, frames: int) -> None:
+        self.system, self.result = system, result
+        bends = {name: self._deflections(name) for name in system.bodies}
+        last = _last_shown(system, bends)
+        self.rows = np.unique(np.linspace(0, last, frames).round().astype(int))
+        self.largest = max(
+            (np.linalg.norm(bends[name][k], axis=1).max() for name in bends for k in self.rows), default=0
+        )
+        self.bends = bends
+        grounded = [joint for joint in system.joints if joint.parent == GROUND and joint.type != "free"]
+        self.ground = np.array([joint.position for joint in grounded]).reshape(-1, 3)
+
+    def _deflections(self, name: str) -> np.ndarray:
+        """Displacements of a body's mesh points in its frame (n_times, n_points, 3), with their second order."""
+        body = self.system.bodies[name]
+        if not body.n:
+            return np.zeros((len(self.result.time), *body.points.shape))
+        return deflected_points(body, self.result[f"{name}.modal"]) - body.points
+
+    def points(self, name: str, k: int) -> np.ndarray:
+        """Mesh points of a body at a row of the result, inertial (n_points, 3)."""
+        turn = Rotation.from_quat(self.result[f"{name}.orientation"][k], scalar_first=True)
+        return turn.apply(self.system.bodies[name].points + self.bends[name][k]) + self.result[f"{name}.origin"][k]
+
+    def interfaces(self, name: str, k: int) -> np.ndarray:
+        """Interfaces of a body at a row of the result, inertial (n_if, 3)."""
+        return np.array([self.result[f"{name}.{i}.position"][k] for i in self.system.bodies[name].interface_name])
+
+    def draw(self, size: tuple[int, int]) -> list[np.ndarray]:
+        """Return the pictures (height, width, 3)."""
+        import pyvista
+
+        from modalprep.report.pictures.camera import look
+
+        plotter = pyvista.Plotter(off_screen=True, window_size=size)
+        try:
+            plotter.set_background("white")
+            plotter.enable_anti_aliasing("ssaa")
+            seen = np.concatenate([self.ground, *(self.points(n, k) for n in self.bends for k in self.rows),
+                                   *(self.interfaces(n, k) for n in self.bends for k in self.rows)])  # fmt: skip
+            look(plotter, seen, *viewpoint(seen, self.system.gravity))
+            plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
+            self.radius = BALL * plotter.camera.parallel_scale
+            self._still(plotter)
+            return [self._picture(plotter, k) for k in self.rows]
+        finally:
+            plotter.close()
+
+    def _still(self, plotter) -> None:
+        """Add what does not move: joints on the ground, the paths of the outermost interfaces, the colour bar."""
+        import pyvista
+
+        if len(self.ground):
+            cubes = pyvista.PolyData(self.ground).glyph(
+                geom=pyvista.Cube(x_length=4 * self.radius, y_length=4 * self.radius, z_length=4 * self.radius),
+                scale=False, orient=False,
+            )  # fmt: skip
+            plotter.add_mesh(cubes, color=GROUND_COLOUR, reset_camera=False)
+        for name, body in self.system.bodies.items():
+            tip = self.result[f"{name}.{body.interface_name[-1]}.position"][: self.rows[-1] + 1]
+            if np.ptp(tip, axis=0).max(initial=0.0) > self.radius:
+                plotter.add_mesh(pyvista.MultipleLines(tip), color=PATH, line_width=2, reset_camera=False)
+
+    def _picture(self, plotter, k: int) -> np.ndarray:
+        coloured = None
+        for name, body in self.system.bodies.items():
+            amount = np.linalg.norm(self.bends[name][k], axis=1) if body.n else None
+            drawn = _add_body(plotter, name, body, self.points(name, k), amount, self.largest, self.radius)
+            coloured = drawn if body.n else coloured
+            balls = spheres(self.interfaces(name, k), self.radius)
+            plotter.add_mesh(balls, name=f"{name} balls", color=MARK, ambient=0.4, reset_camera=False)
+        if k == self.rows[0] and self.largest > 0 and coloured:
+            plotter.add_scalar_bar(
+                "deflection, m",
+                mapper=coloured.mapper, color="black", n_labels=2, fmt="%.3g", vertical=False, title_font_size=18,
+                label_font_size=18, position_x=0.52, position_y=0.02, width=0.36, height=0.085,
+            )  # fmt: skip
+        text = f"t = {self.result.time[k]:.2f} s"
+        where = {"position": (0.025, 0.92), "viewport": True}
+        plotter.add_text(text, name="time", font_size=12, color="black", **where)
+        return np.array(plotter.screenshot(return_img=True))
+
+
+def _last_shown(system: System, bends: dict[str, list[np.ndarray]]) -> int:
+    """Row up to which every body's deflection is less than `SHOWN` of its size."""
+    last = len(next(iter(bends.values()))) - 1
+    for name, rows in bends.items():
+        body = system.bodies[name]
+        most = SHOWN * np.ptp(np.vstack([body.points, body.interface_position]), axis=0).max()
+        far = [k for k, bend in enumerate(rows) if not np.abs(bend).max(initial=0.0) <= (most or np.inf)]
+        last = min([last, *(k - 1 for k in far[:1])])
+    return max(last, 0)
+
+
+def _add_body(plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, largest: float, radius: float):
+    """Add a body in place of its last picture, a flexible one coloured by its deflection; returns what was drawn."""
+    from modalprep.report.pictures.surface import surface, tubes
+
+    style = {**STYLE, "color": BODY_COLOUR}
+    if amount is not None and largest > 0:
+        style = {**STYLE, "scalars": "amount", "cmap": "viridis", "clim": (0, largest), "show_scalar_bar": False}
+    thick = max(0.5 * radius, TUBE * float(np.ptp(points, axis=0).max()))
+    parts = {"skin": surface(body, points, amount), "beams": tubes(body, points, thick, amount)}
+    if not any(part is not None for part in parts.values()) and len(points) > 1:
+        parts = {"rods": _rods(points, thick)}
+    drawn = None
+    for kind, part in parts.items():
+        if part is not None:
+            sharp = {"split_sharp_edges": True} if kind == "skin" else {}
+            drawn = plotter.add_mesh(part, name=f"{name} {kind}", **sharp, **style)
+    return drawn
+
+
+def _rods(points: np.ndarray, radius: float):
+    """Lines from the first point of a body without a mesh to each other, as tubes."""
+    import pyvista
+
+    lines = np.array([[2, 0, k] for k in range(1, len(points))])
+    return pyvista.PolyData(points, lines=lines.ravel()).tube(radius=radius, n_sides=16, capping=True)
+
+
+def viewpoint(seen: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return unit vectors (3,) to the camera and up: square to a plane motion, else from a corner; gravity is down.
+
+    Examples
+    --------
+    >>> plane = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])
+    >>> towards, up = viewpoint(plane, np.array([0, -9.81, 0]))
+    >>> bool(towards[2] > 0.9), bool(up[1] > 0.9)
+    (True, True)
+    """
+    from modalprep.report.pictures.camera import upright_camera
+
+    extent, axes = np.linalg.svd(seen - seen.mean(axis=0), full_matrices=False)[1:]
+    plane = len(extent) == 3 and extent[2] < FLAT * extent[0]
+    normal = axes[-1] * np.sign(axes[-1][np.argmax(np.abs(axes[-1]))])
+    down = np.linalg.norm(gravity) > 0
+    up = -gravity / np.linalg.norm(gravity) if down else np.array([0.0, 0, 1])
+    if plane and abs(up @ normal) > 0.9:  # a plane to stand on
+        if not down and abs(normal[2]) > 0.9:
+            return upright_camera(normal, np.array([0.0, 1, 0]))
+        side = np.eye(3)[np.argmin(np.abs(up))]
+        return upright_camera(0.8 * up + 0.6 * np.cross(side, up), up)
+    if plane:
+        if normal[1] > 0.9:  # x to the right
+            normal = -normal
+        return upright_camera(normal + TILT * up, up)
+    first = np.eye(3)[0] - up[0] * up if abs(up[0]) < 0.9 else np.eye(3)[1]
+    return upright_camera(0.5 * first + 0.55 * up - 0.8 * np.cross(up, first), up)

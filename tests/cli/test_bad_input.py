@@ -1,0 +1,171 @@
+"""What the catalogue of bad input (tests/bad) does not hold: good neighbours of bad input, other doors, every cut."""
+
+import h5py
+import numpy as np
+import pytest
+from bad.good import BEAM, CORNERS, HINGE, SOLID, TET, uniform_beam, write_lines, write_tets
+
+import modalprep as mp
+from modalprep.cli import main
+from modalprep.multibody.model.time_function import FUNCTIONS, TimeFunction
+
+
+@pytest.fixture
+def folder(tmp_path, project):
+    for name in ("beam.msh", "bracket.msh"):
+        (tmp_path / name).write_bytes((project / "meshes" / name).read_bytes())
+    return tmp_path
+
+
+def sentence(capsys) -> str:
+    """The one line on standard error."""
+    error = capsys.readouterr().err
+    assert error.startswith("modalprep: ")
+    assert error.count("\n") == 1
+    return error
+
+
+def job(folder, text: str) -> str:
+    (folder / "job.toml").write_text(text)
+    return str(folder / "job.toml")
+
+
+def test_the_job_itself_is_good(folder):
+    assert main(["run", job(folder, BEAM + HINGE), "--json"]) == 0
+
+
+def test_the_tetrahedron_itself_is_good(folder):
+    write_tets(folder, CORNERS, [(0, 1, 2, 3)])
+    assert main(["run", job(folder, TET), "--json"]) == 0
+
+
+def test_element_listed_twice_counts_once(folder):
+    write_lines(folder, [[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1], [1, 2], [1, 0]])
+    mesh = mp.read_mesh(folder / "beam.msh")
+    assert len(mesh.cells["line"]) == 2
+    assert len(mesh.groups["beam"]["line"]) == 2
+
+
+def test_two_nodes_of_a_solid_cannot_hold_it(folder):
+    mesh = mp.read_mesh(folder / "bracket.msh", "mm")
+    pair = mesh.nodes("bolt_a")[:2]
+    cells = {**mesh.cells, "vertex": pair[:, None]}
+    loose = mesh.with_(cells=cells, groups={**mesh.groups, "pair": {"vertex": np.array([0, 1])}})
+    solid = {"body": mp.Solid(material=mp.Material(E=7e10, nu=0.33, rho=2700.0))}
+    with pytest.raises(mp.InputError, match="the 2 nodes of group 'pair' lie on one line"):
+        mp.assemble(loose, solid, {"pair": mp.Interface(group="pair")})
+
+
+def test_wrong_unit_of_length_is_doubted(folder, capsys):
+    assert main(["run", job(folder, SOLID.replace('"mm"', '"km"'))]) == 0
+    assert "its mass is odd" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("name", [n for n in FUNCTIONS.split(", ") if n != "pi"])
+def test_every_function_the_sentence_offers_works(name):
+    angle, rate, _ = TimeFunction(f"{name}(t)")(0.5)
+    step = (TimeFunction(f"{name}(t)")(0.5 + 1e-6)[0] - angle) / 1e-6
+    assert rate == pytest.approx(step, rel=1e-5)  # a forward difference of step 1e-6
+
+
+@pytest.mark.parametrize(("name", "text"), [("beam.msh", BEAM), ("bracket.msh", SOLID)])
+def test_mesh_cut_after_a_section(folder, capsys, name, text):
+    lines = (folder / name).read_text().splitlines(keepends=True)
+    for end in [k for k, line in enumerate(lines) if line.startswith("$End")][:-1]:
+        (folder / name).write_text("".join(lines[: end + 1]))
+        assert main(["run", job(folder, text)]) == 2
+        assert name in sentence(capsys)
+        assert not (folder / "output").exists()
+
+
+def test_mesh_cut_at_any_byte(folder):
+    """Beam mesh: whole, or refused; nothing in between."""
+    content = (folder / "beam.msh").read_bytes().rstrip()
+    for size in range(len(content)):
+        (folder / "beam.msh").write_bytes(content[:size])
+        with pytest.raises(mp.InputError):
+            mp.read_mesh(folder / "beam.msh")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("modes = 3", 'method = "guyan"'),
+        ("modes = 3", "modes = 0\ntruncation_vectors = []"),
+        ("modes = 3", 'modes = 3\nkeep = "mode < 1"\ntruncation_vectors = []'),
+        ('group = "root"\nkind = "node"', 'group = "beam"\nkind = "rbe2"'),
+    ],
+    ids=["guyan", "no candidates", "none kept", "all nodes tied"],
+)
+def test_body_without_modes_is_rigid_or_refused(folder, capsys, change):
+    assert change[0] in BEAM
+    if main(["run", job(folder, BEAM.replace(*change))]) != 0:
+        assert "mode" in sentence(capsys)
+
+
+def test_simulation_into_a_csv_file_keeps_the_result(folder):
+    """The CSV goes beside the result: it must not replace it."""
+    assert main(["simulate", job(folder, BEAM + HINGE), "-o", str(folder / "out.csv")]) == 0
+    assert mp.read_result(folder / "out.csv").status == "done"
+
+
+def test_output_that_cannot_be_written(folder, capsys):
+    (folder / "taken").write_text("")
+    file = job(folder, BEAM + HINGE)
+    for command in (["run", file, "--output"], ["modes", file, "--output"], ["simulate", file, "--output"]):
+        assert main([*command, str(folder / "taken")]) == 2
+        assert "cannot write" in sentence(capsys)
+    assert main(["simulate", file, "-o", str(folder / "taken" / "a.h5")]) == 2
+    assert "cannot write" in sentence(capsys)
+    (folder / "output" / "job" / "job.html").mkdir(parents=True)
+    assert main(["run", file]) == 2
+    assert "job.html: Is a directory" in sentence(capsys)
+    assert not [path for path in folder.rglob("*") if ".part" in path.name]
+
+
+def test_a_damaged_body_of_an_earlier_run_is_built_again(folder):
+    earlier = folder / "output" / "job" / "job.h5"
+    earlier.parent.mkdir(parents=True)
+    earlier.write_bytes(b"damaged")
+    assert main(["simulate", job(folder, BEAM + HINGE), "--json"]) == 0
+    assert mp.read_body(earlier).m == pytest.approx(12.0)  # rho A L = 3000 * 4e-4 * 10
+
+
+class TestResults:
+    """Read from Python alone."""
+
+    @pytest.fixture
+    def file(self, tmp_path):
+        run = mp.Result(time=np.arange(3.0), channels={"a.angle": np.ones(3)}, status="done", message="")
+        return mp.write_result(run, tmp_path / "run.h5")
+
+    @pytest.mark.parametrize("value", [np.ones(2), np.array([b"a"] * 3), np.ones((3, 1, 1)), 1.0])
+    def test_channel(self, file, value):
+        with h5py.File(file, "a") as h5:
+            del h5["channels/a.angle"]
+            h5["channels/a.angle"] = value
+        with pytest.raises(mp.InputError, match=r"run.h5.*simulate again"):
+            mp.read_result(file)
+
+    @pytest.mark.parametrize("share", [0.0, 0.3, 0.9, 0.99])
+    def test_cut(self, file, share):
+        content = file.read_bytes()
+        file.write_bytes(content[: int(share * len(content))])
+        with pytest.raises(mp.InputError, match=r"run.h5 is damaged or not a result file.*simulate again"):
+            mp.read_result(file)
+
+    def test_link(self, file):
+        with h5py.File(file, "a") as h5:
+            h5["channels/b"] = h5py.ExternalLink("/dev/zero", "x")
+        with pytest.raises(mp.InputError, match="b is a link to another place"):
+            mp.read_result(file)
+
+    def test_modal_file(self, tmp_path):
+        with pytest.raises(mp.InputError, match="not a result file"):
+            mp.read_result(mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5"))
+
+    @pytest.mark.parametrize("text", ["", "time\n1,2\n", "a,b\n1,2\n", "time\nx\n", "time\n\x001\n", "\xff"])
+    def test_table(self, tmp_path, text):
+        (tmp_path / "run.csv").write_text(text, encoding="latin-1")
+        with pytest.raises(mp.InputError, match=r"run.csv is not a table of a result.*write it again"):
+            mp.read_csv(tmp_path / "run.csv")

@@ -1,0 +1,245 @@
+"""The command line: quick help, every command, exit codes."""
+
+import json
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+from bad.good import BEAM, HINGE
+
+import modalprep as mp
+from modalprep.cli import main
+from modalprep.examples import uniform_beam
+from modalprep.report.pictures.render import drawing_problem
+
+HEAVY = {
+    "numpy",
+    "scipy",
+    "numba",
+    "gmsh",
+    "pyvista",
+    "vtkmodules",
+    "matplotlib",
+    "skfem",
+    "meshio",
+    "h5py",
+    "pydantic",
+}
+
+
+@pytest.fixture
+def job(tmp_path, project):
+    text = BEAM.replace("beam.msh", str(project / "meshes" / "beam.msh"))
+    (tmp_path / "job.toml").write_text(text + HINGE + "[environment]\ngravity = [0, -9.81, 0]\n")
+    return tmp_path / "job.toml"
+
+
+@pytest.fixture
+def body(tmp_path):
+    return mp.write_body(uniform_beam(modes=2), tmp_path / "beam.h5")
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys; from modalprep.cli import main; code = main(['--help']);"
+        f"print('HEAVY', sorted({HEAVY!r} & set(sys.modules))); sys.exit(code)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert "HEAVY []" in done.stdout
+    assert "simulate" in done.stdout
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out.strip() == f"modalprep {mp.__version__}"
+
+
+@pytest.mark.parametrize("command", ["run", "modes", "render", "simulate", "check", "mesh", "quality", "schema"])
+def test_every_command_explains_itself(command, capsys):
+    assert main([command, "--help"]) == 0
+    assert "Usage" in capsys.readouterr().out
+
+
+def test_run_as_json(job, capsys):
+    assert main(["run", str(job), "--json"]) == 0
+    outcome = json.loads(capsys.readouterr().out)
+    assert outcome["mass"] == pytest.approx(12.0)
+    assert len(outcome["frequency"]) > 0
+    assert all(check["passed"] for check in outcome["checks"])
+    names = {Path(file).name for file in outcome["files"]}
+    assert {"job.h5", "job.html", "job-run.h5", "job-run.csv"} <= names
+    assert all(Path(file).is_file() for file in outcome["files"])
+
+
+def test_modes_of_a_pipeline_and_of_a_file(job, body, capsys):
+    assert main(["modes", str(job)]) == 0
+    assert "Mode selection" in capsys.readouterr().out
+    assert main(["modes", str(body), "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["modes"]
+    assert [row["kind"] for row in rows] == ["fixed-interface"] * 2
+    assert body.with_suffix(".html").read_text().rstrip().endswith("</html>")
+
+
+def test_check(body, tmp_path, capsys):
+    assert main(["check", str(body)]) == 0
+    good = mp.read_body(body)
+    wrong = mp.write_body(good.with_(P=1.1 * good.P), tmp_path / "wrong.h5")
+    assert main(["check", str(wrong)]) == 1
+    assert "FAILED modal mass" in capsys.readouterr().out
+    assert main(["check", str(wrong), "--json"]) == 1
+    report = {c["name"]: c["passed"] for c in json.loads(capsys.readouterr().out)["checks"]}
+    assert report["modal mass"] is False
+    assert report["mass tensor"] is True
+
+
+def test_simulate_variants(job, tmp_path, capsys):
+    ends = {}
+    for option in ("", "--dense", "--no-geometric-stiffness"):
+        target = tmp_path / f"run{option}.h5"
+        assert main(["simulate", str(job), "-o", str(target), *filter(None, [option])]) == 0
+        ends[option] = mp.read_result(target)["hinge.angle"][-1]
+    assert ends["--dense"] == pytest.approx(ends[""], rel=1e-8)
+    assert ends["--no-geometric-stiffness"] != ends[""]
+    assert (tmp_path / "run.csv").read_text().startswith("time,")
+
+
+def test_body_is_reused_until_its_inputs_change(job, capsys):
+    main(["simulate", str(job)])
+    file = job.parent / "output" / "job" / "job.h5"
+    first = file.stat().st_mtime_ns
+    main(["simulate", str(job)])
+    assert file.stat().st_mtime_ns == first
+    job.write_text(job.read_text().replace("rho = 3000.0", "rho = 3100.0"))
+    main(["simulate", str(job)])
+    assert file.stat().st_mtime_ns != first
+    assert mp.read_body(file).m == pytest.approx(12.4)
+
+
+def test_schema_describes_every_table(capsys):
+    assert main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    assert {"mesh", "materials", "properties", "interfaces", "reduction", "simulation"} <= set(schema["properties"])
+    assert "description" in schema["$defs"]["ReductionTable"]["properties"]["keep"]
+
+
+@pytest.mark.parametrize("arguments", [["run"], ["run", "a.toml", "--fast"], ["fly"]])
+def test_wrong_usage(arguments, capsys):
+    assert main(arguments) == 2
+    error = capsys.readouterr().err.strip()
+    assert error.startswith("modalprep: ")
+    assert len(error.splitlines()) == 1
+
+
+@pytest.mark.skipif(drawing_problem() is not None, reason=f"cannot draw: {drawing_problem()}")
+def test_render(body, tmp_path):
+    for name, options in (("m.png", []), ("m.gif", ["--animate"]), ("mesh.png", ["--mode", "0"])):
+        assert main(["render", str(body), "-o", str(tmp_path / name), *options]) == 0
+        assert (tmp_path / name).stat().st_size > 1000
+
+
+def test_help_loads_no_heavy_library():
+    """SciPy, numba, VTK and the mesh libraries take seconds to import, each."""
+    heavy = {"numpy", "scipy", "numba", "vtkmodules", "pyvista", "skfem", "gmsh", "meshio", "h5py", "matplotlib"}
+    code = "import sys\nfrom modalprep.cli import entry\ntry: entry()\nfinally: print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code, "--help"], check=True, capture_output=True, text=True)
+    assert "modalprep.cli" in done.stdout.split()
+    assert not heavy & set(done.stdout.split())
+
+
+def keys_unknown_to(schema, table, definitions, where=""):
+    """Yield the keys of a TOML table that a JSON schema does not describe."""
+    if "$ref" in schema:
+        schema = definitions[schema["$ref"].removeprefix("#/$defs/")]
+    choices = schema.get("anyOf", []) + schema.get("oneOf", [])
+    if choices:
+        found = [list(keys_unknown_to(choice, table, definitions, where)) for choice in choices]
+        yield from min(found, key=len)
+    elif isinstance(table, dict):
+        for key, value in table.items():
+            inner = schema.get("properties", {}).get(key, schema.get("additionalProperties"))
+            if not inner:
+                yield f"{where}.{key}"
+            elif inner is not True:  # true: any value, such as a key of a joint that a chain's first one changes
+                yield from keys_unknown_to(inner, value, definitions, f"{where}.{key}")
+    elif isinstance(table, list) and table and isinstance(table[0], dict):
+        for row in table:
+            if "items" in schema:
+                yield from keys_unknown_to(schema["items"], row, definitions, where)
+            else:
+                yield where
+
+
+def test_schema_describes_the_shipped_pipelines(project, capsys):
+    assert main(["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    pipelines = sorted((project / "pipelines").glob("*.toml"))
+    assert pipelines
+    for file in pipelines:
+        data = tomllib.loads(file.read_text())
+        assert list(keys_unknown_to(schema, data, schema["$defs"])) == [], file.name
+    assert list(keys_unknown_to(schema, {"mesh": {"file": "a.msh", "fyle": 1}}, schema["$defs"])) == [".mesh.fyle"]
+
+
+def test_geometric_stiffness_is_felt(tmp_path, project):
+    """A beam let go at 3 rad/s, near its first bending frequency of 3.8 rad/s, is stiffened by its spin."""
+    text = BEAM.replace("beam.msh", str(project / "meshes" / "beam.msh"))
+    hinge = HINGE.replace('"job.root"', '"job.root"\nstart = { rate = 3.0 }').replace("0.01", "0.2\nrtol = 1e-7")
+    (tmp_path / "job.toml").write_text(text + hinge)
+    ends = {}
+    for option in ("", "--dense", "--no-geometric-stiffness"):
+        target = tmp_path / f"run{option}.h5"
+        assert main(["simulate", str(tmp_path / "job.toml"), "-o", str(target), *filter(None, [option])]) == 0
+        ends[option] = mp.read_result(target)["job.modal"][-1]
+    size = abs(ends[""]).max()
+    assert abs(ends["--dense"] - ends[""]).max() < 1e-6 * size  # two integrations of relative tolerance 1e-7
+    assert abs(ends["--no-geometric-stiffness"] - ends[""]).max() > 0.1 * size  # (rate / frequency)^2 is 0.6
+
+
+def test_modes_writes_the_page_beside_the_file(job, body, tmp_path, capsys):
+    assert main(["modes", str(job), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert {row["kind"] for row in answer["modes"]} >= {"fixed-interface"}
+    assert Path(answer["page"]).read_text().rstrip().endswith("</html>")
+    assert main(["modes", str(body), "--output", str(tmp_path / "elsewhere"), "--json"]) == 0
+    assert Path(json.loads(capsys.readouterr().out)["page"]) == tmp_path / "elsewhere" / "beam.html"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["simulate", "a.toml", "--dence"],
+        ["render", "a.h5", "--mode", "one"],
+        ["check", "a.h5", "b.h5"],
+        ["run", "a.toml", "--output"],
+    ],
+)
+def test_more_wrong_usage(arguments, capsys):
+    code = main(arguments)
+    captured = capsys.readouterr()
+    if not arguments:  # the command alone shows its help
+        assert "Usage" in captured.out + captured.err
+        return
+    assert code == 2
+    assert captured.err.startswith("modalprep: ")
+    assert captured.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("mode", ["-1", "3"])
+def test_render_of_a_mode_that_is_not_there(body, tmp_path, capsys, mode):
+    assert main(["render", str(body), "-o", str(tmp_path / "m.png"), "--mode", mode]) == 2
+    error = capsys.readouterr().err
+    assert "modes are 1 to 2" in error
+    assert error.count("\n") == 1
+    assert not (tmp_path / "m.png").exists()
+
+
+def test_render_into_an_unknown_format(body, tmp_path, capsys):
+    for options in ([], ["--animate"]):
+        assert main(["render", str(body), "-o", str(tmp_path / "m.xyz"), *options]) == 2
+        error = capsys.readouterr().err
+        assert "m.xyz" in error
+        assert error.count("\n") == 1

@@ -1,0 +1,176 @@
+"""Deployments: momentum and energy through every event, closed forms of one rod and of a straight cable."""
+
+import numpy as np
+import pytest
+
+import modalprep as mp
+from modalprep.multibody.model.deployment import LEAST
+
+BOOM = {"name": "boom", "parent": "bus.exit", "length": 4.0, "segments": 8, "mass_per_length": 1.0}
+BEAM = BOOM | {"EI": 200.0}
+CABLE = BOOM
+TETHER = BOOM | {"spatial": True, "rotary_inertia": 1e-3}
+FOREVER = float("inf")
+
+
+def flying(spin=(0.0, 0.0, 0.5)):
+    """A free body with the exit off its centre of mass."""
+    bus = mp.rigid_body(
+        "bus", mass=40.0, centre=np.array([0.1, 0.05, 0]), inertia=50 * np.eye(3),
+        interfaces={"root": np.zeros(3), "exit": np.array([0.5, 0.2, 0])},
+    )  # fmt: skip
+    fly = mp.Joint(
+        name="fly", type="free", parent="ground", child="bus", spin=np.array(spin), velocity=np.array([0.1, -0.2, 0])
+    )
+    return {"bodies": {"bus": bus}, "joints": (fly,)}
+
+
+def run(deployment, base=None, t_end=3.0, **options):
+    system = mp.DeployingSystem(**(base or flying()), deployments=(deployment,))
+    return mp.simulate_deployment(system, t_end=t_end, output_step=0.05, rtol=1e-9, **options)
+
+
+def drift(history):
+    return np.abs(history - history[0]).max() / np.abs(history).max()
+
+
+OUT, IN = "1.2 + t/2", "3.7 - 0.6*t"
+TURNED = [(1.0, "1.2 + t/2"), (FOREVER, "1.7 - 0.3*(t - 1)")]
+CASES = {
+    "beam out": (mp.Deployment(**BEAM, law=OUT), {"insert"}),
+    "beam in": (mp.Deployment(**BEAM, law=IN), {"remove"}),
+    "beam out and in": (mp.Deployment(**BEAM, law="2 + sin(1.5*t)"), {"insert", "remove"}),
+    "beam jams": (mp.Deployment(**BEAM, law=OUT, jam=1.7), {"insert", "stop"}),
+    "beam turns back": (mp.Deployment(**BEAM, law=TURNED), {"insert", "kink", "remove"}),
+    "cable out": (mp.Deployment(**CABLE, law=OUT), {"insert", "unlock"}),
+    "cable in": (mp.Deployment(**CABLE, law=IN), {"lock", "remove"}),
+    "tether out": (mp.Deployment(**TETHER, law=OUT), {"insert", "unlock"}),
+    "tether in": (mp.Deployment(**TETHER, law=IN), {"lock", "remove"}),
+    "reel out": (mp.Deployment(**CABLE, tension=0.2, brake=0.1, out=1.2, speed=0.3), {"insert", "unlock"}),
+    "reel in": (mp.Deployment(**CABLE, tension=4.0, brake=0.1, out=3.2, speed=-0.1), {"lock", "remove"}),
+    "beam on a reel": (mp.Deployment(**BEAM, tension=0.2, brake=0.1, out=1.2, speed=0.3), {"insert"}),
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_momentum_and_energy(case):
+    """Of a free base, through every event; with the spin also out of the plane where the cable may follow.
+
+    The integrator's error is 1e-9 at rtol 1e-9; a corner of a cable in the exit is a fast swing, good to 1e-8.
+    """
+    deployment, names = CASES[case]
+    found = run(deployment, flying((0.05, 0.1, 0.5) if deployment.spatial else (0.0, 0.0, 0.5)))
+    assert names <= {name.removeprefix("boom.") for name in found.events}
+    most = 1e-8 if names >= {"lock"} else 1e-9
+    assert drift(found["momentum.linear"]) < most
+    assert drift(found["momentum.angular"]) < most
+    assert found.stats["energy_error"] < 1e-8
+    if names <= {"insert", "unlock"}:  # nothing jumps
+        assert np.abs(found["energy.events"]).max() < 1e-12 * found["energy.kinetic"].max()
+    elif names & {"lock", "stop"}:
+        assert found["energy.events"][-1] < 0
+
+
+def test_events_of_a_law_are_at_its_levels():
+    """Rods of half a metre join and leave where the length says so; a cable's turn from LEAST of a rod on."""
+    law = mp.Deployment(**CABLE, law="1.2 + t/2")
+    found = run(law).events
+    np.testing.assert_allclose(1.2 + found["boom.insert"] / 2, [1.5, 2.0, 2.5], rtol=1e-12)
+    np.testing.assert_allclose(1.2 + found["boom.unlock"] / 2, np.array([1.5, 2.0, 2.5]) + LEAST / 2, rtol=1e-12)
+    reel = run(CASES["reel out"][0])
+    at = np.interp(reel.events["boom.insert"], reel.time, reel["boom.length"])
+    np.testing.assert_allclose(at, [1.5, 2.0][: len(at)], atol=1e-4)  # of the interpolation
+
+
+def test_rigid_beam_takes_angular_momentum():
+    """A single rod out of a free hub: ``(I + m L^3 / 3) Omega`` stays, exactly (the beam does not bend)."""
+    hub = mp.rigid_body("hub", mass=1.0, centre=np.zeros(3), inertia=5 * np.eye(3), interfaces={"root": np.zeros(3)})
+    pivot = mp.Joint(name="pivot", type="revolute", parent="ground", child="hub", rate=2.0)
+    one = mp.Deployment(
+        name="boom", parent="hub.root", length=4.0, segments=1, mass_per_length=1.2, EI=1.0, law="t + t**2/4"
+    )
+    found = run(one, {"bodies": {"hub": hub}, "joints": (pivot,)}, t_end=2.4)
+    inertia = 5 + 1.2 * found["boom.length"] ** 3 / 3
+    np.testing.assert_allclose(inertia * found["pivot.rate"], 10.0, rtol=1e-9)
+
+
+def test_reel_drawn_out_by_spin():
+    """One rod, no tension, hub at constant Omega: ``m L L'' = m Omega^2 L^2 / 2``, so ``L = L0 cosh(Omega t/sqrt 2)``.
+
+    What is still stowed is not accelerated by the rod outside, but by the reel.
+    """
+    hub = mp.rigid_body("hub", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
+    drive = mp.Joint(name="drive", type="revolute", parent="ground", child="hub", motion=mp.TimeFunction("2*t"))
+    one = mp.Deployment(
+        name="boom", parent="hub.root", length=9.0, segments=1, mass_per_length=1.2, EI=1.0, tension=0.0, out=0.5
+    )
+    found = run(one, {"bodies": {"hub": hub}, "joints": (drive,)}, t_end=1.5)
+    np.testing.assert_allclose(found["boom.length"], 0.5 * np.cosh(np.sqrt(2) * found.time), rtol=1e-8)
+
+
+def test_jam_takes_the_energy_of_relative_motion():
+    """On a straight line ``m (M - m) / M v^2 / 2``: m is outside, M all."""
+    straight = flying((0.0, 0.0, 0.0))
+    body = straight["bodies"]["bus"]
+    centred = mp.rigid_body(
+        "bus",
+        mass=40.0,
+        centre=np.zeros(3),
+        inertia=50 * np.eye(3),
+        interfaces={"root": np.zeros(3), "exit": np.zeros(3)},
+    )
+    assert body.m == centred.m
+    found = run(mp.Deployment(**BEAM, law=OUT, jam=1.7), straight | {"bodies": {"bus": centred}})
+    outside, total = 1.2 + 0.85, 40.0 + 4.0
+    assert found["energy.events"][-1] == pytest.approx(-0.5 * outside * (total - outside) / total * 0.25, rel=1e-9)
+    assert np.ptp(found["boom.length"][found.time > 1.7]) == 0
+
+
+def test_hanging_cable_carries_its_weight():
+    """Paid out downwards at constant speed, no rod swings: the tension at the exit is the weight outside."""
+    cable = mp.Deployment(
+        name="rope", parent="ground", length=5.0, segments=10, mass_per_length=0.7, law="1 + t",
+        axis=np.array([0, -1.0, 0]),
+    )  # fmt: skip
+    found = run(cable, {"bodies": {}, "joints": (), "gravity": np.array([0, -9.81, 0])})
+    np.testing.assert_allclose(found["rope.tension"], 0.7 * 9.81 * found["rope.length"], rtol=1e-9)
+    np.testing.assert_allclose(found["rope1.tip.position.y"], -found["rope.length"], rtol=1e-9)
+
+
+def test_all_in_and_out_again():
+    """Nothing is out for a moment: no rods, the tip in the exit; at the end all of it."""
+    law = [(2.0, "2*(1 - t/2)**2"), (4.0, "(t - 2)**2"), (FOREVER, "4")]
+    found = run(mp.Deployment(**BEAM, law=law), t_end=5.0)
+    inside = np.argmin(found["boom.length"])
+    assert found["boom.rods"][inside] == 0
+    np.testing.assert_allclose(found["boom1.tip.position"][inside], found["bus.exit.position"][inside], atol=1e-9)
+    assert found["boom.rods"][-1] == 8
+    assert np.isnan(found["boom3.tip.position"][inside]).all()
+    assert drift(found["momentum.angular"]) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"law": "3 + t"}, "the law asks for"),
+        ({"law": [(1.0, "1"), (FOREVER, "2")]}, "jumps from 1 to 2 m at t = 1 s"),
+        ({"law": None}, "either a 'law'"),
+        ({"law": "1", "segments": 0}, "segments = 0"),
+        ({"law": "1", "spatial": True}, "bends in a plane"),
+        ({"law": "1", "axis": np.array([0, 0, 1.0])}, "parallel"),
+        ({"law": None, "tension": 1.0, "out": 5.0}, "out = 5 m"),
+    ],
+)
+def test_bad_input(changes, words):
+    with pytest.raises(mp.InputError, match=words):
+        run(mp.Deployment(**(BEAM | changes)))
+
+
+def test_base_with_modes_is_refused():
+    from modalprep.examples import uniform_beam
+
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="bus")
+    with pytest.raises(mp.InputError, match="body 'bus' has modes"):
+        mp.DeployingSystem(
+            bodies={"bus": uniform_beam(modes=2)}, joints=(hinge,), deployments=(mp.Deployment(**BEAM, law="1"),)
+        )

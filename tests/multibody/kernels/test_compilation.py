@@ -1,0 +1,172 @@
+"""The kernel as plain Python, and its compilation where no cache can be written."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numba
+import pytest
+from numba.core.caching import IndexDataCacheFile
+
+from modalprep import jit
+from modalprep.cli import main
+from modalprep.examples import small_systems
+
+TESTS = Path(__file__).parents[2]
+
+
+def test_plain_python_gives_the_same_and_stays_in_bounds():
+    code = (
+        "from multibody.test_kernel import test_order_n_equals_dense_on_random_trees as test\n"
+        "from modalprep.multibody import kernel\n"
+        "assert not hasattr(kernel.accelerations, 'signatures')\n"
+        "for seed in range(10): test(seed, 6)\n"
+    )
+    paths = os.pathsep.join([str(TESTS), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+
+
+def test_no_writable_cache_is_no_error(monkeypatch):
+    asked = []
+
+    def njit(*, cache, **options):
+        asked.append(cache)
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return lambda function: function
+
+    monkeypatch.setattr(jit, "njit", njit)
+    assert jit.compile_kernel(len) is len
+    assert asked == [True, False]
+
+
+@pytest.mark.parametrize("further_down", [False, True])
+@pytest.mark.parametrize("change", ["return 3 * x", "return x * SCALE", "SCALE = 5"])
+def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, further_down):
+    """The compiled caller is used again while its helper is the same, and compiled anew when that changes."""
+    head = "from modalprep.jit import compile_inline, compile_kernel\n"
+    helper = head + "SCALE = 4\n@compile_inline\ndef scaled(x):\n    return 2 * x\n"
+    caller = [
+        "@compile_kernel\ndef total(x):\n    return add(x)\n",
+        "@compile_kernel\ndef add(x):\n    return scaled(x) + SCALE\n",
+    ]
+    caller = head + "from helper import SCALE, scaled\n" + "".join(caller if further_down else caller[::-1])
+    run = "import caller; print(caller.total(1.0), sum(caller.total.stats.cache_hits.values()))"
+    (tmp_path / "caller.py").write_text(caller)
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+
+    def result(text):
+        (tmp_path / "helper.py").write_text(text)
+        command = [sys.executable, "-B", "-c", run]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()
+
+    old = "SCALE = 4" if change.startswith("SCALE") else "return 2 * x"
+    expected = {"return 3 * x": "7.0 0", "return x * SCALE": "8.0 0", "SCALE = 5": "7.0 0"}[change]
+    assert [result(helper), result(helper), result(helper.replace(old, change))] == ["6.0 0", "6.0 1", expected]
+
+
+def compiled_files(folder, stamp="now"):
+    """The files of one function, as another process sees them."""
+    return jit.CompiledFiles(IndexDataCacheFile(str(folder), "f-1.py311", None), stamp)
+
+
+def test_processes_that_compile_at_the_same_time_do_not_mix_their_code(tmp_path):
+    """Both look, then both save: Numba's own files give one of them the code of the other."""
+    keys = [(numba.types.float64(t, t), "cpu") for t in (numba.types.float64, numba.types.int64)]
+    processes = [compiled_files(tmp_path), compiled_files(tmp_path)]
+    assert [files.load(key) for files, key in zip(processes, keys, strict=True)] == [None, None]
+    for files, key in zip(processes, keys, strict=True):
+        files.save(key, f"code of {key}")
+    assert [compiled_files(tmp_path).load(key) for key in keys] == [f"code of {key}" for key in keys]
+
+
+def test_code_of_another_version_or_half_a_file_is_compiled_anew(tmp_path):
+    key = (numba.types.float64(numba.types.float64), "cpu")
+    compiled_files(tmp_path).save(key, "code" * 1000)
+    assert compiled_files(tmp_path, "later").load(key) is None
+    (file,) = tmp_path.iterdir()
+    for size in (0, 10, file.stat().st_size // 2):
+        file.write_bytes(file.read_bytes()[:size])
+        assert compiled_files(tmp_path).load(key) is None
+    compiled_files(tmp_path, "later").save(key, "new")
+    assert compiled_files(tmp_path, "later").load(key) == "new"
+    assert [file] == list(tmp_path.iterdir())  # nothing is left of the old one
+
+
+def test_full_disk_leaves_the_cache_as_it_was(tmp_path):
+    key = (numba.types.float64(numba.types.float64), "cpu")
+    compiled_files(tmp_path / "missing").save(key, "code")
+    assert compiled_files(tmp_path / "missing").load(key) is None
+
+
+@pytest.mark.slow
+def test_second_process_finds_the_compiled_kernel(tmp_path):
+    """Loads and hits, no compilation: counted by numba itself."""
+    code = (
+        "import numpy as np, modalprep as mp\n"
+        "from modalprep.examples import uniform_beam\n"
+        "from modalprep.multibody.evaluation.evaluate import evaluate\n"
+        "from modalprep.multibody.simulate import prepare\n"
+        "hinge = mp.Joint(name='h', type='revolute', parent='ground', child='a')\n"
+        "system = mp.System(bodies={'a': uniform_beam(modes=1)}, joints=(hinge,))\n"
+        "prepare(system, np.zeros(1), method='auto', rtol=1e-5, atol=1e-9)\n"
+        "stats = evaluate.stats\n"
+        "print(sum(stats.cache_hits.values()), sum(stats.cache_misses.values()))\n"
+    )
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    runs = [
+        subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True) for _ in range(2)
+    ]
+    assert [run.stdout.strip() for run in runs] == ["0 1", "1 0"], runs[0].stderr + runs[1].stderr
+
+
+def test_compilation_is_announced_once_and_only_when_the_cache_is_cold(tmp_path):
+    """Two kernels of the package and one of another; the second process loads all of them."""
+    head = "from modalprep.jit import compile_kernel\n"
+    (tmp_path / "solver.py").write_text(head + "".join(
+        f"@compile_kernel\ndef {name}(x):\n    return x + 1\n" for name in ("first", "second")
+    ))  # fmt: skip
+    (tmp_path / "other.py").write_text(head + "@compile_kernel\ndef third(x):\n    return x + 1\n")
+    run = (
+        "import other, solver\nfrom modalprep.jit import when_compiling\n"
+        "with when_compiling(lambda: print('compiling'), 'solver'):\n"
+        "    print(other.third(1.0))\n    print(solver.first(1.0), solver.second(1.0))\n"
+    )
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+    command = [sys.executable, "-B", "-c", run]
+    said = [
+        subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
+        for _ in range(2)
+    ]
+    assert said == [["2.0", "compiling", "2.0 2.0"], ["2.0", "2.0 2.0"]]
+
+
+def test_read_only_installation_compiles_in_memory(tmp_path):
+    """No folder beside the file nor of the user takes a cache: a plain file stands where each would be made."""
+    (tmp_path / "solver.py").write_text(
+        "from modalprep.jit import compile_kernel\n@compile_kernel\ndef first(x):\n    return x + 1\n"
+    )
+    blocked = tmp_path / "__pycache__"
+    blocked.write_text("")
+    code = (
+        "import solver; print(solver.first(1.0), type(solver.first._cache).__name__)\n"
+        "from modalprep.multibody import kernel; print(type(kernel.forward._cache).__name__)"
+    )
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    done = subprocess.run([sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True)
+    assert done.stdout.split() == ["2.0", "NullCache", "FunctionCache"], done.stderr
+
+
+def test_warmup_runs_every_compiled_kind(capsys):
+    """With and without modes, with and without loops."""
+    assert main(["warmup"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "the solver is compiled"
+    kinds = {(s.bodies["rod"].n > 0, bool(s.closures)) for s in small_systems().values()}
+    assert kinds == {(modes, loops) for modes in (False, True) for loops in (False, True)}

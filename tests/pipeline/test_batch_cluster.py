@@ -1,0 +1,136 @@
+"""Batches on a Dask cluster: a scheduler and workers of this machine, one of them killed midway."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from contextlib import ExitStack
+
+import numpy as np
+import pytest
+from batches import manifests, started, write_grid
+
+import modalprep as mp
+from modalprep.cli import main
+from modalprep.examples import beam_mesh, spinup_section
+
+distributed = pytest.importorskip("distributed")
+ASSEMBLY = """
+[bodies.inner]
+pipeline = "inner.toml"
+
+[bodies.outer]
+pipeline = "outer.toml"
+
+[welds.wall]
+between = ["ground", "inner.root"]
+
+[welds.middle]
+between = ["inner.tip", "outer.root"]
+
+[synthesis]
+modes = 10
+
+[output]
+pictures = "none"
+"""
+MODES = [2, 3, 4, 5, 6, 7, 8, 9]
+
+
+def module(name, *arguments):
+    command = [sys.executable, "-m", f"distributed.cli.{name}", *map(str, arguments)]
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+
+@pytest.fixture
+def scheduler(tmp_path):
+    """Address of a scheduler without workers."""
+    file = tmp_path / "scheduler.json"
+    process = module("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file)
+    try:
+        until(lambda: file.is_file() and file.read_text().rstrip().endswith("}"), 60)
+        yield json.loads(file.read_text())["address"]
+    finally:
+        process.kill()
+        process.wait()
+
+
+@pytest.fixture
+def workers(scheduler, tmp_path):
+    """Two workers of one thread, each killed by a single signal (no nanny)."""
+    own = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "dask"]
+    with ExitStack() as stack:
+        found = [module("dask_worker", scheduler, *own) for _ in range(2)]
+        for process in found:
+            stack.callback(process.wait)
+            stack.callback(process.kill)
+        with distributed.Client(scheduler, timeout="60s", set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=60)
+        yield found
+
+
+def until(condition, seconds):
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+@pytest.mark.slow
+def test_a_worker_killed_midway(project, tmp_path, scheduler, workers):
+    """Its jobs go to the other one, and all of them are done."""
+    file, output = write_grid(project, tmp_path / "beam.toml", reduction__modes=MODES), tmp_path / "output"
+    with started(file, "--scheduler", scheduler, "--json") as process:
+        until(lambda: len({record["worker"] for record in manifests(output).values()}) == 2, 120)
+        with distributed.Client(scheduler, timeout="60s", set_as_default=False) as client:
+            pids = client.run(os.getpid)
+            held = {pids[address]: jobs for address, jobs in client.processing().items()}
+        assert held[workers[0].pid]  # it has something to lose
+        workers[0].kill()
+        printed, error = process.communicate(timeout=120)
+        assert process.returncode == 0, printed + error
+    rows = json.loads(printed)["jobs"]
+    assert [row["status"] for row in rows] == ["done"] * len(MODES)
+    pids = [int(row["worker"].rpartition(":")[2]) for row in rows]
+    assert set(pids) == {process.pid for process in workers}
+
+
+@pytest.mark.slow
+def test_an_assembly_in_components(project, tmp_path, scheduler, workers):
+    """Each half of a beam is reduced on a worker of its own, then both are joined: the frequencies of the uncut beam.
+
+    The 12 modes of each half leave 1e-6, as in tests/pipeline/test_synthesis_pipeline.py.
+    """
+    for name in ("inner", "outer"):
+        half = (project / "pipelines" / "half-beam.toml").read_text().replace("../meshes", str(project / "meshes"))
+        (tmp_path / f"{name}.toml").write_text(half)
+    (tmp_path / "assembly.toml").write_text(ASSEMBLY)
+    with started(*tmp_path.glob("*.toml"), "--scheduler", scheduler, "--json") as process:
+        printed, error = process.communicate(timeout=120)
+    assert process.returncode == 0, printed + error
+    rows = {row["job"]: row for row in json.loads(printed)["jobs"]}
+    pids = {name: int(row["worker"].rpartition(":")[2]) for name, row in rows.items()}
+    assert {pids["inner"], pids["outer"]} == {process.pid for process in workers}
+    folder = tmp_path / "output" / "assembly"
+    assert "mesh to modal body" not in (folder / "assembly.log").read_text()  # they were there
+    root = {"root": mp.Interface(group="root", kind="node")}
+    uncut = mp.assemble(beam_mesh(80, 20.0), {"beam": spinup_section()}, root)
+    exact = mp.craig_bampton(uncut, modes=10, truncation=()).frequency
+    found = json.loads((folder / "assembly-synthesis.json").read_text())["frequency"]
+    np.testing.assert_allclose(found, exact, rtol=1e-6)
+
+
+def test_no_scheduler(project, tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("modalprep.pipeline.batch.workers.ANSWER", "1s")
+    file = write_grid(project, tmp_path / "beam.toml", reduction__modes=[2])
+    assert main(["batch", str(file), "--scheduler", "tcp://127.0.0.1:9"]) == 2
+    error = capsys.readouterr().err
+    assert "no Dask scheduler answers at tcp://127.0.0.1:9" in error
+    assert error.count("\n") == 1
+
+
+def test_no_workers(project, tmp_path, capsys, scheduler):
+    file = write_grid(project, tmp_path / "beam.toml", reduction__modes=[2])
+    assert main(["batch", str(file), "--scheduler", scheduler]) == 2
+    assert "has no workers; start some with: dask worker" in capsys.readouterr().err

@@ -1,0 +1,195 @@
+"""Who may import whom: packages and their folders are layers, and nothing imports from a layer above its own."""
+
+import ast
+import graphlib
+import subprocess
+import sys
+
+import pytest
+
+BASE = {"errors", "records", "suggest", "atomic", "vectors", "jit"}
+MAY_IMPORT = {
+    "linalg": BASE,
+    "fe": BASE | {"linalg"},
+    "reduction": BASE | {"linalg", "fe"},
+    "body": BASE | {"linalg", "fe", "reduction"},
+    "multibody": BASE | {"body"},
+    "formats": BASE | {"linalg", "body", "reduction", "multibody"},
+    "report": BASE | {"body", "reduction", "multibody", "formats"},
+    "pipeline": BASE | {"body", "fe", "formats", "linalg", "multibody", "reduction", "report"},
+}
+# The folders of a package, and the files beside them, from the lowest to the highest.
+LAYERS = {
+    "fe": (
+        "properties", "mesh", "links", "quality", "elements", "elements.shells", "readers.nastran", "readers",
+        "generation", "assembly", "external",
+    ),
+    "multibody": (
+        "model", "kernels", "packing", "evaluation", "reference", "integration", "results", "simulate", "free_body",
+        "analysis", "deploying",
+    ),
+    "report": (
+        "tables", "pictures", "check_tables", "mac", "plots", "summary", "scene", "analysis", "synthesis", "page",
+    ),
+    "pipeline": ("console", "schema", "build", "systems", "run", "batch"),
+}  # fmt: skip
+ONLY_IN = {  # third parties with one home
+    "skfem": {"fe"},
+    "meshio": {"fe", "report"},
+    "gmsh": {"fe"},
+    "numba": {"jit", "multibody.kernels"},
+    "pyvista": {"report"},
+    "matplotlib": {"report"},
+    "pydantic": {"pipeline"},
+    "symengine": {"multibody"},
+    "h5py": {"formats"},
+}
+ONLY_FROM = {  # finer than packages: what a package may take from another, module by module
+    # what files hold, nothing of the solver
+    ("formats", "multibody"): {"multibody.results.result", "multibody.analysis.state_space"},
+    # the solver sees bodies and their mass at a deflection and a fill level; of its own it makes only rigid rods
+    ("multibody", "body"): {"body.flexible_body", "body.levels", "body.mass", "body.rigid"},
+    ("linalg", ""): {"errors"},  # numbers in, numbers out
+}
+KERNELS_TAKE = {"modalprep.jit", "modalprep.body", "modalprep.body.mass"}  # of mass.py, formulas of numbers
+MOST_FILES, MOST_LINES, MOST_KERNEL_LINES = 16, 310, 660
+
+
+def source(project):
+    return project / "src" / "modalprep"
+
+
+def modules(project):
+    """Return the file of every module of the package by its name below ``modalprep``."""
+    root = source(project)
+    names = {file: ".".join(file.relative_to(root).with_suffix("").parts) for file in sorted(root.rglob("*.py"))}
+    return {name.removesuffix(".__init__"): file for file, name in names.items()}
+
+
+def imports(file):
+    """Yield (module, names) for each import of a file."""
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, ()) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{file} has a relative import"
+            yield node.module, tuple(alias.name for alias in node.names)
+
+
+def own_imports(file, known):
+    """Return the modules of modalprep that a file imports, by their names below ``modalprep``."""
+    found = set()
+    for module, names in imports(file):
+        if module == "modalprep" or module.startswith("modalprep."):
+            home = module.removeprefix("modalprep").removeprefix(".")
+            inside = {f"{home}.{name}".removeprefix(".") for name in names} & set(known)
+            found |= inside or {home}
+    return found
+
+
+@pytest.fixture(scope="module")
+def graph(project):
+    """Modules of modalprep by the module that imports them."""
+    known = modules(project)
+    return {name: own_imports(file, known) for name, file in known.items()}
+
+
+def package(module):
+    return module.split(".")[0]
+
+
+def layer(module):
+    """Return the package and the number of a module's layer in it, or None where the package is one layer."""
+    home, _, rest = module.partition(".")
+    if home not in LAYERS or not rest:
+        return None
+    folder = rest if rest in LAYERS[home] else rest.rpartition(".")[0]
+    assert folder in LAYERS[home], f"{module} is in no layer; name its folder in LAYERS"
+    return LAYERS[home].index(folder)
+
+
+def test_packages_import_downwards(graph):
+    for module, imported in graph.items():
+        own = package(module)
+        for name in imported:
+            if own in MAY_IMPORT or own in BASE:  # cli, examples and __init__ see all
+                assert package(name) in {own, ""} | MAY_IMPORT.get(own, BASE), f"{module} imports {name}"
+                allowed = ONLY_FROM.get((own, package(name)))
+                assert allowed is None or name in allowed, f"{module} imports {name}"
+            if own == "linalg" and package(name) != "linalg":
+                assert name in ONLY_FROM["linalg", ""], f"{module} imports {name}"
+
+
+def test_folders_import_downwards(graph):
+    for module, imported in graph.items():
+        for name in imported:
+            if package(name) == package(module) and layer(module) is not None and layer(name) is not None:
+                assert layer(name) <= layer(module), f"{module} imports {name}, which is in a layer above"
+
+
+def test_no_circle_of_files(graph):
+    inner = {module: imported - {module, ""} for module, imported in graph.items() if module}
+    assert len(list(graphlib.TopologicalSorter(inner).static_order())) >= len(inner)
+
+
+def test_third_parties_have_one_home(project):
+    for module, file in modules(project).items():
+        for name, _ in imports(file):
+            homes = ONLY_IN.get(package(name))
+            inside = homes is None or any(module == home or module.startswith(home + ".") for home in homes)
+            assert inside, f"{module} imports {name}"
+
+
+def test_kernels_know_arrays_only(project):
+    """Kernels import numpy, numba and each other: no record of a user, nothing that packs or steps."""
+    found = 0
+    for module, file in modules(project).items():
+        if module.startswith("multibody.kernels."):
+            found += 1
+            foreign = {name for name, _ in imports(file)} - KERNELS_TAKE - set(sys.stdlib_module_names)
+            foreign = {name for name in foreign if not name.startswith(("modalprep.multibody.kernels", "collections"))}
+            assert {package(name) for name in foreign} <= {"numpy", "numba", "llvmlite"}, module
+    assert found > 10
+
+
+@pytest.mark.parametrize("module", ["multibody.model.system", "multibody.deploying.system", "pipeline.schema.load"])
+def test_records_of_users_need_no_compiler(module):
+    """Building a system and reading a pipeline file import neither numba nor the solver."""
+    code = f"import sys, modalprep.{module}; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert f"modalprep.{module}" in loaded
+    solver = [f"modalprep.multibody.{name}" for name in LAYERS["multibody"][1:7]]
+    assert not {"numba", "skfem", *solver} & set(loaded)
+
+
+def test_base_modules_know_only_each_other(graph):
+    for module, imported in graph.items():
+        if module in BASE:
+            assert {package(name) for name in imported} <= BASE, module
+
+
+def test_the_rule_covers_every_package(graph, project):
+    packages = {path.parent.name for path in source(project).glob("*/__init__.py")}
+    assert packages - {"cli"} == set(MAY_IMPORT)
+    assert set(graph) >= BASE
+
+
+def test_every_exception_of_the_rules_is_used(graph):
+    """An entry that nobody needs any more is taken out."""
+    used = {(package(module), name) for module, imported in graph.items() for name in imported}
+    for (own, target), allowed in ONLY_FROM.items():
+        for name in allowed if target else ():
+            assert (own, name) in used, f"{own} no longer imports {name}"
+    for home, folders in LAYERS.items():
+        homes = {module.rpartition(".")[0] for module in graph} | set(graph)
+        assert {f"{home}.{folder}" for folder in folders} <= homes
+
+
+def test_folders_and_files_stay_small(project):
+    for folder in [source(project), *source(project).rglob("*/")]:
+        files = [file for file in folder.glob("*.py") if file.name != "__init__.py"]
+        assert len(files) <= MOST_FILES, f"{folder} has {len(files)} files"
+        for file in files:
+            most = MOST_KERNEL_LINES if file.parent.name == "kernels" else MOST_LINES
+            lines = len(file.read_text().splitlines())
+            assert lines <= most or file.parent.name == "integration", f"{file} has {lines} lines"

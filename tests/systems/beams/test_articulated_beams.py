@@ -1,0 +1,110 @@
+"""Two flexible beams: frequencies by the hinge's spring, response to a knock, prescribed slew and its inverse."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from systems.shipped import run_shipped, shipped
+
+import modalprep as mp
+from modalprep.multibody.analysis.linearise import linearise
+
+# omega_1..4 (rad/s) by the hinge's stiffness in EI / L, for sqrt(EI / (mu L^4)) = 1 rad/s
+PUBLISHED = {
+    0.0: [0, 2.467401, 15.418207, 22.206613],
+    0.1: [0.469867, 2.772827, 15.418771, 22.588516],
+    10.0: [0.869016, 5.252546, 15.423760, 28.941897],
+    np.inf: [0.879004, 5.508623, 15.424305, 30.2255],
+}
+EI_BY_L = 1e3
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("beams")
+
+
+@pytest.fixture(scope="module")
+def beams(folder):
+    return shipped("articulated-beams", folder)[0]
+
+
+def hinged(system, stiffness):
+    wall, hinge = system.joints
+    if np.isinf(stiffness):
+        spring = mp.Joint(name="hinge", type="weld", parent="inner.tip", child="outer.root")
+    else:
+        spring = hinge.with_(elements=mp.HingeElement(stiffness=stiffness * EI_BY_L))
+    return system.with_(joints=(wall, spring))
+
+
+def frequencies(system, stiffness):
+    """At rest all theories have the same; without geometric stiffness the differences stay in range."""
+    return 2 * np.pi * mp.system_modes(hinged(system, stiffness).conventional()).frequency[:4]
+
+
+def richer(modes):
+    """The component with more modes."""
+    from modalprep.examples import beam_mesh
+
+    slender = mp.Material(E=1e13, nu=0.3, rho=1000.0)
+    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, shear=False)
+    mesh, ends = beam_mesh(40), {"root": "fixed", "tip": "free"}
+    ends = {name: mp.Interface(group=name, kind="node", boundary=what) for name, what in ends.items()}
+    model = mp.assemble(mesh, {"beam": section}, ends)
+    return mp.flexible_body(model, mp.craig_bampton(model, modes=modes, truncation=("interfaces",)), name="beam")
+
+
+@pytest.mark.parametrize("stiffness", PUBLISHED)
+def test_frequencies(beams, stiffness):
+    found, expected = frequencies(beams, stiffness), PUBLISHED[stiffness]
+    # three modes of each beam: the fourth frequency lies above their second
+    np.testing.assert_allclose(found[:3], expected[:3], rtol=5e-5, atol=1e-12)
+    np.testing.assert_allclose(found[3], expected[3], rtol=2e-3)
+
+
+def test_frequencies_agree_as_modes_increase(beams):
+    expected = np.array(PUBLISHED[10.0])
+    errors = []
+    for modes in (2, 4, 8):
+        body = richer(modes)
+        errors.append(frequencies(beams.with_(bodies=dict.fromkeys(beams.bodies, body)), 10.0) / expected - 1)
+    assert min(error.min() for error in errors) > -1e-6  # from above, but for six digits
+    assert errors[0][3] > 4 * errors[1][3] > 16 * errors[2][3]  # omitted modes: at least the square of their number
+    np.testing.assert_allclose(errors[2], 0, atol=3e-5)
+
+
+def test_knock_is_a_sum_of_modes(folder):
+    """Displacements of a hundredth of the length, slopes of three: the linear response, to the square of those."""
+    found = run_shipped("articulated-beams", folder)
+    (run,) = found.runs.values()
+    assert run.stats["energy_error"] < 1e-9
+    quiet = found.system.with_(loads=()).conventional()  # the same at rest
+    linear = linearise(quiet, inputs=["outer.tip.force.y"], outputs=["outer.tip.position.y"])
+
+    def rate(t, z):
+        return linear.A @ z + linear.B[:, 0] * (2 * np.sin(np.pi * t) if t < 1 else 0.0)
+
+    size = {"rtol": 1e-9, "atol": 1e-12, "method": "DOP853", "max_step": 0.1}
+    z = solve_ivp(rate, (0, run.time[-1]), np.zeros(len(linear.A)), t_eval=run.time, **size).y
+    tip = run["outer.tip.position.y"]
+    assert np.abs(linear.C[0] @ z - tip).max() < 1e-3 * np.abs(tip).max()
+
+
+def test_recovered_torques_move_the_arm_as_prescribed(folder):
+    found = run_shipped("slewing-arm", folder)
+    (run,) = found.runs.values()
+    assert run.stats["energy_error"] < 1e-9
+    drives = [mp.TimeFunction.table(run.time, run[f"{joint.name}.drive"]) for joint in found.system.joints]
+    driven = found.system.with_(
+        joints=tuple(
+            joint.with_(motion=None, elements=mp.HingeElement(drive=drive))
+            for joint, drive in zip(found.system.joints, drives, strict=True)
+        )
+    )
+    # a torque wrong by the spline's 1e-8 and the integrator's 1e-9 leads the angles away with the square of the time
+    again = mp.simulate(driven, t_end=8.0, output_step=0.02, rtol=1e-9, method="explicit")
+    rows = slice(len(again.time))
+    for name in ("shoulder", "elbow"):
+        travel = np.abs(run[f"{name}.angle"][rows]).max()
+        assert np.abs(again[f"{name}.angle"] - run[f"{name}.angle"][rows]).max() < 1e-6 * travel
+    np.testing.assert_allclose(again["lower.tip.position"], run["lower.tip.position"][rows], atol=2e-6)

@@ -1,0 +1,327 @@
+"""Beams in rigid segments: statics, frequencies and large motion against closed forms and geometrically exact beams."""
+
+import numpy as np
+import pytest
+from systems.exact_beams import exudyn_ends
+from systems.segments import CANTILEVER, PIPELINES, cantilever, frequencies, order, rest, system_of, with_segments
+
+import modalprep as mp
+from modalprep.multibody.analysis.equilibrium import static_equilibrium
+
+RODS = {  # n: first three omega L^2 sqrt(rA/EI) of a chain of n rods, clamp 2 EI/l; own code, all digits
+    5: [3.452659, 20.733524, 55.952908],
+    10: [3.499956, 21.689779, 60.123874],
+    20: [3.511987, 21.947106, 61.296034],
+    40: [3.515007, 22.012570, 61.596474],
+}
+
+
+def test_frequencies_of_a_cantilever(tmp_path):
+    """To the printed digits; order two against the closed form, which a clamp with EI/l would spoil."""
+    first = []
+    for n, expected in RODS.items():
+        found = frequencies(cantilever(tmp_path, n))[:3]
+        np.testing.assert_allclose(found, expected, rtol=2e-7)
+        first.append(found[0])
+    assert order(np.array(first) / 3.516015 - 1) == pytest.approx(2.0, abs=0.02)
+    soft = cantilever(tmp_path, 10, more="root = { stiffness = [10.0] }")
+    assert frequencies(soft)[0] == pytest.approx(3.195778, rel=2e-7)
+
+
+def test_frequency_of_a_rotating_chain(tmp_path):
+    """Flap at six times sqrt(EI/(rA L^4)), 7.3604 for the beam; the stiffening needs no geometric stiffness."""
+    hub = '[bodies.hub]\nmass = 1.0\n[joints.hub]\ntype = "revolute"\nchild = "hub.root"\nmotion = "6*t"'
+    found = []
+    for n, expected in {5: 7.227459, 10: 7.323708, 20: 7.350963, 40: 7.358005}.items():
+        system = cantilever(tmp_path, n, EI="[1.0, 100.0]", more='parent = "hub.root"\n' + hub)
+        found.append(frequencies(system)[0])
+        assert found[-1] == pytest.approx(expected, rel=1e-6)
+    assert order(np.array(found) - 7.3604) == pytest.approx(2.0, abs=0.15)  # four digits of the limit are known
+
+
+ELASTICA = [  # P L^2/EI, deflection and shortening over L: elliptic integrals
+    (0.5, 0.16214, 0.01592),
+    (1, 0.30172, 0.05643),
+    (2, 0.49346, 0.16064),
+    (3, 0.60325, 0.25442),
+    (5, 0.71379, 0.38763),
+    (10, 0.81061, 0.55500),
+]
+
+
+@pytest.mark.parametrize(("load", "deflection", "shortening"), ELASTICA)
+def test_elastica(tmp_path, load, deflection, shortening):
+    """Order two; what is left after extrapolation is of order four and the rounding of the closed form, 1e-5."""
+    tips = [rest(with_segments("elastica", n, tmp_path), t=load)[:2] for n in (10, 20, 40)]
+    exact = np.array([1 - shortening, -deflection])
+    extrapolated = tips[2] + (tips[2] - tips[1]) / 3
+    np.testing.assert_allclose(extrapolated, exact, atol=2e-5)
+    errors = [np.linalg.norm(tip - extrapolated) for tip in tips[:2]]
+    assert order(errors) == pytest.approx(2.0, abs=0.1)
+    assert errors[1] < 1.5e-3  # as the header of the pipeline says
+
+
+def test_roll_up(tmp_path):
+    """Every hinge turns by M l/EI, half of it at the clamp: the rods are sides of a polygon, closed at f = 2."""
+    for t, f in ((1.25, 0.5), (2.5, 1.0), (5.0, 2.0)):
+        tips = [rest(with_segments("roll-up", n, tmp_path), t=t)[:2] for n in (10, 20, 40)]
+        exact = np.array([np.sin(f * np.pi), 1 - np.cos(f * np.pi)]) / (f * np.pi)
+        chord = [(f * np.pi / n / 2) / np.sin(f * np.pi / n / 2) for n in (10, 20, 40)]
+        np.testing.assert_allclose(tips, np.outer(chord, exact), atol=1e-10)
+
+
+def test_curved_beam_out_of_its_plane(tmp_path):
+    """Bend of 45 degrees, Bathe and Bolourchi (1979): 16 geometrically exact elements of GXBeam."""
+    tips = []
+    for n in (8, 16, 32):
+        inertia = 1e7 / 12
+        text = CANTILEVER.format(n=n, EI=[inertia, inertia], more=f"GJ = {inertia}\ncurvature = 0.01")
+        text = text.replace("length = 1.0", f"length = {25 * np.pi}")
+        loaded = f'[forces.tip]\nat = "arm{n}.tip"\nforce = [0, 0, "t"]\n'
+        system = system_of(text + loaded, tmp_path)
+        unloaded = rest(system)
+        tips.append([rest(system, t=load) - unloaded for load in (300.0, 600.0)])
+    tips = np.array(tips)
+    extrapolated = tips[2] + (tips[2] - tips[1]) / 3
+    np.testing.assert_allclose(extrapolated[1], [-23.5453, -13.5774, 53.4580], atol=0.06)  # 1e-3 of the largest
+    np.testing.assert_allclose(extrapolated[0], [-11.5, -6.9, 40.1], atol=0.6)  # recalled values, spread over 0.2
+    assert order(np.linalg.norm(tips[:2, 1] - extrapolated[1], axis=1)) == pytest.approx(2.0, abs=0.3)
+
+
+PRINCETON = [  # beta in degrees; across the blade and along it, m: ANSYS, load 8.896 N
+    (0, 0, 0.010714),
+    (15, 0.042082, 0.010613),
+    (30, 0.079395, 0.010112),
+    (45, 0.108988, 0.008837),
+    (60, 0.129888, 0.006605),
+    (75, 0.142194, 0.003539),
+    (90, 0.146246, 0),
+]
+
+
+@pytest.mark.parametrize(("beta", "flap", "chord"), PRINCETON)
+def test_princeton_beam(tmp_path, beta, flap, chord):
+    """Bending in two planes and twist; the load stands oblique to the section. Five per mil, of the twist's factor."""
+    E, h, thickness = 71.7e9, 12.3777e-3, 3.2024e-3
+    strong, weak = thickness * h**3 / 12, h * thickness**3 / 12
+    more = f"GJ = {E / 2.62 * 0.198 * (strong + weak)}"
+    text = CANTILEVER.format(n=20, EI=[E * weak, E * strong], more=more).replace("length = 1.0", "length = 0.508")
+    angle = np.radians(beta)
+    force = [0.0, float(8.896 * np.cos(angle)), float(8.896 * np.sin(angle))]
+    tip = rest(system_of(f'{text}[forces.tip]\nat = "arm20.tip"\nforce = {force}\n', tmp_path))
+    np.testing.assert_allclose(tip[1:], [chord, flap], atol=5e-3 * 0.146)
+
+
+SLEW = [(9.782, -0.038), (6.669, -0.780), (6.080, 2.879), (1.901, 8.759), (-1.72, 9.759)]
+
+
+def test_slew_of_a_soft_beam(tmp_path):
+    """Rods at 4 s as computed by another program; extrapolated to the geometrically exact beam, printed to 1e-3."""
+    tips = []
+    for n, at_four in ((10, (2.1130, 8.9427)), (20, (1.9593, 8.8088)), (40, (1.9150, 8.7714))):
+        run = mp.simulate(with_segments("slew-beam", n, tmp_path), t_end=5, output_step=1.0, method="explicit")
+        assert run.stats["energy_error"] < 1e-8
+        tips.append(run[f"arm{n}.tip.position"][1:, :2])
+        np.testing.assert_allclose(tips[-1][3], at_four, atol=1e-4)
+    np.testing.assert_allclose(tips[2] + (tips[2] - tips[1]) / 3, SLEW, atol=6e-3)  # the last is printed to 1e-2
+    assert order([np.linalg.norm(tips[k] - tips[k + 1]) for k in (0, 1)]) == pytest.approx(2.0, abs=0.4)
+
+
+def test_spin_up_of_rods(tmp_path):
+    """Deepest deflection behind a rigid arm with 5, 10 and 20 rods, to the printed digits."""
+    for n, deepest in ((5, -0.59808), (10, -0.57981), (20, -0.57526)):
+        run = mp.simulate(with_segments("spinup-rods", n, tmp_path), t_end=8.0, output_step=0.1, method="explicit")
+        lag = run.seen_from("hub")[f"arm{n}.tip.position.y"]
+        near = np.argmin(lag) + np.arange(-1, 2)
+        curve = np.polyfit(run.time[near] - run.time[near[1]], lag[near], 2)
+        assert curve[2] - curve[1] ** 2 / (4 * curve[0]) == pytest.approx(deepest, abs=3e-5)
+
+
+EXACT = {  # t: driven end, free end
+    2.5: (4.962, 4.476, 3.584, 6.111),
+    5.0: (9.783, 8.204, 8.076, 1.757),
+    7.5: (16.273, -0.290, 17.235, 8.258),
+    10.0: (22.971, 6.419, 21.328, 3.619),
+}
+
+
+def spaghetti(folder, n, t_end):
+    return mp.simulate(with_segments("flying-spaghetti", n, folder), t_end=t_end, output_step=2.5)
+
+
+def ends(run, n):
+    return np.hstack([run["rod1.root.position"][:, :2], run[f"rod{n}.tip.position"][:, :2]])
+
+
+def test_flying_spaghetti(tmp_path):
+    """Momentum and centre of mass are exact; the ends to what forty rods lack, which grows with time."""
+    run = spaghetti(tmp_path, 40, 10.0)
+    np.testing.assert_allclose(run["momentum.linear"][1:], [[20, 0, 0]] * 4, atol=1e-6)
+    origins = [run[f"rod{k}.{end}.position"] for k in range(1, 41) for end in ("root", "tip")]
+    centre = [[5.5 + 2 * (t - 2.5), 4, 0] for t in EXACT]
+    np.testing.assert_allclose(np.mean(origins, axis=0)[1:], centre, atol=1e-6)
+    spin = run["momentum.angular"][1:, 2] + 20 * 4  # about the centre of mass
+    np.testing.assert_allclose(spin, spin[0], rtol=1e-6)
+    assert spin[0] == pytest.approx(-149.512, rel=3e-4)
+    for found, expected, error in zip(ends(run, 40)[1:], EXACT.values(), (6e-3, 6e-3, 2e-2, 5e-2), strict=True):
+        np.testing.assert_allclose(found, expected, atol=error)
+
+
+@pytest.mark.parametrize("EI", [100.0, 500.0])
+def test_flying_spaghetti_against_exudyn(tmp_path, EI):
+    """Geometrically exact elements of another program while the load acts, 20 and 40 extrapolated, as the rods are."""
+    exudyn = pytest.importorskip("exudyn")
+    rods, elements = [], []
+    for n in (20, 40):
+        system = with_segments("flying-spaghetti", n, tmp_path, {"EI = 100.0": f"EI = {EI}"})
+        rods.append(ends(mp.simulate(system, t_end=2.5, output_step=2.5), n)[1])
+        places, push = np.linspace([6.0, 0.0], [0.0, 8.0], n + 1), ((8, 0), -80)
+        data = {"EI": EI, "mass": 1.0, "rotary": 10.0, "axial": 1e4, "shear": 1e4}
+        elements.append(exudyn_ends(exudyn, places, 1.25e-3, [2.5], push=push, **data)[0])
+    found, expected = ((4 * fine - coarse) / 3 for coarse, fine in (rods, elements))
+    np.testing.assert_allclose(found, expected, atol=2e-3)  # a tenth of what 20 rods lack
+    if EI == 500:  # the same elements, for those who have not the program
+        np.testing.assert_allclose(expected, STIFF, atol=1e-4)
+
+
+STIFF = [4.4299, -0.7848, 5.9458, 8.9700]  # ends at 2.5 s with EI = 500 N m^2: Exudyn 1.13, 20 and 40, extrapolated
+
+
+def test_stiff_flying_spaghetti(tmp_path):
+    """EI = 500 N m^2: rods extrapolated against the numbers above, and what no stiffness changes."""
+    rods = []
+    for n in (20, 40):
+        run = mp.simulate(
+            with_segments("flying-spaghetti", n, tmp_path, {"EI = 100.0": "EI = 500.0"}), t_end=5.0, output_step=2.5
+        )
+        rods.append(ends(run, n)[1])
+    np.testing.assert_allclose((4 * rods[1] - rods[0]) / 3, STIFF, atol=2e-3)
+    np.testing.assert_allclose(run["momentum.linear"][1:], [[20, 0, 0]] * 2, atol=1e-6)
+    spin = run["momentum.angular"][1:, 2] + 20 * 4  # about the centre of mass, which flies along y = 4
+    np.testing.assert_allclose(spin, spin[0], rtol=1e-6)
+
+
+ARM = [  # tip at 1, 2 .. 10 s: geometrically exact elements of Exudyn 1.13, 20 and 40, extrapolated; step 5 ms
+    (9.9789, -0.0784), (9.8093, 1.5268), (7.9510, 6.0504), (3.0797, 9.4808), (-0.5856, 9.9200),
+    (-1.2173, 9.8929), (0.2127, 9.9943), (2.1568, 9.7503), (2.4476, 9.6728), (0.7870, 9.9689),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rotating_arm(tmp_path_factory):
+    """Tips (10, 2) of 20 and 40 rods, extrapolated."""
+    tips = []
+    for n in (20, 40):
+        system = with_segments("rotating-arm", n, tmp_path_factory.mktemp("arm"))
+        run = mp.simulate(system, t_end=10, output_step=1.0, method="explicit")
+        assert run.stats["energy_error"] < 1e-8
+        tips.append(run[f"arm{n}.tip.position"][1:, :2])
+    assert np.linalg.norm(tips[0] - ARM, axis=1).max() < 0.02  # as the picture is drawn
+    assert order([np.linalg.norm(tip - ARM) for tip in tips]) == pytest.approx(2.0, abs=0.4)
+    return (4 * tips[1] - tips[0]) / 3
+
+
+def test_rotating_arm(rotating_arm):
+    np.testing.assert_allclose(rotating_arm, ARM, atol=2e-3)  # a tenth of what 20 rods lack
+
+
+def test_rotating_arm_against_exudyn(rotating_arm):
+    """Elements 10 and 20, extrapolated, while the arm starts and stops."""
+    exudyn = pytest.importorskip("exudyn")
+
+    def turn(t):
+        if t < 5:
+            return 0.15 * (t - np.sin(np.pi * t) / np.pi) if t < 1 else 0.3 * t - 0.15
+        return 1.35 + 0.15 * (t - 5 + np.sin(np.pi * (t - 5)) / np.pi) if t < 6 else 1.5
+
+    data = {"EI": 1000.0, "mass": 1.0, "rotary": 1e-3, "axial": 1e6, "shear": 1e6}  # 1e-5 of the length at most
+    coarse, fine = (
+        exudyn_ends(exudyn, np.linspace([0, 0], [10, 0], n + 1), 0.01, range(1, 7), turn=turn, **data)[:, 2:]
+        for n in (10, 20)
+    )
+    np.testing.assert_allclose(rotating_arm[:6], (4 * fine - coarse) / 3, atol=3e-3)
+
+
+def test_short_beam_that_shears(tmp_path):
+    """Half as high as a quarter of its length: Nachbagauer et al., J. Comput. Nonlinear Dyn. 8 (2013) 021004."""
+    E, nu, height, width = 2.07e11, 0.3, 0.5, 0.1
+    area, inertia = height * width, width * height**3 / 12
+    shear = 10 * (1 + nu) / (12 + 11 * nu) * E / (2 * (1 + nu)) * area
+    tips = []
+    for n in (10, 20, 40):
+        text = CANTILEVER.format(n=n, EI=E * inertia, more=f"EA = {E * area}\nGA = {shear}")
+        loaded = f'[forces.tip]\nat = "arm{n}.tip"\nforce = [0, {5e8 * height**3}, 0]\n'
+        tips.append(rest(system_of(text.replace("length = 1.0", "length = 2.0") + loaded, tmp_path))[:2])
+    np.testing.assert_allclose(tips[1], [2 - 0.150971, 0.710568], atol=5e-4)
+    # stretch and shear lie in the axes before the turn: an error of order one, of strain times turn, beside that of two
+    extrapolated = (8 * tips[2] - 6 * tips[1] + tips[0]) / 3
+    np.testing.assert_allclose(extrapolated, [2 - 0.150971, 0.710568], atol=5e-6)
+
+
+def test_flying_spaghetti_in_space(tmp_path):
+    """The impulse is 50 N s, so 10 kg fly at 5 m/s; afterwards nothing changes both momenta. Order two."""
+    tips = []
+    for n in (20, 40, 80):
+        run = mp.simulate(with_segments("flying-spaghetti-3d", n, tmp_path), t_end=10, output_step=2.5, rtol=1e-7)
+        tips.append(run[f"rod{n}.tip.position"])
+        np.testing.assert_allclose(run["momentum.linear"][1:], [[25, 0, 0], *[[50, 0, 0]] * 3], atol=1e-5)
+        np.testing.assert_allclose(run["momentum.angular"][3:], [run["momentum.angular"][2]] * 2, atol=1e-4)
+        assert run.stats["energy_error"] < 1e-8
+    assert order([np.linalg.norm(tips[k] - tips[k + 1]) for k in (0, 1)]) == pytest.approx(2.0, abs=0.2)
+
+
+PENDULUM = {  # t: tip of a geometrically exact beam of 40 elements, two to three digits
+    0.2: (1.180, -0.196),
+    0.4: (0.853, -0.787),
+    0.5: (0.389, -1.214),
+    0.6: (-0.334, -1.258),
+    0.8: (-0.895, -0.802),
+    1.0: (-1.152, -0.313),
+}
+
+
+def test_flexible_pendulum():
+    """Within 2 % of the length, and within 0.5 % before the whip at 0.6 s."""
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.pipeline.systems.systems import read_system
+
+    path = PIPELINES / "flexible-pendulum.toml"
+    system = read_system(load_pipeline(path), path, None, Reporter(quiet=True))
+    run = mp.simulate(system, t_end=1.0, output_step=0.1, rtol=1e-6)
+    for t, expected in PENDULUM.items():
+        tip = run["rope40.tip.position"][round(10 * t), :2]
+        np.testing.assert_allclose(tip, expected, atol=6e-3 if t < 0.7 else 0.024)
+    assert run.stats["energy_error"] < 1e-6
+
+
+@pytest.mark.parametrize(("step", "elongation"), [(0.1, 0.083278), (0.5, 2.049704), (1.0, 7.840522)])
+def test_newmark_lengthens_the_period(tmp_path, step, elongation):
+    """Generalized-alpha without numerical damping is Newmark's rule of 1/4: tan(w h/2) = w0 h/2, exactly."""
+    disc = 'mass = 1.0\ninertia = [1, 1, 1]\n[joints.hinge]\ntype = "revolute"\nchild = "disc.root"\n'
+    spring = "stiffness = 1.0\nstart = { angle = 1.0 }\n[simulation]\nt_end = 1.0"
+    system = system_of("[bodies.disc]\n" + disc + spring, tmp_path)
+    run = mp.simulate(
+        system, t_end=40 * step, output_step=step, method="generalized_alpha", rho_inf=1.0, step=step, rtol=1e-12
+    )
+    slow = 2 / step * np.arctan(step / 2)
+    assert 100 * (1 / slow - 1) == pytest.approx(elongation, abs=5e-7)
+    np.testing.assert_allclose(run["hinge.angle"], np.cos(slow * run.time), atol=1e-9)
+
+
+def test_mistakes(tmp_path):
+    with pytest.raises(mp.InputError, match="twists the beam out of its plane: give EI as two numbers"):
+        cantilever(tmp_path, 3, more="GJ = 1.0")
+    with pytest.raises(mp.InputError, match="and GA go together, with one EI"):
+        cantilever(tmp_path, 3, more="EA = 1.0")
+    with pytest.raises(mp.InputError, match="root: unknown key 'stifness'; did you mean 'stiffness'"):
+        cantilever(tmp_path, 3, more="root = { stifness = 1.0 }")
+
+
+def test_stretch_and_damping(tmp_path):
+    """A pulled beam grows by N L/EA, half a segment at the clamp included; damping is the time times the stiffness."""
+    more = 'EA = 8.0\nGA = 4.0\ndamping = 0.5\n[forces.pull]\nat = "arm4.tip"\nforce = [2.0, 0, 0]'
+    system = cantilever(tmp_path, 4, more=more)
+    found = static_equilibrium(system)
+    assert sum(joint[0] for joint in found.joints.values()) == pytest.approx(2 / 8 * 3.5 / 4, rel=1e-9)
+    assert [element.damping for element in system.joints[1].elements] == [16.0, 8.0, 2.0]
