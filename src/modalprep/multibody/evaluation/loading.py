@@ -57,7 +57,7 @@ class Loading:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.packing.tree import pack
     >>> from modalprep.multibody.model.time_function import TimeFunction
     >>> law = TimeFunction([(0.5, "0"), (float("inf"), "(t - 0.5)**2")])
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", motion=law)

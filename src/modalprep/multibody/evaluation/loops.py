@@ -35,7 +35,8 @@ class Loops:
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.model.constraints import Closure
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import pack, workspace
+    >>> from modalprep.multibody.kernels.data import workspace
+    >>> from modalprep.multibody.packing.tree import pack
     >>> rod = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3),
     ...                  interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])})
     >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, hold=True),

@@ -19,7 +19,7 @@ def with_bonds(loops: Constraints | None, loads: Loads) -> Constraints | None:
     --------
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.packing.tree import pack
     >>> from modalprep.multibody.model.loads import Bushing
     >>> from modalprep.multibody.packing.loads import pack_loads
     >>> from modalprep.multibody.model.system import System

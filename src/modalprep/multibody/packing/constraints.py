@@ -106,7 +106,7 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> pin = Closure(name="pin", type="revolute", a="arm.tip", b="ground", position=np.array([10.0, 0, 0]))
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), closures=(pin,))

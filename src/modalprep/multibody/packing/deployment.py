@@ -24,7 +24,7 @@ def pack_reels(
     --------
     >>> from modalprep.multibody.model.deployment_law import first_stage
     >>> from modalprep.multibody.deploying.system import DeployingSystem
-    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.packing.tree import pack
     >>> from modalprep.multibody.packing.loads import pack_loads
     >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0, law="3.0")
     >>> stages = [first_stage(boom)]

@@ -43,7 +43,7 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint_element import HingeElement
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", elements=HingeElement(stiffness=5.0))
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> pack_loads(arm, pack(arm), 1.0).hinge[0, 0]

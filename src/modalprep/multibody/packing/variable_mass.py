@@ -28,7 +28,7 @@ def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -
     >>> from modalprep.body.levels import scaled
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.packing.tree import pack
     >>> full = uniform_beam(modes=1)
     >>> fuel = Depletion(name="fuel", body="arm", levels=(scaled(full, 0.5),), mass="12 - t")
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")

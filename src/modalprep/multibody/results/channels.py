@@ -68,7 +68,7 @@ class Channels:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import pack
+    >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> channels = Channels(arm, pack(arm), None)
