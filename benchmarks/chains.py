@@ -12,7 +12,6 @@ import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import MODES, UQ, XQ, workspace
 from modalprep.multibody.packing.tree import pack
 
 ROUND = 2e-3  # s, of one call in a round: short against what disturbs a machine, long against a clock
@@ -38,11 +37,11 @@ def chain(count: int, modes: int = 0) -> mp.System:
 
 
 @compile_kernel
-def repeat(count, tree, flex, W, F, y, motion, tau, udot):
+def repeat(count, model, data, y, motion, tau, udot):
     """Evaluate the accelerations `count` times without returning to Python."""
     status = -1
     for _ in range(count):
-        status = max(status, kernel.accelerations(tree, flex, W, F, y, motion, tau, udot))
+        status = max(status, kernel.accelerations(model, data, y, motion, tau, udot))
     return status
 
 
@@ -50,11 +49,11 @@ def arguments(system: mp.System) -> tuple:
     """Return the arguments of `kernel.accelerations` at a random state with small deflections."""
     packed = pack(system)
     y = 0.1 * np.random.default_rng(0).standard_normal(packed.nx + packed.nu)
-    for row in packed.tree.ints:
-        y[row[XQ] : row[XQ] + row[MODES]] *= SMALL
-        y[packed.nx + row[UQ] : packed.nx + row[UQ] + row[MODES]] *= SMALL
+    for row in packed.model.links:
+        y[row["xq"] : row["xq"] + row["modes"]] *= SMALL
+        y[packed.nx + row["uq"] : packed.nx + row["uq"] + row["modes"]] *= SMALL
     motion, tau, udot = np.zeros((len(packed.links), 3)), np.zeros(packed.nu), np.zeros(packed.nu)
-    given = packed.tree, packed.flex, *workspace(packed.tree, packed.flex), y, motion, tau, udot
+    given = packed.model, packed.data(), y, motion, tau, udot
     if kernel.accelerations(*given) >= 0:
         raise RuntimeError("the state of the benchmark has no positive mass matrix")
     return given
@@ -67,12 +66,13 @@ def compiled(given: tuple) -> Callable[[int], None]:
 
 def from_python(given: tuple) -> Callable[[int], None]:
     """Return a call that evaluates the accelerations of rigid bodies a number of times from Python."""
-    tree, _, W, _, y, _, tau, udot = given
-    ints, fixed, forces, evaluate = tree.ints, tree.fixed, np.stack([tau, udot]), kernel.rigid_accelerations
+    model, data, y, _, tau, udot = given
+    forces, evaluate = np.stack([tau, udot]), kernel.rigid_accelerations
+    links, moving, interfaces = model.links, data.links, model.interfaces
 
     def call(count: int) -> None:
         for _ in range(count):
-            evaluate(ints, fixed, W, y, forces)
+            evaluate(links, moving, interfaces, y, forces)
 
     return call
 

@@ -13,8 +13,7 @@ from scipy.linalg.lapack import dposv
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.articulated_body import outward
-from modalprep.multibody.kernels.data import ARM, H_, IA, J_, MODES, PARENT, PHI, SLOT, UQ, R, U
-from modalprep.multibody.kernels.modal import add_to_modes
+from modalprep.multibody.kernels.modal import add_to_modes, hand_to_modes
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.spatial import (
     add3,
@@ -29,73 +28,74 @@ from modalprep.multibody.kernels.spatial import (
     rotated_inertia,
     shifted,
     times,
-)
+)  # fmt: skip
 
 
 @compile_kernel
-def mass_and_bias(tree, flex, W, F, y, motion, udot, M, bias):
+def mass_and_bias(model, data, y, motion, udot, M, bias):
     """Fill the lower triangle of ``M (nu, nu)`` and ``bias (nu,)``; `udot` is zero."""
-    outward(tree, flex, W, F, y, motion)
-    _compose(tree, flex, W, F)
+    outward(model, data, y, motion)
+    _compose(model, data)
     M[:] = 0.0
-    for i in range(len(tree.ints)):
-        u, own, s = tree.ints[i, U], tree.ints[i, UQ], tree.ints[i, SLOT]
-        M[u, u] = W[i, J_ + 5]
-        f = (W[i, H_ + 2], W[i, H_ + 5], W[i, H_ + 8], W[i, J_ + 2], W[i, J_ + 4], W[i, J_ + 5])
-        _carry(tree, flex, W, F, i, f, M[u])
-        if flex is not None:
-            for a in range(tree.ints[i, MODES]):
-                M[own + a, u] = F.Z[s, a, 0, 5]
-                for b in range(a + 1):
-                    M[own + a, own + b] = F.Z[s, b, 1 + (a >> 3), a & 7]
-                z = F.Z
-                f = (z[s, a, 0, 0], z[s, a, 0, 1], z[s, a, 0, 2], z[s, a, 0, 3], z[s, a, 0, 4], z[s, a, 0, 5])
-                _carry(tree, flex, W, F, i, f, M[own + a])
-    outward(tree, flex, W, F, y, motion)
-    required_forces(tree, flex, W, F, udot, bias)
+    for i in range(len(model.links)):
+        u, own = model.links[i].u, data.links[i]
+        M[u, u] = own.J[5]
+        _carry(model, data, i, (own.H[2], own.H[5], own.H[8], own.J[2], own.J[4], own.J[5]), M[u])
+        _modal_rows(data.modal, model, data, i, M)
+    outward(model, data, y, motion)
+    required_forces(model, data, udot, bias)
 
 
 @compile_kernel
-def _compose(tree, flex, W, F):
+def _modal_rows(modal, model, data, i, M):
+    """Write the rows of M of link i's modes."""
+    if modal is None:
+        return
+    u, own, s, z = model.links[i].u, model.links[i].uq, model.links[i].slot, modal.Z
+    for a in range(model.links[i].modes):
+        M[own + a, u] = z[s, a, 0, 5]
+        for b in range(a + 1):
+            M[own + a, own + b] = z[s, b, 1 + (a >> 3), a & 7]
+        f = (z[s, a, 0, 0], z[s, a, 0, 1], z[s, a, 0, 2], z[s, a, 0, 3], z[s, a, 0, 4], z[s, a, 0, 5])
+        _carry(model, data, i, f, M[own + a])
+
+
+@compile_kernel
+def _compose(model, data):
     """Add the inertia of all that a link carries to its own, and to its modal rows."""
-    zero = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    for i in range(len(tree.ints) - 1, 0, -1):
-        p, arm = tree.ints[i, PARENT], get3(W, i, ARM)
-        M, H, J = rotated_inertia(get9(W, i, R), get6(W, i, IA), get9(W, i, H_), get6(W, i, J_))
-        if flex is not None:
-            add_to_modes(F, tree.ints[i, PHI], tree.ints[p, SLOT], tree.ints[p, MODES], M, H, J, zero, arm)
+    for i in range(len(model.links) - 1, 0, -1):
+        own, parent = data.links[i], data.links[model.links[i].parent]
+        arm = get3(own.arm)
+        M, H, J = rotated_inertia(get9(own.rotation), get6(own.M), get9(own.H), get6(own.J))
+        add_to_modes(data.modal, model, i, M, H, J, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0), arm)
         H, J = shifted(M, H, J, arm)
-        put6(W, p, IA, add6(get6(W, p, IA), M))
-        put9(W, p, H_, add9(get9(W, p, H_), H))
-        put6(W, p, J_, add6(get6(W, p, J_), J))
+        put6(parent.M, add6(get6(parent.M), M))
+        put9(parent.H, add9(get9(parent.H), H))
+        put6(parent.J, add6(get6(parent.J), J))
 
 
 @compile_kernel
-def _carry(tree, flex, W, F, i, force, row):
+def _carry(model, data, i, force, row):
     """Write a row of M left of its link: the force that its unit acceleration asks of every ancestor."""
     f, t = (force[0], force[1], force[2]), (force[3], force[4], force[5])
-    while tree.ints[i, PARENT] >= 0:
-        p, slot, turn = tree.ints[i, PARENT], tree.ints[i, PHI], get9(W, i, R)
+    while model.links[i].parent < len(model.links):
+        p, turn = model.links[i].parent, get9(data.links[i].rotation)
         f, t = times(turn, f), times(turn, t)
-        if flex is not None:
-            for a in range(tree.ints[p, MODES]):
-                v = f[0] * F.Phi[slot, a, 0] + f[1] * F.Phi[slot, a, 1] + f[2] * F.Phi[slot, a, 2]
-                v += t[0] * F.Phi[slot, a, 3] + t[1] * F.Phi[slot, a, 4] + t[2] * F.Phi[slot, a, 5]
-                row[tree.ints[p, UQ] + a] = v
-        t = add3(t, cross(get3(W, i, ARM), f))
-        row[tree.ints[p, U]] = t[2]
+        hand_to_modes(data.modal, model, i, f, t, row)
+        t = add3(t, cross(get3(data.links[i].arm), f))
+        row[model.links[p].u] = t[2]
         i = p
 
 
 def dense(given: tuple) -> tuple[Callable[[int], None], Callable[[int], None]]:
     """Return a call of the whole dense evaluation, and one of LAPACK's part alone; both checked against order n."""
-    tree, flex, W, F, y, motion, _, udot = given
+    model, data, y, motion, _, udot = given
     nu = len(udot)
     M, kept, bias, zero = np.zeros((nu, nu)), np.zeros((nu, nu)), np.zeros(nu), np.zeros(nu)
 
     def whole(count: int) -> np.ndarray:
         for _ in range(count):
-            mass_and_bias(tree, flex, W, F, y, motion, zero, M, bias)
+            mass_and_bias(model, data, y, motion, zero, M, bias)
             _, x, _ = dposv(M.T, -bias, overwrite_a=1)
         return x
 
@@ -103,7 +103,7 @@ def dense(given: tuple) -> tuple[Callable[[int], None], Callable[[int], None]]:
         for _ in range(count):
             dposv(kept.T, bias)
 
-    mass_and_bias(tree, flex, W, F, y, motion, zero, M, bias)
+    mass_and_bias(model, data, y, motion, zero, M, bias)
     kept[:] = M
     full = np.tril(kept) + np.tril(kept, -1).T
     residual = np.abs(full @ udot + bias).max() / (np.abs(full) @ np.abs(udot) + np.abs(bias)).max()

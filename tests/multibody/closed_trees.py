@@ -6,7 +6,6 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import workspace
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.packing.tree import pack
 
@@ -44,17 +43,16 @@ class Evaluation:
     def __init__(self, system, y, motion, t=0.3):
         self.system, self.packed = system, pack(system)
         self.loops = Loops(system, self.packed, t_end=1.0)
-        self.W, self.F = workspace(self.packed.tree, self.packed.flex)
+        self.data = self.packed.data()
         self.udot, self.tau = np.zeros((2, self.packed.nu))
         self.y, self.motion, self.t = y, motion, t
 
     def solve(self, baumgarte=(0.0, 0.0)):
-        tree, flex = self.packed.tree, self.packed.flex
-        kernel.outward(tree, flex, self.W, self.F, self.y, self.motion)
-        self.loops.residual(self.W, self.F, self.y, self.motion, self.t)
-        assert kernel.inward(tree, flex, self.W, self.F, self.tau, None, 0.0, 0.0) == -1
-        kernel.forward(tree, flex, self.W, self.F, self.tau, self.udot)
-        self.loops.correct(self.W, self.F, self.udot, baumgarte)
+        kernel.outward(self.packed.model, self.data, self.y, self.motion)
+        self.loops.residual(self.data, self.y, self.motion, self.t)
+        assert kernel.inward(self.packed.model, self.data, self.tau, None, 0.0, 0.0) == -1
+        kernel.forward(self.packed.model, self.data, self.tau, self.udot)
+        self.loops.correct(self.data, self.udot, baumgarte)
         return self.udot
 
 

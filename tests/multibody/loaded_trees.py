@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import workspace
 from modalprep.multibody.model.joint import SPEEDS
 from modalprep.multibody.packing.tree import pack
 
@@ -76,11 +75,11 @@ def loaded_tree(seed):
 def order_n(system, y, t):
     """Accelerations and energies by the kernel."""
     packed = pack(system)
-    W, F = workspace(packed.tree, packed.flex)
+    data = packed.data()
     loading = Loading(system, packed, 1.0)
-    kernel.outward(packed.tree, packed.flex, W, F, y, loading.prescribe(t))
-    energies = loading.apply(W, F, y, t)
+    kernel.outward(packed.model, data, y, loading.prescribe(t, data))
+    energies = loading.apply(data, y, t)
     udot = np.zeros(packed.nu)
-    assert kernel.inward(packed.tree, packed.flex, W, F, loading.tau, None, 0.0, 0.0) == -1
-    kernel.forward(packed.tree, packed.flex, W, F, loading.tau, udot)
+    assert kernel.inward(packed.model, data, loading.tau, None, 0.0, 0.0) == -1
+    kernel.forward(packed.model, data, loading.tau, udot)
     return udot, energies, loading

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import FREE, SPHERICAL, X, workspace
+from modalprep.multibody.kernels.data import FREE, SPHERICAL
 from modalprep.multibody.packing.tree import pack
 
 
@@ -99,7 +99,7 @@ def random_state(system, seed, size=0.2):
     rng = np.random.default_rng(seed)
     packed = pack(system)
     y = size * rng.standard_normal(packed.nx + packed.nu)
-    for x, kind in zip(packed.tree.ints[:, X], packed.types, strict=True):
+    for x, kind in zip(packed.model.links["x"], packed.types, strict=True):
         if kind in (SPHERICAL, FREE):
             first = x + (3 if kind == FREE else 0)
             y[first : first + 4] = rng.standard_normal(4)
@@ -109,9 +109,9 @@ def random_state(system, seed, size=0.2):
 def order_n(system, y, motion, tau=None):
     """Accelerations by the kernel, and what every hinge exerts on its link (nl, 6)."""
     packed = pack(system)
-    W, F = workspace(packed.tree, packed.flex)
+    data = packed.data()
     udot, forces = np.zeros(packed.nu), np.zeros((len(packed.links), 6))
     tau = np.zeros(packed.nu) if tau is None else tau
-    assert kernel.accelerations(packed.tree, packed.flex, W, F, y, motion, tau, udot) == -1
-    kernel.reactions(packed.tree, W, forces)
+    assert kernel.accelerations(packed.model, data, y, motion, tau, udot) == -1
+    kernel.reactions(packed.model, data, forces)
     return udot, forces

@@ -11,7 +11,6 @@ from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
-from modalprep.multibody.kernels.data import XQ
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
@@ -145,7 +144,7 @@ def deflections(system: System, packed: Packed) -> np.ndarray:
     """Return the largest deflection per modal coordinate, in sizes of its body (nx,)."""
     found = np.zeros(packed.nx)
     for name, body in system.bodies.items():
-        first = packed.tree.ints[packed.link_of(name), XQ]
+        first = packed.modes_of(name).start
         extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)
         found[first : first + body.n] = np.abs(body.shape).max(axis=(0, 1), initial=0.0) / extent
     return found
@@ -155,5 +154,4 @@ def _twin(system: System, loading: Loading) -> Callable:
     """Return the accelerations of the dense twin, ``(y, motion, t) -> (nu,)``."""
     if loading.loops is None:
         return lambda y, motion, t: loaded_accelerations(system, y, motion, t)
-    closing = loading.loops.closing
-    return lambda y, motion, t: closed_accelerations(system, closing, y, motion, t)[0]
+    return lambda y, motion, t: closed_accelerations(system, loading.loops, y, motion, t)[0]

@@ -111,7 +111,7 @@ def test_linear_equations_are_the_derivative_on_random_trees():
     for seed in range(4):
         system = random_tree(seed, root=["free", "spherical", "revolute", "universal"][seed])
         plant, y = Plant(system, 0.3), random_state(system, seed)
-        for row in plant.packed.tree.ints:  # unit quaternions
+        for row in plant.packed.model.links:  # unit quaternions
             x = row[4] + (3 if row[2] == 4 else 0)
             if row[2] in (3, 4):
                 y[x : x + 4] /= np.linalg.norm(y[x : x + 4])

@@ -15,7 +15,7 @@ import modalprep as mp
 from modalprep.body.build import flexible_body
 from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.evaluation.evaluate import GOOD, build_model, evaluate
+from modalprep.multibody.evaluation.evaluate import GOOD, build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import Plant
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.model.constraints import Closure, Coupler
@@ -235,7 +235,7 @@ def test_linear_equations_are_the_derivative_of_the_run(seed):
     linear = mp.linearise(system, y, t)
     free, loading = linear.independent, Loading(system, plant.packed, 2.0)
     loading.loops.arrays.constants[:] = plant.loops.arrays.constants  # lengths as at the start
-    model = build_model(system, plant.packed, loading)
+    model = build_equations(system, plant.packed, loading)
     z, w, h = rng.standard_normal(len(free)), rng.standard_normal(len(free)), 1e-5
 
     def rates(size):
@@ -391,10 +391,10 @@ def test_independent_speeds_accelerate_as_multipliers_do(mechanism):
     y = chart.moved(np.zeros(len(chart.independent)), 0.5 + np.arange(len(chart.independent), dtype=float))
     plant.load(y)
     kernel, motion = plant.accelerations(np.zeros(plant.nu)), plant.loading.motion
-    reduced = reduced_accelerations(system, plant.loops.closing, y, motion, 0.0)
-    multiplier, _ = closed_accelerations(system, plant.loops.closing, y, motion, 0.0)
+    reduced = reduced_accelerations(system, plant.loops, y, motion, 0.0)
+    multiplier, _ = closed_accelerations(system, plant.loops, y, motion, 0.0)
     scale = np.abs(multiplier).max()
     np.testing.assert_allclose(reduced, multiplier, atol=1e-10 * scale)
     np.testing.assert_allclose(reduced, kernel, atol=1e-10 * scale)
-    rows = dense_constraints(system, plant.packed, plant.loops.closing, y, motion, 0.0)
+    rows = dense_constraints(system, plant.packed, plant.loops, y, motion, 0.0)
     np.testing.assert_allclose(rows.G @ chart.R, 0, atol=1e-12 * np.abs(rows.G).max())

@@ -5,7 +5,7 @@ import pytest
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody.evaluation.evaluate import build_model, evaluate, load, solve_implicit
+from modalprep.multibody.evaluation.evaluate import build_equations, evaluate, load, solve_implicit
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels.articulated_body import kinematic
@@ -62,7 +62,7 @@ def test_one_implicit_solve_is_the_dense_one():
     """``(M + c1 D + c2 K) x = F - D a - K b``; K and D by differences of the accelerations, M from the dense twin."""
     system = resting()
     packed = pack(system)
-    model = build_model(system, packed, Loading(system, packed, 1.0))
+    model = build_equations(system, packed, Loading(system, packed, 1.0))
     nx, nu = packed.nx, packed.nu
     y, base, moved = np.append(start_state(packed), 0.0), np.zeros(nx + nu + 1), np.zeros(nx + nu + 1)
     evaluate(model, 0.0, y, base)
@@ -91,7 +91,7 @@ def nudged(packed, y, u, d, rates):
         near[nx + u] += d
         return near
     near[nx + u] = 1.0
-    kinematic(packed.tree, near, rate)
+    kinematic(packed.model, near, rate)
     near[nx + u] = y[nx + u]
     near[:nx] += d * rate[:nx]
     return near

@@ -13,7 +13,6 @@ import modalprep as mp
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.run import Integration
-from modalprep.multibody.kernels.data import UQ, XQ, U, X, workspace
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.packing.tree import pack
@@ -47,11 +46,11 @@ def assembled(system, t_end=1.0):
     loading = Loading(system, packed, t_end)
     y = np.zeros(packed.nx + packed.nu)
     for joint in system.joints:
-        row = packed.tree.ints[packed.links_of(joint.name)[0]]
+        row = packed.model.links[packed.links_of(joint.name)[0]]
         if joint.type in ("revolute", "prismatic"):
-            y[row[X]], y[packed.nx + row[U]] = joint.angle + joint.displacement, joint.rate + joint.speed
-    W, F = workspace(packed.tree, packed.flex)
-    return loading.loops.assemble(W, F, y, loading.prescribe(0.0)), loading.loops, packed
+            y[row["x"]], y[packed.nx + row["u"]] = joint.angle + joint.displacement, joint.rate + joint.speed
+    data = packed.data()
+    return loading.loops.assemble(data, y, loading.prescribe(0.0, data)), loading.loops, packed
 
 
 def test_parallelogram_swings_as_one_pendulum():
@@ -69,7 +68,7 @@ def test_parallelogram_swings_as_one_pendulum():
 def test_assembly_of_a_four_bar_is_freudensteins_equation():
     a, b, c, d = 1.0, 3.0, 2.5, 3.5
     y, loops, packed = assembled(four_bar(a, b, c, d, angle=0.9, knee=-0.4, rocker=1.6))
-    phi, psi = (y[packed.tree.ints[packed.links_of(name)[0], X]] for name in ("a", "c"))
+    phi, psi = (y[packed.model.links[packed.links_of(name)[0]]["x"]] for name in ("a", "c"))
     K = d / a, d / c, (a * a - b * b + c * c + d * d) / (2 * a * c)
     assert abs(phi - 0.9) < 1e-7  # held
     assert K[0] * np.cos(psi) - K[1] * np.cos(phi) + K[2] == pytest.approx(np.cos(phi - psi), abs=1e-10)
@@ -120,7 +119,7 @@ def test_trajectory_in_independent_speeds_is_the_same():
 
     other = solve_ivp(derivative, (0, 0.5), y, method="DOP853", rtol=1e-10, atol=1e-12, t_eval=run.time)
     for name in ("a", "b", "c"):
-        x = packed.tree.ints[packed.links_of(name)[0], X]
+        x = packed.model.links[packed.links_of(name)[0]]["x"]
         np.testing.assert_allclose(run[f"{name}.angle"], other.y[x], atol=1e-8)
 
 
@@ -170,12 +169,12 @@ def cranked(method, **options):
     """Angle, place, deflections and forces at t = 0.1 s relative to those of CASES 9.2; its start has 9 digits."""
     system, V = slider_crank()
     packed = pack(system)
-    rows = {name: packed.tree.ints[packed.links_of(name)[0]] for name in ("crank", "knee", "slide")}
-    nx, modes = packed.nx, rows["knee"][XQ] + np.arange(4)
-    rates = nx + rows["knee"][UQ] + np.arange(4)
+    rows = {name: packed.model.links[packed.links_of(name)[0]] for name in ("crank", "knee", "slide")}
+    nx, modes = packed.nx, rows["knee"]["xq"] + np.arange(4)
+    rates = nx + rows["knee"]["uq"] + np.arange(4)
     y = np.zeros(nx + packed.nu + 1)
-    y[rows["slide"][X]], y[nx + rows["slide"][U]] = 0.450016933, -0.268938672e-5
-    y[nx + rows["crank"][U]], y[nx + rows["knee"][U]] = 150.0, -74.9957670 - 150.0
+    y[rows["slide"]["x"]], y[nx + rows["slide"]["u"]] = 0.450016933, -0.268938672e-5
+    y[nx + rows["crank"]["u"]], y[nx + rows["knee"]["u"]] = 150.0, -74.9957670 - 150.0
     y[modes] = np.linalg.solve(V, [0, 0, 0.103339863e-4, 0.169327969e-4])
     y[rates] = np.linalg.solve(V, [0.444896105, 0.463434311e-2, -0.178591076e-5, -0.268938672e-5])
     settings = dict(rtol=1e-10, atol=1e-14, step=None, rho=0.9) | options
@@ -186,8 +185,8 @@ def cranked(method, **options):
     recorder = Recorder(run, 2)
     run.run(recorder.add, None)
     z, found = run.steps.y, recorder.result("", "", {})
-    phi2 = np.angle(np.exp(1j * (z[rows["crank"][X]] + z[rows["knee"][X]])))
-    values = [phi2, z[rows["slide"][X]], *(V @ z[modes]), *found["pin.force"][-1, :2], found["drive.multiplier"][-1]]
+    phi2 = np.angle(np.exp(1j * (z[rows["crank"]["x"]] + z[rows["knee"]["x"]])))
+    values = [phi2, z[rows["slide"]["x"]], *(V @ z[modes]), *found["pin.force"][-1, :2], found["drive.multiplier"][-1]]
     return np.array(values) / CRANKED - 1
 
 

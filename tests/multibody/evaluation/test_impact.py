@@ -28,7 +28,7 @@ def struck_tree(seed):
     system = system.with_(closures=let_go(random_closures(system, seed, 1 + seed % 2)))
     y, plant = random_state(system, seed), Plant(system)
     plant.load(y)
-    rows = dense_constraints(system, plant.packed, plant.loops.closing, y, plant.loading.motion, 0.0)
+    rows = dense_constraints(system, plant.packed, plant.loops, y, plant.loading.motion, 0.0)
     return system, y, rows, plant.loading.motion
 
 
@@ -54,7 +54,7 @@ def test_impact_equals_the_dense_one_on_random_trees(seed):
     np.testing.assert_array_equal(found.y[:nx], y[:nx])
     scale = np.abs(jump).max()
     assert np.abs(found.y[nx:] - y[nx:] - jump).max() <= 1e-13 * condition * scale + 1e-11 * scale
-    after = dense_constraints(system, pack(system), Plant(system).loops.closing, found.y, motion, 0.0).rate
+    after = dense_constraints(system, pack(system), Plant(system).loops, found.y, motion, 0.0).rate
     np.testing.assert_allclose(after, -restitution * rows.rate, atol=1e-9 * np.abs(rows.rate).max())
 
 
@@ -80,7 +80,7 @@ def test_a_sudden_weld_of_two_free_bodies_keeps_all_momentum_and_loses_what_theo
     for name in ("linear", "angular"):
         np.testing.assert_allclose(sums[1][name], sums[0][name], atol=1e-12 * np.abs(sums[0][name]).max())
     plant = Plant(system)
-    rows = dense_constraints(system, packed, plant.loops.closing, y, still, 0.0)
+    rows = dense_constraints(system, packed, plant.loops, y, still, 0.0)
     M, _ = mass_and_force(system, y)
     theory = rows.rate @ np.linalg.solve(rows.G @ np.linalg.solve(M, rows.G.T), rows.rate) / 2
     assert found.lost == pytest.approx(theory, rel=1e-11)
@@ -345,7 +345,7 @@ def test_friction_equals_the_dense_solution_on_random_trees(seed):
     y, motion = random_state(system, seed), np.zeros((len(pack(system).links), 3))
     run = Evaluation(system, y, motion)
     found = run.solve()
-    expected, multiplier = closed_accelerations(system, run.loops.closing, y, motion, run.t)
+    expected, multiplier = closed_accelerations(system, run.loops, y, motion, run.t)
     np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
     np.testing.assert_allclose(run.loops.work.multiplier, multiplier, atol=1e-9 * np.abs(multiplier).max())
     rubs = run.loops.closing.sliding(0) + run.loops.closing.sliding(1)

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody.kernels.data import NX, UQ, XQ
+from modalprep.multibody.kernels.data import NX
 from modalprep.multibody.model.joint import TRAVELS, TURNS
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import dense_accelerations, mass_and_force
@@ -63,9 +63,9 @@ def test_accelerations_do_not_depend_on_mode_signs():
     y = random_state(system, 4)
     z, packed = y.copy(), pack(system)
     for name in (name for name, b in system.bodies.items() if b is body):
-        row = packed.tree.ints[packed.link_of(name)]
-        z[row[XQ] : row[XQ] + body.n] *= sign
-        z[row[NX] + row[UQ] : row[NX] + row[UQ] + body.n] *= sign
+        row = packed.model.links[packed.link_of(name)]
+        z[row["xq"] : row["xq"] + body.n] *= sign
+        z[row[NX] + row["uq"] : row[NX] + row["uq"] + body.n] *= sign
     turned = system.with_(bodies={name: flipped if b is body else b for name, b in system.bodies.items()})
     motion = np.zeros((len(packed.links), 3))
     a, b = dense_accelerations(system, y, motion), dense_accelerations(turned, z, motion)

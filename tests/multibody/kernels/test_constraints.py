@@ -14,11 +14,11 @@ def test_loops_equal_the_dense_solution_on_random_trees(seed):
     system, y, motion = closed_tree(seed)
     run = Evaluation(system, y, motion)
     found = run.solve((3.0, 2.0))
-    rows = dense_constraints(system, run.packed, run.loops.closing, y, motion, run.t)
+    rows = dense_constraints(system, run.packed, run.loops, y, motion, run.t)
     work = run.loops.work
     for one, other in ((work.phi, rows.phi), (work.rate, rows.rate)):
         np.testing.assert_allclose(one, other, rtol=1e-11, atol=1e-11 * max(1.0, np.abs(other).max()))
-    expected, multiplier = closed_accelerations(system, run.loops.closing, y, motion, run.t, 3.0, 2.0)
+    expected, multiplier = closed_accelerations(system, run.loops, y, motion, run.t, 3.0, 2.0)
     M, _ = mass_and_force(system, y, motion)
     S = rows.G @ np.linalg.solve(M, rows.G.T)
     np.testing.assert_allclose(work.S, S, rtol=1e-9, atol=1e-10 * np.abs(S).max())
@@ -49,10 +49,10 @@ def test_independent_speeds_give_the_same_accelerations(seed):
     system, y, motion = closed_tree(seed)
     run = Evaluation(system, y, motion)
     found = run.solve()
-    rows = dense_constraints(system, run.packed, run.loops.closing, y, motion, run.t)
+    rows = dense_constraints(system, run.packed, run.loops, y, motion, run.t)
     if run.loops.work.rank[0] < len(rows.G) or np.linalg.cond(rows.G) > 1e6:
         system = system.with_(closures=system.closures[-1:])  # the coupler alone, or one closure
         run = Evaluation(system, y, motion)
         found = run.solve()
-    expected = reduced_accelerations(system, run.loops.closing, y, motion, run.t)
+    expected = reduced_accelerations(system, run.loops, y, motion, run.t)
     assert np.abs(found - expected).max() <= 1e-8 * np.abs(expected).max()

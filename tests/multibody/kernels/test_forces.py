@@ -31,7 +31,7 @@ def moved(system, y, h):
     nx, rates = packed.nx, np.zeros(len(y))
 
     def slope(x):
-        kernel.kinematic(packed.tree, np.concatenate([x, y[nx:]]), rates)
+        kernel.kinematic(packed.model, np.concatenate([x, y[nx:]]), rates)
         return rates[:nx].copy()
 
     a = slope(y[:nx])
@@ -68,7 +68,7 @@ def test_slope_is_the_derivative_of_the_hinge_force(modes):
     y = random_state(system, 5)
     slope = order_n(system, y, 0.2)[2].slope.copy()
     for k, link in enumerate(packed.links_of("j")):
-        row = packed.tree.ints[link]
+        row = packed.model.links[link]
         for which, at in ((0, row[4]), (1, packed.nx + row[5])):
             step = h * np.eye(len(y))[at]
             difference = (order_n(system, y + step, 0.2)[2].tau - order_n(system, y - step, 0.2)[2].tau) / (2 * h)

@@ -6,7 +6,8 @@ from multibody.trees import KINDS, ROOTS, order_n, random_body, random_state, ra
 
 import modalprep as mp
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import MODES, PRESCRIBED_REVOLUTE, UQ, U, workspace
+from modalprep.multibody.kernels.data import PRESCRIBED_REVOLUTE
+from modalprep.multibody.kernels.interfaces import add_wrench, node_acceleration, node_state, world
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import (
     body_states,
@@ -25,26 +26,26 @@ class Evaluation:
         rng = np.random.default_rng(seed)
         self.system = random_tree(seed, root=ROOTS[seed % len(ROOTS)], **options)
         self.packed = pack(self.system)
-        self.tree, self.flex = self.packed.tree, self.packed.flex
+        self.model = self.packed.model
         self.y = random_state(self.system, seed)
         self.motion = rng.standard_normal((len(self.packed.links), 3))
         self.tau = self.hinges(rng.standard_normal(self.packed.nu))
-        self.W, self.F = workspace(self.tree, self.flex)
+        self.data = self.packed.data()
         self.udot = np.zeros(self.packed.nu)
 
     def hinges(self, values):
         """Keep the hinges' rows, no modal ones."""
         values = values.copy()
-        for row in self.tree.ints:
-            values[row[UQ] : row[UQ] + row[MODES]] = 0.0
+        for row in self.model.links:
+            values[row["uq"] : row["uq"] + row["modes"]] = 0.0
         return values
 
     def run(self, hinge=None, c1=0.0, c2=0.0):
-        """Accelerations, with poses and velocities in W."""
-        kernel.outward(self.tree, self.flex, self.W, self.F, self.y, self.motion)
-        kernel.world(self.tree, self.W)
-        assert kernel.inward(self.tree, self.flex, self.W, self.F, self.tau, hinge, c1, c2) == -1
-        kernel.forward(self.tree, self.flex, self.W, self.F, self.tau, self.udot)
+        """Accelerations, with poses and velocities in the data."""
+        kernel.outward(self.model, self.data, self.y, self.motion)
+        world(self.model, self.data)
+        assert kernel.inward(self.model, self.data, self.tau, hinge, c1, c2) == -1
+        kernel.forward(self.model, self.data, self.tau, self.udot)
         return self.udot
 
     def dense(self):
@@ -65,12 +66,12 @@ class Evaluation:
 
     def response(self, body, node, wrench):
         """Accelerations from a wrench at an interface alone."""
-        kernel.clear_wrenches(self.tree, self.flex, self.W, self.F)
+        kernel.clear_wrenches(self.model, self.data)
         force, torque = tuple(wrench[:3]), tuple(wrench[3:])
-        kernel.add_wrench(self.tree, self.flex, self.W, self.F, self.packed.link_of(body), node, force, torque)
+        add_wrench(self.model, self.data, self.packed.link_of(body), node, force, torque)
         zero = np.zeros(self.packed.nu)
-        kernel.inward_bias(self.tree, self.flex, self.W, self.F, zero)
-        kernel.forward_bias(self.tree, self.flex, self.W, self.F, zero, self.udot)
+        kernel.inward_bias(self.model, self.data, zero)
+        kernel.forward_bias(self.model, self.data, zero, self.udot)
         return self.udot.copy()
 
 
@@ -119,11 +120,11 @@ def test_unit_hinge_forces_give_the_inverse_mass_matrix(seed):
     e.run()
     inverse = np.linalg.inv(e.dense()[0])
     columns = np.flatnonzero(e.hinges(np.ones(e.packed.nu)))
-    kernel.clear_wrenches(e.tree, e.flex, e.W, e.F)
+    kernel.clear_wrenches(e.model, e.data)
     for k in columns:
         unit = np.eye(e.packed.nu)[k]
-        kernel.inward_bias(e.tree, e.flex, e.W, e.F, unit)
-        kernel.forward_bias(e.tree, e.flex, e.W, e.F, unit, e.udot)
+        kernel.inward_bias(e.model, e.data, unit)
+        kernel.forward_bias(e.model, e.data, unit, e.udot)
         assert close(e.udot, inverse[:, k])
 
 
@@ -139,7 +140,7 @@ def test_unit_wrenches_at_interfaces(seed):
     expected, found = np.linalg.solve(M, G.T), np.zeros((6, 6))
     for k, unit in enumerate(np.eye(6)):
         assert close(e.response(first, a, unit), expected[:, k])
-        linear, angular = kernel.node_acceleration(e.tree, e.flex, e.W, e.F, e.packed.link_of(second), b, 0.0)
+        linear, angular = node_acceleration(e.model, e.data, e.packed.link_of(second), b, 0.0)
         found[:, k] = [*linear, *angular]
     # a free joint between the two decouples them: nothing but round-off of the terms remains
     assert np.abs(found - K @ expected).max() <= 1e-10 * (np.abs(K) @ np.abs(expected)).max()
@@ -149,7 +150,7 @@ def test_unit_wrenches_at_interfaces(seed):
 def test_acceleration_of_an_interface(seed):
     e = Evaluation(seed)
     udot, body = e.run(), e.system.order[-1]
-    linear, angular = kernel.node_acceleration(e.tree, e.flex, e.W, e.F, e.packed.link_of(body), 1, 1.0)
+    linear, angular = node_acceleration(e.model, e.data, e.packed.link_of(body), 1, 1.0)
     J, rest = e.interface_partials(body, 1)
     assert close(np.array([*linear, *angular]), J @ udot + rest)
 
@@ -159,12 +160,12 @@ def test_wrench_of_an_evaluation(seed):
     """External wrenches count in `inward` as J^T times them in the dense equations."""
     e = Evaluation(seed)
     wrench, body = np.random.default_rng(seed).standard_normal(6), e.system.order[-1]
-    kernel.outward(e.tree, e.flex, e.W, e.F, e.y, e.motion)
-    kernel.world(e.tree, e.W)
+    kernel.outward(e.model, e.data, e.y, e.motion)
+    world(e.model, e.data)
     link = e.packed.link_of(body)
-    kernel.add_wrench(e.tree, e.flex, e.W, e.F, link, 2, tuple(wrench[:3]), tuple(wrench[3:]))
-    kernel.inward(e.tree, e.flex, e.W, e.F, e.tau, None, 0.0, 0.0)
-    kernel.forward(e.tree, e.flex, e.W, e.F, e.tau, e.udot)
+    add_wrench(e.model, e.data, link, 2, tuple(wrench[:3]), tuple(wrench[3:]))
+    kernel.inward(e.model, e.data, e.tau, None, 0.0, 0.0)
+    kernel.forward(e.model, e.data, e.tau, e.udot)
     M, f = e.dense()
     assert close(e.udot, np.linalg.solve(M, f + e.interface_partials(body, 2)[0].T @ wrench))
 
@@ -174,10 +175,10 @@ def test_implicit_terms_stand_on_the_diagonal(seed):
     e = Evaluation(seed)
     hinge = e.hinges(np.random.default_rng(seed).uniform(0.1, 2.0, e.packed.nu))
     diagonal, c1, c2 = hinge.copy(), 0.3, 0.7
-    for link, row in zip(e.packed.links, e.tree.ints, strict=True):
+    for link, row in zip(e.packed.links, e.model.links, strict=True):
         if link.body:
             body = e.system.bodies[link.body]
-            diagonal[row[UQ] : row[UQ] + body.n] = c1 * body.D + c2 * body.K
+            diagonal[row["uq"] : row["uq"] + body.n] = c1 * body.D + c2 * body.K
     M, f = e.dense()
     assert close(e.run(hinge, c1, c2), np.linalg.solve(M + np.diag(diagonal), f))
 
@@ -207,7 +208,7 @@ def test_reaction_holds_the_hinge_force(seed):
     free = {1: [5], 2: [2], 3: [3, 4, 5], 4: range(6)}
     for i, kind in enumerate(e.packed.types):
         rows = list(free.get(kind, []))
-        u = e.tree.ints[i, U]
+        u = e.model.links[i]["u"]
         np.testing.assert_allclose(
             forces[i, rows], e.tau[u : u + len(rows)], atol=1e-10 * max(1.0, np.abs(forces).max())
         )
@@ -227,15 +228,15 @@ def test_velocities_are_rates_of_the_poses(seed):
     """Position and rotation of every interface against their central differences along the state's own rate."""
     e = Evaluation(seed)
     ydot = np.zeros_like(e.y)
-    kernel.kinematic(e.tree, e.y, ydot)
+    kernel.kinematic(e.model, e.y, ydot)
 
     def states(t):
         motion = e.motion.copy()
         motion[:, 0] += t * motion[:, 1]
-        kernel.outward(e.tree, e.flex, e.W, e.F, e.y + t * np.append(ydot[: e.packed.nx], 0 * e.udot), motion)
-        kernel.world(e.tree, e.W)
+        kernel.outward(e.model, e.data, e.y + t * np.append(ydot[: e.packed.nx], 0 * e.udot), motion)
+        world(e.model, e.data)
         links = [e.packed.link_of(body) for body in e.system.order]
-        return [kernel.node_state(e.tree, e.flex, e.W, e.F, link, k) for link in links for k in range(3)]
+        return [node_state(e.model, e.data, link, k) for link in links for k in range(3)]
 
     h = 1e-5
     for now, after, before in zip(states(0.0), states(h), states(-h), strict=True):
@@ -251,7 +252,7 @@ def test_poses_are_those_of_the_dense_twin(seed):
     e.run()
     for name, s in zip(e.system.order, body_states(e.system, e.packed, e.y, e.motion), strict=True):
         for k in range(3):
-            found = kernel.node_state(e.tree, e.flex, e.W, e.F, e.packed.link_of(name), k)
+            found = node_state(e.model, e.data, e.packed.link_of(name), k)
             r, R, _, _, _ = node_motion(s.body, k, s.V[3:], s.q, s.qd)
             np.testing.assert_allclose(found[0], s.p + s.R @ r, atol=1e-12)
             np.testing.assert_allclose(np.reshape(found[1], (3, 3)), s.R @ R, atol=1e-12)
@@ -260,9 +261,9 @@ def test_poses_are_those_of_the_dense_twin(seed):
 def test_derivative_is_all_of_it():
     e = Evaluation(11)
     ydot = np.zeros_like(e.y)
-    assert kernel.derivative(e.tree, e.flex, e.W, e.F, e.y, e.motion, e.tau, ydot) == -1
+    assert kernel.derivative(e.model, e.data, e.y, e.motion, e.tau, ydot) == -1
     rates = np.zeros_like(e.y)
-    kernel.kinematic(e.tree, e.y, rates)
+    kernel.kinematic(e.model, e.y, rates)
     np.testing.assert_array_equal(ydot[: e.packed.nx], rates[: e.packed.nx])
     assert close(ydot[e.packed.nx :], np.linalg.solve(*e.dense()))
 
@@ -270,7 +271,7 @@ def test_derivative_is_all_of_it():
 def test_bare_arrays_of_rigid_bodies():
     e = Evaluation(1, most=1, prescribed=False)
     forces = np.stack([e.tau, 0 * e.tau])
-    assert kernel.rigid_accelerations(e.tree.ints, e.tree.fixed, e.W, e.y, forces) == -1
+    assert kernel.rigid_accelerations(e.model.links, e.data.links, e.model.interfaces, e.y, forces) == -1
     np.testing.assert_array_equal(forces[1], e.run())
 
 
@@ -287,9 +288,9 @@ def test_pivot_that_is_not_positive_names_its_link(kind):
     )
     system = mp.System(bodies={"b0": good, "b1": bad, "b2": good}, joints=joints)
     packed = pack(system)
-    W, F = workspace(packed.tree, packed.flex)
+    data = packed.data()
     arguments = (random_state(system, 0), np.zeros((3, 3)), np.zeros(packed.nu), np.zeros(packed.nu))
-    assert kernel.accelerations(packed.tree, packed.flex, W, F, *arguments) == 1
+    assert kernel.accelerations(packed.model, data, *arguments) == 1
 
 
 @pytest.mark.parametrize("most", [1, 6])
@@ -298,7 +299,7 @@ def test_nan_is_not_hidden(most):
     for k in range(len(e.y)):
         y = e.y.copy()
         y[k] = np.nan
-        status = kernel.accelerations(e.tree, e.flex, e.W, e.F, y, e.motion, e.tau, e.udot)
+        status = kernel.accelerations(e.model, e.data, y, e.motion, e.tau, e.udot)
         assert status >= 0 or np.isnan(e.udot).any()
 
 
@@ -306,7 +307,7 @@ def test_workspace_is_reused_without_traces():
     """An evaluation with a NaN leaves nothing behind for the next."""
     e = Evaluation(8)
     first = e.run().copy()
-    kernel.accelerations(e.tree, e.flex, e.W, e.F, np.full_like(e.y, np.nan), e.motion, e.tau, e.udot)
+    kernel.accelerations(e.model, e.data, np.full_like(e.y, np.nan), e.motion, e.tau, e.udot)
     np.testing.assert_array_equal(e.run(), first)
 
 

@@ -9,7 +9,7 @@ from multibody.trees import order_n, random_state, random_tree
 
 import modalprep as mp
 from modalprep.errors import InputError
-from modalprep.multibody.evaluation.evaluate import GOOD, build_model, evaluate
+from modalprep.multibody.evaluation.evaluate import GOOD, build_equations, evaluate
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.free_body.flight import fly_system
 from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS
@@ -87,13 +87,13 @@ def test_closed_loops_equal_the_dense_solution(seed):
     system, y, _ = closed_tree(seed)
     system = in_orbit(system, NEAR)
     loading, whole = Loading(system, pack(system), 1.0), np.append(y, 0.0)
-    model, rates = build_model(system, pack(system), loading), np.zeros(len(whole))
-    assert evaluate(model, 0.3, whole, rates) == GOOD
-    found, motion, closing = rates[model.tree.ints[0, 14] : -1], model.motion, loading.loops.closing
-    assert model.work.rank[0] == len(model.cons.rows)
-    expected, multiplier = closed_accelerations(system, closing, y, motion, 0.3)
+    eq, rates = build_equations(system, pack(system), loading), np.zeros(len(whole))
+    assert evaluate(eq, 0.3, whole, rates) == GOOD
+    found, motion = rates[eq.model.nx : -1], eq.motion
+    assert eq.work.rank[0] == len(eq.cons.rows)
+    expected, multiplier = closed_accelerations(system, loading.loops, y, motion, 0.3)
     np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
-    np.testing.assert_allclose(model.work.multiplier, multiplier, atol=1e-8 * np.abs(multiplier).max())
+    np.testing.assert_allclose(eq.work.multiplier, multiplier, atol=1e-8 * np.abs(multiplier).max())
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -8,7 +8,7 @@ from multibody.trees import ROOTS, random_state, random_tree
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
-from modalprep.multibody.evaluation.evaluate import GOOD, build_model, evaluate
+from modalprep.multibody.evaluation.evaluate import GOOD, build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.state import State
@@ -35,7 +35,7 @@ class Observed:
     def __init__(self, system, y):
         self.system, self.packed, self.y = system, pack(system), y
         loading = Loading(system, self.packed, 1.0)
-        self.model, self.loops = build_model(system, self.packed, loading), loading.loops
+        self.model, self.loops = build_equations(system, self.packed, loading), loading.loops
         whole, rates = np.append(y, 0.7), np.zeros(len(y) + 1)
         assert evaluate(self.model, T, whole, rates) == GOOD
         table = Channels(system, self.packed, self.loops)
@@ -211,7 +211,7 @@ def test_channels_of_closed_loops(seed):
     o = Observed(system, y)
     agrees_with_the_dense_twin(o)
     closing, multiplier = o.loops.closing, o.model.work.multiplier
-    rows = dense_constraints(system, o.packed, closing, y, o.motion, T)
+    rows = dense_constraints(system, o.packed, o.loops, y, o.motion, T)
     for k, closure in enumerate(system.closures):
         own = closing.of(k)
         largest = np.abs(rows.phi[own]).max()

@@ -14,7 +14,6 @@ from scipy.signal.windows import blackmanharris
 import modalprep as mp
 from modalprep.examples import beam_mesh
 from modalprep.multibody.kernels.data import MODES as COUNT
-from modalprep.multibody.kernels.data import UQ, XQ
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import dense_accelerations
 from modalprep.vectors import skew
@@ -119,8 +118,8 @@ def test_order_n_equals_the_dense_equations(arch, kind, seed):
     y = random_state(system, seed)
     packed = pack(system)
     scale = arch.frequency[0] / arch.frequency
-    for row in packed.tree.ints:  # deflections of centimetres
-        place, speed = row[XQ], packed.nx + row[UQ]
+    for row in packed.model.links:  # deflections of centimetres
+        place, speed = row["xq"], packed.nx + row["uq"]
         y[place : place + row[COUNT]] *= 0.1 * scale
         y[speed : speed + row[COUNT]] *= 10 * scale
     motion = rng.standard_normal((len(packed.links), 3))

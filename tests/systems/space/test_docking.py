@@ -34,7 +34,7 @@ def test_energy_lost_and_time_of_contact(docked):
     before = blow.y.copy()  # the satellite and its panel rest, the chaser flies on
     before[packed.nx :] = plant.start[packed.nx :]
     still = np.zeros((len(packed.links), 3))
-    rows = dense_constraints(system, packed, plant.loops.closing, before, still, 0.0)
+    rows = dense_constraints(system, packed, plant.loops, before, still, 0.0)
     own = plant.loops.closing.of(0)
     M, _ = mass_and_force(system, before)
     G, r = rows.G[own], rows.rate[own]

@@ -30,7 +30,7 @@ class Equilibrium(Record):
     Attributes
     ----------
     y : (nx + nu,)
-        State as `layout` packs it, speeds zero.
+        State as `kernels.data` says, speeds zero.
     stable : bool
         Whether the stiffness is positive in every direction; False also where it is indifferent.
     stiffness : (n, n)

@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluator import Plant
-from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import FREE, GROUND_RATE, PRISMATIC, REVOLUTE, SPHERICAL, U, X
+from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPHERICAL
+from modalprep.multibody.kernels.interfaces import add_wrench, carried, node_acceleration, node_state, world
 from modalprep.multibody.model.loads import locate
 from modalprep.suggest import suggestion
 
@@ -51,7 +51,7 @@ class Effort:
         """Let it act, between `Plant.load` and `Plant.accelerations`; returns its hinge forces (nu,)."""
         if self.link >= 0:
             p, w = self.plant, tuple((size * self.wrench).tolist())
-            kernel.add_wrench(p.packed.tree, p.packed.flex, p.W, p.F, self.link, self.node, w[:3], w[3:])
+            add_wrench(p.packed.model, p.data, self.link, self.node, w[:3], w[3:])
         return size * self.tau
 
 
@@ -108,12 +108,12 @@ def _hinges(plant: Plant, joint: str) -> dict[str, int]:
     """Return the places in the state of a joint's coordinates and speeds by name."""
     found: dict[str, list[int]] = {}
     for i in plant.packed.links_of(joint):
-        kind, row = plant.packed.types[i], plant.packed.tree.ints[i]
+        kind, row = plant.packed.types[i], plant.packed.model.links[i]
         if kind in PLACES:
-            found.setdefault(PLACES[kind], []).append(int(row[X]))
-            found.setdefault(RATES[kind], []).append(plant.nx + int(row[U]))
+            found.setdefault(PLACES[kind], []).append(int(row["x"]))
+            found.setdefault(RATES[kind], []).append(plant.nx + int(row["u"]))
         elif kind in (SPHERICAL, FREE):
-            first = plant.nx + int(row[U]) + (3 if kind == FREE else 0)
+            first = plant.nx + int(row["u"]) + (3 if kind == FREE else 0)
             found["spin"] = [first, first + 1, first + 2]
     single = {name: places[0] for name, places in found.items() if len(places) == 1}
     return single | {f"{name}.{k + 1}": place for name, places in found.items() for k, place in enumerate(places)}
@@ -128,30 +128,30 @@ def _stress(plant: Plant, body: str, place: str, name: str) -> Callable[[np.ndar
 
 
 def _motion(plant: Plant, link: int, node: int, what: str, axis: int, y: np.ndarray) -> Callable[[np.ndarray], float]:
-    tree, flex, W, F = plant.packed.tree, plant.packed.flex, plant.W, plant.F
+    model, data = plant.packed.model, plant.data
     if what in ("acceleration", "angular_acceleration"):
         return _acceleration(plant, link, node, what == "angular_acceleration", axis)
     place = ("position", "rotation", "velocity", "spin").index(what)
 
     def state() -> tuple:
-        return kernel.node_state(tree, flex, W, F, link, node)
+        return node_state(model, data, link, node)
 
     if what != "rotation":
         return lambda y: state()[place][axis]
     plant.load(y)
-    kernel.world(tree, W)
+    world(model, data)
     start = np.reshape(state()[1], (3, 3))
     return lambda y: Rotation.from_matrix(np.reshape(state()[1], (3, 3)) @ start.T).as_rotvec()[axis]
 
 
 def _acceleration(plant: Plant, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:
     """As seen from the ground, which may turn."""
-    at = (plant.packed.tree, plant.packed.flex, plant.W, plant.F, link, node)
-    ground = np.array([0, 0, plant.packed.tree.fixed[-1, GROUND_RATE]])
+    at = (plant.packed.model, plant.data, link, node)
+    ground = np.array([0, 0, plant.packed.model.ground_rate])
 
     def seen(y: np.ndarray) -> float:
-        position, _, velocity, spin = kernel.node_state(*at)
-        own = np.cross(ground, spin) if turn else kernel.carried(plant.W, position, velocity)
-        return kernel.node_acceleration(*at, 1.0)[turn][axis] - own[axis]
+        position, _, velocity, spin = node_state(*at)
+        own = np.cross(ground, spin) if turn else carried(plant.data, position, velocity)
+        return node_acceleration(*at, 1.0)[turn][axis] - own[axis]
 
     return seen

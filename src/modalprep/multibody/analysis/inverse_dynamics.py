@@ -13,7 +13,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.inverse_closed import drive_loops
 from modalprep.multibody.evaluation.evaluator import Plant
-from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL, XQ
+from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.tree import Packed, pack
@@ -147,7 +147,7 @@ def _result(
 ) -> InverseDynamics:
     packed, modal = pack(system), {}
     for name, body in system.bodies.items():
-        first = packed.tree.ints[packed.link_of(name), XQ]
+        first = packed.modes_of(name).start
         modal[name] = y[:, first : first + body.n]
     return InverseDynamics(time=times, force=force, modal=modal, y=y, udot=udot)
 

@@ -12,8 +12,8 @@ from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.analysis.inputs_outputs import Effort, output
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.evaluation.evaluator import Plant
-from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import FREE, SPHERICAL, U
+from modalprep.multibody.kernels.data import FREE, SPHERICAL
+from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.system import System
 from modalprep.vectors import skew
 
@@ -36,7 +36,7 @@ def linearise(
     Parameters
     ----------
     y : (nx + nu,)
-        State as `layout` packs it, such as `static_equilibrium(system).y`; default: the start of the joints. Loops
+        State as `kernels.data` says, such as `static_equilibrium(system).y`; default: the start of the joints. Loops
         that it leaves open are closed.
     t : float
         s, at which functions of time are taken; prescribed hinges move as they do then.
@@ -73,7 +73,7 @@ def linearise(
     def answer(z: np.ndarray) -> np.ndarray:
         state = chart.moved(z[:n], z[n : 2 * n])
         plant.load(state)
-        kernel.world(plant.packed.tree, plant.W)
+        world(plant.packed.model, plant.data)
         tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * n :], strict=True)), np.zeros(plant.nu))
         return np.concatenate([plant.accelerations(tau), [function(state) for function in read]])
 
@@ -129,8 +129,8 @@ def transport(plant: Plant, y: np.ndarray) -> np.ndarray:
     With rotation vector x and displacement d in the body's axes ``x' = dw - w~ x``, ``d' = dv - w~ d - v~ x``.
     """
     N = np.zeros((plant.nu, plant.nu))
-    for row, kind in zip(plant.packed.tree.ints, plant.packed.types, strict=True):
-        first = row[U]
+    for row, kind in zip(plant.packed.model.links, plant.packed.types, strict=True):
+        first = row["u"]
         u = y[plant.nx + first : plant.nx + first + 6]
         if kind == SPHERICAL:
             N[first : first + 3, first : first + 3] = -skew(u[:3])

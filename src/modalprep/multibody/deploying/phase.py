@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,14 +11,14 @@ from scipy.spatial.transform import Rotation
 from modalprep.multibody.deploying.histories import Histories
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.evaluation.energy import energy
-from modalprep.multibody.evaluation.evaluate import Model, build_model, load
+from modalprep.multibody.evaluation.evaluate import Equations, build_equations, load
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.integration.stepping import SIZES
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import MASS, MODES, PRESCRIBED, PRISMATIC, SPHERICAL, UQ, WELD, XQ, U, X
+from modalprep.multibody.kernels.data import PRESCRIBED, PRISMATIC, SPHERICAL, WELD, Data
 from modalprep.multibody.model.deployment import IN, OUT, Change, Deployment, Stage
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.packing.deployment import pack_reels
@@ -144,18 +144,17 @@ class Phase:
         speed, spin, place = self.travel(d)[1], turn.T @ spin + rate, first @ turn
         system = self.settings.system.without_exit(self.stages, d, place, speed * turn[0], spin)
         packed = pack(system)
+        _take_masses(self.packed, self.integration.equations.data, packed, self.settings.system.bodies)
         loading = Loading(system, packed, self.loading.t_end)
         loading.active = True
         y = np.append(start_state(packed), 0.0)
         _carry(self.packed, self.steps.y, packed, y)
-        for name in self.settings.system.bodies:  # with the mass that is stowed
-            packed.tree.fixed[packed.link_of(name), MASS:] = self.packed.tree.fixed[self.packed.link_of(name), MASS:]
-        root = int(packed.tree.ints[packed.link_of(f"{d.name}{stage.rods - 1}"), U])
+        root = int(packed.model.links["u"][packed.link_of(f"{d.name}{stage.rods - 1}")])
         wanted = {0: speed, 1: 0.0, 2: 0.0} if d.spatial else {0: speed, 1: 0.0, 2: 0.0, 3: 0.0, 4: 0.0}
         if self.packed.types[self.packed.links_of(d.name)[0]] == PRISMATIC:
             wanted.pop(0)
         rows = root + np.array(list(wanted))
-        push(build_model(system, packed, loading), packed, self.t, y, rows, np.array(list(wanted.values())))
+        push(build_equations(system, packed, loading), packed, self.t, y, rows, np.array(list(wanted.values())))
         _carry(packed, y, self.packed, self.steps.y)
         free = y[packed.nx + root : packed.nx + root + 6]
         return place, free[3:], float(free[0])
@@ -163,7 +162,7 @@ class Phase:
     def stop(self, name: str, wanted: np.ndarray) -> None:
         """Give a joint other speeds by an impulse in it."""
         rows = np.array(self.rows(name)[1]) - self.packed.nx
-        push(self.integration.model, self.packed, self.t, self.steps.y, rows, wanted)
+        push(self.integration.equations, self.packed, self.t, self.steps.y, rows, wanted)
 
     def take_speeds(self, other: Phase) -> None:
         """Take the speeds of the same joints in another phase."""
@@ -171,10 +170,10 @@ class Phase:
 
     def energy(self) -> float:
         """Return the energy of the system and its springs, J."""
-        return energy(self.integration.model, self.t, self.steps.y)
+        return energy(self.integration.equations, self.t, self.steps.y)
 
 
-def push(m: Model, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> None:
+def push(m: Equations, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> None:
     """Give speeds other values by impulses in them; all others follow: ``u+ = u- + M^-1 G' p``.
 
     The inertia of these speeds does not matter; a unit more makes a thin rod's spin about itself determinate.
@@ -182,14 +181,14 @@ def push(m: Model, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wa
     nx, more = packed.nx, np.zeros(packed.nu)
     more[rows] = 1.0
     load(m, t, y)
-    kernel.inward(m.tree, m.flex, m.W, m.F, m.tau, more, 0.0, 0.0)
+    kernel.inward(m.model, m.data, m.tau, more, 0.0, 0.0)
     response = np.zeros((len(rows), packed.nu))
     for row, out in zip(rows, response, strict=True):
-        kernel.clear_wrenches(m.tree, m.flex, m.W, m.F)
+        kernel.clear_wrenches(m.model, m.data)
         unit = np.zeros(packed.nu)
         unit[row] = 1.0
-        kernel.inward_bias(m.tree, m.flex, m.W, m.F, unit)
-        kernel.forward_bias(m.tree, m.flex, m.W, m.F, unit, out)
+        kernel.inward_bias(m.model, m.data, unit)
+        kernel.forward_bias(m.model, m.data, unit, out)
     impulse = np.linalg.solve(response[:, rows].T, wanted - y[nx + rows])
     y[nx : nx + packed.nu] += impulse @ response
 
@@ -203,12 +202,20 @@ def _reaches(joint: str, name: str, length: float, direction: int) -> Event:
 def _carry(old: Packed, before: np.ndarray, new: Packed, y: np.ndarray) -> None:
     """Copy coordinates and speeds of the joints that are the same, and the work."""
     known = {(link.joint.name, link.hinge): i for i, link in enumerate(old.links)}
-    for row, kind, link in zip(new.tree.ints, new.types, new.links, strict=True):
+    for row, kind, link in zip(new.model.links, new.types, new.links, strict=True):
         i = known.get((link.joint.name, link.hinge), -1)
         if i >= 0 and old.types[i] == kind:
-            a = old.tree.ints[i]
-            y[row[X] : row[XQ] + row[MODES]] = before[a[X] : a[XQ] + a[MODES]]
-            u, v = new.nx + row[U], old.nx + a[U]
-            count = row[UQ] + row[MODES] - row[U]
+            a = old.model.links[i]
+            y[row["x"] : row["xq"] + row["modes"]] = before[a["x"] : a["xq"] + a["modes"]]
+            u, v = new.nx + row["u"], old.nx + a["u"]
+            count = row["uq"] + row["modes"] - row["u"]
             y[u : u + count] = before[v : v + count]
     y[-1] = before[-1]
+
+
+def _take_masses(old: Packed, data: Data, new: Packed, bodies: Iterable[str]) -> None:
+    """Let bodies of a new model have the masses that they have now, with what is stowed on them."""
+    for body in bodies:
+        now, link = data.links[old.link_of(body)], new.model.links[new.link_of(body)]
+        for name in ("mass", "first_moment", "inertia"):
+            link[name] = now[name]

@@ -20,44 +20,22 @@ from modalprep.multibody.kernels.articulated_body import (
     inward_bias,
     kinematic,
     outward,
-    world,
 )
 from modalprep.multibody.kernels.callbacks import call_address
+from modalprep.multibody.kernels.compliance import aim, follow, implicit_accelerations, restrain
 from modalprep.multibody.kernels.constraints import (
     Constraints,
     Work,
-    aim,
     constraint_accelerations,
     constraint_power,
     constraint_residual,
-    implicit_accelerations,
-    restrain,
 )
-from modalprep.multibody.kernels.data import (
-    COORDINATES,
-    H_,
-    IA,
-    J_,
-    JOINT,
-    MODES,
-    NX,
-    PA,
-    PRESCRIBED_PRISMATIC,
-    PRESCRIBED_REVOLUTE,
-    SLOT,
-    SPEEDS,
-    UQ,
-    XQ,
-    A,
-    Flex,
-    Scratch,
-    Tree,
-    U,
-    workspace,
-)
+from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED_PRISMATIC, PRESCRIBED_REVOLUTE, SPEEDS, Data, Model
 from modalprep.multibody.kernels.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.forces import Loads, apply, prescribe
-from modalprep.multibody.kernels.spatial import copy, get6, get9, inertia_times
+from modalprep.multibody.kernels.interfaces import world
+from modalprep.multibody.kernels.modal import push_modes
+from modalprep.multibody.kernels.spatial import copy, get6, inertia_times
 from modalprep.multibody.kernels.variable_mass import refresh
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.compliant_constraints import with_bonds
@@ -72,14 +50,12 @@ POWER, SPRINGS, POTENTIAL, CALLBACK_POWER, RAISED, SHARED = range(6)  # columns 
 WIDE, SMOOTHINGS = 10.0, 3
 
 
-class Model(NamedTuple):
-    """All arrays of one evaluation: constants, loads, scratch."""
+class Equations(NamedTuple):
+    """The equations of a loaded system: model and data, loads, constraints, what a step method adds."""
 
-    tree: Tree
-    flex: Flex | None
+    model: Model
+    data: Data
     loads: Loads
-    W: np.ndarray
-    F: Scratch | None
     motion: np.ndarray  # (nl, 3)
     tau: np.ndarray  # (nu,)
     slope: np.ndarray  # (2, nu) of tau by the hinge's coordinate and speed
@@ -97,21 +73,20 @@ class Model(NamedTuple):
     reels: Reels | None  # deployments
 
 
-def build_model(system: System, packed: Packed, loading: Loading) -> Model:
+def build_equations(system: System, packed: Packed, loading: Loading) -> Equations:
     """Return the arrays of a packed system and its loads; modal stiffness and damping stand in `linear`."""
-    nu, tree = packed.nu, packed.tree
-    W, F = workspace(tree, packed.flex)
+    nu, links = packed.nu, packed.model.links
     linear, place = np.zeros((2, nu)), np.full(nu, -1, dtype=np.int64)
-    for link, row, (x, u, count) in zip(packed.links, tree.ints, straight(packed), strict=True):
+    for link, row, (x, u, count) in zip(packed.links, links, straight(packed), strict=True):
         place[u : u + count] = np.arange(x, x + count)
         if link.body:
-            modes = slice(row[UQ], row[UQ] + row[MODES])
+            modes = slice(row["uq"], row["uq"] + row["modes"])
             linear[0, modes], linear[1, modes] = system.bodies[link.body].K, system.bodies[link.body].D
     loops = loading.loops
     bonds = with_bonds(loops.arrays if loops else None, loading.arrays)
     work = loops.work if loops else None
-    return Model(
-        tree, packed.flex, loading.arrays, W, F, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
+    return Equations(
+        packed.model, packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
         place, np.array([loading.active, 0, 0], dtype=np.int64), np.zeros(packed.nx + nu), np.zeros(nu),
         np.zeros(SHARED), loops.arrays if loops else None, work, bonds,
         constraint_work(bonds, packed) if bonds else None, loading.reels,
@@ -121,136 +96,128 @@ def build_model(system: System, packed: Packed, loading: Loading) -> Model:
 def straight(packed: Packed) -> list[tuple[int, int, int]]:
     """Return first coordinate, first speed and count of the coordinates of every link that are integrals of speeds."""
     found = []
-    for row, kind in zip(packed.tree.ints, packed.types, strict=True):
-        own = row[UQ] - row[U] if COORDINATES[kind] == SPEEDS[kind] else 0
-        found.append((int(row[XQ] - own), int(row[UQ] - own), int(own + row[MODES])))
+    for row, kind in zip(packed.model.links, packed.types, strict=True):
+        own = row["uq"] - row["u"] if COORDINATES[kind] == SPEEDS[kind] else 0
+        found.append((int(row["xq"] - own), int(row["uq"] - own), int(own + row["modes"])))
     return found
 
 
 @compile_pass
-def load(model, t, y):
+def load(eq, t, y):
     """Kinematics and all loads at a state, up to `inward`; False when a callback raised."""
-    tree, flex, W, F = model.tree, model.flex, model.W, model.F
-    prescribe(model.loads, t, model.motion)
-    refresh(model.loads.fill, model.loads.tables, tree, flex, t)
-    pay_out(model.reels, tree, model.loads, y, model.motion)
-    outward(tree, flex, W, F, y, model.motion)
-    model.shared[POWER] = 0.0
-    if model.flags[LOADED] or model.cons is not None:
-        world(tree, W)
-    if model.flags[LOADED]:
-        energies = apply(model.loads, tree, flex, W, F, y, t, model.tau, model.slope)
-        model.shared[POWER], model.shared[SPRINGS], model.shared[POTENTIAL] = energies
-    model.shared[POWER] += take_up(model.reels, tree, flex, W, F, y, model.motion, model.tau, model.loads.hinge_at)
-    if model.flags[CALLBACK]:
-        copy(y, model.state)
-        call_address(model.flags[CALLBACK], t)
-        model.shared[POWER] += model.shared[CALLBACK_POWER]
-        return model.shared[RAISED] == 0.0
+    model, data = eq.model, eq.data
+    prescribe(eq.loads, t, eq.motion)
+    refresh(eq.loads.fill, eq.loads.tables, model, data, t)
+    pay_out(eq.reels, model, data, eq.loads, y, eq.motion)
+    outward(model, data, y, eq.motion)
+    eq.shared[POWER] = 0.0
+    if eq.flags[LOADED] or eq.cons is not None:
+        world(model, data)
+    if eq.flags[LOADED]:
+        energies = apply(eq.loads, model, data, y, t, eq.tau, eq.slope)
+        eq.shared[POWER], eq.shared[SPRINGS], eq.shared[POTENTIAL] = energies
+    eq.shared[POWER] += take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.loads.hinge_at)
+    if eq.flags[CALLBACK]:
+        copy(y, eq.state)
+        call_address(eq.flags[CALLBACK], t)
+        eq.shared[POWER] += eq.shared[CALLBACK_POWER]
+        return eq.shared[RAISED] == 0.0
     return True
 
 
 @compile_kernel
-def evaluate(model, t, y, ydot):
+def evaluate(eq, t, y, ydot):
     """Time derivative of ``[coordinates | speeds | work]``; returns GOOD, FAILED_CALLBACK or the link that failed."""
-    tree, nx, nu = model.tree, model.tree.ints[0, NX], len(model.tau)
-    flex, W, F = model.flex, model.W, model.F
-    if not load(model, t, y):
+    model, data, nx, nu = eq.model, eq.data, eq.model.nx, len(eq.tau)
+    if not load(eq, t, y):
         return FAILED_CALLBACK
-    constraint_residual(model.cons, tree, flex, W, F, y, model.motion, t, model.work)
-    status = inward(tree, flex, W, F, model.tau, None, 0.0, 0.0)
+    constraint_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
+    status = inward(model, data, eq.tau, None, 0.0, 0.0)
     if status >= 0:
         return status
-    forward(tree, flex, W, F, model.tau, ydot[nx : nx + nu])
-    constraint_accelerations(model.cons, tree, flex, W, F, model.work, 0.0, 0.0, ydot[nx : nx + nu])
-    kinematic(tree, y, ydot)
-    ydot[nx + nu] = power(model, model.work, y)
-    if model.flags[TWIN]:
-        copy(y, model.state)
-        call_address(model.flags[TWIN], t)
-        copy(model.twin, ydot[nx : nx + nu])
+    forward(model, data, eq.tau, ydot[nx : nx + nu])
+    constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, ydot[nx : nx + nu])
+    kinematic(model, y, ydot)
+    ydot[nx + nu] = power(eq, eq.work, y)
+    if eq.flags[TWIN]:
+        copy(y, eq.state)
+        call_address(eq.flags[TWIN], t)
+        copy(eq.twin, ydot[nx : nx + nu])
     return GOOD
 
 
 @compile_pass
-def hinge_slopes(model):
+def hinge_slopes(eq):
     """Write the hinges' stiffness and damping of the last `load` to `linear`, negative ones as zero."""
-    for i in range(len(model.tree.ints)):
-        for u in range(model.tree.ints[i, U], model.tree.ints[i, UQ]):
-            model.linear[0, u] = max(0.0, -model.slope[0, u])
-            model.linear[1, u] = max(0.0, -model.slope[1, u])
-
-
-@compile_pass
-def _push_modes(tree, F, force):
-    """Add generalised forces to the modal loads; F is an argument of its own so that None leaves nothing to compile."""
-    if F is not None:
-        for i in range(len(tree.ints)):
-            for a in range(tree.ints[i, MODES]):
-                F.load[tree.ints[i, SLOT], a] += force[tree.ints[i, UQ] + a]
+    for i in range(len(eq.model.links)):
+        for u in range(eq.model.links[i].u, eq.model.links[i].uq):
+            eq.linear[0, u] = max(0.0, -eq.slope[0, u])
+            eq.linear[1, u] = max(0.0, -eq.slope[1, u])
 
 
 @compile_kernel
-def solve_implicit(model, t, y, c1, c2, by_rate, by_place, places, out):
+def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     """Solve ``(M + c1 D + c2 K) out = F - D by_rate - K by_place`` after `load`; returns the status of `inward`.
 
     D and K are those of modes and hinges (`linear`) and of springs and bushings. Closed loops hold accelerations, or
     with `places` the coordinates that ``c2 out + by_place`` leads to from y.
     """
-    tree, flex, W, F = model.tree, model.flex, model.W, model.F
-    constraint_residual(model.bonds, tree, flex, W, F, y, model.motion, t, model.bonds_work)
-    aim(model.bonds, tree, flex, W, F, model.bonds_work, c1, c2, places, by_rate, by_place)
+    model, data = eq.model, eq.data
+    follow(eq.work, eq.bonds_work)
+    constraint_residual(eq.bonds, model, data, y, eq.motion, t, eq.bonds_work)
+    aim(eq.bonds, model, data, eq.bonds_work, c1, c2, places, by_rate, by_place)
     for u in range(len(out)):
-        out[u] = -model.linear[1, u] * by_rate[u] - model.linear[0, u] * by_place[u]
-    for i in range(len(tree.ints)):
-        for u in range(tree.ints[i, U], tree.ints[i, UQ]):
-            model.hinge[u] = c1 * model.linear[1, u] + c2 * model.linear[0, u]
-            model.tau[u] += out[u]
-    _push_modes(tree, F, out)
-    status = inward(tree, flex, W, F, model.tau, model.hinge, c1, c2)
+        out[u] = -eq.linear[1, u] * by_rate[u] - eq.linear[0, u] * by_place[u]
+    for i in range(len(model.links)):
+        for u in range(model.links[i].u, model.links[i].uq):
+            eq.hinge[u] = c1 * eq.linear[1, u] + c2 * eq.linear[0, u]
+            eq.tau[u] += out[u]
+    push_modes(data.modal, model, out)
+    status = inward(model, data, eq.tau, eq.hinge, c1, c2)
     if status < 0:
-        forward(tree, flex, W, F, model.tau, out)
-        implicit_accelerations(model.bonds, tree, flex, W, F, model.bonds_work, places, out)
+        forward(model, data, eq.tau, out)
+        implicit_accelerations(eq.bonds, model, data, eq.bonds_work, places, out)
     return status
 
 
 @compile_kernel
-def smooth(model, c1, c2, e, scratch):
+def smooth(eq, c1, c2, e, scratch):
     """Replace ``e (nu,)`` by ``(M + c1 D + c2 K)^-1 M e``, its rows on closed loops, after `solve_implicit`."""
-    tree, flex, W, F, tau = model.tree, model.flex, model.W, model.F, model.tau
-    clear_wrenches(tree, flex, W, F)
+    model, data, tau = eq.model, eq.data, eq.tau
+    clear_wrenches(model, data)
     for u in range(len(tau)):
-        tau[u] = -(c1 * model.linear[1, u] + c2 * model.linear[0, u]) * e[u]
-    _push_modes(tree, F, tau)
-    inward_bias(tree, flex, W, F, tau)
-    forward_bias(tree, flex, W, F, tau, scratch)
+        tau[u] = -(c1 * eq.linear[1, u] + c2 * eq.linear[0, u]) * e[u]
+    push_modes(data.modal, model, tau)
+    inward_bias(model, data, tau)
+    forward_bias(model, data, tau, scratch)
     tau[:] = 0.0
     for u in range(len(e)):
         e[u] += scratch[u]
-    restrain(model.bonds, tree, flex, W, F, model.bonds_work, e)
+    restrain(eq.bonds, model, data, eq.bonds_work, e)
 
 
 @compile_kernel
-def keep_slow(model, t, y, c1, c2, e, scratch):
+def keep_slow(eq, t, y, c1, c2, e, scratch):
     """Take the errors of vibrations off ``e (nu,)``: `smooth` it by a step at (t, y) that is longer than (c1, c2)."""
     scratch[:] = 0.0
-    load(model, t, y)
-    solve_implicit(model, t, y, WIDE * c1, WIDE * WIDE * c2, scratch, scratch, False, model.twin)
+    load(eq, t, y)
+    solve_implicit(eq, t, y, WIDE * c1, WIDE * WIDE * c2, scratch, scratch, False, eq.twin)
     for _ in range(SMOOTHINGS):
-        smooth(model, WIDE * c1, WIDE * WIDE * c2, e, scratch)
+        smooth(eq, WIDE * c1, WIDE * WIDE * c2, e, scratch)
 
 
 @compile_pass
-def power(model, work, y):
+def power(eq, work, y):
     """Power (W) of loads, prescribed hinges and prescribed values of `work` less modal damping, after `forward`."""
-    tree, W, nx = model.tree, model.W, model.tree.ints[0, NX]
-    total = model.shared[POWER] + constraint_power(work)
-    for i in range(len(tree.ints)):
-        joint = tree.ints[i, JOINT]
+    model, data, nx = eq.model, eq.data, eq.model.nx
+    total = eq.shared[POWER] + constraint_power(work)
+    for i in range(len(model.links)):
+        joint = model.links[i].joint
         if joint == PRESCRIBED_REVOLUTE or joint == PRESCRIBED_PRISMATIC:
-            f = inertia_times(get6(W, i, IA), get9(W, i, H_), get6(W, i, J_), get6(W, i, A))
-            along = f[5] + W[i, PA + 5] if joint == PRESCRIBED_REVOLUTE else f[2] + W[i, PA + 2]
-            total += along * model.motion[i, 1]
-        for u in range(tree.ints[i, UQ], tree.ints[i, UQ] + tree.ints[i, MODES]):
-            total -= model.linear[1, u] * y[nx + u] * y[nx + u]
+            own = data.links[i]
+            f = inertia_times(own.M, own.H, own.J, get6(own.acceleration))
+            along = f[5] + own.force[5] if joint == PRESCRIBED_REVOLUTE else f[2] + own.force[2]
+            total += along * eq.motion[i, 1]
+        for u in range(model.links[i].uq, model.links[i].uq + model.links[i].modes):
+            total -= eq.linear[1, u] * y[nx + u] * y[nx + u]
     return total

@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.constraints import UNIT, retract
-from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, UQ, XQ, U, X, workspace
+from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.newton_euler import required_forces
+from modalprep.multibody.kernels.projection import retract
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
 
@@ -31,7 +31,8 @@ def start_state(packed: Packed) -> np.ndarray:
     """
     y = np.zeros(packed.nx + packed.nu)
     for i, (link, kind) in enumerate(zip(packed.links, packed.types, strict=True)):
-        joint, x, u = link.joint, packed.tree.ints[i, X], packed.nx + packed.tree.ints[i, U]
+        joint, row = link.joint, packed.model.links[i]
+        x, u = row["x"], packed.nx + row["u"]
         place = sum(packed.types[k] == kind for k in packed.links_of(joint.name) if k < i)
         if kind in (REVOLUTE, PRISMATIC):
             value, rate = (joint.angle, joint.rate) if kind == REVOLUTE else (joint.displacement, joint.speed)
@@ -74,7 +75,7 @@ class Plant:
     def __init__(self, system: System, t: float = 0.0) -> None:
         self.system, self.packed = system, pack(system)
         self.nx, self.nu = self.packed.nx, self.packed.nu
-        self.W, self.F = workspace(self.packed.tree, self.packed.flex)
+        self.data = self.packed.data()
         self.loading = Loading(system, self.packed, t + AHEAD)
         self.loops = self.loading.loops
         self.start = self._started(t)
@@ -89,7 +90,7 @@ class Plant:
             self.at(t)
             return y
         self.at(0.0)
-        y = self.loops.assemble(self.W, self.F, y, self.loading.prescribe(0.0))
+        y = self.loops.assemble(self.data, y, self.loading.prescribe(0.0, self.data))
         self.at(t)
         return self.closed(y) if t else y
 
@@ -102,23 +103,23 @@ class Plant:
             When they cannot be closed from there.
         """
         found = y.copy()
-        if self.loops and not self.loops.settle(self.W, self.F, found, self.loading.prescribe(self.t), self.t):
+        if self.loops and not self.loops.settle(self.data, found, self.loading.prescribe(self.t, self.data), self.t):
             raise SimulationError(f"the closed loops cannot be closed at t = {self.t:g} s from the state given")
         return found
 
     def _measure(self) -> None:
-        ints = self.packed.tree.ints
+        rows = self.packed.model.links
         sizes = {name: _size(body) for name, body in self.system.bodies.items()}
         travels = [abs(x) for joint in self.system.joints for x in np.atleast_1d(joint.displacement)]
         largest = max(*sizes.values(), *travels)
         for i, link in enumerate(self.packed.links):
-            kind, u = self.packed.types[i], ints[i, U]
+            kind, u = self.packed.types[i], rows["u"][i]
             self.owner[u : u + SPEEDS[kind]] = [("joint", link.joint.name)] * SPEEDS[kind]
             travels = {PRISMATIC: 1, FREE: 3}.get(kind, 0)
             self.scale[u : u + travels] = largest
             self.turns[u + travels : u + SPEEDS[kind]] = True
             if link.body:
-                body, first = self.system.bodies[link.body], ints[i, UQ]
+                body, first = self.system.bodies[link.body], rows["uq"][i]
                 self.owner[first : first + body.n] = [("body", link.body)] * body.n
                 self.scale[first : first + body.n] = sizes[link.body] / _reach(body)
 
@@ -130,19 +131,19 @@ class Plant:
     def coordinates(self, kind: str, name: str) -> list[int]:
         """Return the places in y of the coordinates of a joint or a body's modes."""
         if kind == "body":
-            first, n = self.packed.tree.ints[self.packed.link_of(name), XQ], self.system.bodies[name].n
-            return list(range(first, first + n))
+            modes = self.packed.modes_of(name)
+            return list(range(modes.start, modes.stop))
         return self.packed.coordinates_of(name)
 
     def load(self, y: np.ndarray, *, moving: bool = True) -> None:
         """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""
-        motion = self.loading.prescribe(self.t)
+        motion = self.loading.prescribe(self.t, self.data)
         if not moving:
             motion[:, 1:] = 0.0
-        kernel.outward(self.packed.tree, self.packed.flex, self.W, self.F, y, motion)
-        self.loading.apply(self.W, self.F, y, self.t)
+        kernel.outward(self.packed.model, self.data, y, motion)
+        self.loading.apply(self.data, y, self.t)
         if self.loops:
-            self.loops.residual(self.W, self.F, y, motion, self.t)
+            self.loops.residual(self.data, y, motion, self.t)
 
     @property
     def gap_count(self) -> int:
@@ -151,26 +152,26 @@ class Plant:
 
     def gaps(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return what the loops leave open (m,), lengths by the size of the system, and its rate (m,)."""
-        self._track(y, self.loading.prescribe(self.t))
-        unit = self.loops.arrays.constants[:, UNIT]
+        self._track(y, self.loading.prescribe(self.t, self.data))
+        unit = self.loops.work.unit
         return unit * self.loops.work.phi, unit * self.loops.work.rate
 
     def _track(self, y: np.ndarray, motion: np.ndarray) -> None:
-        kernel.outward(self.packed.tree, self.packed.flex, self.W, self.F, y, motion)
-        self.loops.residual(self.W, self.F, y, motion, self.t)
+        kernel.outward(self.packed.model, self.data, y, motion)
+        self.loops.residual(self.data, y, motion, self.t)
 
     def jacobian(self, y: np.ndarray) -> np.ndarray:
         """Return the derivatives of the gaps' rates by the speeds (m, nu), exactly: they are linear."""
         if self.loops is None:
             return np.zeros((0, self.nu))
-        motion = self.loading.prescribe(self.t)
+        motion = self.loading.prescribe(self.t, self.data)
         motion[:, 1:] = 0.0
         state, rows = y.copy(), []
         for speeds in np.eye(self.nu):
             state[self.nx :] = speeds
             self._track(state, motion)
             rows.append(self.loops.work.rate + self.loops.work.push)
-        return self.loops.arrays.constants[:, UNIT, None] * np.column_stack(rows)
+        return self.loops.work.unit[:, None] * np.column_stack(rows)
 
     def kept_rows(self, y: np.ndarray) -> np.ndarray:
         """Return which conditions of the loops do not follow from others at a state (int)."""
@@ -190,7 +191,7 @@ class Plant:
         kept, multiplier = self.kept_rows(y), self.loops.work.multiplier
         G = self.jacobian(y)[kept]
         multiplier[:] = 0.0
-        multiplier[kept] = np.linalg.lstsq(G.T, required)[0] * self.loops.arrays.constants[kept, UNIT]
+        multiplier[kept] = np.linalg.lstsq(G.T, required)[0] * self.loops.work.unit[kept]
         return self.loops.exerted()
 
     def required(self, y: np.ndarray, udot: np.ndarray, *, moving: bool = True) -> np.ndarray:
@@ -200,7 +201,7 @@ class Plant:
         """
         out = np.zeros(self.nu)
         self.load(y, moving=moving)
-        required_forces(self.packed.tree, self.packed.flex, self.W, self.F, udot, out)
+        required_forces(self.packed.model, self.data, udot, out)
         return out - self.loading.tau
 
     def mass(self, y: np.ndarray) -> np.ndarray:
@@ -216,24 +217,24 @@ class Plant:
         SimulationError
             When the mass matrix is not positive.
         """
-        udot, tree = np.zeros(self.nu), self.packed.tree
-        status = kernel.inward(tree, self.packed.flex, self.W, self.F, tau + self.loading.tau, None, 0.0, 0.0)
+        udot = np.zeros(self.nu)
+        status = kernel.inward(self.packed.model, self.data, tau + self.loading.tau, None, 0.0, 0.0)
         if status >= 0:
             name = next(link.body for link in self.packed.links[status:] if link.body)
             raise SimulationError(f"the mass matrix of body {name!r} is not positive: its deflection is too large")
-        kernel.forward(tree, self.packed.flex, self.W, self.F, tau + self.loading.tau, udot)
+        kernel.forward(self.packed.model, self.data, tau + self.loading.tau, udot)
         if self.loops:
-            self.loops.correct(self.W, self.F, udot)
+            self.loops.correct(self.data, udot)
         return udot
 
     def rates(self, y: np.ndarray, ydot: np.ndarray) -> None:
         """Write the time derivatives of the coordinates to ``ydot (nx + nu,)``."""
-        kernel.kinematic(self.packed.tree, y, ydot)
+        kernel.kinematic(self.packed.model, y, ydot)
 
     def moved(self, y: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return y with its coordinates moved as speeds ``step (nu,)`` would in unit time."""
         y = y.copy()
-        retract(self.packed.tree, y, np.array(step, dtype=float), np.zeros(len(y)))
+        retract(self.packed.model, y, np.array(step, dtype=float), np.zeros(len(y)))
         return y
 
 

@@ -6,20 +6,21 @@ from collections.abc import Callable
 
 import numpy as np
 
-from modalprep.multibody.evaluation.evaluate import Model, evaluate
+from modalprep.multibody.evaluation.evaluate import Equations, evaluate
 from modalprep.multibody.evaluation.expressions import CHANNEL, channel_expression
 from modalprep.multibody.evaluation.loading import Loading, frames
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
 
 
 def event_function(
-    system: System, packed: Packed, loading: Loading, model: Model, event: Event
+    system: System, packed: Packed, loading: Loading, eq: Equations, event: Event
 ) -> Callable[[float], float]:
-    """Return ``t -> value`` of an event at the state that the compiled loop left in `model.state`.
+    """Return ``t -> value`` of an event at the state that the compiled loop left in `eq.state`.
 
     Raises
     ------
@@ -27,18 +28,18 @@ def event_function(
         When the expression cannot be read or names no channel.
     """
     forces = not callable(event.when) and any(name.endswith(".multiplier") for name in CHANNEL.findall(event.when))
-    ydot, frame = np.zeros(packed.nx + packed.nu + 1), frames(packed, model.W, model.F)
+    ydot, frame = np.zeros(packed.nx + packed.nu + 1), frames(packed, eq.data)
 
     def state(t: float) -> State:
-        motion = loading.prescribe(t)
+        motion = loading.prescribe(t, eq.data)
         if forces:
-            evaluate(model, t, np.append(model.state, 0.0), ydot)
-            return State(system, packed, model.state, motion, frame)
-        kernel.outward(model.tree, model.flex, model.W, model.F, model.state, motion)
-        kernel.world(model.tree, model.W)
+            evaluate(eq, t, np.append(eq.state, 0.0), ydot)
+            return State(system, packed, eq.state, motion, frame)
+        kernel.outward(eq.model, eq.data, eq.state, motion)
+        world(eq.model, eq.data)
         if loading.loops:
-            loading.loops.residual(model.W, model.F, model.state, motion, t)
-        return State(system, packed, model.state, motion, frame)
+            loading.loops.residual(eq.data, eq.state, motion, t)
+        return State(system, packed, eq.state, motion, frame)
 
     if callable(event.when):
         return lambda t: float(event.when(t, state(t)))

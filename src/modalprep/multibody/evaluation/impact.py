@@ -20,7 +20,7 @@ from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels import constraints
 from modalprep.multibody.kernels.constraints import RANK_TOLERANCE
-from modalprep.multibody.kernels.data import Scratch
+from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
@@ -37,7 +37,7 @@ class Impact(Record):
     t : float
         s.
     y : (nx + nu,)
-        State after it, as `layout` packs it; the coordinates are those before.
+        State after it, as `kernels.data` says; the coordinates are those before.
     impulse : dict
         ``name.force`` (3,) N s and ``name.torque`` (3,) N m s on b, at b, in a's axes; ``name.multiplier`` of couplers.
     lost : float
@@ -115,19 +115,17 @@ def impact(
         raise InputError("impact: the system has no closures; name what is hit by a Closure with active = False")
     plant.load(state)
     struck = [names.index(name) for name in hits]
-    return strike(plant.loops, plant.W, plant.F, state, t, struck, restitution)
+    return strike(plant.loops, plant.data, state, t, struck, restitution)
 
 
-def strike(
-    loops: Loops, W: np.ndarray, F: Scratch | None, y: np.ndarray, t: float, struck: Sequence[int], restitution: float
-) -> Impact:
+def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[int], restitution: float) -> Impact:
     """Return what closures `struck` (numbers) do to a state, after its kinematics, loads and `Loops.residual`."""
     packed, work, system = loops.packed, loops.work, loops.system
     none = np.zeros(packed.nu)
-    if kernel.inward(packed.tree, packed.flex, W, F, none, None, 0.0, 0.0) >= 0:
+    if kernel.inward(packed.model, data, none, None, 0.0, 0.0) >= 0:
         raise SimulationError(f"impact at t = {t:g} s: the mass matrix is not positive, a deflection is too large")
-    constraints.respond(loops.arrays, packed.tree, packed.flex, W, F, work)
-    acting = {k: 1.0 for k in range(len(system.closures)) if loops.closing.active(k)}
+    constraints.respond(loops.arrays, packed.model, data, work)
+    acting = {k: 1.0 for k in range(len(system.closures)) if loops.active(k)}
     acting |= dict.fromkeys(struck, 1 + restitution)
     contacts = {k: _contact(loops, k) for k in acting if loops.closing.sliding(k)}
     target = _target(loops, acting)
@@ -154,7 +152,7 @@ def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:
     for k, factor in acting.items():
         slide = closing.sliding(k)
         for i in closing.of(k):
-            if work.S[i, i] > (0.0 if i in slide else closing.counts[i, 1]):
+            if work.S[i, i] > (0.0 if i in slide else closing.floor[i]):
                 target[i] = -work.rate[i] * (1.0 if i in slide else factor)
     return target
 

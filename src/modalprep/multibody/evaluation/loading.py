@@ -9,11 +9,11 @@ import numpy as np
 
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import Frame, State, callback_loads
-from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels import forces
-from modalprep.multibody.kernels.data import Scratch
+from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.deployment import Reels
 from modalprep.multibody.kernels.forces import Energies
+from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
 from modalprep.multibody.kernels.variable_mass import refresh
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
@@ -21,11 +21,11 @@ from modalprep.multibody.packing.loads import pack_loads
 from modalprep.multibody.packing.tree import Packed
 
 
-def frames(packed: Packed, W: np.ndarray, F: Scratch | None) -> Callable[[str, int], Frame]:
+def frames(packed: Packed, data: Data) -> Callable[[str, int], Frame]:
     """Return ``(body, k) -> Frame``: the motion of interface k after `kernel.world`."""
 
     def frame(body: str, k: int) -> Frame:
-        found = kernel.node_state(packed.tree, packed.flex, W, F, packed.link_of(body), k)
+        found = node_state(packed.model, data, packed.link_of(body), k)
         return Frame(*(np.reshape(part, (3, 3) if len(part) == 9 else 3) for part in found))
 
     return frame
@@ -92,24 +92,24 @@ class Loading:
         if self.loops:
             self.loops.enter(begin, end)
 
-    def prescribe(self, t: float) -> np.ndarray:
-        """Return `motion` at time t, and let bodies have the mass of that time."""
+    def prescribe(self, t: float, data: Data | None = None) -> np.ndarray:
+        """Return `motion` at time t, and let bodies have the mass of that time in `data`."""
         forces.prescribe(self.arrays, t, self.motion)
-        refresh(self.arrays.fill, self.arrays.tables, self.packed.tree, self.packed.flex, t)
+        if data is not None:
+            refresh(self.arrays.fill, self.arrays.tables, self.packed.model, data, t)
         return self.motion
 
-    def apply(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, t: float) -> Energies:
-        """Add all loads to W, F and `tau`, between `kernel.outward` and `kernel.inward`."""
+    def apply(self, data: Data, y: np.ndarray, t: float) -> Energies:
+        """Add all loads to the data and `tau`, between `kernel.outward` and `kernel.inward`."""
         if not self.active:
             return Energies(0.0, 0.0, 0.0)
-        tree, flex = self.packed.tree, self.packed.flex
-        kernel.world(tree, W)
-        energies = forces.apply(self.arrays, tree, flex, W, F, y, t, self.tau, self.slope)
-        return energies if self.compiled else energies._replace(power=energies.power + self.call(W, F, y, t))
+        world(self.packed.model, data)
+        energies = forces.apply(self.arrays, self.packed.model, data, y, t, self.tau, self.slope)
+        return energies if self.compiled else energies._replace(power=energies.power + self.call(data, y, t))
 
-    def call(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, t: float) -> float:
-        """Add the loads of callbacks to W, F and `tau`, after `forces.apply`; returns their power (W)."""
-        tree, flex, frame = self.packed.tree, self.packed.flex, frames(self.packed, W, F)
+    def call(self, data: Data, y: np.ndarray, t: float) -> float:
+        """Add the loads of callbacks to the data and `tau`, after `forces.apply`; returns their power (W)."""
+        frame = frames(self.packed, data)
         state = State(self.system, self.packed, y, self.motion, frame)
         wrenches, tau = callback_loads(self.system, self.packed, t, state)
         self.tau += tau
@@ -118,5 +118,5 @@ class Loading:
             moved = frame(w.body, w.interface)
             power += float(w.force @ moved.velocity + w.torque @ moved.spin)
             force, torque = tuple(w.force.tolist()), tuple(w.torque.tolist())
-            kernel.add_wrench(tree, flex, W, F, self.packed.link_of(w.body), w.interface, force, torque)
+            add_wrench(self.packed.model, data, self.packed.link_of(w.body), w.interface, force, torque)
         return power

@@ -6,9 +6,10 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels import constraints
-from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, DISTANCE, KIND, POINT, TABLE, VALUE
-from modalprep.multibody.kernels.data import FREE, IA, J_, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, Scratch, U, X
+from modalprep.multibody.kernels import constraints, projection
+from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, DISTANCE, POINT
+from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, Data
+from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, pack_constraints
@@ -35,7 +36,6 @@ class Loops:
     >>> from modalprep.body.rigid import rigid_body
     >>> from modalprep.multibody.model.constraints import Closure
     >>> from modalprep.multibody.model.joint import Joint
-    >>> from modalprep.multibody.kernels.data import workspace
     >>> from modalprep.multibody.packing.tree import pack
     >>> rod = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3),
     ...                  interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])})
@@ -45,7 +45,7 @@ class Loops:
     >>> system = System(bodies={"a": rod, "b": rod}, joints=joints, closures=(slot,))
     >>> packed = pack(system)
     >>> loops = Loops(system, packed, t_end=1.0)
-    >>> y = loops.assemble(*workspace(packed.tree, packed.flex), np.array([1.0, -2.2, 0, 0]), np.zeros((2, 3)))
+    >>> y = loops.assemble(packed.data(), np.array([1.0, -2.2, 0, 0]), np.zeros((2, 3)))
     >>> y[:2].round(6)
     array([ 1., -2.])
     """
@@ -54,8 +54,25 @@ class Loops:
         self.system, self.packed = system, packed
         self.closing = pack_constraints(system, packed, t_end)
         self.arrays = self.closing.arrays
-        self.work = constraint_work(self.arrays, packed)
+        self.work = constraint_work(self.arrays, packed, self.closing.value)
         self.notes: list[str] = []
+        for k, closure in enumerate(system.closures):
+            self.activate(k, closure.active)
+
+    def activate(self, closure: int, active: bool) -> None:
+        """Let a closure hold, or let it go: then its rows are measured, but push nothing and count as closed."""
+        rows = self.closing.of(closure)
+        self.work.unit[rows] = self.closing.unit[rows] if active else 0.0
+        self.work.floor[rows] = self.closing.floor[rows] if active else np.inf
+
+    def active(self, closure: int) -> bool:
+        """Return whether a closure holds."""
+        return bool(self.holding[self.closing.of(closure)].any())
+
+    @property
+    def holding(self) -> np.ndarray:
+        """Which rows hold (m,): all but those that only rub, and those of closures let go."""
+        return self.work.unit > 0
 
     @property
     def breaks(self) -> np.ndarray:
@@ -66,21 +83,16 @@ class Loops:
         """Say which stretch between breaks is integrated."""
         self.arrays.tables.middle[0] = (begin + end) / 2
 
-    def residual(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, motion: np.ndarray, t: float) -> None:
+    def residual(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> None:
         """Measure all rows, after `kernel.outward`."""
-        kernel.world(self.packed.tree, W)
-        constraints.constraint_residual(self.arrays, self.packed.tree, self.packed.flex, W, F, y, motion, t, self.work)
+        world(self.packed.model, data)
+        constraints.constraint_residual(self.arrays, self.packed.model, data, y, motion, t, self.work)
 
-    def correct(
-        self, W: np.ndarray, F: Scratch | None, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)
-    ) -> None:
+    def correct(self, data: Data, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)) -> None:
         """Turn the accelerations of `kernel.forward` into those of the closed system."""
-        tree, flex = self.packed.tree, self.packed.flex
-        constraints.constraint_accelerations(self.arrays, tree, flex, W, F, self.work, *baumgarte, udot)
+        constraints.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, udot)
 
-    def assemble(
-        self, W: np.ndarray, F: Scratch | None, y: np.ndarray, motion: np.ndarray, t: float = 0.0
-    ) -> np.ndarray:
+    def assemble(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float = 0.0) -> np.ndarray:
         """Return the consistent state nearest to y, and write the notes.
 
         Joints with `hold` and modes at rest are kept where the loops close without them: in the metric they
@@ -92,28 +104,28 @@ class Loops:
             When a loop cannot be closed; the sentence names the closure and its gap.
         """
         self.notes.clear()
-        self._as_at_start(W, F, y, motion, t)
-        held = self._held(W, F, y, motion)
+        self._as_at_start(data, y, motion, t)
+        held = self._held(data, y, motion)
         soft = self.softest()
         for hinge, stiff in ((held, HELD * soft), (held, soft), (0 * held, soft)):
             found = y.copy()
-            if self._closed(W, F, found, motion, t, hinge, stiff):
+            if self._closed(data, found, motion, t, hinge, stiff):
                 self._note_moved(y, found)
                 self._note_redundant()
                 return found
-        raise InputError(self._gap(W, F, y, motion, t))
+        raise InputError(self._gap(data, y, motion, t))
 
-    def settle(self, W: np.ndarray, F: Scratch | None, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
+    def settle(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
         """Project a state in place, stiff modes moving least; False when it cannot be closed."""
-        tree, flex, none = self.packed.tree, self.packed.flex, np.zeros(self.packed.nu)
-        args = (self.arrays, tree, flex, W, F, y, motion, t, self.work, none, self.softest(), CLOSED, MOST_STEPS)
-        return constraints.settle(*args) >= 0
+        none = np.zeros(self.packed.nu)
+        args = (self.arrays, self.packed.model, data, y, motion, t, self.work, none, self.softest(), CLOSED, MOST_STEPS)
+        return projection.settle(*args) >= 0
 
     def begin(self, closure: int) -> None:
         """Let a closure hold the ends as they are, after `residual`."""
         rows = self.closing.of(closure)
-        self.arrays.constants[rows, VALUE] += self.work.phi[rows]
-        self.closing.activate(closure, True)
+        self.work.value[rows] += self.work.phi[rows]
+        self.activate(closure, True)
 
     def exerted(self) -> dict[str, np.ndarray]:
         """Return ``name.force``, ``name.torque``, ``name.multiplier`` of the multipliers, as in `Result.channels`."""
@@ -125,54 +137,54 @@ class Loops:
                 found[f"{closure.name}.multiplier"] = size[0]
                 continue
             to_a = self._axes(2 * k).T
-            found[f"{closure.name}.force"] = to_a @ (size @ lines[:, : constraints.TORQUE_A])
-            found[f"{closure.name}.torque"] = to_a @ (size @ lines[:, constraints.TORQUE_B :])
+            found[f"{closure.name}.force"] = to_a @ (size @ lines["force"])
+            found[f"{closure.name}.torque"] = to_a @ (size @ lines["torque_b"])
         return found
 
-    def _closed(self, W, F, y, motion, t, hinge, stiff) -> bool:
-        args = (self.arrays, self.packed.tree, self.packed.flex, W, F, y)
-        if constraints.project_positions(*args, motion, t, self.work, hinge, stiff, CLOSED, MOST_STEPS) < 0:
+    def _closed(self, data, y, motion, t, hinge, stiff) -> bool:
+        args = (self.arrays, self.packed.model, data, y)
+        if projection.project_positions(*args, motion, t, self.work, hinge, stiff, CLOSED, MOST_STEPS) < 0:
             return False
-        if self._other_way_round() or not constraints.project_velocities(*args, self.work, hinge, stiff):
+        if self._other_way_round() or not projection.project_velocities(*args, self.work, hinge, stiff):
             return False
-        kernel.outward(self.packed.tree, self.packed.flex, W, F, y, motion)
-        self.residual(W, F, y, motion, t)
+        kernel.outward(self.packed.model, data, y, motion)
+        self.residual(data, y, motion, t)
         reach = np.abs(y[self.packed.nx :]).max(initial=0.0) + np.abs(self.work.push).max() / self.closing.size
-        return bool(constraints.violation(self.arrays, self.work.rate) <= CLOSED_RATE * reach)
+        return bool(projection.violation(self.work, self.work.rate) <= CLOSED_RATE * reach)
 
     def _other_way_round(self) -> bool:
         """Whether the axes of a closure agree but point against each other: ``ea.eb = 0`` holds both ways."""
         for k, closure in enumerate(self.system.closures):
             count = sum(self.closing.rows[i].kind == ANGLE for i in self.closing.of(k))
-            if count >= 2 and self.closing.active(k):
+            if count >= 2 and self.active(k):
                 turn = self._axes(2 * k).T @ self._axes(2 * k + 1) @ closure.rotation.T
                 if closure.axis @ turn @ closure.axis < 0 or (count == 3 and np.trace(turn) < 2):
                     return True
         return False
 
     def _axes(self, end: int) -> np.ndarray:
-        return self.work.ends[end, constraints.TURN : constraints.SPEED].reshape(3, 3)
+        return self.work.ends["rotation"][end].reshape(3, 3)
 
-    def _as_at_start(self, W, F, y, motion, t) -> None:
+    def _as_at_start(self, data, y, motion, t) -> None:
         """Take lengths and sums of joint coordinates that have no value from the start values."""
         arrays = self.arrays
-        rows = np.isin(arrays.rows[:, KIND], (DISTANCE, COUPLER)) & (arrays.rows[:, TABLE] < 0)
+        rows = np.isin(arrays.rows["kind"], (DISTANCE, COUPLER)) & (arrays.rows["table"] < 0)
         if np.any(rows):
-            kernel.outward(self.packed.tree, self.packed.flex, W, F, y, motion)
-            self.residual(W, F, y, motion, t)
-            arrays.constants[rows, VALUE] += self.work.phi[rows]
+            kernel.outward(self.packed.model, data, y, motion)
+            self.residual(data, y, motion, t)
+            self.work.value[rows] += self.work.phi[rows]
 
-    def _held(self, W, F, y, motion) -> np.ndarray:
+    def _held(self, data, y, motion) -> np.ndarray:
         """Inertias that keep the coordinates of joints with `hold`: each HELD times what the hinge carries."""
-        tree, hinge = self.packed.tree, np.zeros(self.packed.nu)
-        kernel.outward(tree, self.packed.flex, W, F, y, motion)
-        kernel.inward(tree, self.packed.flex, W, F, np.zeros(self.packed.nu), np.zeros(self.packed.nu), 0.0, 0.0)
-        along, about = [IA, IA + 3, IA + 5], [J_, J_ + 3, J_ + 5]
-        columns = {REVOLUTE: about[2:], PRISMATIC: along[2:], SPHERICAL: about, FREE: along + about}
+        model, hinge = self.packed.model, np.zeros(self.packed.nu)
+        kernel.outward(model, data, y, motion)
+        kernel.inward(model, data, np.zeros(self.packed.nu), hinge, 0.0, 0.0)
         for i, link in enumerate(self.packed.links):
-            kind, u = self.packed.types[i], tree.ints[i, U]
+            kind, u = self.packed.types[i], model.links["u"][i]
             if link.joint.hold and SPEEDS[kind]:
-                hinge[u : u + SPEEDS[kind]] = HELD * np.abs(W[i, columns[kind]]).max()
+                along, about = data.links["M"][i, [0, 3, 5]], data.links["J"][i, [0, 3, 5]]
+                sizes = {REVOLUTE: about[2:], PRISMATIC: along[2:], SPHERICAL: about, FREE: [*along, *about]}[kind]
+                hinge[u : u + SPEEDS[kind]] = HELD * np.abs(sizes).max()
         return hinge
 
     def softest(self) -> float:
@@ -183,7 +195,7 @@ class Loops:
     def _note_moved(self, before: np.ndarray, after: np.ndarray) -> None:
         moved = []
         for i, link in enumerate(self.packed.links):
-            x = self.packed.tree.ints[i, X]
+            x = self.packed.model.links["x"][i]
             if self.packed.types[i] in (REVOLUTE, PRISMATIC) and abs(after[x] - before[x]) > 1e-6:
                 unit = "rad" if self.packed.types[i] == REVOLUTE else "m"
                 moved.append(f"{link.joint.name} from {before[x]:.6g} to {after[x]:.6g} {unit}")
@@ -192,7 +204,7 @@ class Loops:
 
     def _note_redundant(self) -> None:
         """Name the rows that the factorization left out, by closure."""
-        left = sorted(i for i in self.work.order[self.work.rank[0] :] if self.closing.holding[i])
+        left = sorted(i for i in self.work.order[self.work.rank[0] :] if self.holding[i])
         for k, closure in enumerate(self.system.closures):
             names = [self.closing.rows[i].stops for i in left if self.closing.rows[i].closure == k]
             if names:
@@ -201,17 +213,17 @@ class Loops:
                     "stopped by other joints; the forces there are not determined and reported as zero"
                 )
 
-    def _gap(self, W, F, y, motion, t) -> str:
+    def _gap(self, data, y, motion, t) -> str:
         """Say which closure stays open, and by how much."""
         found, free, soft = y.copy(), np.zeros(self.packed.nu), self.softest()
-        args = (self.arrays, self.packed.tree, self.packed.flex, W, F, found)
-        reached = constraints.project_positions(*args, motion, t, self.work, free, soft, CLOSED, MOST_STEPS) >= 0
+        args = (self.arrays, self.packed.model, data, found)
+        reached = projection.project_positions(*args, motion, t, self.work, free, soft, CLOSED, MOST_STEPS) >= 0
         if reached and self._other_way_round():
             return "the loops close only with an axis pointing the other way; give start values nearer to closed loops"
         if reached:
-            constraints.project_velocities(*args, self.work, free, soft)
-            kernel.outward(self.packed.tree, self.packed.flex, W, F, found, motion)
-            self.residual(W, F, found, motion, t)
+            projection.project_velocities(*args, self.work, free, soft)
+            kernel.outward(self.packed.model, data, found, motion)
+            self.residual(data, found, motion, t)
         what, stops, gap, unit = self._worst(self.work.rate if reached else self.work.phi)
         if reached:
             return (
@@ -230,7 +242,7 @@ class Loops:
 
     def _worst(self, values: np.ndarray) -> tuple[str, str, float, str]:
         """Return closure, what it stops, size and unit of the largest of ``values (m,)``."""
-        sizes = np.abs(values) * self.arrays.constants[:, constraints.UNIT]
+        sizes = np.abs(values) * self.work.unit
         worst = int(np.argmax(np.where(np.isfinite(sizes), sizes, np.inf)))
         row = self.closing.rows[worst]
         unit = "m" if row.kind in (POINT, DISTANCE) else "rad" if row.kind == ANGLE else "(m or rad)"

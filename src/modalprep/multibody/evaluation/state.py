@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.data import COORDINATES, MODES, PRESCRIBED, SPEEDS, XQ, U, X
+from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS
 from modalprep.multibody.model.loads import Callback, locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
@@ -56,8 +56,7 @@ class State:
 
     def modal(self, body: str) -> np.ndarray:
         """Return the modal coordinates (n,) of a body."""
-        row = self.packed.tree.ints[self.packed.link_of(body)]
-        return self._y[row[XQ] : row[XQ] + row[MODES]]
+        return self._y[self.packed.modes_of(body)]
 
     def __getitem__(self, name: str) -> Frame:
         """Return the motion of ``body.interface``."""
@@ -74,12 +73,12 @@ class State:
         refuse_unknown(name, known, "state: joint")
         position, rate = [], []
         for i in self.packed.links_of(name):
-            row, kind = self.packed.tree.ints[i], self.packed.types[i]
+            row, kind = self.packed.model.links[i], self.packed.types[i]
             if kind in PRESCRIBED:
                 position.append(self._motion[i, :1])
                 rate.append(self._motion[i, 1:2])
-            first = self.packed.nx + row[U]
-            position.append(self._y[row[X] : row[X] + COORDINATES[kind]])
+            first = self.packed.nx + row["u"]
+            position.append(self._y[row["x"] : row["x"] + COORDINATES[kind]])
             rate.append(self._y[first : first + SPEEDS[kind]])
         return JointState(np.concatenate(position), np.concatenate(rate))
 

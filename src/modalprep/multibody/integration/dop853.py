@@ -22,23 +22,23 @@ A_DENSE, C_DENSE, DENSE = DOP853.A_EXTRA.copy(), DOP853.C_EXTRA.copy(), DOP853.D
 
 
 @compile_merged
-def explicit_step(model, run, t, h):
+def explicit_step(eq, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance."""
     K = run.K
     copy(run.ydot, K[0])
     for s in range(1, STAGES):
         _combine(run.y, K, A_[s], s, h, run.new)
         run.count[EVALUATIONS] += 1
-        status = evaluate(model, t + C_[s] * h, run.new, K[s])
+        status = evaluate(eq, t + C_[s] * h, run.new, K[s])
         if status != GOOD:
             return status, 0.0
     _combine(run.y, K, B_, STAGES, h, run.new)
     run.count[EVALUATIONS] += 1
-    status = evaluate(model, t + h, run.new, K[STAGES])
+    status = evaluate(eq, t + h, run.new, K[STAGES])
     if status != GOOD:
         return status, 0.0
     copy(K[STAGES], run.newdot)
-    set_weights(model, run, run.new, False)
+    set_weights(eq, run, run.new, False)
     return GOOD, _error(run, h)
 
 
@@ -69,13 +69,13 @@ def _error(run, h):
 
 
 @compile_merged
-def explicit_rows(model, run, t, h):
+def explicit_rows(eq, run, t, h):
     """Write the dense output of an accepted step, before `y` moves on; three more evaluations."""
     K, rows, n = run.K, run.rows, len(run.y)
     for s in range(3):
         _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         run.count[EVALUATIONS] += 1
-        status = evaluate(model, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])
+        status = evaluate(eq, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])
         if status != GOOD:
             return status
     for k in range(n):

@@ -33,13 +33,12 @@ from modalprep.multibody.integration.stepping import (
     hermite_rows,
     interpolate,
     norm,
-    normalise,
     set_weights,
 )
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.constraints import settle
-from modalprep.multibody.kernels.data import MODES, XQ
 from modalprep.multibody.kernels.forces import prescribe
+from modalprep.multibody.kernels.joints import normalise
+from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import copy
 
 EXPLICIT, ROSENBROCK, ALPHA = range(3)
@@ -71,26 +70,26 @@ class Watch(NamedTuple):
 
 
 @compile_kernel
-def begin(model, run, method, t, stop):
+def begin(eq, run, method, t, stop):
     """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
-    normalise(model.tree, run.y)
+    normalise(eq.model, run.y)
     run.clock[T], run.clock[BEGIN], run.clock[LAST], run.clock[ERROR] = t, t, 0.0, 1.0
     copy(run.y, run.old)
     run.rows[:] = 0.0
     run.count[EVALUATIONS] += 1
-    status = evaluate(model, t, run.y, run.ydot)
+    status = evaluate(eq, t, run.y, run.ydot)
     if status != GOOD:
         return status
     if run.clock[FIXED] > 0.0:
         run.clock[H] = run.clock[FIXED]
         return GOOD
-    return _first_size(model, run, ERROR_ORDER[method], stop - t)
+    return _first_size(eq, run, ERROR_ORDER[method], stop - t)
 
 
 @compile_merged
-def _first_size(model, run, order, left):
+def _first_size(eq, run, order, left):
     """First step size of Hairer, Norsett and Wanner (1993), II.4."""
-    set_weights(model, run, run.y, True)
+    set_weights(eq, run, run.y, True)
     run.weight[-1] = 0.0
     d0, d1 = norm(run, run.y), norm(run, run.ydot)
     h = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
@@ -99,7 +98,7 @@ def _first_size(model, run, order, left):
     for k in range(len(run.y)):
         run.new[k] += h * run.ydot[k]
     run.count[EVALUATIONS] += 1
-    status = evaluate(model, run.clock[T] + h, run.new, run.newdot)
+    status = evaluate(eq, run.clock[T] + h, run.new, run.newdot)
     if status == GOOD:
         for k in range(len(run.y)):
             run.newdot[k] -= run.ydot[k]
@@ -109,14 +108,14 @@ def _first_size(model, run, order, left):
 
 
 @compile_kernel
-def advance(model, run, watch, method, stop, most):
+def advance(eq, run, watch, method, stop, most):
     """Take up to `most` steps towards the time `stop`; returns why it ends, a code above.
 
     Samples of the last step are written first: after FULL it goes on where it was.
     """
     run.count[FOUND] = 0
     for _ in range(most):
-        if not sample(model, run, watch):
+        if not sample(eq, run, watch):
             return FULL
         t, h = run.clock[T], run.clock[H]
         if t >= stop:
@@ -125,12 +124,12 @@ def advance(model, run, watch, method, stop, most):
         if h > 0.5 * left:
             h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
         end = stop if h == left else t + h
-        status, error = _try(model, run, method, t, h)
+        status, error = _try(eq, run, method, t, h)
         passed = error <= 1.0 or run.clock[FIXED] > 0.0
         if status == GOOD and not error < np.inf:
             status = NOT_FINITE
         if status == GOOD and passed:
-            status = _hold(model, run, method, h, end)
+            status = _hold(eq, run, method, h, end)
         if status == FAILED_CALLBACK:
             return RAISED
         if status != GOOD:
@@ -144,13 +143,13 @@ def advance(model, run, watch, method, stop, most):
             run.clock[H] = h * max(LEAST_GROWTH, SAFETY * error ** (-1.0 / ERROR_ORDER[method]))
             run.clock[ERROR] = -1.0
         else:
-            if _accept(model, run, watch, method, h, end) == FAILED_CALLBACK:
+            if _accept(eq, run, watch, method, h, end) == FAILED_CALLBACK:
                 return RAISED
             _next_size(run, method, h, error)
-            if _too_far(model.tree, watch, run):
+            if _too_far(eq.model, watch, run):
                 return DIVERGED
             if watch.hook[0]:
-                code = _events(model, run, watch)
+                code = _events(eq, run, watch)
                 if code != RUNNING:
                     return code
         if run.clock[H] < SMALLEST * stop:
@@ -159,53 +158,53 @@ def advance(model, run, watch, method, stop, most):
 
 
 @compile_merged
-def _try(model, run, method, t, h):
+def _try(eq, run, method, t, h):
     if method == EXPLICIT:
-        return explicit_step(model, run, t, h)
+        return explicit_step(eq, run, t, h)
     if method == ROSENBROCK:
-        return rosenbrock_step(model, run, t, h)
-    return alpha_step(model, run, t, h)
+        return rosenbrock_step(eq, run, t, h)
+    return alpha_step(eq, run, t, h)
 
 
 @compile_merged
-def _hold(model, run, method, h, t):
+def _hold(eq, run, method, h, t):
     """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status."""
-    normalise(model.tree, run.new)
-    if model.cons is None:
+    normalise(eq.model, run.new)
+    if eq.cons is None:
         return GOOD
-    prescribe(model.loads, t, model.motion)
+    prescribe(eq.loads, t, eq.motion)
     moves = settle(
-        model.cons, model.tree, model.flex, model.W, model.F, run.new, model.motion, t, model.work, model.hinge,
+        eq.cons, eq.model, eq.data, run.new, eq.motion, t, eq.work, eq.hinge,
         0.0 if method == EXPLICIT else 0.25 * h * h, CLOSED, MOST_PROJECTIONS,
     )  # fmt: skip
     if moves < 0:
         return OPEN
     if moves > 0 and method == EXPLICIT:
         run.count[EVALUATIONS] += 1
-        return evaluate(model, t, run.new, run.newdot)
+        return evaluate(eq, t, run.new, run.newdot)
     return GOOD
 
 
 @compile_merged
-def _accept(model, run, watch, method, h, t):
+def _accept(eq, run, watch, method, h, t):
     """Move on to the state `new` at time t, with dense output where it will be asked for."""
     status = GOOD
     if method != EXPLICIT:
         _add_work(run, h)
     if watch.hook[0] or _due(run, watch, t):
         if method == EXPLICIT:
-            status = explicit_rows(model, run, run.clock[T], h)
+            status = explicit_rows(eq, run, run.clock[T], h)
         else:
             hermite_rows(run, h)
     if method == ALPHA:
-        alpha_accept(model, run)
+        alpha_accept(eq, run)
     run.count[STEPS] += 1
     run.clock[BEGIN], run.clock[LAST], run.clock[POWER_BEFORE] = run.clock[T], h, run.ydot[-1]
     run.clock[T] = t
     copy(run.y, run.old)
     copy(run.new, run.y)
     copy(run.newdot, run.ydot)
-    set_weights(model, run, run.y, True)
+    set_weights(eq, run, run.y, True)
     return status
 
 
@@ -240,23 +239,23 @@ def _next_size(run, method, h, error):
 
 
 @compile_kernel
-def sample(model, run, watch):
+def sample(eq, run, watch):
     """Write the samples of the last step; False when there is no more room."""
     while _due(run, watch, run.clock[T]):
         if run.count[SAMPLED] == len(watch.samples):
             return False
-        interpolate(model.tree, run, watch.times[run.count[OUTPUT]], watch.samples[run.count[SAMPLED]])
+        interpolate(eq.model, run, watch.times[run.count[OUTPUT]], watch.samples[run.count[SAMPLED]])
         run.count[SAMPLED] += 1
         run.count[OUTPUT] += 1
     return True
 
 
 @compile_kernel
-def _too_far(tree, watch, run):
+def _too_far(model, watch, run):
     """Whether a body's deflection is beyond all meaning; its link is then the cause."""
-    for i in range(len(tree.ints)):
+    for i in range(len(model.links)):
         far = 0.0
-        for x in range(tree.ints[i, XQ], tree.ints[i, XQ] + tree.ints[i, MODES]):
+        for x in range(model.links[i].xq, model.links[i].xq + model.links[i].modes):
             far += abs(run.y[x]) * watch.size[x]
         if far > TOO_FAR:
             run.count[CAUSE] = i
@@ -265,23 +264,23 @@ def _too_far(tree, watch, run):
 
 
 @compile_kernel
-def ask(model, run, watch, t, y):
+def ask(eq, run, watch, t, y):
     """Let Python write the event functions at a state; False when it raised."""
-    copy(y, model.state)
+    copy(y, eq.state)
     call_address(watch.hook[0], t)
-    return model.shared[CALLBACK_RAISED] == 0.0
+    return eq.shared[CALLBACK_RAISED] == 0.0
 
 
 @compile_kernel
-def _events(model, run, watch):
+def _events(eq, run, watch):
     """Look for zero crossings in the last step; the first that ends the run becomes its state."""
     h, y, until = run.clock[LAST], run.new, np.inf
     for j in range(PROBES):
         a, b = run.clock[BEGIN] + j * h / PROBES, run.clock[BEGIN] + (j + 1) * h / PROBES
         if j == PROBES - 1:
             b = run.clock[T]
-        interpolate(model.tree, run, b, y)
-        if not ask(model, run, watch, b, y):
+        interpolate(eq.model, run, b, y)
+        if not ask(eq, run, watch, b, y):
             return RAISED
         copy(watch.values, watch.now)  # `_crossing` asks for others
         for e in range(len(watch.now)):
@@ -290,16 +289,16 @@ def _events(model, run, watch):
             falling = fa > 0.0 and fb <= 0.0
             if (rising and watch.sense[e, 0] >= 0) or (falling and watch.sense[e, 0] <= 0):
                 if abs(fa) == LEFT:
-                    t = _return(model, run, watch, e, a, b, fa, fb)
+                    t = _return(eq, run, watch, e, a, b, fa, fb)
                 else:
-                    t = _crossing(model, run, watch, e, a, b, fa, fb)
+                    t = _crossing(eq, run, watch, e, a, b, fa, fb)
                 watch.found[run.count[FOUND], 0], watch.found[run.count[FOUND], 1] = e, t
                 run.count[FOUND] += 1
                 if watch.sense[e, 1]:
                     until = min(until, t)
             watch.before[e] = fb
         if until < np.inf:
-            interpolate(model.tree, run, until, y)
+            interpolate(eq.model, run, until, y)
             copy(y, run.y)
             run.clock[T] = until
             return STOPPED
@@ -307,21 +306,21 @@ def _events(model, run, watch):
 
 
 @compile_kernel
-def _return(model, run, watch, e, a, b, fa, fb):
+def _return(eq, run, watch, e, a, b, fa, fb):
     """Time in [a, b] at which an event comes back that was just there: a itself where the motion did not leave."""
     for _ in range(MOST_TRIALS):
         t = 0.5 * (a + b)
-        interpolate(model.tree, run, t, run.new)
-        ask(model, run, watch, t, run.new)
+        interpolate(eq.model, run, t, run.new)
+        ask(eq, run, watch, t, run.new)
         f = watch.values[e]
         if f * fa > 0.0:
-            return _crossing(model, run, watch, e, t, b, f, fb)
+            return _crossing(eq, run, watch, e, t, b, f, fb)
         b, fb = t, f
     return a
 
 
 @compile_kernel
-def _crossing(model, run, watch, e, a, b, fa, fb):
+def _crossing(eq, run, watch, e, a, b, fa, fb):
     """Time in [a, b] at which an event function is zero: regula falsi, Illinois variant."""
     last = a
     for _ in range(MOST_TRIALS):
@@ -329,8 +328,8 @@ def _crossing(model, run, watch, e, a, b, fa, fb):
         if abs(t - last) <= 4e-16 * abs(t) or fb == 0.0:
             return b if fb == 0.0 else t
         last = t
-        interpolate(model.tree, run, t, run.new)
-        ask(model, run, watch, t, run.new)
+        interpolate(eq.model, run, t, run.new)
+        ask(eq, run, watch, t, run.new)
         f = watch.values[e]
         if f * fb < 0.0:
             a, fa = b, fb

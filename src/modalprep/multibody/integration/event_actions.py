@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.energy import energy
-from modalprep.multibody.evaluation.evaluate import Model, load
+from modalprep.multibody.evaluation.evaluate import Equations, load
 from modalprep.multibody.evaluation.impact import Impact, strike
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.model.events import Event, check_changes
@@ -26,9 +26,9 @@ class Changes:
         By event.
     """
 
-    def __init__(self, system: System, events: Sequence[Event], loading: Loading, model: Model) -> None:
+    def __init__(self, system: System, events: Sequence[Event], loading: Loading, eq: Equations) -> None:
         check_changes(system, events)
-        self.loading, self.model = loading, model
+        self.loading, self.equations = loading, eq
         self.number = {closure.name: k for k, closure in enumerate(system.closures)}
         self.impacts: dict[str, list[Impact]] = {event.name: [] for event in events if event.changes}
         self.past: set[str] = set()
@@ -39,7 +39,7 @@ class Changes:
             return False
         if not event.changes or event.hits:
             return True
-        active = self.loading.loops.closing.active
+        active = self.loading.loops.active
         waiting = any(not active(self.number[name]) for name in event.begins)
         return waiting or any(active(self.number[name]) for name in event.ends)
 
@@ -55,19 +55,17 @@ class Changes:
         loops = self.loading.loops
         begins, ends, hits = ([self.number[n] for n in names] for names in (event.begins, event.ends, event.hits))
         for k in ends:
-            loops.closing.activate(k, False)
+            loops.activate(k, False)
         if begins or hits:
-            load(self.model, t, y)
-            loops.residual(self.model.W, self.model.F, y, self.model.motion, t)
+            load(self.equations, t, y)
+            loops.residual(self.equations.data, y, self.equations.motion, t)
             for k in begins:
                 loops.begin(k)
-            blow = strike(loops, self.model.W, self.model.F, y[:-1], t, hits, event.restitution)
+            blow = strike(loops, self.equations.data, y[:-1], t, hits, event.restitution)
             self._count(event, blow)
-            before = energy(self.model, t, y)
+            before = energy(self.equations, t, y)
             y[:-1] = blow.y
-            y[-1] += energy(self.model, t, y) - before  # impulses of prescribed hinges change it too
-        if self.model.bonds is not None:
-            self.model.bonds.constants[: len(loops.arrays.rows)] = loops.arrays.constants
+            y[-1] += energy(self.equations, t, y) - before  # impulses of prescribed hinges change it too
 
     def _count(self, event: Event, blow: Impact) -> None:
         self.impacts[event.name].append(blow)

@@ -9,7 +9,6 @@ import numpy as np
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluate import evaluate
 from modalprep.multibody.integration.stepping import CAUSE, NOT_CONVERGED, OPEN
-from modalprep.multibody.kernels.data import UQ, WRENCH, XQ, U
 from modalprep.multibody.reference.equations import mass_and_force
 
 LATER = 1e-3  # of the run
@@ -22,7 +21,7 @@ class Running(Protocol):
     system: Any
     packed: Any
     loading: Any
-    model: Any
+    equations: Any
     steps: Any
     watch: Any
 
@@ -44,7 +43,7 @@ def failure(run: Running, t: float) -> SimulationError:
             begin + run.loading.loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
             "prescribed motions and lengths"
         )
-    evaluate(run.model, t, run.steps.y, run.steps.ydot)
+    evaluate(run.equations, t, run.steps.y, run.steps.ydot)
     loaded = _not_finite(run)
     if loaded and cause < 0:
         return SimulationError(f"{begin}the forces on body {loaded!r} are not finite; look for an infinite load there")
@@ -71,8 +70,7 @@ def body_of(run: Running, link: int) -> str:
 
 def modal_rows(run: Running, body: str) -> slice:
     """Return the rows of a body's modal coordinates."""
-    row = run.packed.tree.ints[run.packed.link_of(body)]
-    return slice(row[XQ], row[XQ] + run.system.bodies[body].n)
+    return run.packed.modes_of(body)
 
 
 def softest(run: Running) -> str:
@@ -83,25 +81,25 @@ def softest(run: Running) -> str:
 def fastest(run: Running) -> str:
     """Return the body whose own accelerations are the largest."""
     udot = np.abs(run.steps.ydot[run.packed.nx : -1])
-    rows = {name: run.packed.tree.ints[run.packed.link_of(name)] for name in run.system.order}
-    ends = {name: row[UQ] + run.system.bodies[name].n for name, row in rows.items()}
-    return max(rows, key=lambda name: udot[rows[name][U] : ends[name]].max(initial=0.0))
+    rows = {name: run.packed.model.links[run.packed.link_of(name)] for name in run.system.order}
+    ends = {name: row["uq"] + run.system.bodies[name].n for name, row in rows.items()}
+    return max(rows, key=lambda name: udot[rows[name]["u"] : ends[name]].max(initial=0.0))
 
 
 def _locked(run: Running, t: float) -> bool:
     """Whether the loops do not close a little later."""
     later = t + LATER * run.watch.times[-1]
     y = run.steps.y[:-1].copy()
-    return not run.loading.loops.settle(run.model.W, run.model.F, y, run.loading.prescribe(later), later)
+    return not run.loading.loops.settle(run.equations.data, y, run.loading.prescribe(later, run.equations.data), later)
 
 
 def _not_finite(run: Running) -> str:
     """Return the first body whose load is not a number."""
     for i, link in enumerate(run.packed.links):
-        if link.body and not np.all(np.isfinite(run.model.W[i, WRENCH : WRENCH + 6])):
+        if link.body and not np.all(np.isfinite(run.equations.data.links["wrench"][i])):
             return link.body
-    bad = np.flatnonzero(~np.isfinite(run.model.tau))
-    links = run.packed.tree.ints[:, U]
+    bad = np.flatnonzero(~np.isfinite(run.equations.tau))
+    links = run.packed.model.links["u"]
     return body_of(run, int(np.flatnonzero(links <= bad[0])[-1])) if len(bad) else ""
 
 

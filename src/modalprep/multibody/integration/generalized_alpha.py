@@ -37,7 +37,6 @@ from modalprep.multibody.integration.stepping import (
     set_weights,
 )
 from modalprep.multibody.kernels.articulated_body import kinematic
-from modalprep.multibody.kernels.data import NX
 
 LEAST_SWEEPS, MOST_SWEEPS = 2, 12
 PLACES = True
@@ -47,13 +46,13 @@ ROUND_OFF = 1e-13  # of a coordinate: sweeps do not come closer
 
 
 @compile_merged
-def alpha_step(model, run, t, h):
+def alpha_step(eq, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance.
 
     Rows of K: 0 algorithmic less true acceleration at the begin, 1 algorithmic at the begin, 2 at the end, 3 true
     accelerations of the last sweep, 4 of this one, 5 and 6 scratch.
     """
-    nx, nu = model.tree.ints[0, NX], len(model.tau)
+    nx, nu = eq.model.nx, len(eq.tau)
     p = _parameters(run.clock[RHO])
     c1, c2 = p.c * p.gamma * h, p.c * p.beta * h * h
     last, trial, rate, place = run.K[3], run.K[4], run.K[5], run.K[6]
@@ -62,29 +61,29 @@ def alpha_step(model, run, t, h):
     ratio = h / run.clock[LAST] if run.clock[LAST] > 0.0 else 0.0
     for u in range(nu):  # stiff modes start from rest: their equation is linear, so they need no guess
         run.K[1, u] = run.ydot[nx + u] + ratio * run.K[0, u]
-        last[u] = run.ydot[nx + u] / (1.0 + c1 * model.linear[1, u] + c2 * model.linear[0, u])
+        last[u] = run.ydot[nx + u] / (1.0 + c1 * eq.linear[1, u] + c2 * eq.linear[0, u])
     change = 0.0
     for sweep in range(MOST_SWEEPS):
-        _place(model, run, h, p)
+        _place(eq, run, h, p)
         run.count[EVALUATIONS] += 1
-        if not load(model, t + h, run.new):
+        if not load(eq, t + h, run.new):
             return FAILED_CALLBACK, 0.0
-        hinge_slopes(model)
+        hinge_slopes(eq)
         for u in range(nu):
             rate[u], place[u] = -c1 * last[u], -c2 * last[u]
-        status = solve_implicit(model, t + h, run.new, c1, c2, rate[:nu], place[:nu], PLACES, trial[:nu])
+        status = solve_implicit(eq, t + h, run.new, c1, c2, rate[:nu], place[:nu], PLACES, trial[:nu])
         if status >= 0:
             return status, 0.0
-        run.newdot[nx + nu] = power(model, model.bonds_work, run.new)
+        run.newdot[nx + nu] = power(eq, eq.bonds_work, run.new)
         for u in range(nu):
             place[u] = c2 * (trial[u] - last[u])
             last[u] = trial[u]
-        set_weights(model, run, run.new, False)
-        before, change = change, largest_error(model.tree, run, place[:nu], True)
+        set_weights(eq, run, run.new, False)
+        before, change = change, largest_error(eq.model, run, place[:nu], True)
         if sweep + 1 >= LEAST_SWEEPS:
             left = change / before if before > 0.0 else 0.0
             if change <= least or change * left <= SWEEP_TOLERANCE * share * (1.0 - left):
-                return GOOD, _finish(model, run, t, h, share)
+                return GOOD, _finish(eq, run, t, h, share)
             if not left < 1.0:
                 return NOT_CONVERGED, 0.0
     return NOT_CONVERGED, 0.0
@@ -108,9 +107,9 @@ def _parameters(rho):
 
 
 @compile_kernel
-def _place(model, run, h, p):
+def _place(eq, run, h, p):
     """Write the state at the end of the step, with the accelerations of the last sweep, to `new`."""
-    nx, nu = model.tree.ints[0, NX], len(model.tau)
+    nx, nu = eq.model.nx, len(eq.tau)
     d = run.K[5]
     for u in range(nu):
         begin = run.K[1, u]
@@ -118,11 +117,11 @@ def _place(model, run, h, p):
         d[u] = h * run.y[nx + u] + h * h * ((0.5 - p.beta) * begin + p.beta * end)
         run.new[nx + u] = run.y[nx + u] + h * ((1.0 - p.gamma) * begin + p.gamma * end)
         run.K[2, u] = end
-    move(model.tree, model.place, run.y, d[:nu], run.new)
+    move(eq.model, eq.place, run.y, d[:nu], run.new)
 
 
 @compile_kernel
-def _finish(model, run, t, h, share):
+def _finish(eq, run, t, h, share):
     """Write the state of the last sweep and its derivative; returns the error of the step.
 
     The local error of the coordinates is ``h^3 v'' (beta + d / 2 - 1/6)``, d = am - af the shift of the algorithmic
@@ -131,27 +130,27 @@ def _finish(model, run, t, h, share):
     tolerance. Errors of the hinges' slow motion add up besides, so they may use it by the step's share of the run; what
     vibrates, bounded by its amplitude, is taken off them by the filter of a longer step.
     """
-    nx, nu, p = model.tree.ints[0, NX], len(model.tau), _parameters(run.clock[RHO])
-    _place(model, run, h, p)
-    kinematic(model.tree, run.new, run.newdot)
+    nx, nu, p = eq.model.nx, len(eq.tau), _parameters(run.clock[RHO])
+    _place(eq, run, h, p)
+    kinematic(eq.model, run.new, run.newdot)
     factor = h * h * (p.beta + 0.5 * (p.am - p.af) - 1.0 / 6.0)
     for u in range(nu):
         run.newdot[nx + u] = run.K[3, u]
         run.K[5, u] = factor * (run.K[2, u] - run.K[1, u])
     error, scratch = run.K[5, :nu], run.K[6, :nu]
     c1, c2 = p.c * p.gamma * h, p.c * p.beta * h * h
-    smooth(model, c1, c2, error, scratch)
-    whole, slow = largest_error(model.tree, run, error, True), largest_error(model.tree, run, error, False)
+    smooth(eq, c1, c2, error, scratch)
+    whole, slow = largest_error(eq.model, run, error, True), largest_error(eq.model, run, error, False)
     if slow > share and whole <= 1.0:
         run.count[EVALUATIONS] += 1
-        keep_slow(model, t + h, run.new, c1, c2, error, scratch)
-        slow = largest_error(model.tree, run, error, False)
+        keep_slow(eq, t + h, run.new, c1, c2, error, scratch)
+        slow = largest_error(eq.model, run, error, False)
     return larger(whole, slow / share)
 
 
 @compile_kernel
-def alpha_accept(model, run):
+def alpha_accept(eq, run):
     """Keep what the next step needs, after a step was accepted."""
-    nx = model.tree.ints[0, NX]
-    for u in range(len(model.tau)):
+    nx = eq.model.nx
+    for u in range(len(eq.tau)):
         run.K[0, u] = run.K[2, u] - run.newdot[nx + u]

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.multibody.evaluation.evaluate import GOOD, Model, evaluate
+from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, REACHED, ROSENBROCK, RUNNING, Watch, advance, begin
 from modalprep.multibody.integration.stepping import EVALUATIONS, FIXED, Run, T, move
@@ -42,7 +42,7 @@ class Choice(NamedTuple):
     spent: int = 0  # evaluations then
 
 
-def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
+def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
     """Return the method asked for, or for "auto" the one to begin with.
 
     An explicit step is at most ``6 / top`` and costs 12 evaluations, whatever the tolerance; implicit steps follow
@@ -51,32 +51,32 @@ def choose(model: Model, run: Run, loading: Loading, method: str, t_end: float) 
     """
     loading.enter(*loading.stretches[0])
     start = loading.stretches[0][0]
-    top = top_frequency(model, run, start)
+    top = top_frequency(eq, run, start)
     steps = top * t_end / STABLE
     if method in METHODS:
         return Choice(METHODS[method], steps)
     if run.clock[FIXED] > 0.0:
         explicit = run.clock[FIXED] * top < STABLE
         why = ", chosen by the step against the highest frequency"
-        return Choice(EXPLICIT if explicit else _implicit(model), steps, why)
+        return Choice(EXPLICIT if explicit else _implicit(eq), steps, why)
     if steps < FEW_STEPS:
         return Choice(EXPLICIT, steps)
     first = FIRST_REVIEW * STEP_COST * steps
     why = f", chosen against {STEP_COST * steps:.2g} evaluations that the explicit method takes at least"
-    return Choice(_implicit(model), steps, why, STEP_COST * top / STABLE, first, start)
+    return Choice(_implicit(eq), steps, why, STEP_COST * top / STABLE, first, start)
 
 
-def top_frequency(model: Model, run: Run, t: float) -> float:
+def top_frequency(eq: Equations, run: Run, t: float) -> float:
     """Return the highest frequency (rad/s) of small motions about the start at t, by power iteration on differences."""
-    nx, nu = len(model.state) - len(model.tau), len(model.tau)
+    nx, nu = len(eq.state) - len(eq.tau), len(eq.tau)
     y, base, moved = run.y.copy(), np.zeros(nx + nu + 1), np.zeros(nx + nu + 1)
-    if nu == 0 or evaluate(model, t, y, base) != GOOD:
+    if nu == 0 or evaluate(eq, t, y, base) != GOOD:
         return 0.0
     near, d, square = y.copy(), np.random.default_rng(0).standard_normal(nu), 0.0
     for _ in range(ITERATIONS):
         d *= NUDGE / np.abs(d).max()
-        move(model.tree, model.place, y, d, near)
-        if evaluate(model, t, near, moved) != GOOD:
+        move(eq.model, eq.place, y, d, near)
+        if evaluate(eq, t, near, moved) != GOOD:
             return 0.0
         force = base[nx:-1] - moved[nx:-1]
         before, square = square, float(np.linalg.norm(force) / np.linalg.norm(d))
@@ -88,7 +88,7 @@ def top_frequency(model: Model, run: Run, t: float) -> float:
     return float(np.sqrt(square))
 
 
-def review(model: Model, run: Run, watch: Watch, choice: Choice, spent: float, stop: float, t_end: float) -> Choice:
+def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, stop: float, t_end: float) -> Choice:
     """Return the method that should spend the fewest evaluations on the rest of the run.
 
     The one in use has just `spent` so many on a second; of the explicit method the least is known, an implicit one is
@@ -100,7 +100,7 @@ def review(model: Model, run: Run, watch: Watch, choice: Choice, spent: float, s
     if choice.method != EXPLICIT:
         cost[EXPLICIT] = choice.explicit
     elif (budget := TRIAL_SHARE * cost[EXPLICIT] * (t_end - t)) > LEAST_TRIAL:
-        cost[_implicit(model)] = _trial(model, run, watch, _implicit(model), (t, stop), budget)
+        cost[_implicit(eq)] = _trial(eq, run, watch, _implicit(eq), (t, stop), budget)
     best = min(cost, key=cost.__getitem__)
     if cost[best] > WORTH * cost[choice.method]:
         best = choice.method
@@ -121,13 +121,13 @@ def _expected(age: float, count: int, spent: float, left: float) -> float:
     return max(spent, count / age) if power == 1.0 else count * ((1 + left / age) ** power - 1) / left
 
 
-def _implicit(model: Model) -> int:
+def _implicit(eq: Equations) -> int:
     """Return the implicit method that suits a system.
 
     The Rosenbrock method is the more accurate one at the same tolerance, for stiff modes that are loaded suddenly by
     far; but springs and bushings that may turn take its order.
     """
-    return ALPHA if model.bonds is not model.cons else ROSENBROCK
+    return ALPHA if eq.bonds is not eq.cons else ROSENBROCK
 
 
 def without(choice: Choice, t: float) -> Choice:
@@ -138,18 +138,18 @@ def without(choice: Choice, t: float) -> Choice:
     return choice._replace(method=EXPLICIT, why=why, review=np.inf)
 
 
-def _trial(model: Model, run: Run, watch: Watch, method: int, stretch: tuple[float, float], budget: float) -> float:
+def _trial(eq: Equations, run: Run, watch: Watch, method: int, stretch: tuple[float, float], budget: float) -> float:
     """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole stretch."""
     first, stop = stretch
     trial = Run(*(part.copy() for part in run))
     trial.count[EVALUATIONS] = 0
     unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, dtype=np.int64))
-    if begin(model, trial, method, first, stop) != GOOD:
+    if begin(eq, trial, method, first, stop) != GOOD:
         return np.inf
     code, trials, cost = RUNNING, 0, np.inf
     while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget):
         t, before = trial.clock[T], trial.count[EVALUATIONS]
-        code = advance(model, trial, unwatched, method, stop, TRIAL_STEPS)
+        code = advance(eq, trial, unwatched, method, stop, TRIAL_STEPS)
         moved, trials = trial.clock[T] - t, trials + 1
         cost = (trial.count[EVALUATIONS] - before) / moved if moved > 0.0 else np.inf
     run.count[EVALUATIONS] += trial.count[EVALUATIONS]

@@ -26,7 +26,6 @@ from modalprep.multibody.evaluation.evaluate import (
 )
 from modalprep.multibody.integration.stepping import EVALUATIONS, larger, set_weights
 from modalprep.multibody.kernels.articulated_body import kinematic
-from modalprep.multibody.kernels.data import NX
 from modalprep.multibody.kernels.spatial import copy
 
 G = 0.43586652150845900
@@ -48,26 +47,26 @@ STAGES = 4
 
 
 @compile_merged
-def rosenbrock_step(model, run, t, h):
+def rosenbrock_step(eq, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance."""
     for i in range(STAGES):
-        status = _stage(model, run, t, h, i)
+        status = _stage(eq, run, t, h, i)
         if status != GOOD:
             return status, 0.0
-    nx, nu, error, scratch = model.tree.ints[0, NX], len(model.tau), run.rows[0], run.rows[1]
+    nx, nu, error, scratch = eq.model.nx, len(eq.tau), run.rows[0], run.rows[1]
     copy(run.y, run.new)
     error[:] = 0.0
     for i in range(STAGES):
         for k in range(nx + nu):
             run.new[k] += h * WEIGHTS[i] * run.K[i, k]
             error[k] += h * (WEIGHTS[i] - EMBEDDED[i]) * run.K[i, k]
-    set_weights(model, run, run.new, False)
+    set_weights(eq, run, run.new, False)
     worst = _largest(error, run.weight, 0, nx)
     if worst <= 1.0 and _largest(error, run.weight, nx, nx + nu) > 1.0:
         run.count[EVALUATIONS] += 1
-        keep_slow(model, t + h, run.new, h * G, h * h * G * G, error[nx : nx + nu], scratch[:nu])
+        keep_slow(eq, t + h, run.new, h * G, h * h * G * G, error[nx : nx + nu], scratch[:nu])
     run.count[EVALUATIONS] += 1
-    status = evaluate(model, t + h, run.new, run.newdot)
+    status = evaluate(eq, t + h, run.new, run.newdot)
     return status, larger(worst, _largest(error, run.weight, nx, nx + nu))
 
 
@@ -80,9 +79,9 @@ def _largest(error, weight, begin, end):
 
 
 @compile_merged
-def _stage(model, run, t, h, i):
+def _stage(eq, run, t, h, i):
     """Solve stage i for its row of K; its speeds stand in row 3 + i of `rows`."""
-    nx, nu = model.tree.ints[0, NX], len(model.tau)
+    nx, nu = eq.model.nx, len(eq.tau)
     y, row, rate, place, speed = run.new, run.K[i], run.rows[1], run.rows[2], run.rows[3 + i]
     copy(run.y, y)
     rate[:] = place[:] = 0.0
@@ -94,17 +93,17 @@ def _stage(model, run, t, h, i):
             place[u] += h * GAMMA[i, j] * run.rows[3 + j, u]
     t_stage = t + h * np.sum(ALPHA[i])
     run.count[EVALUATIONS] += 1
-    if not load(model, t_stage, y):
+    if not load(eq, t_stage, y):
         return FAILED_CALLBACK
     if i == 0:
-        hinge_slopes(model)
+        hinge_slopes(eq)
     for u in range(nu):
         speed[u] = y[nx + u] + rate[u]
         place[u] += h * G * speed[u]
     kv = row[nx : nx + nu]
-    status = solve_implicit(model, t_stage, y, h * G, h * h * G * G, rate[:nu], place[:nu], False, kv)
+    status = solve_implicit(eq, t_stage, y, h * G, h * h * G * G, rate[:nu], place[:nu], False, kv)
     for u in range(nu):
         speed[u] += h * G * kv[u]
         y[nx + u] = speed[u]
-    kinematic(model.tree, y, row)
+    kinematic(eq.model, y, row)
     return status

@@ -13,7 +13,7 @@ from modalprep.multibody.evaluation.evaluate import (
     GOOD,
     RAISED,
     TWIN,
-    build_model,
+    build_equations,
 )
 from modalprep.multibody.evaluation.event_functions import event_function
 from modalprep.multibody.evaluation.impact import Impact
@@ -37,7 +37,6 @@ from modalprep.multibody.integration.stepping import (
     new_run,
 )
 from modalprep.multibody.kernels.callbacks import Pointer
-from modalprep.multibody.kernels.data import MODES, XQ, workspace
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
@@ -96,38 +95,39 @@ class Integration:
         if loading.loops:
             loading.enter(*loading.stretches[0])
             y = y.copy()
-            y[:-1] = loading.loops.assemble(*workspace(packed.tree, packed.flex), y[:-1], loading.prescribe(0.0))
-        self.model = build_model(system, packed, loading)
-        self.changes = Changes(system, self.events, loading, self.model)
+            data = packed.data()
+            y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(0.0, data))
+        self.equations = build_equations(system, packed, loading)
+        self.changes = Changes(system, self.events, loading, self.equations)
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
-        for i, row in enumerate(packed.tree.ints):  # deflections count by a share of the body's size at least
-            reach = size[row[XQ] : row[XQ] + row[MODES]].max(initial=0.0)
+        for i, row in enumerate(packed.model.links):  # deflections count by a share of the body's size at least
+            reach = size[row["xq"] : row["xq"] + row["modes"]].max(initial=0.0)
             self.steps.size[SIZES + 2 * i] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
         self.pointers = {
             CALLBACK: None if loading.compiled else self._pointer(self._loads),
             TWIN: self._pointer(lambda t: self._twin(twin, t)) if twin else None,
         }
         for flag, pointer in self.pointers.items():
-            self.model.flags[flag] = pointer.address if pointer else 0
+            self.equations.flags[flag] = pointer.address if pointer else 0
         self.watch = self._watch(times, size)
-        self.choice = choose(self.model, self.steps, loading, method, loading.t_end)
+        self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
-        return Pointer(function, self.model.shared[RAISED:])
+        return Pointer(function, self.equations.shared[RAISED:])
 
     def _loads(self, t: float) -> None:
-        m = self.model
-        m.shared[CALLBACK_POWER] = self.loading.call(m.W, m.F, m.state, t)
+        m = self.equations
+        m.shared[CALLBACK_POWER] = self.loading.call(m.data, m.state, t)
 
     def _twin(self, twin: Callable, t: float) -> None:
         with np.errstate(all="ignore"):  # a trial that is far off is rejected, as one of the kernel
-            self.model.twin[:] = twin(self.model.state, self.model.motion, t)
+            self.equations.twin[:] = twin(self.equations.state, self.equations.motion, t)
 
     def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
         count = len(self.events)
         values, hook = np.zeros(count), np.zeros(1, dtype=np.int64)
         if count:
-            functions = [event_function(self.system, self.packed, self.loading, self.model, e) for e in self.events]
+            functions = [event_function(self.system, self.packed, self.loading, self.equations, e) for e in self.events]
 
             def ask(t: float) -> None:
                 values[:] = [
@@ -168,7 +168,7 @@ class Integration:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
             t, count = float(self.steps.clock[T]), int(self.steps.count[EVALUATIONS])
-            code = driver.advance(self.model, self.steps, self.watch, self.choice.method, end, self._chunk())
+            code = driver.advance(self.equations, self.steps, self.watch, self.choice.method, end, self._chunk())
             found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
             self._drain(record)
             self.raise_callback()
@@ -186,7 +186,7 @@ class Integration:
                 self._review((self.steps.count[EVALUATIONS] - count) / moved, record, end)
 
     def _begin(self, begin: float, end: float) -> None:
-        status = driver.begin(self.model, self.steps, self.choice.method, begin, end)
+        status = driver.begin(self.equations, self.steps, self.choice.method, begin, end)
         self.raise_callback()
         if status != GOOD or not np.all(np.isfinite(self.steps.ydot)):
             self.steps.count[CAUSE] = status
@@ -196,7 +196,7 @@ class Integration:
 
     def _look(self, t: float) -> None:
         """Take the event functions at the state as those before the next step."""
-        driver.ask(self.model, self.steps, self.watch, t, self.steps.y)
+        driver.ask(self.equations, self.steps, self.watch, t, self.steps.y)
         self.raise_callback()
         self.watch.before[:] = self.watch.values
 
@@ -233,7 +233,7 @@ class Integration:
 
     def _review(self, spent: float, record: Record, end: float) -> None:
         """Go on with the method that should be quickest; the present one has `spent` so many evaluations a second."""
-        choice = review(self.model, self.steps, self.watch, self.choice, spent, end, self.loading.t_end)
+        choice = review(self.equations, self.steps, self.watch, self.choice, spent, end, self.loading.t_end)
         self.raise_callback()
         self._go_on(choice, record, end)
 
@@ -253,7 +253,7 @@ class Integration:
     def _sample_all(self, record: Record) -> None:
         full = True
         while full:
-            full = not driver.sample(self.model, self.steps, self.watch)
+            full = not driver.sample(self.equations, self.steps, self.watch)
             self._drain(record)
 
     def _drain(self, record: Record) -> None:

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.data import FREE, JOINT, MODES, NX, PRISMATIC, REVOLUTE, SPHERICAL, UQ, XQ, U, X
+from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPHERICAL
+from modalprep.multibody.kernels.joints import normalise
 from modalprep.multibody.kernels.spatial import add3, axpy3, cross, dot3, quaternion_rotation, times
 
 # columns of Run.clock: time, next step size, error of the last step, its size and begin, the power there; size of a
@@ -48,18 +49,18 @@ def new_run(y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fix
 
 
 @compile_kernel
-def set_weights(model, run, z, keep):
+def set_weights(eq, run, z, keep):
     """Fill `run.weight` by ``1 / (atol + rtol size)``, sizes by `run.size` and the state z; keep them if `keep`.
 
     Sizes are the largest so far: of the modes of a body, of all rates of turn, of all travels and their rates; a turn
     is measured by one radian at least, the rate of a mode by its deflection times its frequency. So what matters
     little, a mode of no effect or a hinge that happens to rest, does not hold the step.
     """
-    tree, size = model.tree, run.size
-    nx = tree.ints[0, NX]
+    model, size = eq.model, run.size
+    nx = model.nx
     angle, spin, place, speed = max(1.0, size[TURN]), size[SPIN], size[PLACE], size[SPEED]
-    for i in range(len(tree.ints)):
-        joint, x, u = tree.ints[i, JOINT], tree.ints[i, X], nx + tree.ints[i, U]
+    for i in range(len(model.links)):
+        joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
         if joint == REVOLUTE:
             angle, spin = max(angle, abs(z[x])), max(spin, abs(z[u]))
         elif joint == PRISMATIC:
@@ -73,21 +74,21 @@ def set_weights(model, run, z, keep):
     work = max(size[WORK], abs(z[len(z) - 1]))
     if keep:
         size[TURN], size[SPIN], size[PLACE], size[SPEED], size[WORK] = angle, spin, place, speed, work
-    for i in range(len(tree.ints)):
-        joint, x, u = tree.ints[i, JOINT], tree.ints[i, X], nx + tree.ints[i, U]
+    for i in range(len(model.links)):
+        joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
         turns = joint == REVOLUTE or joint == SPHERICAL
-        travels = 3 if joint == FREE else 0 if turns else tree.ints[i, UQ] - tree.ints[i, U]
+        travels = 3 if joint == FREE else 0 if turns else model.links[i].uq - model.links[i].u
         _weigh(run.weight, run.clock, x, travels, place)
         _weigh(run.weight, run.clock, u, travels, speed)
-        _weigh(run.weight, run.clock, x + travels, tree.ints[i, XQ] - x - travels, angle)
-        _weigh(run.weight, run.clock, u + travels, tree.ints[i, UQ] - tree.ints[i, U] - travels, spin)
-        n, xq, uq = tree.ints[i, MODES], tree.ints[i, XQ], nx + tree.ints[i, UQ]
+        _weigh(run.weight, run.clock, x + travels, model.links[i].xq - x - travels, angle)
+        _weigh(run.weight, run.clock, u + travels, model.links[i].uq - model.links[i].u - travels, spin)
+        n, xq, uq = model.links[i].modes, model.links[i].xq, nx + model.links[i].uq
         moved, rate = max(size[2 * i + SIZES], _largest(z, xq, n)), max(size[2 * i + SIZES + 1], _largest(z, uq, n))
         if keep:
             size[2 * i + SIZES], size[2 * i + SIZES + 1] = moved, rate
         _weigh(run.weight, run.clock, xq, n, moved)
         for a in range(n):
-            fast = moved * np.sqrt(max(0.0, model.linear[0, uq - nx + a]))
+            fast = moved * np.sqrt(max(0.0, eq.linear[0, uq - nx + a]))
             _weigh(run.weight, run.clock, uq + a, 1, max(rate, fast))
     _weigh(run.weight, run.clock, len(z) - 1, 1, work)
 
@@ -107,20 +108,20 @@ def _weigh(weight, clock, first, count, size):
 
 
 @compile_kernel
-def largest_error(tree, run, e, modes):
+def largest_error(model, run, e, modes):
     """Largest weighted error ``e (nu,)`` of the coordinates, as increments of the speeds' directions.
 
     modes: whether those of modal coordinates count.
     """
     worst = 0.0
-    for i in range(len(tree.ints)):
-        joint, x, u = tree.ints[i, JOINT], tree.ints[i, X], tree.ints[i, U]
-        for c in range(tree.ints[i, UQ] - u):
+    for i in range(len(model.links)):
+        joint, x, u = model.links[i].joint, model.links[i].x, model.links[i].u
+        for c in range(model.links[i].uq - u):
             k = x if joint == SPHERICAL else x + c
             worst = larger(worst, e[u + c] * run.weight[k])
         if modes:
-            for c in range(tree.ints[i, MODES]):
-                worst = larger(worst, e[tree.ints[i, UQ] + c] * run.weight[tree.ints[i, XQ] + c])
+            for c in range(model.links[i].modes):
+                worst = larger(worst, e[model.links[i].uq + c] * run.weight[model.links[i].xq + c])
     return worst
 
 
@@ -140,25 +141,13 @@ def norm(run, e):
 
 
 @compile_kernel
-def normalise(tree, y):
-    """Bring the quaternions of a state to length one."""
-    for i in range(len(tree.ints)):
-        joint = tree.ints[i, JOINT]
-        if joint == SPHERICAL or joint == FREE:
-            x = tree.ints[i, X] + (3 if joint == FREE else 0)
-            f = 1.0 / np.sqrt(y[x] ** 2 + y[x + 1] ** 2 + y[x + 2] ** 2 + y[x + 3] ** 2)
-            for c in range(4):
-                y[x + c] *= f
-
-
-@compile_kernel
-def move(tree, place, y, d, out):
+def move(model, place, y, d, out):
     """Move the coordinates of y by increments ``d (nu,)``: exponentials of the motion where a hinge turns freely."""
     for u in range(len(d)):
         if place[u] >= 0:
             out[place[u]] = y[place[u]] + d[u]
-    for i in range(len(tree.ints)):
-        joint, x, u = tree.ints[i, JOINT], tree.ints[i, X], tree.ints[i, U]
+    for i in range(len(model.links)):
+        joint, x, u = model.links[i].joint, model.links[i].x, model.links[i].u
         if joint == SPHERICAL:
             _turn(y, x, (d[u], d[u + 1], d[u + 2]), out)
         elif joint == FREE:
@@ -202,7 +191,7 @@ def hermite_rows(run, h):
 
 
 @compile_kernel
-def interpolate(tree, run, t, out):
+def interpolate(model, run, t, out):
     """State at t within the last step: ``y + s (r0 + (1 - s) (r1 + s (r2 + (1 - s) (...))))``."""
     h = run.clock[LAST]
     s = (t - run.clock[BEGIN]) / h if h > 0.0 else 1.0
@@ -211,4 +200,4 @@ def interpolate(tree, run, t, out):
         for j in range(6, -1, -1):
             v = (v + run.rows[j, k]) * (s if j % 2 == 0 else 1.0 - s)
         out[k] = run.old[k] + v
-    normalise(tree, out)
+    normalise(model, out)

@@ -1,11 +1,11 @@
-"""What the compiled equations of motion read and write: the packed tree, its modes, their scratch.
+"""Model and data of the equations of motion: what is constant, and what an evaluation writes.
 
-The packed tree consists of links, parents first. A joint of several axes is a chain of hinges with massless links
-between; the last link carries the body. A link's frame has the hinge axis as z; its body's constants are turned
-there when packed, so that users' frames never change.
+A packed system is a tree of links, parents first. A joint of several axes is a chain of joints of one axis with
+massless links between; the last link carries the body. A link's frame has the joint's axis as z; its body's constants
+are turned there when packed, so that users' frames never change.
 
-State ``y = [coordinates | speeds]``. Per link: its hinge's coordinates (revolute: angle; prismatic: length; spherical:
-quaternion w, x, y, z of the body in the parent's axes; free: position of the root in the parent's interface
+State ``y = [coordinates | speeds]``. Per link: its joint's coordinates (revolute and screw: angle; prismatic: length;
+spherical: quaternion w, x, y, z of the body in the parent's axes; free: position of the root in the parent's interface
 frame, then the quaternion; weld and prescribed: none), then modal coordinates. Speeds alike: rate; spherical: angular
 velocity relative to the parent, in the body's axes; free: velocity of the root and angular velocity, relative
 to the parent, in the body's axes; then modal rates.
@@ -22,44 +22,61 @@ COORDINATES = (0, 1, 1, 4, 7, 0, 0)
 SPEEDS = (0, 1, 1, 3, 6, 0, 0)
 PRESCRIBED = (PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC)
 
-# columns of Tree.ints
-PARENT, NODE, JOINT, MODES, X, U, KIND, SLOT, HAS_KG, BODY, PHI, XQ, UQ, NODES, NX, INTS = range(16)
-
-# columns of Tree.fixed
-C, ARM0, ALIGN, MASS, FIRST, INERTIA, FIXED = 0, 9, 12, 21, 22, 25, 31
-GROUND_RATE = 3  # in the row of the ground
-
-# columns of W
-R, ARM, OMEGA, BIAS, IA, PA, A, PIVOT, WRENCH = 0, 9, 12, 15, 21, 42, 48, 54, 75
-POSITION, ROTATION, VELOCITY, SLIDE, WIDTH = 81, 84, 93, 96, 99
-H_, J_ = IA + 6, IA + 15
+UNIT, AFFINE, GROWS = range(3)  # `modal_mass` of a link: 1 throughout; geometric stiffness or another fill; T
 
 EPSILON = np.zeros((3, 3, 3))
 EPSILON[[0, 1, 2], [1, 2, 0], [2, 0, 1]] = 1.0
 EPSILON[[0, 1, 2], [2, 0, 1], [1, 2, 0]] = -1.0
 
+# One link of the model. Rotations by rows; a moment of inertia by xx, xy, xz, yy, yz, zz.
+LINK = np.dtype([
+    ("parent", np.int64),  # link; the number of links for the ground
+    ("interface", np.int64),  # of the parent's body
+    ("joint", np.int64),  # type
+    ("modes", np.int64),
+    ("x", np.int64),  # first coordinate
+    ("u", np.int64),  # first speed, counted from the first speed
+    ("xq", np.int64),  # first modal coordinate
+    ("uq", np.int64),  # first modal speed
+    ("kind", np.int64),  # row in `Modal`, -1 rigid
+    ("slot", np.int64),  # row in `ModalData`, -1 rigid
+    ("modal_mass", np.int64),  # UNIT, AFFINE or GROWS
+    ("body", np.int64),  # in the system's order, -1 none
+    ("shape", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
+    ("first_interface", np.int64),  # row of `Model.interfaces`
+    ("rotation", np.float64, 9),  # joint frame at zero to the parent's link frame
+    ("arm", np.float64, 3),  # interface on the parent's undeformed body, in the parent's link frame, m
+    ("align", np.float64, 9),  # link frame to the body's frame
+    ("mass", np.float64),  # kg, of the body
+    ("first_moment", np.float64, 3),  # kg m
+    ("inertia", np.float64, 6),  # kg m^2, about the link's origin
+])  # fmt: skip
 
-class Tree(NamedTuple):
-    """Topology and rigid constants.
+# One link of the data, in its own axes where nothing else is said. Spatial vectors are (linear, angular).
+LINK_DATA = np.dtype([
+    ("rotation", np.float64, 9),  # to the parent link's axes
+    ("arm", np.float64, 3),  # from the parent link's origin, in its axes
+    ("omega", np.float64, 3),  # angular velocity, inertial
+    ("bias", np.float64, 6),  # acceleration when that of the parent, u' and q'' are zero
+    ("M", np.float64, 6),  # articulated inertia [[M, H], [H', J]]
+    ("H", np.float64, 9),
+    ("J", np.float64, 6),
+    ("force", np.float64, 6),  # articulated bias force
+    ("acceleration", np.float64, 6),  # of the origin, less gravity
+    ("pivot", np.float64, 21),  # what the joint's elimination leaves for the accelerations
+    ("wrench", np.float64, 6),  # external, at the origin
+    ("position", np.float64, 3),  # inertial, as the following
+    ("orientation", np.float64, 9),  # link to inertial
+    ("velocity", np.float64, 3),
+    ("slide", np.float64, 3),  # velocity relative to the parent's material, parent's axes
+    ("mass", np.float64),  # of the body now: the model's, where nothing changes it
+    ("first_moment", np.float64, 3),
+    ("inertia", np.float64, 6),
+])  # fmt: skip
 
-    `ints`, a row per link: parent link (-1 the ground, which is the last row of W), interface of the parent's body,
-    kernel joint type, modes, first coordinate, first speed (counted from the first speed), flexible kind (-1 rigid),
-    flexible slot (-1), whether the modal mass is not 1 throughout (1: geometric stiffness or another fill, 2: T), body
-    in the system's order (-1 none), slot of the mode shapes at the parent's interface (-1: rigid parent), first modal
-    coordinate, first modal speed, first interface, and the number of coordinates of the whole system.
 
-    `fixed`, a row per link: hinge frame at zero to the parent's link frame (9), interface on the parent's undeformed
-    body in the parent's link frame (3), link frame to the body's frame (9), m, first moments s0 (3), moment of
-    inertia (6: xx, xy, xz, yy, yz, zz) of the body in the link frame; then a row per interface of each body: its
-    position in the link frame (3); the last row is the ground's: gravity (3), rate of its turn about z (1).
-    """
-
-    ints: np.ndarray  # (nl, 15) int64
-    fixed: np.ndarray  # (nl + interfaces + 1, 31)
-
-
-class Flex(NamedTuple):
-    """Constants of the flexible bodies in their links' frames, modes padded to the largest number N.
+class Integrals(NamedTuple):
+    """Mass integrals of the flexible bodies in their links' frames, modes padded to the largest number N.
 
     The affine part and the rest of a body's motion are those of body/mass.py. The numbers of one mode i stand together,
     functions r first, then axes: in `base` B (12); in `by_q` (factors of q_j and q'_j) D (12); in `rest` (of q_j) P'_ab
@@ -72,15 +89,33 @@ class Flex(NamedTuple):
     rest: np.ndarray  # (nk, N4, 9 N)
     gyro: np.ndarray  # (nk, N4, 3 N)
     mass: np.ndarray  # (nk, N, N) M - B^T B, M the modal mass
+
+
+class Modal(NamedTuple):
+    """Constants of the flexible bodies."""
+
+    integrals: Integrals  # of the bodies as they are given
     diagonal: np.ndarray  # (nk, N, 2) K, D
     second: np.ndarray  # (nk, N, N, N) c_ljk of the rest, j first; (nk, 0, 0, 0) where no body has T
     shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
     Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
 
 
-class Scratch(NamedTuple):
-    """Scratch of the flexible bodies; rows of eight are filled up with zeros."""
+class Model(NamedTuple):
+    """What is constant in a packed system."""
 
+    links: np.ndarray  # (nl,) LINK
+    interfaces: np.ndarray  # (interfaces, 3) m, on the undeformed bodies, in their links' frames
+    gravity: np.ndarray  # (3,) m/s^2, inertial
+    ground_rate: float  # rad/s, of the ground's turn about z
+    nx: int  # number of coordinates
+    modal: Modal | None  # None in a system without modes
+
+
+class ModalData(NamedTuple):
+    """What an evaluation writes of the flexible bodies; rows of eight are filled up with zeros."""
+
+    integrals: Integrals  # now: the model's own arrays, copies where a body loses mass
     q: np.ndarray  # (nf, N4)
     qd: np.ndarray  # (nf, N4)
     load: np.ndarray  # (nf, N) external modal forces
@@ -95,13 +130,24 @@ class Scratch(NamedTuple):
     gyro: np.ndarray  # (3 N,)
     eta: np.ndarray  # (2, N4) coordinates of the rest and their rates
     slope: np.ndarray  # (3, N, N) of a body with T: d eta / d q, its rate, M' d eta
-    turned: np.ndarray  # (11, N) of a body with T: rows of `rest` or `gyro` for eta; force of c q' q', and c q' q'
+    turned: np.ndarray  # (9, N) of a body with T: rows of `rest` or `gyro` for eta
+    curved: np.ndarray  # (2, N) of a body with T: c q' q', and its modal force
     phi: np.ndarray  # (6 N,) one interface's phi(q), psi(q) and their rates
     turn: np.ndarray  # (6 N,)
 
 
-def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None]:
-    """Allocate the scratch of one evaluation: W (nl + 1, 99), the last row the ground, and that of the modes.
+LOAD, INVERSE = 6, 7  # in the first eight of a row of `ModalData.Z`: b_f and 1 / pivot, after S and C
+
+
+class Data(NamedTuple):
+    """What an evaluation writes."""
+
+    links: np.ndarray  # (nl + 1,) LINK_DATA, the last is the ground
+    modal: ModalData | None
+
+
+def new_data(model: Model, *, depleting: bool = False) -> Data:
+    """Return the data of a model; `depleting`: bodies lose mass, so that their integrals are those of the moment.
 
     Examples
     --------
@@ -110,22 +156,27 @@ def workspace(tree: Tree, flex: Flex | None) -> tuple[np.ndarray, Scratch | None
     >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> packed = pack(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))
-    >>> W, F = workspace(packed.tree, packed.flex)
-    >>> W.shape, F.Z.shape
-    ((2, 99), (1, 2, 2, 8))
+    >>> data = new_data(packed.model)
+    >>> data.links["mass"], data.modal.Z.shape
+    (array([12.,  0.]), (1, 2, 2, 8))
     """
-    W = np.zeros((len(tree.ints) + 1, WIDTH))
-    W[-1, [ROTATION, ROTATION + 4, ROTATION + 8]] = 1.0
-    W[-1, A : A + 3], W[-1, OMEGA + 2] = -tree.fixed[-1, :3], tree.fixed[-1, GROUND_RATE]
-    if flex is None:
-        return W, None
-    N, slots = flex.diagonal.shape[1], int(tree.ints[:, SLOT].max()) + 1
-    attached, blocks = int(tree.ints[:, PHI].max()) + 2, -(-N // 8)
-    rows = [np.zeros((slots, size)) for size in (flex.by_q.shape[1], flex.by_q.shape[1], N)]
-    return W, Scratch(
-        *rows, np.zeros((slots, blocks, 8)), np.zeros((slots, N, 1 + blocks, 8)), np.zeros((attached, N, 8)),
-        np.zeros((attached, 6, blocks, 8)), *(np.zeros(12 * N) for _ in range(2)), np.zeros((5, 12)),
-        *(np.zeros(k * N) for k in (9, 3)), np.zeros((2, flex.by_q.shape[1])),
-        np.zeros((3, flex.second.shape[1], flex.second.shape[1])), np.zeros((11, flex.second.shape[1])),
-        *(np.zeros(6 * N) for _ in range(2)),
-    )  # fmt: skip
+    links = np.zeros(len(model.links) + 1, LINK_DATA)
+    for name in ("mass", "first_moment", "inertia"):
+        links[name][:-1] = model.links[name]
+    ground = links[-1]
+    ground["orientation"][[0, 4, 8]] = 1.0
+    ground["acceleration"][:3], ground["omega"][2] = -model.gravity, model.ground_rate
+    return Data(links, None if model.modal is None else _modal_data(model, model.modal, depleting))
+
+
+def _modal_data(model: Model, modal: Modal, depleting: bool) -> ModalData:
+    N, N4, grows = modal.diagonal.shape[1], modal.integrals.by_q.shape[1], modal.second.shape[1]
+    slots, attached, blocks = int(model.links["slot"].max()) + 1, int(model.links["shape"].max()) + 2, -(-N // 8)
+    integrals = Integrals(*(x.copy() for x in modal.integrals)) if depleting else modal.integrals
+    shapes = {
+        "q": (slots, N4), "qd": (slots, N4), "load": (slots, N), "qdd": (slots, blocks, 8),
+        "Z": (slots, N, 1 + blocks, 8), "Phi": (attached, N, 8), "PhiT": (attached, 6, blocks, 8), "dp": (12 * N,),
+        "Dqd": (12 * N,), "affine": (5, 12), "rest": (9 * N,), "gyro": (3 * N,), "eta": (2, N4),
+        "slope": (3, grows, grows), "turned": (9, grows), "curved": (2, grows), "phi": (6 * N,), "turn": (6 * N,),
+    }  # fmt: skip
+    return ModalData(integrals, **{name: np.zeros(shape) for name, shape in shapes.items()})

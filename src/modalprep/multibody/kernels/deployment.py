@@ -15,10 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.articulated_body import add_wrench
-from modalprep.multibody.kernels.data import FIRST, INERTIA, MASS, NODES, NX, OMEGA, ROTATION
 from modalprep.multibody.kernels.force_laws import DAMPING, REST, STIFFNESS
-from modalprep.multibody.kernels.spatial import dot3, get3, get9, times
+from modalprep.multibody.kernels.interfaces import add_wrench, rest_position
+from modalprep.multibody.kernels.spatial import dot3, get3, get6, get9, put3, put6, times
 
 SLIDER, PLACE, SPEED, BASE, EXIT, AT = range(6)  # columns of Reels.at
 LINEAR_MASS, ROTARY, ROD, TOTAL, INNER, REEL = range(6)  # of Reels.reel
@@ -28,32 +27,31 @@ EI, MATERIAL, BEND0, BEND1, BEND2, FADING_REST, SPRING = range(7)  # of Reels.sp
 class Reels(NamedTuple):
     """Packed deployments in one stage, each with as many rods as are out."""
 
-    at: (
-        np.ndarray
-    )  # (reels, 7) int: slider's link, coordinate and speed in y (-1 prescribed), base (-1), its interface,
-    # the innermost rod's link, which of its axes is along the rod
+    at: np.ndarray  # (reels, 5) int: slider's link, coordinate and speed in y (-1 prescribed), base (-1), its interface
     reel: np.ndarray  # (reels, 5): mass and axial moment of inertia per length, length of a rod, of all of it, of all
     # rods but the innermost
     base: np.ndarray  # (bases,) int, links
-    own: np.ndarray  # (bases, 10) their m, s0, J without stowed mass
     spring_at: np.ndarray  # (springs, 2) int: reel, row of the hinges' constants
     spring: np.ndarray  # (springs, 6): EI, damping over stiffness, length that bends as a polynomial of r (3), rest
     # angle that fades until the innermost rod is out
 
 
 @compile_kernel
-def pay_out(reels, tree, loads, y, motion):
+def pay_out(reels, model, data, loads, y, motion):
     """Set the masses and springs of a state; before `outward`."""
     if reels is None:
         return
     for b in range(len(reels.base)):
-        for c in range(10):
-            tree.fixed[reels.base[b], MASS + c] = reels.own[b, c]
+        link = reels.base[b]
+        base, own = data.links[link], model.links[link]
+        base.mass = own.mass
+        put3(base.first_moment, get3(own.first_moment))
+        put6(base.inertia, get6(own.inertia))
     for k in range(len(reels.at)):
         length, _ = travel(reels, k, y, motion)
-        _innermost(tree, reels.at[k, SLIDER], reels.reel[k], length)
+        _innermost(data, reels.at[k, SLIDER], reels.reel[k], length)
         if reels.at[k, BASE] >= 0:
-            _stowed(tree, reels.at[k, BASE], reels.at[k, EXIT], reels.reel[k], length)
+            _stowed(model, data, reels.at[k, BASE], reels.at[k, EXIT], reels.reel[k], length)
     for h in range(len(reels.spring_at)):
         k, row = reels.spring_at[h, 0], reels.spring_at[h, 1]
         length, _ = travel(reels, k, y, motion)
@@ -72,32 +70,33 @@ def travel(reels, k, y, motion):
 
 
 @compile_kernel
-def _innermost(tree, i, reel, length):
+def _innermost(data, i, reel, length):
     """Rigid constants of the innermost rod, from ``l - r`` to ``l`` along z of its link."""
     out = max(0.0, length - reel[INNER])
     b, m = reel[ROD], reel[LINEAR_MASS]
     a = b - out
     across = m * (b * b * b - a * a * a) / 3.0
-    tree.fixed[i, MASS] = m * out
-    tree.fixed[i, FIRST + 2] = 0.5 * m * out * (a + b)
-    tree.fixed[i, INERTIA], tree.fixed[i, INERTIA + 3] = across, across
-    tree.fixed[i, INERTIA + 5] = reel[ROTARY] * out
+    own = data.links[i]
+    own.mass = m * out
+    own.first_moment[2] = 0.5 * m * out * (a + b)
+    own.inertia[0], own.inertia[3], own.inertia[5] = across, across, reel[ROTARY] * out
 
 
 @compile_kernel
-def _stowed(tree, base, node, reel, length):
+def _stowed(model, data, base, node, reel, length):
     """Add the mass that is not out to the base, at the exit."""
-    r = get3(tree.fixed, len(tree.ints) + tree.ints[base, NODES] + node, 0)
+    r = rest_position(model, base, node)
     m = reel[LINEAR_MASS] * (reel[TOTAL] - length)
-    tree.fixed[base, MASS] += m
+    own = data.links[base]
+    own.mass += m
     for c in range(3):
-        tree.fixed[base, FIRST + c] += m * r[c]
-    tree.fixed[base, INERTIA] += m * (r[1] * r[1] + r[2] * r[2])
-    tree.fixed[base, INERTIA + 1] -= m * r[0] * r[1]
-    tree.fixed[base, INERTIA + 2] -= m * r[0] * r[2]
-    tree.fixed[base, INERTIA + 3] += m * (r[0] * r[0] + r[2] * r[2])
-    tree.fixed[base, INERTIA + 4] -= m * r[1] * r[2]
-    tree.fixed[base, INERTIA + 5] += m * (r[0] * r[0] + r[1] * r[1])
+        own.first_moment[c] += m * r[c]
+    own.inertia[0] += m * (r[1] * r[1] + r[2] * r[2])
+    own.inertia[1] -= m * r[0] * r[1]
+    own.inertia[2] -= m * r[0] * r[2]
+    own.inertia[3] += m * (r[0] * r[0] + r[2] * r[2])
+    own.inertia[4] -= m * r[1] * r[2]
+    own.inertia[5] += m * (r[0] * r[0] + r[1] * r[1])
 
 
 @compile_kernel
@@ -112,26 +111,26 @@ def _spring(spring, reel, length):
 
 
 @compile_kernel
-def take_up(reels, tree, flex, W, F, y, motion, tau, hinge_at):
+def take_up(reels, model, data, y, motion, tau, hinge_at):
     """Add what passes the exit to wrenches and hinge forces, after the loads; returns the reels' power beside it (W).
 
     A reel that moves by itself gets the force of its springs in `tau`; one that is driven spends their power.
     """
     if reels is None:
         return 0.0
-    total, nx = 0.0, tree.ints[0, NX]
+    total, nx = 0.0, model.nx
     for k in range(len(reels.at)):
         link, base = reels.at[k, SLIDER], reels.at[k, BASE]
         _, v = travel(reels, k, y, motion)
-        turn, spin = get9(W, link, ROTATION), W[link, OMEGA + 2]
+        turn, spin = get9(data.links[link].orientation), data.links[link].omega[2]
         thrust, twist = reels.reel[k, LINEAR_MASS] * v * v, reels.reel[k, ROTARY] * v * spin
         total += 0.5 * (thrust * v + twist * spin)
         if base >= 0:
             along = (turn[2], turn[5], turn[8])
             force = (-thrust * along[0], -thrust * along[1], -thrust * along[2])
             torque = (-twist * along[0], -twist * along[1], -twist * along[2])
-            add_wrench(tree, flex, W, F, base, reels.at[k, EXIT], force, torque)
-            total += dot3(torque, times(get9(W, base, ROTATION), get3(W, base, OMEGA)))
+            add_wrench(model, data, base, reels.at[k, EXIT], force, torque)
+            total += dot3(torque, times(get9(data.links[base].orientation), get3(data.links[base].omega)))
     for h in range(len(reels.spring_at)):
         k, x = reels.spring_at[h, 0], hinge_at[reels.spring_at[h, 1], 0]
         length, v = travel(reels, k, y, motion)

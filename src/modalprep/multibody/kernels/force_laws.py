@@ -11,9 +11,9 @@ from modalprep.multibody.kernels.spatial import (
     axpy3,
     cross,
     dot3,
-    get3,
     product,
     product_transposed,
+    row3,
     times,
     transposed_times,
 )
@@ -163,7 +163,7 @@ def rod_law(c, i, profile, first, count, base, p, v, w, g):
     kinetic energy of the water, ``m v P v / 2``
     potential of the buoyancy
     """
-    start, axis, up = get3(c, i, ROD_START), get3(c, i, ROD_AXIS), get3(c, i, UP)
+    start, axis, up = row3(c, i, ROD_START), row3(c, i, ROD_AXIS), row3(c, i, UP)
     added, displaced = c[i, ADDED], c[i, DISPLACED]
     own, turn = transposed_times(base, v), cross(w, axis)
     weight = transposed_times(base, g)
@@ -197,12 +197,12 @@ def _current(profile, first, count, depth):
     """Velocity of the water at a depth, inertial axes."""
     last = first + count - 1
     if depth <= profile[first, 0]:
-        return get3(profile, first, 1)
+        return row3(profile, first, 1)
     if depth >= profile[last, 0]:
-        return get3(profile, last, 1)
+        return row3(profile, last, 1)
     k = first
     while depth > profile[k + 1, 0]:
         k += 1
     part = (depth - profile[k, 0]) / (profile[k + 1, 0] - profile[k, 0])
-    below = get3(profile, k, 1)
-    return axpy3(below, part, axpy3(get3(profile, k + 1, 1), -1.0, below))
+    below = row3(profile, k, 1)
+    return axpy3(below, part, axpy3(row3(profile, k + 1, 1), -1.0, below))

@@ -6,34 +6,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.articulated_body import add_wrench, node_state, seen_spin
-from modalprep.multibody.kernels.data import (
-    BODY,
-    HAS_KG,
-    IA,
-    MODES,
-    NX,
-    OMEGA,
-    POSITION,
-    ROTATION,
-    SLOT,
-    VELOCITY,
-    WRENCH,
-)
+from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.data import GROWS
 from modalprep.multibody.kernels.force_laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, rod_law, spring_law
 from modalprep.multibody.kernels.gravity import conductor_leg, near_planet, planet_load
-from modalprep.multibody.kernels.modal import expand, mode_moments
-from modalprep.multibody.kernels.modal_mass import GROWS, apply_slopes
+from modalprep.multibody.kernels.interfaces import add_at_origin, add_wrench, node_state, seen_spin
+from modalprep.multibody.kernels.modal_inertia import expand, mode_moments
+from modalprep.multibody.kernels.modal_mass import apply_slopes
 from modalprep.multibody.kernels.spatial import (
     ZERO3,
-    add6,
+    axpy9,
     dot3,
     get3,
-    get6,
     get9,
-    get12,
-    put6,
+    row3,
+    row9,
+    take12,
     times,
     transposed_times,
 )
@@ -65,7 +53,9 @@ class Loads(NamedTuple):
     fill: Fill | None  # bodies that lose mass
     rod_at: np.ndarray  # (rods, 3) int: link, first row of the current, rows
     rod: np.ndarray  # (rods, 15) of `laws`
-    rod_inertia: np.ndarray  # (rods, 21) added mass as in W: mass (6), coupling (9), inertia (6)
+    rod_mass: np.ndarray  # (rods, 6) added mass: M, H and J of the links
+    rod_coupling: np.ndarray  # (rods, 9)
+    rod_inertia: np.ndarray  # (rods, 6)
     current: np.ndarray  # (rows, 4): depth, velocity of the water
 
 
@@ -86,7 +76,7 @@ def prescribe(loads, t, motion):
 
 
 @compile_kernel
-def apply(loads, tree, flex, W, F, y, t, tau, slope):
+def apply(loads, model, data, y, t, tau, slope):
     """Add all loads after `world`; returns `Energies`.
 
     Parameters
@@ -96,9 +86,9 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
     slope : (2, nu)
         Overwritten with their derivatives by the hinge's own coordinate and speed.
     """
-    nx = tree.ints[0, NX]
+    nx = model.nx
     stored, gravity = 0.0, 0.0
-    power = leaving_power(loads.fill, loads.tables, loads.centre, loads.orbit, tree, flex, W, F, y, t)
+    power = leaving_power(loads.fill, loads.tables, loads.centre, loads.orbit, model, data, y, t)
     for u in range(len(tau)):
         tau[u], slope[0, u], slope[1, u] = 0.0, 0.0, 0.0
     for i in range(len(loads.hinge_at)):
@@ -110,25 +100,25 @@ def apply(loads, tree, flex, W, F, y, t, tau, slope):
         slope[1, u] += du
         power, stored = power + p, stored + e
     for i in range(len(loads.point_at)):
-        power += _point(loads, i, tree, flex, W, F, t)
+        power += _point(loads, i, model, data, t)
     for i in range(len(loads.spread_at)):
-        power += _spread(loads, i, tree, flex, W, F, t)
+        power += _spread(loads, i, model, data, t)
     for i in range(len(loads.spring_at)):
-        p, e = _spring(loads, i, tree, flex, W, F, t)
+        p, e = _spring(loads, i, model, data, t)
         power, stored = power + p, stored + e
     for i in range(len(loads.bushing_at)):
-        p, e = _bushing(loads, i, tree, flex, W, F)
+        p, e = _bushing(loads, i, model, data)
         power, stored = power + p, stored + e
     for i in range(len(loads.leg_at)):
-        power += _leg(loads, i, tree, flex, W, F, t)
+        power += _leg(loads, i, model, data, t)
     for i in range(len(loads.gas_at)):
-        power += _gas(loads, i, tree, flex, W, F, t)
+        power += _gas(loads, i, model, data, t)
     if near_planet(loads.centre, loads.orbit):
-        for i in range(len(tree.ints)):
-            if tree.ints[i, BODY] >= 0:
-                gravity += _planet(loads, i, tree, flex, W, F)
+        for i in range(len(model.links)):
+            if model.links[i].body >= 0:
+                gravity += _planet(loads, i, model, data)
     for i in range(len(loads.rod_at)):
-        p, e, u = _rod(loads, i, tree, W)
+        p, e, u = _rod(loads, i, model, data)
         power, stored, gravity = power + p, stored + e, gravity + u
     return Energies(power, stored, gravity)
 
@@ -143,20 +133,20 @@ def _value(loads, k, t):
 
 
 @compile_kernel
-def _point(loads, i, tree, flex, W, F, t):
+def _point(loads, i, model, data, t):
     """Force and torque on an interface; returns its power."""
     at = loads.point_at
-    _, turn, v, w = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
+    _, turn, v, w = node_state(model, data, at[i, 0], at[i, 1])
     f = (_value(loads, at[i, 3], t), _value(loads, at[i, 4], t), _value(loads, at[i, 5], t))
     m = (_value(loads, at[i, 6], t), _value(loads, at[i, 7], t), _value(loads, at[i, 8], t))
     if at[i, 2]:
         f, m = times(turn, f), times(turn, m)
-    add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, m)
+    add_wrench(model, data, at[i, 0], at[i, 1], f, m)
     return dot3(f, v) + dot3(m, w)
 
 
 @compile_kernel
-def _gas(loads, i, tree, flex, W, F, t):
+def _gas(loads, i, model, data, t):
     """Thrust of a jet and the Coriolis force of its way: ``-m' (v_k+1 - v_k)`` on both ends of each stretch.
 
     That is ``-int 2 m' (w x t).v_r ds`` with velocities linear along the stretch. Returns the power.
@@ -168,107 +158,103 @@ def _gas(loads, i, tree, flex, W, F, t):
         return 0.0
     power, before = 0.0, ZERO3
     for k in range(first, last + 1):
-        _, turn, v, _ = node_state(tree, flex, W, F, loads.gas_way[k, 0], loads.gas_way[k, 1])
+        _, turn, v, _ = node_state(model, data, loads.gas_way[k, 0], loads.gas_way[k, 1])
         if k > first:
             f = (flow * (before[0] - v[0]), flow * (before[1] - v[1]), flow * (before[2] - v[2]))
             for end in range(k - 1, k + 1):
-                add_wrench(tree, flex, W, F, loads.gas_way[end, 0], loads.gas_way[end, 1], f, ZERO3)
+                add_wrench(model, data, loads.gas_way[end, 0], loads.gas_way[end, 1], f, ZERO3)
             power += dot3(f, before) + dot3(f, v)
         before = v
     push = -flow * loads.gas[i, 1] - (loads.gas[i, 2] if flow > 0.0 else 0.0)
     f = times(turn, (push * loads.gas[i, 3], push * loads.gas[i, 4], push * loads.gas[i, 5]))
-    add_wrench(tree, flex, W, F, loads.gas_way[last, 0], loads.gas_way[last, 1], f, ZERO3)
+    add_wrench(model, data, loads.gas_way[last, 0], loads.gas_way[last, 1], f, ZERO3)
     return power + dot3(f, before)
 
 
 @compile_kernel
-def _spread(loads, i, tree, flex, W, F, t):
+def _spread(loads, i, model, data, t):
     """Forces on all points of a body, moving with them; returns their power."""
     link = loads.spread_at[i, 0]
     factor = _value(loads, loads.spread_at[i, 2], t)
-    base = get9(W, link, ROTATION)
+    base = get9(data.links[link].orientation)
     turn = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)  # axes of the load to those of the link
     if not loads.spread_at[i, 1]:
         turn = (base[0], base[3], base[6], base[1], base[4], base[7], base[2], base[5], base[8])
-    f = times(turn, get3(loads.spread, i, 0))
-    X = get9(loads.spread, i, 3)
-    power = 0.0
-    if flex is not None:
-        s = tree.ints[link, SLOT]
-        if s >= 0:
-            for a in range(tree.ints[link, MODES]):
-                N = get9(loads.spread_modes[i], a, 0)
-                own = 0.0
-                for c in range(9):
-                    own += N[c] * turn[c]
-                F.load[s, a] += factor * own
-                power += own * F.qd[s, a]
-                X = (
-                    X[0] + F.q[s, a] * N[0], X[1] + F.q[s, a] * N[1], X[2] + F.q[s, a] * N[2],
-                    X[3] + F.q[s, a] * N[3], X[4] + F.q[s, a] * N[4], X[5] + F.q[s, a] * N[5],
-                    X[6] + F.q[s, a] * N[6], X[7] + F.q[s, a] * N[7], X[8] + F.q[s, a] * N[8],
-                )  # fmt: skip
+    f = times(turn, row3(loads.spread, i, 0))
+    X, power = _spread_modes(data.modal, model, link, loads.spread_modes[i], factor, turn, row9(loads.spread, i, 3))
     x, y, z = times(turn, (X[0], X[1], X[2])), times(turn, (X[3], X[4], X[5])), times(turn, (X[6], X[7], X[8]))
     m = (y[2] - z[1], z[0] - x[2], x[1] - y[0])  # sum r x F from the columns of sum r F'
-    power += dot3(f, transposed_times(base, get3(W, link, VELOCITY))) + dot3(m, seen_spin(W, link))
-    _add_at_root(W, link, factor, f, m)
+    power += dot3(f, transposed_times(base, get3(data.links[link].velocity))) + dot3(m, seen_spin(data, link))
+    wrench = (factor * f[0], factor * f[1], factor * f[2]), (factor * m[0], factor * m[1], factor * m[2])
+    add_at_origin(data.links[link], wrench[0], wrench[1])
     return factor * power
 
 
-@compile_kernel
-def _add_at_root(W, link, factor, f, m):
-    wrench = (factor * f[0], factor * f[1], factor * f[2], factor * m[0], factor * m[1], factor * m[2])
-    put6(W, link, WRENCH, add6(get6(W, link, WRENCH), wrench))
+@compile_inline
+def _spread_modes(modal, model, link, shapes, factor, turn, X):
+    """Add distributed forces to the modal loads; returns ``sum x_a F_b`` at the deflection, and their power."""
+    power = 0.0
+    if modal is not None:
+        s = model.links[link].slot
+        if s >= 0:
+            for a in range(model.links[link].modes):
+                N, own = get9(shapes[a]), 0.0
+                for c in range(9):
+                    own += N[c] * turn[c]
+                modal.load[s, a] += factor * own
+                power += own * modal.qd[s, a]
+                X = axpy9(X, modal.q[s, a], N)
+    return X, power
 
 
 @compile_kernel
-def spring_state(loads, i, tree, flex, W, F, t):
+def spring_state(loads, i, model, data, t):
     """Force on the first end of an axial spring, its length, tension, power and energy: see `spring_law`."""
     at, c = loads.spring_at, loads.spring
-    a, va, b, vb = get3(c, i, 3), ZERO3, get3(c, i, 6), ZERO3
+    a, va, b, vb = row3(c, i, 3), ZERO3, row3(c, i, 6), ZERO3
     if at[i, 0] >= 0:
-        a, _, va, _ = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
+        a, _, va, _ = node_state(model, data, at[i, 0], at[i, 1])
     if at[i, 2] >= 0:
-        b, _, vb, _ = node_state(tree, flex, W, F, at[i, 2], at[i, 3])
+        b, _, vb, _ = node_state(model, data, at[i, 2], at[i, 3])
     return spring_law(c, i, _value(loads, at[i, 4], t), at[i, 5], a, b, va, vb)
 
 
 @compile_kernel
-def _spring(loads, i, tree, flex, W, F, t):
+def _spring(loads, i, model, data, t):
     """Axial spring; returns the power of its damper and its pull, and its energy."""
     at = loads.spring_at
-    f, _, _, power, stored = spring_state(loads, i, tree, flex, W, F, t)
+    f, _, _, power, stored = spring_state(loads, i, model, data, t)
     if at[i, 0] >= 0:
-        add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, ZERO3)
+        add_wrench(model, data, at[i, 0], at[i, 1], f, ZERO3)
     if at[i, 2] >= 0:
-        add_wrench(tree, flex, W, F, at[i, 2], at[i, 3], (-f[0], -f[1], -f[2]), ZERO3)
+        add_wrench(model, data, at[i, 2], at[i, 3], (-f[0], -f[1], -f[2]), ZERO3)
     return power, stored
 
 
 @compile_kernel
-def _bushing(loads, i, tree, flex, W, F):
+def _bushing(loads, i, model, data):
     """Bushing; returns the power of its dampers and its energy."""
     at, c = loads.bushing_at, loads.bushing
-    ground = (get3(c, i, GROUND), get9(c, i, GROUND_ROTATION), ZERO3, ZERO3)
+    ground = (row3(c, i, GROUND), row9(c, i, GROUND_ROTATION), ZERO3, ZERO3)
     first, second = ground, ground
     if at[i, 0] >= 0:
-        first = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
+        first = node_state(model, data, at[i, 0], at[i, 1])
     if at[i, 2] >= 0:
-        second = node_state(tree, flex, W, F, at[i, 2], at[i, 3])
+        second = node_state(model, data, at[i, 2], at[i, 3])
     f, m, back, power, stored = bushing_law(c, i, first, second)
     if at[i, 0] >= 0:
-        add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], (-f[0], -f[1], -f[2]), back)
+        add_wrench(model, data, at[i, 0], at[i, 1], (-f[0], -f[1], -f[2]), back)
     if at[i, 2] >= 0:
-        add_wrench(tree, flex, W, F, at[i, 2], at[i, 3], f, m)
+        add_wrench(model, data, at[i, 2], at[i, 3], f, m)
     return power, stored
 
 
 @compile_kernel
-def leg_state(loads, i, tree, flex, W, F, t):
+def leg_state(loads, i, model, data, t):
     """Magnetic force on each end of a straight conductor, its power, current and electromotive force."""
     at = loads.leg_at
-    a, _, va, _ = node_state(tree, flex, W, F, at[i, 0], at[i, 1])
-    b, _, vb, _ = node_state(tree, flex, W, F, at[i, 2], at[i, 3])
+    a, _, va, _ = node_state(model, data, at[i, 0], at[i, 1])
+    b, _, vb, _ = node_state(model, data, at[i, 2], at[i, 3])
     f, emf = conductor_leg(loads.orbit, t, a, b, va, vb)
     current = _value(loads, at[i, 4], t)
     f = (0.5 * current * f[0], 0.5 * current * f[1], 0.5 * current * f[2])
@@ -276,44 +262,52 @@ def leg_state(loads, i, tree, flex, W, F, t):
 
 
 @compile_kernel
-def _leg(loads, i, tree, flex, W, F, t):
+def _leg(loads, i, model, data, t):
     """Straight conductor; returns the power of the magnetic force."""
     at = loads.leg_at
-    f, power, _, _ = leg_state(loads, i, tree, flex, W, F, t)
-    add_wrench(tree, flex, W, F, at[i, 0], at[i, 1], f, ZERO3)
-    add_wrench(tree, flex, W, F, at[i, 2], at[i, 3], f, ZERO3)
+    f, power, _, _ = leg_state(loads, i, model, data, t)
+    add_wrench(model, data, at[i, 0], at[i, 1], f, ZERO3)
+    add_wrench(model, data, at[i, 2], at[i, 3], f, ZERO3)
     return power
 
 
 @compile_kernel
-def _rod(loads, i, tree, W):
+def _rod(loads, i, model, data):
     """Rod in water: its wrench, and its added mass to the inertia of the link; returns power and energies."""
-    link = loads.rod_at[i, 0]
-    g = get3(tree.fixed, len(tree.fixed) - 1, 0)
+    own = data.links[loads.rod_at[i, 0]]
     f, m, power, stored, potential = rod_law(
-        loads.rod, i, loads.current, loads.rod_at[i, 1], loads.rod_at[i, 2], get9(W, link, ROTATION),
-        get3(W, link, POSITION), get3(W, link, VELOCITY), get3(W, link, OMEGA), g,
+        loads.rod, i, loads.current, loads.rod_at[i, 1], loads.rod_at[i, 2], get9(own.orientation),
+        get3(own.position), get3(own.velocity), get3(own.omega), get3(model.gravity),
     )  # fmt: skip
-    _add_at_root(W, link, 1.0, f, m)
-    for k in range(loads.rod_inertia.shape[1]):
-        W[link, IA + k] += loads.rod_inertia[i, k]
+    add_at_origin(own, f, m)
+    for k in range(6):
+        own.M[k] += loads.rod_mass[i, k]
+        own.J[k] += loads.rod_inertia[i, k]
+    for k in range(9):
+        own.H[k] += loads.rod_coupling[i, k]
     return power, stored, potential
 
 
 @compile_kernel
-def _planet(loads, i, tree, flex, W, F):
-    """Gravity of a planet on a link's body, with the inertia that `outward` left in W; returns its potential."""
-    f, torque, U, field = planet_load(loads.centre, loads.orbit, tree, W, i)
-    _add_at_root(W, i, 1.0, f, torque)
-    if flex is not None:
-        s = tree.ints[i, SLOT]
+def _planet(loads, i, model, data):
+    """Gravity of a planet on a link's body, with the inertia that `outward` left; returns its potential."""
+    f, torque, U, field = planet_load(loads.centre, loads.orbit, model, data, i)
+    add_at_origin(data.links[i], f, torque)
+    _planet_on_modes(data.modal, model, i, field)
+    return U
+
+
+@compile_inline
+def _planet_on_modes(modal, model, i, field):
+    """Add gravity of a planet to the modal loads of link i's body."""
+    if modal is not None:
+        s = model.links[i].slot
         if s >= 0:
             g, _, n, q, _ = field
-            expand(tree, flex, F, i)
-            if tree.ints[i, HAS_KG] == GROWS:
-                apply_slopes(tree, flex, F, i)
-            P = get12(F.affine, 0, 0)
-            for a in range(tree.ints[i, MODES]):
-                S, L = mode_moments(tree, flex, F, i, P, a)
-                F.load[s, a] += dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])
-    return U
+            expand(modal, model, i)
+            if model.links[i].modal_mass == GROWS:
+                apply_slopes(modal, model, i)
+            P = take12(modal.affine[0], 0)
+            for a in range(model.links[i].modes):
+                S, L = mode_moments(modal, model, i, P, a)
+                modal.load[s, a] += dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])

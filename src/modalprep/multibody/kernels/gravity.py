@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.data import H_, J_, MASS, POSITION, ROTATION
 from modalprep.multibody.kernels.spatial import (
     add3,
     axpy3,
@@ -61,15 +60,15 @@ def near_planet(centre, orbit):
 
 
 @compile_kernel
-def planet_load(centre, orbit, tree, W, i):
-    """Gravity of the planet on link i's body with the inertia that `outward` left in W, axes of the link.
+def planet_load(centre, orbit, model, data, i):
+    """Gravity of the planet on link i's body with the inertia that `outward` left in data, axes of the link.
 
     Returns
     -------
     force, torque : at the link's origin; potential (J), that of the turning ground too; field at the origin
     """
-    base, p = get9(W, i, ROTATION), get3(W, i, POSITION)
-    H, J, m, rate = get9(W, i, H_), get6(W, i, J_), tree.fixed[i, MASS], orbit[RATE]
+    base, p = get9(data.links[i].orientation), get3(data.links[i].position)
+    H, J, m, rate = get9(data.links[i].H), get6(data.links[i].J), data.links[i].mass, orbit[RATE]
     c, turn = (H[5], H[6], H[1]), 0.0
     if rate > 0.0:
         x = transposed_times(base, p)

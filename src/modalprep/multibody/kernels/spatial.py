@@ -14,45 +14,56 @@ ZERO3 = (0.0, 0.0, 0.0)
 ZERO6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 ZERO8 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 ZERO9 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+UNIT9 = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @compile_inline
-def get3(A, i, c):
-    """Three numbers of row i from column c."""
-    return A[i, c], A[i, c + 1], A[i, c + 2]
+def get3(v):
+    """The first three numbers of an array: the linear part of a spatial vector."""
+    return v[0], v[1], v[2]
 
 
 @compile_inline
-def get6(A, i, c):
-    """Six numbers of row i from column c."""
-    return A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4], A[i, c + 5]
+def get_angular(v):
+    """The angular part of a spatial vector in an array."""
+    return v[3], v[4], v[5]
 
 
 @compile_inline
-def get9(A, i, c):
-    """Nine numbers of row i from column c."""
-    return (
-        A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4], A[i, c + 5], A[i, c + 6], A[i, c + 7], A[i, c + 8],
-    )  # fmt: skip
+def get6(v):
+    """Six numbers of an array."""
+    return v[0], v[1], v[2], v[3], v[4], v[5]
 
 
 @compile_inline
-def put3(A, i, c, v):
-    """Write three numbers to row i from column c."""
-    A[i, c], A[i, c + 1], A[i, c + 2] = v
+def get9(v):
+    """Nine numbers of an array."""
+    return v[0], v[1], v[2], v[3], v[4], v[5], v[6], v[7], v[8]
 
 
 @compile_inline
-def put6(A, i, c, v):
-    """Write six numbers to row i from column c."""
-    A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4], A[i, c + 5] = v
+def put3(out, v):
+    """Write three numbers to an array."""
+    out[0], out[1], out[2] = v
 
 
 @compile_inline
-def put9(A, i, c, v):
-    """Write nine numbers to row i from column c."""
-    A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4] = v[0], v[1], v[2], v[3], v[4]
-    A[i, c + 5], A[i, c + 6], A[i, c + 7], A[i, c + 8] = v[5], v[6], v[7], v[8]
+def put_angular(out, v):
+    """Write the angular part of a spatial vector to an array."""
+    out[3], out[4], out[5] = v
+
+
+@compile_inline
+def put6(out, v):
+    """Write six numbers to an array."""
+    out[0], out[1], out[2], out[3], out[4], out[5] = v
+
+
+@compile_inline
+def put9(out, v):
+    """Write nine numbers to an array."""
+    out[0], out[1], out[2], out[3], out[4] = v[0], v[1], v[2], v[3], v[4]
+    out[5], out[6], out[7], out[8] = v[5], v[6], v[7], v[8]
 
 
 @compile_inline
@@ -96,11 +107,30 @@ def add9(a, b):
 
 
 @compile_inline
+def sub9(a, b):
+    """Return ``a - b``."""
+    return (
+        a[0] - b[0], a[1] - b[1], a[2] - b[2], a[3] - b[3], a[4] - b[4], a[5] - b[5], a[6] - b[6], a[7] - b[7],
+        a[8] - b[8],
+    )  # fmt: skip
+
+
+@compile_inline
 def less_outer(S, g, a):
     """Return ``S - g a a^T`` of a symmetric S."""
     x, y, z = g * a[0], g * a[1], g * a[2]
     return (
         S[0] - x * a[0], S[1] - x * a[1], S[2] - x * a[2], S[3] - y * a[1], S[4] - y * a[2], S[5] - z * a[2],
+    )  # fmt: skip
+
+
+@compile_inline
+def less_product(H, g, a, b):
+    """Return ``H - g a b^T``."""
+    x, y, z = g * a[0], g * a[1], g * a[2]
+    return (
+        H[0] - x * b[0], H[1] - x * b[1], H[2] - x * b[2], H[3] - y * b[0], H[4] - y * b[1], H[5] - y * b[2],
+        H[6] - z * b[0], H[7] - z * b[1], H[8] - z * b[2],
     )  # fmt: skip
 
 
@@ -374,6 +404,45 @@ def inverse_symmetric(S):
 
 
 @compile_inline
+def take3(v, u):
+    """Three numbers of a vector from u on."""
+    return v[u], v[u + 1], v[u + 2]
+
+
+@compile_inline
+def take4(v, u):
+    """Four numbers of a vector from u on."""
+    return v[u], v[u + 1], v[u + 2], v[u + 3]
+
+
+@compile_inline
+def row3(A, i, c):
+    """Three numbers of row i from column c."""
+    return A[i, c], A[i, c + 1], A[i, c + 2]
+
+
+@compile_inline
+def row9(A, i, c):
+    """Nine numbers of row i from column c."""
+    return (
+        A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4], A[i, c + 5], A[i, c + 6], A[i, c + 7], A[i, c + 8],
+    )  # fmt: skip
+
+
+@compile_inline
+def put_row3(A, i, c, v):
+    """Write three numbers to row i from column c."""
+    A[i, c], A[i, c + 1], A[i, c + 2] = v
+
+
+@compile_inline
+def put_row9(A, i, c, v):
+    """Write nine numbers to row i from column c."""
+    A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4] = v[0], v[1], v[2], v[3], v[4]
+    A[i, c + 5], A[i, c + 6], A[i, c + 7], A[i, c + 8] = v[5], v[6], v[7], v[8]
+
+
+@compile_inline
 def row8(A, i, j):
     """Eight numbers ``A[i, j, :8]``."""
     return A[i, j, 0], A[i, j, 1], A[i, j, 2], A[i, j, 3], A[i, j, 4], A[i, j, 5], A[i, j, 6], A[i, j, 7]
@@ -419,15 +488,6 @@ def take12(a, i):
     return (
         a[i], a[i + 1], a[i + 2], a[i + 3], a[i + 4], a[i + 5], a[i + 6], a[i + 7], a[i + 8], a[i + 9], a[i + 10],
         a[i + 11],
-    )  # fmt: skip
-
-
-@compile_inline
-def get12(A, i, c):
-    """Twelve numbers of row i from column c."""
-    return (
-        A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4], A[i, c + 5], A[i, c + 6], A[i, c + 7], A[i, c + 8],
-        A[i, c + 9], A[i, c + 10], A[i, c + 11],
     )  # fmt: skip
 
 

@@ -13,12 +13,10 @@ import numpy as np
 
 from modalprep.body.mass import FLAT
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.articulated_body import own_rigid
-from modalprep.multibody.kernels.data import KIND, MASS, MODES, NX, OMEGA, SLOT
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.gravity import near_planet, planet_load
-from modalprep.multibody.kernels.modal import own_flexible
-from modalprep.multibody.kernels.spatial import get3
+from modalprep.multibody.kernels.modal_inertia import own_inertia
+from modalprep.multibody.kernels.spatial import put3, put6
 from modalprep.multibody.kernels.time_tables import Tables, table
 
 LINK, TABLE, FIRST_LEVEL, LEVELS, SIZE, COLUMNS = range(6)  # columns of Fill.at
@@ -40,17 +38,17 @@ class Fill(NamedTuple):
 
 
 @compile_kernel
-def refresh(fill, tables: Tables, tree, flex, t):
-    """Write the mass constants of time t to ``tree.fixed`` and `flex`; `fill` may be None."""
+def refresh(fill, tables: Tables, model, data, t):
+    """Write the mass integrals of time t to the data; `fill` may be None."""
     if fill is None:
         return
     for i in range(len(fill.at)):
         m, _, _ = table(tables, fill.at[i, TABLE], t)
-        set_mass(fill, tree, flex, i, m, 0.0)
+        set_mass(fill, model, data, i, m, 0.0)
 
 
 @compile_kernel
-def set_mass(fill, tree, flex, i, m, change):
+def set_mass(fill, model, data, i, m, change):
     """Write the constants of depletion i at mass ``m + change`` on the line between the levels about m."""
     link, row, last = fill.at[i, LINK], fill.at[i, FIRST_LEVEL], fill.at[i, FIRST_LEVEL] + fill.at[i, LEVELS] - 1
     while row < last - 1 and m > fill.mass[row + 1]:
@@ -58,20 +56,25 @@ def set_mass(fill, tree, flex, i, m, change):
     share = (m + change - fill.mass[row]) / (fill.mass[row + 1] - fill.mass[row])
     for c in range(fill.at[i, SIZE]):
         fill.now[c] = fill.levels[row, c] + share * (fill.levels[row + 1, c] - fill.levels[row, c])
-    for c in range(RIGID):
-        tree.fixed[link, MASS + c] = fill.now[c]
-    if flex is not None:
-        if tree.ints[link, SLOT] >= 0:
-            _set_modes(fill.now, flex, tree.ints[link, KIND], tree.ints[link, MODES])
+    own, now = data.links[link], fill.now
+    own.mass = now[0]
+    put3(own.first_moment, (now[1], now[2], now[3]))
+    put6(own.inertia, (now[4], now[5], now[6], now[7], now[8], now[9]))
+    _set_modes(data.modal, model, link, now)
 
 
 @compile_kernel
-def _set_modes(now, flex, k, n):
-    """Write the affine part of kind k and the rest: body/mass.py, `affine_part`."""
+def _set_modes(modal, model, link, now):
+    """Write the affine part of a link's body and the rest: body/mass.py, `affine_part`; `modal` may be None."""
+    if modal is None:
+        return
+    if model.links[link].slot < 0:
+        return
+    k, n = model.links[link].kind, model.links[link].modes
     root = np.sqrt(now[0])
     c = (now[1] / now[0], now[2] / now[0], now[3] / now[0])
     L = _extent(now, c)
-    place, size = flex.place[k], 0.0
+    place, size = modal.integrals.place[k], 0.0
     for a in range(3):
         place[a], place[12 + a] = root * c[a], 0.0
     for r in range(3):
@@ -84,25 +87,25 @@ def _set_modes(now, flex, k, n):
     place[24] = root
     first, second, tensor = RIGID, RIGID + 12 * n, RIGID + 12 * n + 12 * n * n
     for i in range(n):
-        _coordinates(now, first + 12 * i, L, c, root, flex.base[k], 12 * i)
+        _coordinates(now, first + 12 * i, L, c, root, modal.integrals.base[k], 12 * i)
         for j in range(n):
-            _coordinates(now, second + 12 * (n * j + i), L, c, root, flex.by_q[k, j], 12 * i)
-    modal = tensor + 9 * n * n
+            _coordinates(now, second + 12 * (n * j + i), L, c, root, modal.integrals.by_q[k, j], 12 * i)
+    unit = tensor + 9 * n * n
     for j in range(n):
-        rest, gyro = flex.rest[k, j], flex.gyro[k, j]
+        rest, gyro = modal.integrals.rest[k, j], modal.integrals.gyro[k, j]
         for i in range(n):
             own = 0.0
             for a in range(3):
                 for b in range(3):
                     f = 0.0
                     for r in range(4):
-                        f += flex.base[k, 12 * i + 3 * r + a] * flex.base[k, 12 * j + 3 * r + b]
+                        f += modal.integrals.base[k, 12 * i + 3 * r + a] * modal.integrals.base[k, 12 * j + 3 * r + b]
                     rest[9 * i + 3 * a + b] = now[tensor + 9 * (n * j + i) + 3 * a + b] - f
                     own += f if a == b else 0.0
             gyro[3 * i] = rest[9 * i + 7] - rest[9 * i + 5]
             gyro[3 * i + 1] = rest[9 * i + 2] - rest[9 * i + 6]
             gyro[3 * i + 2] = rest[9 * i + 3] - rest[9 * i + 1]
-            flex.mass[k, j, i] = now[modal + n * j + i] - own
+            modal.integrals.mass[k, j, i] = now[unit + n * j + i] - own
 
 
 @compile_inline
@@ -140,8 +143,8 @@ def _coordinates(now, at, L, c, root, out, to):
 
 
 @compile_kernel
-def leaving_power(fill, tables, centre, orbit, tree, flex, W, F, y, t):
-    """Power (W, negative) of the energy that leaves with the mass: ``V' dM/dt V / 2`` and the potentials of gravity.
+def leaving_power(fill, tables, centre, orbit, model, data, y, t):
+    """Power (data, negative) of the energy that leaves with the mass: ``V' dM/dt V / 2`` and the potentials of gravity.
 
     After `outward` and `world`, before any load; it leaves the bodies' own inertias and biases as they were.
     """
@@ -153,31 +156,20 @@ def leaving_power(fill, tables, centre, orbit, tree, flex, W, F, y, t):
         if rate != 0.0:
             link = fill.at[i, LINK]
             for side in (1.0, -1.0):
-                set_mass(fill, tree, flex, i, m, side * CHANGE * m)
-                _own(tree, flex, W, F, link, y)
-                sums = body_sums(tree, flex, W, F, link)
-                energy = sums.kinetic + sums.gravity + _planet(centre, orbit, tree, W, link)
+                set_mass(fill, model, data, i, m, side * CHANGE * m)
+                own_inertia(data.modal, model, data, link, y)
+                sums = body_sums(model, data, link)
+                energy = sums.kinetic + sums.gravity + _planet(centre, orbit, model, data, link)
                 power += rate * side * energy / (2.0 * CHANGE * m)
-            set_mass(fill, tree, flex, i, m, 0.0)
-            _own(tree, flex, W, F, link, y)
+            set_mass(fill, model, data, i, m, 0.0)
+            own_inertia(data.modal, model, data, link, y)
     return power
 
 
 @compile_kernel
-def _own(tree, flex, W, F, link, y):
-    """Write link's own inertia and bias as `outward` does; its modal loads become zero."""
-    if flex is None:
-        own_rigid(tree, W, link, get3(W, link, OMEGA))
-    elif tree.ints[link, SLOT] >= 0:
-        own_flexible(tree, flex, W, F, link, tree.ints[0, NX], y)
-    else:
-        own_rigid(tree, W, link, get3(W, link, OMEGA))
-
-
-@compile_kernel
-def _planet(centre, orbit, tree, W, link):
+def _planet(centre, orbit, model, data, link):
     """Potential (J) of a link's body near a planet; zero without one."""
     if not near_planet(centre, orbit):
         return 0.0
-    _, _, U, _ = planet_load(centre, orbit, tree, W, link)
+    _, _, U, _ = planet_load(centre, orbit, model, data, link)
     return U

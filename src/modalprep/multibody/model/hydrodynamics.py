@@ -166,8 +166,8 @@ def rod_constants(body: FlexibleBody, rod: ImmersedRod, align: np.ndarray) -> np
     return np.array([*first, *((last - first) / length), *constants, *rod.water.up])
 
 
-def added_inertia(constants: np.ndarray) -> np.ndarray:
-    """Return the added mass of a rod as a spatial inertia in rows of W: mass (6), coupling (9), inertia (6).
+def added_inertia(constants: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the added mass of a rod as a spatial inertia [[M, H], [H', J]]: M (6,), H (9,), J (6,).
 
     ``int m [1, -r~]' P [1, -r~] ds`` with P across the rod; exact, the integrand is of second degree.
     """
@@ -178,7 +178,7 @@ def added_inertia(constants: np.ndarray) -> np.ndarray:
         lever = np.hstack([np.eye(3), -skew(r)])
         total += added * length * weight / 2 * lever.T @ P @ lever
     upper = np.triu_indices(3)
-    return np.concatenate([total[:3, :3][upper], total[:3, 3:].ravel(), total[3:, 3:][upper]])
+    return total[:3, :3][upper], total[:3, 3:].ravel(), total[3:, 3:][upper]
 
 
 def _places(body: FlexibleBody, rod: ImmersedRod) -> list[np.ndarray]:

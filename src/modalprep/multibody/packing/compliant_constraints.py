@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.multibody.kernels.constraints import ABOUT, CONSTANTS, DISTANCE, IN_A, IN_B, POINT, Constraints
-from modalprep.multibody.kernels.force_laws import GROUND, REST_POSITION
+from modalprep.multibody.kernels.constraints import ABOUT, DISTANCE, END, POINT, ROW, TERM, Constraints
+from modalprep.multibody.kernels.force_laws import GROUND, GROUND_ROTATION, REST_POSITION
 from modalprep.multibody.kernels.forces import Loads
 
 
@@ -28,39 +28,33 @@ def with_bonds(loops: Constraints | None, loads: Loads) -> Constraints | None:
     ...                 damping=np.zeros(6))
     >>> free = Joint(name="free", type="free", parent="ground", child="block")
     >>> system = System(bodies={"block": block}, joints=(free,), loads=(mount,))
-    >>> with_bonds(None, pack_loads(system, pack(system), 1.0)).yielding.tolist()
-    [[9.0, 0.0], [7.0, 0.0]]
+    >>> with_bonds(None, pack_loads(system, pack(system), 1.0)).rows["stiffness"]
+    array([9., 7.])
     """
-    ends, ground, rows = [], [], []
+    ends, rows = [], []
     first = 0 if loops is None else len(loops.ends)
     for at, c in zip(loads.spring_at, loads.spring, strict=True):
         if at[5]:
             continue  # slack at times, and then no row
         rows.append((DISTANCE, first + len(ends), np.zeros(3), c[:2]))
-        ends += [at[:2], at[2:4]]
-        ground += [np.append(place, np.eye(3)) for place in (c[3:6], c[6:9])]
+        ends += [_end(at[:2], c[3:6], np.eye(3)), _end(at[2:4], c[6:9], np.eye(3))]
     for at, c in zip(loads.bushing_at, loads.bushing, strict=True):
         values = c[:REST_POSITION].reshape(2, 6).T
         rows += [(POINT if k < 3 else ABOUT, first + len(ends), np.eye(3)[k % 3], values[k]) for k in range(6)]
-        ends += [at[:2], at[2:4]]
-        ground += 2 * [c[GROUND:]]
+        ends += [_end(place, c[GROUND:GROUND_ROTATION], c[GROUND_ROTATION:]) for place in (at[:2], at[2:4])]
     rows = [row for row in rows if np.any(row[3] > 0)]
     if not rows:
         return loops
-    ints = np.array([[kind, end, end + 1, -1] for kind, end, _, _ in rows], dtype=np.int64)
-    constants = np.zeros((len(rows), CONSTANTS))
-    constants[:, IN_A:IN_B] = [axis for _, _, axis, _ in rows]
-    bonds = Constraints(
-        tables=loads.tables,
-        ends=np.array(ends, dtype=np.int64),
-        ground=np.array(ground),
-        rows=ints,
-        constants=constants,
-        terms=np.zeros((0, 4), dtype=np.int64),
-        factors=np.zeros(0),
-        yielding=np.array([values for *_, values in rows]),
-    )
+    packed = np.zeros(len(rows), ROW)
+    for row, (kind, end, axis, (stiffness, damping)) in zip(packed, rows, strict=True):
+        row["kind"], row["a"], row["b"], row["table"] = kind, end, end + 1, -1
+        row["in_a"], row["stiffness"], row["damping"] = axis, stiffness, damping
+    bonds = Constraints(loads.tables, np.array(ends, END), packed, np.zeros(0, TERM))
     return bonds if loops is None else _joined(loops, bonds)
+
+
+def _end(at: np.ndarray, position: np.ndarray, rotation: np.ndarray) -> tuple:
+    return (*at, position, np.ravel(rotation))
 
 
 def _joined(one: Constraints, two: Constraints) -> Constraints:

@@ -11,20 +11,18 @@ from modalprep.multibody.kernels.constraints import (
     ANGLE,
     COUPLER,
     DISTANCE,
-    ENDS,
-    FLOOR,
-    IN_A,
-    IN_B,
-    LINES,
+    END,
+    END_DATA,
+    KEPT,
+    LINE,
     POINT,
+    ROW,
     SLIP,
-    UNIT,
-    VALUE,
+    TERM,
     Constraints,
     Work,
 )
-from modalprep.multibody.kernels.constraints import CONSTANTS as WIDTH
-from modalprep.multibody.kernels.data import PRESCRIBED, PRISMATIC, REVOLUTE, U, X
+from modalprep.multibody.kernels.data import PRESCRIBED, PRISMATIC, REVOLUTE
 from modalprep.multibody.model.constraints import Closure, Coupler, coordinate_of
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
@@ -45,6 +43,7 @@ class Row(NamedTuple):
     value: float
     function: TimeFunction | None
     stops: str
+    friction: tuple[float, float] = (0.0, 0.0)  # coefficient, speed from which it slides
 
 
 @dataclass(frozen=True)
@@ -54,7 +53,9 @@ class Closing:
     arrays: Constraints
     rows: tuple[Row, ...]
     size: float  # m, unit of lengths
-    counts: np.ndarray  # (m, 2) UNIT and FLOOR of rows that hold
+    value: np.ndarray  # (m,) of the rows, see `Work`
+    unit: np.ndarray  # (m,) of rows that are active
+    floor: np.ndarray  # (m,)
 
     def of(self, closure: int) -> list[int]:
         """Return the rows of a closure."""
@@ -67,20 +68,6 @@ class Closing:
     def normal(self, closure: int) -> list[int]:
         """Return its other rows, those that hold."""
         return [i for i in self.of(closure) if self.rows[i].kind != SLIP]
-
-    def activate(self, closure: int, active: bool) -> None:
-        """Let a closure hold, or let it go: then its rows are measured, but push nothing and count as closed."""
-        rows = self.of(closure)
-        self.arrays.constants[rows, UNIT : FLOOR + 1] = self.counts[rows] if active else (0.0, np.inf)
-
-    def active(self, closure: int) -> bool:
-        """Return whether a closure holds."""
-        return bool(self.holding[self.of(closure)].any())
-
-    @property
-    def holding(self) -> np.ndarray:
-        """Which rows hold (m,): all but those that only rub, and those of closures let go."""
-        return self.arrays.constants[:, UNIT] > 0
 
 
 ZERO = np.zeros(3)
@@ -111,52 +98,45 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
     >>> pin = Closure(name="pin", type="revolute", a="arm.tip", b="ground", position=np.array([10.0, 0, 0]))
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,), closures=(pin,))
     >>> closing = pack_constraints(arm, pack(arm), 1.0)
-    >>> len(closing.rows), closing.rows[0].stops, closing.arrays.ends.tolist()
-    (5, 'displacement of arm.tip to ground along (1, 0, 0)', [[0, 1], [-1, 0]])
+    >>> len(closing.rows), closing.rows[0].stops, closing.arrays.ends["link"].tolist()
+    (5, 'displacement of arm.tip to ground along (1, 0, 0)', [0, -1])
     """
     rows = [row for k, closure in enumerate(system.closures) for row in _rows(k, closure)]
     functions = [row.function for row in rows if row.function is not None]
     numbers = iter(range(len(functions)))
     size = _size(system)
     mass = sum(body.m for body in system.bodies.values())
-    ints, constants = np.full((len(rows), 4), -1), np.zeros((len(rows), WIDTH))
+    packed_rows, value, unit, floor = np.zeros(len(rows), ROW), *np.zeros((3, len(rows)))
     for i, row in enumerate(rows):
-        ints[i] = row.kind, 2 * row.closure, 2 * row.closure + 1, -1 if row.function is None else next(numbers)
-        c = constants[i]
-        c[IN_A:IN_B], c[IN_B:VALUE], c[VALUE] = row.in_a, row.in_b, row.value
-        length = row.kind in (POINT, DISTANCE)
-        c[UNIT] = 1 / size if length else 1.0
-        c[FLOOR] = {COUPLER: 0.0}.get(row.kind, IMMOBILE / mass * (1.0 if length else size**-2))
+        at, length = packed_rows[i], row.kind in (POINT, DISTANCE)
+        at["kind"], at["a"], at["b"] = row.kind, 2 * row.closure, 2 * row.closure + 1
+        at["table"] = -1 if row.function is None else next(numbers)
+        at["in_a"], at["in_b"], at["stiffness"] = row.in_a, row.in_b, np.inf
+        value[i], unit[i] = row.value, 1 / size if length else 1.0
+        floor[i] = {COUPLER: 0.0}.get(row.kind, IMMOBILE / mass * (1.0 if length else size**-2))
         if row.kind == SLIP:
-            c[UNIT], c[FLOOR] = 0.0, np.inf
+            at["friction"], at["sliding"] = row.friction
+            unit[i], floor[i] = 0.0, np.inf
     terms = [term for i, row in enumerate(rows) for term in _terms(system, packed, i, system.closures[row.closure])]
     ends = [end for closure in system.closures for end in _ends(system, packed, closure)]
-    ground = [place for closure in system.closures for place in _ground(closure)]
     arrays = Constraints(
-        tables=tabulate(functions, t_end),
-        ends=np.array(ends, dtype=np.int64).reshape(-1, 2),
-        ground=np.array(ground, dtype=float).reshape(-1, 12),
-        rows=ints.astype(np.int64),
-        constants=constants,
-        terms=np.array([at for at, _ in terms], dtype=np.int64).reshape(-1, 4),
-        factors=np.array([factor for _, factor in terms], dtype=float),
-        yielding=np.tile([np.inf, 0.0], (len(rows), 1)),
+        tabulate(functions, t_end), np.array(ends, END), packed_rows, np.array(terms, TERM).reshape(-1)
     )
-    closing = Closing(arrays, tuple(rows), size, constants[:, UNIT : FLOOR + 1].copy())
-    for k, closure in enumerate(system.closures):
-        closing.activate(k, closure.active)
-    return closing
+    return Closing(arrays, tuple(rows), size, value, unit, floor)
 
 
-def constraint_work(arrays: Constraints, packed: Packed) -> Work:
-    """Allocate the scratch of `Constraints`."""
+def constraint_work(arrays: Constraints, packed: Packed, value=None, unit=None, floor=None) -> Work:
+    """Allocate what changes in constraints; rows of compliant constraints have neither value nor unit nor floor."""
     nx, nu, nl = packed.nx, packed.nu, len(packed.links)
     m, ne = len(arrays.rows), len(arrays.ends)
-    vectors = [np.zeros(m) for _ in range(8)]
+    given = [np.zeros(m) for _ in range(3)]
+    for own, part in zip(given, (value, unit, floor), strict=True):
+        if part is not None:
+            own[: len(part)] = part
     return Work(
-        np.zeros((ne, ENDS)), np.zeros((ne, 6)), np.zeros((m, LINES)), *vectors, np.zeros((m, m)), np.zeros((m, m)),
-        np.zeros(m), np.zeros(m, dtype=np.int64), np.zeros(1, dtype=np.int64), np.zeros((m, nu)), np.zeros(nu),
-        np.zeros(nu), np.zeros((nl, 12)), np.zeros(nx + nu),
+        *given, np.zeros(ne, END_DATA), np.zeros(m, LINE), *(np.zeros(m) for _ in range(8)), np.zeros((m, m)),
+        np.zeros((m, m)), np.zeros(m), np.zeros(m, dtype=np.int64), np.zeros(1, dtype=np.int64), np.zeros((m, nu)),
+        np.zeros(nu), np.zeros(nu), np.zeros(nl, KEPT), np.zeros(nx + nu),
     )  # fmt: skip
 
 
@@ -176,8 +156,8 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
     rows = [_point(k, closure, frame[:, DISPLACEMENTS[c]], None) for c in moves]
     if closure.friction:
         along = [frame[:, c] for c in range(3) if "xyz"[c] not in moves]
-        law = np.array([closure.friction, closure.sliding, 0.0])
-        rows += [Row(k, SLIP, axis, law, 0.0, None, f"sliding of {closure.b} on {closure.a}") for axis in along]
+        law = (closure.friction, closure.sliding)
+        rows += [Row(k, SLIP, axis, ZERO, 0.0, None, f"sliding of {closure.b} on {closure.a}", law) for axis in along]
     in_b = closure.rotation.T @ frame
     for about in turns:
         b, a = TURNS[about]
@@ -203,27 +183,24 @@ def _vector(axis: np.ndarray) -> str:
     return "(" + ", ".join(f"{value:.4g}" for value in axis + 0.0) + ")"
 
 
-def _ends(system: System, packed: Packed, closure: Closure | Coupler) -> list[tuple[int, int]]:
-    if isinstance(closure, Coupler):
-        return [(-1, 0), (-1, 0)]
-    found = [locate(system.bodies, end, closure.name) for end in (closure.a, closure.b)]
-    return [(packed.link_of(at[0]), at[1]) if at else (-1, 0) for at in found]
-
-
-def _ground(closure: Closure | Coupler) -> list[np.ndarray]:
+def _ends(system: System, packed: Packed, closure: Closure | Coupler) -> list[tuple]:
+    """Return the ends of a closure as records END; those of a coupler are not read."""
+    unit, places = np.eye(3).ravel(), [None, None]
+    if not isinstance(closure, Coupler):
+        places = [locate(system.bodies, end, closure.name) for end in (closure.a, closure.b)]
     position = np.zeros(3) if isinstance(closure, Coupler) else closure.position
-    return [np.append(position, np.eye(3))] * 2
+    return [(packed.link_of(at[0]), at[1], position, unit) if at else (-1, 0, position, unit) for at in places]
 
 
-def _terms(system: System, packed: Packed, row: int, closure: Closure | Coupler) -> list[tuple[tuple, float]]:
+def _terms(system: System, packed: Packed, row: int, closure: Closure | Coupler) -> list[tuple]:
     if not isinstance(closure, Coupler):
         return []
     found = []
     for text, factor in closure.factors.items():
         joint, k = coordinate_of(text, system.coordinate_counts, closure.name)
         moving = [i for i in packed.links_of(joint) if packed.types[i] in (REVOLUTE, PRISMATIC, *PRESCRIBED)]
-        at, free = packed.tree.ints[moving[k]], packed.types[moving[k]] not in PRESCRIBED
-        found.append(((row, moving[k], at[X] if free else -1, at[U] if free else -1), float(factor)))
+        at, free = packed.model.links[moving[k]], packed.types[moving[k]] not in PRESCRIBED
+        found.append((row, moving[k], at["x"] if free else -1, at["u"] if free else -1, float(factor)))
     return found
 
 

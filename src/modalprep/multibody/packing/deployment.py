@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from modalprep.multibody.kernels.data import FIXED, MASS, PRESCRIBED, U, X
+from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.deployment import AT, REEL, SPRING, Reels
 from modalprep.multibody.kernels.forces import Loads
 from modalprep.multibody.model.deployment import Deployment, Stage, bending
@@ -39,7 +39,7 @@ def pack_reels(
         at.append(_at(d, system, packed))
         reel.append([d.mass_per_length, d.rotary_inertia, d.rod, d.length, stage.inner(d)])
         for number, numbers in _springs(d, stage):
-            u = int(packed.tree.ints[packed.links_of(f"{d.name}{number}")[0], U])
+            u = packed.speeds_of(f"{d.name}{number}")[0]
             spring_at.append((k, row_of[u]))
             springs.append([d.EI, d.damping, *numbers])
     bases = sorted({row[3] for row in at if row[3] >= 0})
@@ -47,7 +47,6 @@ def pack_reels(
         at=np.array(at, dtype=np.int64).reshape(-1, AT),
         reel=np.array(reel, dtype=float).reshape(-1, REEL),
         base=np.array(bases, dtype=np.int64),
-        own=packed.tree.fixed[bases, MASS:FIXED].copy().reshape(-1, FIXED - MASS),
         spring_at=np.array(spring_at, dtype=np.int64).reshape(-1, 2),
         spring=np.array(springs, dtype=float).reshape(-1, SPRING),
     )
@@ -55,10 +54,10 @@ def pack_reels(
 
 def _at(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:
     slider = packed.links_of(d.name)[0]
-    row, driven = packed.tree.ints[slider], packed.types[slider] in PRESCRIBED
+    row, driven = packed.model.links[slider], packed.types[slider] in PRESCRIBED
     found = locate(system.bodies, d.parent, f"deployment {d.name!r}")
     base = (packed.link_of(found[0]), found[1]) if found else (-1, 0)
-    place, speed = (-1, -1) if driven else (int(row[X]), packed.nx + int(row[U]))
+    place, speed = (-1, -1) if driven else (int(row["x"]), packed.nx + int(row["u"]))
     return slider, place, speed, *base
 
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.data import FREE, PRESCRIBED, SPEEDS, SPHERICAL, U, X
+from modalprep.multibody.kernels.data import FREE, PRESCRIBED, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.force_laws import (
     BUSHING,
     GROUND,
@@ -182,13 +182,16 @@ def _rods(build: _Builder, rods: list[ImmersedRod]) -> dict[str, np.ndarray]:
         rod_constants(build.system.bodies[rod.body], rod, build.packed.align(link))
         for rod, link in zip(rods, links, strict=True)
     ]
+    added = [added_inertia(c) for c in constants]
     profiles = [np.column_stack([rod.water.depths, rod.water.current]) for rod in rods]
     counts = [len(profile) for profile in profiles]
     at = list(zip(links, np.cumsum([0, *counts])[:-1], counts, strict=True))
     return {
         "rod_at": _ints(at, 3),
         "rod": _floats(constants, (ROD,)),
-        "rod_inertia": _floats([added_inertia(c) for c in constants], (21,)),
+        "rod_mass": _floats([M for M, _, _ in added], (6,)),
+        "rod_coupling": _floats([H for _, H, _ in added], (9,)),
+        "rod_inertia": _floats([J for _, _, J in added], (6,)),
         "current": np.vstack([np.zeros((0, 4)), *profiles]),
     }
 
@@ -197,9 +200,9 @@ def _coordinates(packed: Packed, joint: str) -> list[tuple[int, int]]:
     """Return coordinate (-1: none of its own) and speed of everything that a joint can move."""
     found = []
     for i in packed.links_of(joint):
-        kind, row = packed.types[i], packed.tree.ints[i]
+        kind, row = packed.types[i], packed.model.links[i]
         own = kind not in (SPHERICAL, FREE)
-        found += [(int(row[X]) if own else -1, int(row[U]) + k) for k in range(SPEEDS[kind])]
+        found += [(int(row["x"]) if own else -1, int(row["u"]) + k) for k in range(SPEEDS[kind])]
     return found
 
 

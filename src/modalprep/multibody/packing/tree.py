@@ -9,38 +9,25 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part
 from modalprep.multibody.kernels.data import (
-    ALIGN,
-    BODY,
+    AFFINE,
     COORDINATES,
     EPSILON,
-    FIXED,
     FREE,
-    GROUND_RATE,
-    HAS_KG,
-    INTS,
-    JOINT,
-    KIND,
-    MASS,
-    MODES,
-    NODE,
-    NODES,
-    NX,
-    PARENT,
-    PHI,
+    GROWS,
+    LINK,
     PRESCRIBED_PRISMATIC,
     PRESCRIBED_REVOLUTE,
     PRISMATIC,
     REVOLUTE,
-    SLOT,
     SPEEDS,
     SPHERICAL,
-    UQ,
+    UNIT,
     WELD,
-    XQ,
-    Flex,
-    Tree,
-    U,
-    X,
+    Data,
+    Integrals,
+    Modal,
+    Model,
+    new_data,
 )
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
@@ -57,21 +44,29 @@ class Link:
 
 @dataclass(frozen=True)
 class Packed:
-    """A system in arrays; fresh, contiguous and writable.
+    """A system as the kernels read it.
 
-    `nx`, `nu` are the numbers of coordinates and speeds, `flex` is None in a system without modes.
+    `nu` is the number of speeds; `model` is constant, `data()` makes what an evaluation writes.
     """
 
-    tree: Tree
-    flex: Flex | None
+    model: Model
     links: tuple[Link, ...]
-    nx: int
     nu: int
+    depleting: bool
+
+    @property
+    def nx(self) -> int:
+        """Number of coordinates."""
+        return self.model.nx
 
     @property
     def types(self) -> np.ndarray:
-        """Kernel joint type of every link (nl,)."""
-        return self.tree.ints[:, JOINT]
+        """Joint type of every link (nl,)."""
+        return self.model.links["joint"]
+
+    def data(self) -> Data:
+        """Return new data."""
+        return new_data(self.model, depleting=self.depleting)
 
     def link_of(self, body: str) -> int:
         """Return the link that carries a body."""
@@ -83,39 +78,44 @@ class Packed:
 
     def coordinates_of(self, joint: str) -> list[int]:
         """Return the places of a joint's coordinates in the state."""
-        ints, types = self.tree.ints, self.types
-        return [int(ints[i, X]) + k for i in self.links_of(joint) for k in range(COORDINATES[types[i]])]
+        first, types = self.model.links["x"], self.types
+        return [int(first[i]) + k for i in self.links_of(joint) for k in range(COORDINATES[types[i]])]
 
     def speeds_of(self, joint: str) -> list[int]:
         """Return the numbers of a joint's speeds, the first of all is 0."""
-        ints, types = self.tree.ints, self.types
-        return [int(ints[i, U]) + k for i in self.links_of(joint) for k in range(SPEEDS[types[i]])]
+        first, types = self.model.links["u"], self.types
+        return [int(first[i]) + k for i in self.links_of(joint) for k in range(SPEEDS[types[i]])]
+
+    def modes_of(self, body: str) -> slice:
+        """Return the places of a body's modal coordinates in the state."""
+        row = self.model.links[self.link_of(body)]
+        return slice(int(row["xq"]), int(row["xq"] + row["modes"]))
 
     def align(self, link: int) -> np.ndarray:
         """Return the rotation from a link's frame to its body's frame (3, 3)."""
-        return self.tree.fixed[link, ALIGN : ALIGN + 9].reshape(3, 3)
+        return self.model.links["align"][link].reshape(3, 3)
 
 
 def pack(system: System) -> Packed:
-    """Return the arrays of a system.
+    """Return the model of a system.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", axis=np.array([0, 1.0, 0]))
     >>> packed = pack(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))
-    >>> packed.nx, packed.tree.ints[0, MODES], packed.align(0)[:, 2]
-    (3, np.int64(2), array([0., 1., 0.]))
+    >>> packed.nx, packed.model.links["modes"], packed.align(0)[:, 2]
+    (3, array([2]), array([0., 1., 0.]))
     """
     links, frames = _links(system)
-    ints, bodies = _ints(system, links, frames)
-    fixed = [_fixed(system, links, frames, ints, i) for i in range(len(links))]
-    nodes = [np.pad(position @ a, ((0, 0), (0, FIXED - 3))) for a, position in bodies.positions]
-    ground = np.zeros(FIXED)
-    ground[:3], ground[GROUND_RATE] = system.gravity, system.orbit.rate if system.orbit else 0.0
-    tree = Tree(ints, np.vstack([*fixed, *nodes, ground]))
-    nu = int(ints[-1, UQ] + ints[-1, MODES])
-    return Packed(tree, bodies.flex(), tuple(links), int(ints[0, NX]), nu)
+    rows, bodies = _topology(system, links, frames)
+    for i in range(len(links)):
+        _place(system, links, frames, rows, i)
+    nodes = np.vstack([position @ a for a, position in bodies.positions])
+    rate = system.orbit.rate if system.orbit else 0.0
+    nx, nu = (int(rows[-1][name] + rows[-1]["modes"]) for name in ("xq", "uq"))
+    model = Model(rows, nodes, np.array(system.gravity, dtype=float), float(rate), nx, bodies.modal())
+    return Packed(model, tuple(links), nu, bool(system.depletions))
 
 
 def hinges(joint: Joint) -> list[tuple[int, np.ndarray]]:
@@ -167,58 +167,61 @@ def _links(system: System) -> tuple[list[Link], list[tuple[int, np.ndarray, np.n
     return links, frames
 
 
-def _ints(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, _Bodies]:
-    ints = np.full((len(links), INTS), -1, dtype=np.int64)
-    bodies, x, u, slot, phi = _Bodies(), 0, 0, 0, 0
+def _topology(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, _Bodies]:
+    """Return the links (nl,) with everything but frames and masses, and the distinct bodies."""
+    rows = np.zeros(len(links), LINK)
+    rows["kind"] = rows["slot"] = rows["body"] = rows["shape"] = rows["first_interface"] = -1
+    bodies, x, u, slot, shape = _Bodies(), 0, 0, 0, 0
     depleted = [each.body for each in system.depletions]
-    place = {link.body: i for i, link in enumerate(links) if link.body}
+    carrier = {link.body: i for i, link in enumerate(links) if link.body}
     order = {name: i for i, name in enumerate(system.order)}
     for i, (link, (kind, _, align)) in enumerate(zip(links, frames, strict=True)):
-        row = ints[i]
-        row[JOINT], row[X], row[U], row[MODES], row[NODE], row[HAS_KG] = kind, x, u, 0, 0, 0
-        row[XQ], row[UQ] = x + COORDINATES[kind], u + SPEEDS[kind]
+        row = rows[i]
+        row["joint"], row["x"], row["u"], row["parent"] = kind, x, u, len(links)
+        row["xq"], row["uq"] = x + COORDINATES[kind], u + SPEEDS[kind]
         parent = system.parent(link.joint)
         if link.hinge > 0:
-            row[PARENT] = i - 1
+            row["parent"] = i - 1
         elif parent is not None:
-            row[PARENT], row[NODE] = place[parent[0]], parent[1]
+            row["parent"], row["interface"] = carrier[parent[0]], parent[1]
             if system.bodies[parent[0]].n:
-                row[PHI], phi = phi, phi + 1
+                row["shape"], shape = shape, shape + 1
         if link.body:
-            body = system.bodies[link.body]
-            own = link.body in depleted
-            row[BODY], row[MODES] = order[link.body], body.n
-            row[HAS_KG] = 2 if body.T is not None else body.has_geometric_stiffness or own or not body.normalised
-            row[NODES], row[KIND] = bodies.add(body, align, link.body if own else "")
+            body, own = system.bodies[link.body], link.body in depleted
+            row["body"], row["modes"], row["modal_mass"] = order[link.body], body.n, _modal_mass(body, own)
+            row["first_interface"], row["kind"] = bodies.add(body, align, link.body if own else "")
             if body.n:
-                row[SLOT], slot = slot, slot + 1
-        x, u = row[XQ] + row[MODES], row[UQ] + row[MODES]
-    ints[:, NX] = x
-    return ints, bodies
+                row["slot"], slot = slot, slot + 1
+        x, u = row["xq"] + row["modes"], row["uq"] + row["modes"]
+    return rows, bodies
 
 
-def _fixed(system: System, links: list[Link], frames: list, ints: np.ndarray, i: int) -> np.ndarray:
-    link, (_, start, align), row = links[i], frames[i], np.zeros(FIXED)
+def _modal_mass(body: FlexibleBody, depletes: bool) -> int:
+    if body.T is not None:
+        return GROWS
+    return AFFINE if body.has_geometric_stiffness or depletes or not body.normalised else UNIT
+
+
+def _place(system: System, links: list[Link], frames: list, rows: np.ndarray, i: int) -> None:
+    """Write the frames and the mass of link i."""
+    link, (_, start, align), row = links[i], frames[i], rows[i]
     turn, arm = start, np.zeros(3)
     if link.hinge > 0:
         turn = frames[i - 1][1].T @ start
-    elif ints[i, PARENT] >= 0:
-        parent = links[ints[i, PARENT]]
-        to_link = frames[ints[i, PARENT]][2].T
-        turn, arm = to_link @ start, to_link @ system.bodies[parent.body].interface_position[ints[i, NODE]]
+    elif row["parent"] < len(links):
+        parent, to_link = links[row["parent"]], frames[row["parent"]][2].T
+        turn, arm = to_link @ start, to_link @ system.bodies[parent.body].interface_position[row["interface"]]
     elif link.joint.type != "free":
         arm = link.joint.position
-    row[:ALIGN] = [*turn.ravel(), *arm]
-    row[ALIGN:MASS] = align.ravel()
+    row["rotation"], row["arm"], row["align"] = turn.ravel(), arm, align.ravel()
     if link.body:
-        row[MASS:] = rigid_constants(system.bodies[link.body], align)
-    return row
+        row["mass"], row["first_moment"], row["inertia"] = rigid_constants(system.bodies[link.body], align)
 
 
-def rigid_constants(body: FlexibleBody, align: np.ndarray) -> np.ndarray:
-    """Return m, s0 (3) and the moment of inertia (6: xx, xy, xz, yy, yz, zz) in a link's frame."""
+def rigid_constants(body: FlexibleBody, align: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return m, s0 (3,) and the moment of inertia (6,: xx, xy, xz, yy, yz, zz) in a link's frame."""
     J = align.T @ (np.trace(body.E0) * np.eye(3) - body.E0) @ align
-    return np.concatenate([[body.m], align.T @ body.s0, J[np.triu_indices(3)]])
+    return body.m, align.T @ body.s0, J[np.triu_indices(3)]
 
 
 class _Bodies:
@@ -241,8 +244,8 @@ class _Bodies:
             self.flexible += [(body, align)] if body.n else []
         return self.found[key]
 
-    def flex(self) -> Flex | None:
-        """Return the arrays of the flexible bodies."""
+    def modal(self) -> Modal | None:
+        """Return the constants of the flexible bodies."""
         if not self.flexible:
             return None
         N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
@@ -250,20 +253,21 @@ class _Bodies:
         N4 = N + -N % 4
         grows = N if any(body.T is not None for body, _ in self.flexible) else 0
         of_kind = ((25,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2), (grows, grows, grows))
-        out = Flex(
+        out = [
             *(np.zeros((kinds, *shape)) for shape in of_kind),
             *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N))),
-        )
+        ]
         for k, (body, align) in enumerate(self.flexible):
             rows = slice(first[k], first[k] + len(body.interface_name))
             for number, (array, value) in enumerate(zip(out, _modes(body, align), strict=True)):
                 place = k if number < len(of_kind) else rows
                 array[place][(..., *(slice(size) for size in value.shape[-(array.ndim - 1) :]))] = value
-        return out
+        integrals = len(Integrals._fields)
+        return Modal(Integrals(*out[:integrals]), *out[integrals:])
 
 
 def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the arrays of `Flex` of one body, its axes turned by Q; see there."""
+    """Return the arrays of `Integrals` and `Modal` of one body, its axes turned by Q; see there."""
     n, part = body.n, affine_part(body)
     base, by_q = (np.einsum("ar...,ac->...rc", x, Q) for x in (part.first, part.second))
     rest = np.einsum("abij,ac,bd->jicd", part.rest, Q, Q)

@@ -70,5 +70,6 @@ def _integrals(body: FlexibleBody, Q: np.ndarray) -> np.ndarray:
     total = np.concatenate([body.S[:, None], body.H], axis=1), np.concatenate([body.Kg_A[:, None], body.Kg_W], axis=1)
     first, second = (np.einsum("as...,ac,sr->...rc", x, Q, turn) for x in total)
     tensor = np.einsum("abij,ac,bd->jicd", body.P, Q, Q)
-    parts = (rigid_constants(body, Q), first, second.swapaxes(0, 1), tensor, body.modal_mass)
+    m, s0, J = rigid_constants(body, Q)
+    parts = (np.array([m]), s0, J, first, second.swapaxes(0, 1), tensor, body.modal_mass)
     return np.concatenate([part.ravel() for part in parts])

@@ -8,20 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import qr
 
-from modalprep.multibody.kernels.constraints import (
-    ANGLE,
-    COUPLER,
-    END_A,
-    IN_A,
-    IN_B,
-    KIND,
-    MOST_RUBS,
-    POINT,
-    SLIP,
-    VALUE,
-)
+from modalprep.multibody.evaluation.loops import Loops
+from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, MOST_RUBS, POINT, SLIP
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.constraints import Closing
 from modalprep.multibody.packing.tree import Packed, pack
 from modalprep.multibody.reference.equations import BodyState, body_states, ground_spin, mass_and_force
 from modalprep.multibody.reference.loads import dense_loads
@@ -80,57 +69,55 @@ class _End:
 
 
 def dense_constraints(
-    system: System, packed: Packed, closing: Closing, y: np.ndarray, motion: np.ndarray, t: float
+    system: System, packed: Packed, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float
 ) -> DenseConstraints:
     """Return all rows of the closures at a state; arguments as `dense.link_states`."""
     bodies = body_states(system, packed, y, motion)
     states = {packed.link_of(name): s for name, s in zip(system.order, bodies, strict=True)}
-    arrays, found = closing.arrays, []
-    ends = [
-        _end(states.get(int(link)), int(node), place, system, packed.nu)
-        for (link, node), place in zip(arrays.ends, arrays.ground, strict=True)
-    ]
-    for i, row in enumerate(closing.rows):
+    arrays, found = loops.arrays, []
+    ends = [_end(states.get(int(end["link"])), end, system, packed.nu) for end in arrays.ends]
+    for i, row in enumerate(loops.closing.rows):
         if row.kind == COUPLER:
-            line = _coupler(closing, i, packed, y, motion)
+            line = _coupler(loops, i, packed, y, motion)
         else:
-            a = arrays.rows[i, END_A]
-            line = _row(arrays.rows[i, KIND], arrays.constants[i], ends[a], ends[a + 1])
+            at = arrays.rows[i]
+            line = _row(at, ends[at["a"]], ends[at["b"]])
         value, rate, acceleration = row.function(t) if row.function else (0.0, 0.0, 0.0)
-        value += arrays.constants[i, VALUE]
+        value += loops.work.value[i]
         found.append((line[0] - value, line[1] - rate, line[2], line[3] - acceleration))
     columns = list(zip(*found, strict=True))
     return DenseConstraints(*(np.array(column) for column in columns))
 
 
-def _end(s: BodyState | None, node: int, ground: np.ndarray, system: System, nu: int) -> _End:
+def _end(s: BodyState | None, end: np.void, system: System, nu: int) -> _End:
     if s is None:
-        none, w, p = np.zeros((3, nu)), ground_spin(system), ground[:3]
+        none, w, p = np.zeros((3, nu)), ground_spin(system), end["position"]
         origin = _Vector(p, np.cross(w, p), none, np.cross(w, np.cross(w, p)) - system.gravity)
-        return _End(origin, ground[3:].reshape(3, 3), w, none, np.zeros(3))
-    frame, J, c = interface_point(s, node)
+        return _End(origin, end["rotation"].reshape(3, 3), w, none, np.zeros(3))
+    frame, J, c = interface_point(s, int(end["interface"]))
     origin = _Vector(frame.position, frame.velocity, J[:3], c[:3])
     return _End(origin, frame.rotation, frame.spin, J[3:], c[3:])
 
 
-def _row(kind: int, constants: np.ndarray, a: _End, b: _End) -> tuple:
+def _row(row: np.void, a: _End, b: _End) -> tuple:
+    kind, axis = row["kind"], row["in_a"]
     apart = b.origin - a.origin
     if kind == POINT:
-        return a.fixed(constants[IN_A:IN_B]).dot(apart)
+        return a.fixed(axis).dot(apart)
     if kind == ANGLE:
-        return a.fixed(constants[IN_A:IN_B]).dot(b.fixed(constants[IN_B:VALUE]))
+        return a.fixed(axis).dot(b.fixed(row["in_b"]))
     if kind == SLIP:
-        _, rate, G, bias = a.fixed(constants[IN_A:IN_B]).dot(apart)
+        _, rate, G, bias = a.fixed(axis).dot(apart)
         return 0.0, rate, G, bias
     square, rate, G, bias = apart.dot(apart)
     L = np.sqrt(square)
     return L, rate / (2 * L), G / (2 * L), bias / (2 * L) - rate**2 / (4 * L**3)
 
 
-def _coupler(closing: Closing, i: int, packed: Packed, y: np.ndarray, motion: np.ndarray) -> tuple:
+def _coupler(loops: Loops, i: int, packed: Packed, y: np.ndarray, motion: np.ndarray) -> tuple:
     phi = rate = bias = 0.0
     G = np.zeros(packed.nu)
-    for (row, link, x, u), factor in zip(closing.arrays.terms, closing.arrays.factors, strict=True):
+    for row, link, x, u, factor in loops.arrays.terms:
         if row == i and x >= 0:
             phi, rate = phi + factor * y[x], rate + factor * y[packed.nx + u]
             G[u] += factor
@@ -140,7 +127,7 @@ def _coupler(closing: Closing, i: int, packed: Packed, y: np.ndarray, motion: np
 
 
 def closed_accelerations(
-    system: System, closing: Closing, y: np.ndarray, motion: np.ndarray, t: float, alpha: float = 0.0, beta: float = 0.0
+    system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float, alpha: float = 0.0, beta: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve ``[M G'; G 0] [u'; -multiplier] = [f; -bias]`` with all loads; of redundant rows the least multipliers.
 
@@ -151,13 +138,13 @@ def closed_accelerations(
     u' : (nu,)
     multiplier : (m,)
     """
-    M, f, rows = _equations(system, closing, y, motion, t, alpha, beta)
-    holds, rubs = closing.holding, np.array([row.kind == SLIP for row in closing.rows])
+    M, f, rows = _equations(system, loops, y, motion, t, alpha, beta)
+    holds, rubs = loops.holding, np.array([row.kind == SLIP for row in loops.closing.rows])
     multiplier = np.zeros(len(rows.bias))
     for _ in range(MOST_RUBS):
         before = multiplier.copy()
         udot, multiplier[holds] = _saddle(M, f + rows.G[rubs].T @ multiplier[rubs], rows.G[holds], rows.bias[holds])
-        multiplier[rubs] = [_friction(closing, i, rows.rate, multiplier) for i in np.flatnonzero(rubs)]
+        multiplier[rubs] = [_friction(loops, i, rows.rate, multiplier) for i in np.flatnonzero(rubs)]
         if np.abs(multiplier - before)[rubs].max(initial=0.0) <= SETTLED * np.abs(multiplier).max(initial=0.0):
             break
     return udot, multiplier
@@ -174,15 +161,15 @@ def _saddle(M: np.ndarray, f: np.ndarray, G: np.ndarray, bias: np.ndarray) -> tu
     return solution[:n], -solution[n:]
 
 
-def _friction(closing: Closing, i: int, rate: np.ndarray, multiplier: np.ndarray) -> float:
+def _friction(loops: Loops, i: int, rate: np.ndarray, multiplier: np.ndarray) -> float:
     """Coulomb friction in row i by the other rows of its closure."""
-    closure = closing.rows[i].closure
-    slide, normal = closing.sliding(closure), closing.normal(closure)
-    speed, (mu, sliding, _) = np.linalg.norm(rate[slide]), closing.rows[i].in_b
+    closure = loops.closing.rows[i].closure
+    slide, normal = loops.closing.sliding(closure), loops.closing.normal(closure)
+    speed, (mu, sliding) = np.linalg.norm(rate[slide]), loops.closing.rows[i].friction
     return -mu * np.linalg.norm(multiplier[normal]) * np.tanh(speed / sliding) * rate[i] / max(speed, 1e-300)
 
 
-def reduced_accelerations(system: System, closing: Closing, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
+def reduced_accelerations(system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
     """Solve in as many independent speeds as there are degrees of freedom (theory 5.6).
 
     A pivoted QR factorization of G chooses the dependent speeds, ``G_d u_d = -G_i u_i + b``; with
@@ -192,8 +179,8 @@ def reduced_accelerations(system: System, closing: Closing, y: np.ndarray, motio
     -------
     u' : (nu,)
     """
-    M, f, rows = _equations(system, closing, y, motion, t, 0.0, 0.0)
-    R, s = null_space(rows.G[closing.holding], -rows.bias[closing.holding])
+    M, f, rows = _equations(system, loops, y, motion, t, 0.0, 0.0)
+    R, s = null_space(rows.G[loops.holding], -rows.bias[loops.holding])
     return R @ np.linalg.solve(R.T @ M @ R, R.T @ (f - M @ s)) + s
 
 
@@ -219,11 +206,11 @@ def null_space(G: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _equations(
-    system: System, closing: Closing, y: np.ndarray, motion: np.ndarray, t: float, alpha: float, beta: float
+    system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float, alpha: float, beta: float
 ) -> tuple[np.ndarray, np.ndarray, DenseConstraints]:
     packed = pack(system)
     M, f = mass_and_force(system.at(t), y, motion)
     loads = dense_loads(system, packed, y, motion, t)
-    rows = dense_constraints(system, packed, closing, y, motion, t)
+    rows = dense_constraints(system, packed, loops, y, motion, t)
     bias = rows.bias + 2 * alpha * rows.rate + beta**2 * rows.phi
     return M + loads.mass, f + loads.f, rows._replace(bias=bias)

@@ -14,12 +14,8 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
 from modalprep.multibody.kernels.data import (
-    ARM0,
     COORDINATES,
     FREE,
-    JOINT,
-    NODE,
-    PARENT,
     PRESCRIBED,
     PRESCRIBED_PRISMATIC,
     PRESCRIBED_REVOLUTE,
@@ -27,11 +23,6 @@ from modalprep.multibody.kernels.data import (
     REVOLUTE,
     SPEEDS,
     SPHERICAL,
-    UQ,
-    XQ,
-    C,
-    U,
-    X,
 )
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
@@ -214,28 +205,28 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
     Parameters
     ----------
     y : (nx + nu,)
-        State as `layout` packs it.
+        State as `kernels.data` says.
     motion : (nl, 3)
         Position, rate and acceleration of prescribed hinges; other rows unused.
     """
     states: list[BodyState] = []
     for i, link in enumerate(packed.links):
-        row, fixed = packed.tree.ints[i], packed.tree.fixed[i]
-        joint, x, u = row[JOINT], row[X], packed.nx + row[U]
-        if row[PARENT] < 0:
-            frame = _ground(system, fixed[ARM0 : ARM0 + 3], packed.nu)
+        row = packed.model.links[i]
+        joint, x, u = row["joint"], row["x"], packed.nx + row["u"]
+        if row["parent"] == len(packed.links):
+            frame = _ground(system, row["arm"], packed.nu)
         else:
-            frame = _interface(states[row[PARENT]], row[NODE])
-            frame = frame.turned(packed.align(row[PARENT]))  # the hinge is placed in the parent link's axes
-        frame = frame.turned(fixed[C : C + 9].reshape(3, 3))
+            frame = _interface(states[row["parent"]], row["interface"])
+            frame = frame.turned(packed.align(row["parent"]))  # the hinge is placed in the parent link's axes
+        frame = frame.turned(row["rotation"].reshape(3, 3))
         own_x, own_u = y[x : x + COORDINATES[joint]], y[u : u + SPEEDS[joint]]
         if joint in PRESCRIBED:
             own_x, own_u = motion[i, :1], motion[i, 1:]
-        frame = _hinged(frame, joint, own_x, own_u, row[U]).turned(packed.align(i).T)
+        frame = _hinged(frame, joint, own_x, own_u, row["u"]).turned(packed.align(i).T)
         body = system.bodies[link.body] if link.body else None
         n = body.n if body else 0
-        q, qd = y[row[XQ] : row[XQ] + n], y[packed.nx + row[UQ] : packed.nx + row[UQ] + n]
-        rows = slice(row[UQ], row[UQ] + n)
+        q, qd = y[row["xq"] : row["xq"] + n], y[packed.nx + row["uq"] : packed.nx + row["uq"] + n]
+        rows = slice(row["uq"], row["uq"] + n)
         states.append(BodyState(body, frame.R, frame.p, frame.V, q, qd, frame.J, frame.c, rows))
     return states
 

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
 from modalprep.multibody.evaluation.state import Frame, State, callback_loads
-from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL, U, X
+from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.model.depletion import ExpelledGas
 from modalprep.multibody.model.environment import CentralGravity, Conductor
 from modalprep.multibody.model.hydrodynamics import ImmersedRod
@@ -185,9 +185,9 @@ def _hinges(system: System, packed: Packed, y: np.ndarray, t: float) -> DenseLoa
     f, power, stored = np.zeros(packed.nu), 0.0, 0.0
     for joint in system.joints:
         places = [
-            (int(packed.tree.ints[i, X]) if packed.types[i] not in (SPHERICAL, FREE) else None, u)
+            (int(packed.model.links["x"][i]) if packed.types[i] not in (SPHERICAL, FREE) else None, u)
             for i in packed.links_of(joint.name)
-            for u in range(packed.tree.ints[i, U], packed.tree.ints[i, U] + SPEEDS[packed.types[i]])
+            for u in range(packed.model.links["u"][i], packed.model.links["u"][i] + SPEEDS[packed.types[i]])
         ]
         for element, (x, u) in zip(joint.elements, places, strict=bool(joint.elements)):
             rate = y[packed.nx + u]

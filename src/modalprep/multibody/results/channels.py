@@ -15,8 +15,6 @@ from modalprep.multibody.kernels.data import (
     REVOLUTE,
     SPEEDS,
     SPHERICAL,
-    U,
-    X,
 )
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.environment import Conductor
@@ -116,7 +114,8 @@ class Channels:
     def _hinge(self, i: int) -> list[tuple[str, tuple]]:
         """Return the numbers of one link's hinge: name, what it is, indices."""
         kind, joint = self.packed.types[i], self.packed.links[i].joint
-        x, u = int(self.packed.tree.ints[i, X]), int(self.packed.tree.ints[i, U])
+        row = self.packed.model.links[i]
+        x, u = int(row["x"]), int(row["u"])
         turns = kind in (REVOLUTE, PRESCRIBED_REVOLUTE)
         place, speed = ("angle", "rate") if turns else ("displacement", "speed")
         if kind in (REVOLUTE, PRISMATIC):

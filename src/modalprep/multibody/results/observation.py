@@ -7,35 +7,19 @@ import numpy as np
 from modalprep.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, POTENTIAL, SPRINGS, evaluate
 from modalprep.multibody.evaluation.loops import CLOSED, MOST_STEPS
-from modalprep.multibody.kernels.articulated_body import (
-    carried,
-    node_acceleration,
-    node_state,
-    outward,
-    reactions,
-    world,
-)
-from modalprep.multibody.kernels.constraints import FORCE, TORQUE_B, TURN, settle
-from modalprep.multibody.kernels.data import (
-    ALIGN,
-    MASS,
-    MODES,
-    PIVOT,
-    POSITION,
-    ROTATION,
-    SLOT,
-    XQ,
-    A,
-)
+from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.forces import leg_state, prescribe, spring_state
-from modalprep.multibody.kernels.modal import node_shape
+from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
+from modalprep.multibody.kernels.modal import deflection
+from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import (
     ZERO3,
     axpy3,
     copy,
     get3,
     get9,
+    get_angular,
     product_transposed,
     rotation_quaternion,
     times,
@@ -60,7 +44,7 @@ from modalprep.multibody.results.channels import (
 
 
 @compile_allocating
-def record(model, columns, times, states, soft, rows):
+def record(eq, columns, times, states, soft, rows):
     """Write the channels at all times, ``rows (nt, width)``; returns whether no callback raised.
 
     Parameters
@@ -73,43 +57,44 @@ def record(model, columns, times, states, soft, rows):
     y, ydot = np.zeros(states.shape[1]), np.zeros(states.shape[1])
     for k in range(len(times)):
         copy(states[k], y)
-        prescribe(model.loads, times[k], model.motion)
-        model.hinge[:] = 0.0
+        prescribe(eq.loads, times[k], eq.motion)
+        eq.hinge[:] = 0.0
         settle(
-            model.cons, model.tree, model.flex, model.W, model.F, y, model.motion, times[k], model.work, model.hinge,
+            eq.cons, eq.model, eq.data, y, eq.motion, times[k], eq.work, eq.hinge,
             soft, CLOSED, MOST_STEPS,
         )  # fmt: skip
-        status = evaluate(model, times[k], y, ydot)
+        status = evaluate(eq, times[k], y, ydot)
         if status == FAILED_CALLBACK:
             return False
         if status != GOOD:  # the state is known, its accelerations are not
             ydot[:] = np.nan
-            model.W[: len(model.tree.ints), A:PIVOT] = np.nan
-        observe(model, columns, times[k], y, ydot, rows[k])
+            for i in range(len(eq.model.links)):
+                eq.data.links[i].acceleration[:] = np.nan
+        observe(eq, columns, times[k], y, ydot, rows[k])
     return True
 
 
 @compile_kernel
-def observe(model, columns, t, y, ydot, row):
-    """Write all channels of a state to ``row (width,)``, after `evaluate`; only accelerations are left in W and F."""
-    tree, flex, W, F = model.tree, model.flex, model.W, model.F
-    reactions(tree, W, columns.reactions)
+def observe(eq, columns, t, y, ydot, row):
+    """Write all channels of a state to ``row (width,)``, after `evaluate`; only accelerations are left in the data."""
+    model, data = eq.model, eq.data
+    reactions(model, data, columns.reactions)
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]
-    row[STORED], row[GRAVITY] = model.shared[SPRINGS], model.shared[POTENTIAL]
-    _joints(model, columns, y, row)
-    _closures(model.cons, model.work, columns.closures, row)
-    outward(tree, flex, W, F, y, model.motion)  # `inward` made articulated inertias of the bodies' own
-    world(tree, W)
-    _loads(model.loads, columns, tree, flex, W, F, t, row)
+    row[STORED], row[GRAVITY] = eq.shared[SPRINGS], eq.shared[POTENTIAL]
+    _joints(eq, columns, y, row)
+    _closures(eq.cons, eq.work, columns.closures, row)
+    outward(model, data, y, eq.motion)  # `inward` made articulated inertias of the bodies' own
+    world(model, data)
+    _loads(eq.loads, columns, model, data, t, row)
     for i in range(len(columns.wrenches)):
-        _wrench(tree, flex, W, F, columns, i, row)
+        _wrench(model, data, columns, i, row)
     for i in range(len(columns.bodies)):
         link, first, count, column = columns.bodies[i]
-        _body(tree, W, link, first, y, row)
-        _sums(tree, flex, W, F, link, row)
+        _body(model, data, link, first, y, row)
+        _sums(model, data, link, row)
         for node in range(count):
-            _interface(tree, flex, W, F, link, node, row, column + 12 * node)
+            _interface(model, data, link, node, row, column + 12 * node)
 
 
 @compile_inline
@@ -125,19 +110,19 @@ def _add(row, c, v):
 
 
 @compile_kernel
-def _joints(model, columns, y, row):
+def _joints(eq, columns, y, row):
     for k in range(len(columns.joints)):
         source, i, j, c = columns.joints[k]
         if source == STATE:
             row[c] = y[i]
         elif source == HINGE_FORCE:
-            row[c] = model.tau[i]
+            row[c] = eq.tau[i]
         elif source == MOTION:
-            row[c] = model.motion[i, j]
+            row[c] = eq.motion[i, j]
         elif source == REACTION:
             row[c] = columns.reactions[i, j]
         elif source == WEIGHT:
-            row[c] = model.tree.fixed[i, MASS]
+            row[c] = eq.data.links[i].mass
 
 
 @compile_kernel
@@ -151,59 +136,59 @@ def _closures(cons, work, closures, row):
         for i in range(first, first + count):
             if not abs(work.phi[i]) <= worst:  # NaN counts
                 worst = abs(work.phi[i])
-            f = axpy3(f, work.multiplier[i], get3(work.lines, i, FORCE))
-            t = axpy3(t, work.multiplier[i], get3(work.lines, i, TORQUE_B))
+            f = axpy3(f, work.multiplier[i], get3(work.lines[i].force))
+            t = axpy3(t, work.multiplier[i], get3(work.lines[i].torque_b))
         row[c] = worst
         if couples:
             row[c + 1] = work.multiplier[first]
         else:
-            turn = get9(work.ends, 2 * k, TURN)
+            turn = get9(work.ends[2 * k].rotation)
             _write(row, c + 1, transposed_times(turn, f))
             _write(row, c + 4, transposed_times(turn, t))
 
 
 @compile_kernel
-def _loads(loads, columns, tree, flex, W, F, t, row):
+def _loads(loads, columns, model, data, t, row):
     """Length and tension of springs, current and electromotive force of conductors."""
     for k in range(len(columns.springs)):
         i, c = columns.springs[k, 0], columns.springs[k, 3]
-        _, row[c], row[c + 1], _, _ = spring_state(loads, i, tree, flex, W, F, t)
+        _, row[c], row[c + 1], _, _ = spring_state(loads, i, model, data, t)
     for k in range(len(columns.conductors)):
         first, count, _, c = columns.conductors[k]
         row[c + 1] = 0.0
         for i in range(first, first + count):
-            _, _, row[c], emf = leg_state(loads, i, tree, flex, W, F, t)
+            _, _, row[c], emf = leg_state(loads, i, model, data, t)
             row[c + 1] += emf
 
 
 @compile_kernel
-def _wrench(tree, flex, W, F, columns, i, row):
+def _wrench(model, data, columns, i, row):
     """Force and torque of the parent on a joint's child at the child's root, in the axes of the parent's interface."""
     link, parent, node, c = columns.wrenches[i]
-    base = get9(W, link, ROTATION)
-    f, t = times(base, get3(columns.reactions, link, 0)), times(base, get3(columns.reactions, link, 3))
+    base = get9(data.links[link].orientation)
+    f, t = times(base, get3(columns.reactions[link])), times(base, get_angular(columns.reactions[link]))
     if parent >= 0:
-        _, turn, _, _ = node_state(tree, flex, W, F, parent, node)
+        _, turn, _, _ = node_state(model, data, parent, node)
         f, t = transposed_times(turn, f), transposed_times(turn, t)
     _write(row, c, f)
     _write(row, c + 3, t)
 
 
 @compile_kernel
-def _body(tree, W, link, c, y, row):
+def _body(model, data, link, c, y, row):
     """Modal coordinates, origin and orientation of a body's frame."""
-    n, x = tree.ints[link, MODES], tree.ints[link, XQ]
+    n, x = model.links[link].modes, model.links[link].xq
     for a in range(n):
         row[c + a] = y[x + a]
-    _write(row, c + n, get3(W, link, POSITION))
-    e = rotation_quaternion(product_transposed(get9(W, link, ROTATION), get9(tree.fixed, link, ALIGN)))
+    _write(row, c + n, get3(data.links[link].position))
+    e = rotation_quaternion(product_transposed(get9(data.links[link].orientation), get9(model.links[link].align)))
     row[c + n + 3], row[c + n + 4], row[c + n + 5], row[c + n + 6] = e
 
 
 @compile_kernel
-def _sums(tree, flex, W, F, link, row):
+def _sums(model, data, link, row):
     """Add the energies and momenta of a link's body."""
-    sums = body_sums(tree, flex, W, F, link)
+    sums = body_sums(model, data, link)
     row[KINETIC] += sums.kinetic
     row[STRAIN] += sums.strain
     row[GRAVITY] += sums.gravity
@@ -212,16 +197,12 @@ def _sums(tree, flex, W, F, link, row):
 
 
 @compile_kernel
-def _interface(tree, flex, W, F, link, node, row, c):
+def _interface(model, data, link, node, row, c):
     """Position, velocity and acceleration (inertial axes), and deflection (body axes) of an interface."""
-    position, _, velocity, _ = node_state(tree, flex, W, F, link, node)
-    linear, _ = node_acceleration(tree, flex, W, F, link, node, 1.0)
-    moved = ZERO3
-    if flex is not None:
-        if tree.ints[link, SLOT] >= 0:
-            u, _, _ = node_shape(tree, flex, F, link, node, len(F.Phi) - 1)
-            moved = (u[0], u[1], u[2])
+    position, _, velocity, _ = node_state(model, data, link, node)
+    linear, _ = node_acceleration(model, data, link, node, 1.0)
+    moved = deflection(data.modal, model, link, node)
     _write(row, c, position)
     _write(row, c + 3, velocity)
-    _write(row, c + 6, times(get9(tree.fixed, link, ALIGN), moved))
-    _write(row, c + 9, axpy3(linear, -1.0, carried(W, position, velocity)))
+    _write(row, c + 6, times(get9(model.links[link].align), moved))
+    _write(row, c + 9, axpy3(linear, -1.0, carried(data, position, velocity)))

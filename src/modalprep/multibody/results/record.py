@@ -23,7 +23,7 @@ class Recorder:
 
     def __init__(self, integration: Integration, most: int) -> None:
         loops = integration.loading.loops
-        self.model, self.count = integration.model, 0
+        self.equations, self.count = integration.model, 0
         self.channels = Channels(integration.system, integration.packed, loops)
         self.soft = loops.softest() if loops else 0.0
         try:
@@ -40,7 +40,7 @@ class Recorder:
         if place.stop > len(self.time):
             self.time, self.rows = (np.concatenate([a, np.empty_like(a)]) for a in (self.time, self.rows))
         self.time[place] = times
-        record(self.model, self.channels.columns, times, states, self.soft, self.rows[place])
+        record(self.equations, self.channels.columns, times, states, self.soft, self.rows[place])
         self.count = place.stop
 
     def result(self, status: str, message: str, stats: dict[str, float]) -> Result:

@@ -1,0 +1,97 @@
+"""Springs, dampers and bushings of an implicit step as compliant constraints, beside the rows of closed loops.
+
+They are rows with ``multiplier = -(c1 D + c2 K) (G u' - aim)``: they add the compliance ``1 / (c1 D + c2 K)`` to their
+element of ``G M^-1 G^T``, which is Woodbury's formula.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.articulated_body import spread
+from modalprep.multibody.kernels.constraints import act, along, keep, observe_ends, solve
+
+
+@compile_inline
+def follow(work, compliant):
+    """Let the rows of closed loops be as active among the compliant constraints as they are by themselves."""
+    if work is not None:
+        for i in range(len(work.value)):
+            compliant.value[i], compliant.unit[i] = work.value[i], work.unit[i]
+            compliant.floor[i] = work.floor[i]
+
+
+@compile_kernel
+def aim(cons, model, data, work, c1, c2, places, by_rate, by_place):
+    """Say what the rows aim at in an implicit step, after `constraint_residual` and before `inward`.
+
+    The step has the matrix ``M + c1 D + c2 K`` and the force ``-D by_rate - K by_place``, both (nu,), of springs and
+    bushings too. With `places` constraints aim at ``Phi = 0`` where a further ``c2 u' + by_place`` takes the
+    coordinates; else they hold their accelerations, and aim at nothing.
+    """
+    if cons is None:
+        return
+    yields = _yields(cons)
+    if places or yields:
+        spread(model, data, by_place)
+        observe_ends(cons, model, data, work, 0.0)
+    for i in range(len(cons.rows)):
+        moved, stiffness = along(cons, work, i, by_place), cons.rows[i].stiffness
+        if np.isinf(stiffness):
+            work.compliance[i], work.goal[i] = 0.0, -(moved + work.phi[i]) / c2
+        else:
+            work.compliance[i] = 1.0 / (c1 * cons.rows[i].damping + c2 * stiffness)
+            work.goal[i] = -work.compliance[i] * stiffness * moved
+    if not yields:
+        return
+    spread(model, data, by_rate)
+    observe_ends(cons, model, data, work, 0.0)
+    for i in range(len(cons.rows)):
+        work.goal[i] -= work.compliance[i] * cons.rows[i].damping * along(cons, work, i, by_rate)
+
+
+@compile_inline
+def _yields(cons):
+    """Whether there are rows that give way."""
+    for i in range(len(cons.rows)):
+        if cons.rows[i].stiffness < np.inf:
+            return True
+    return False
+
+
+@compile_kernel
+def implicit_accelerations(cons, model, data, work, places, udot):
+    """Let the rows act on the accelerations of `forward` in an implicit step, after `aim`; see there.
+
+    Where `places` is False, constraints hold their accelerations as in `constraint_accelerations`.
+    """
+    if cons is None:
+        return
+    keep(data, work)
+    if not places:
+        observe_ends(cons, model, data, work, 1.0)
+        for i in range(len(cons.rows)):
+            work.wanted[i] = along(cons, work, i, udot) + work.bias[i]
+    if places or _yields(cons):
+        spread(model, data, udot)
+        observe_ends(cons, model, data, work, 0.0)
+        for i in range(len(cons.rows)):
+            if places or work.compliance[i] > 0.0:
+                work.wanted[i] = along(cons, work, i, udot) - work.goal[i]
+    act(cons, model, data, work, udot)
+
+
+@compile_kernel
+def restrain(cons, model, data, work, change):
+    """Take off ``change (nu,)`` what the rows resist, with the responses of the last `implicit_accelerations`."""
+    if cons is None:
+        return
+    spread(model, data, change)
+    observe_ends(cons, model, data, work, 0.0)
+    for i in range(len(cons.rows)):
+        work.wanted[i] = along(cons, work, i, change)
+    solve(work)
+    for j in range(len(cons.rows)):
+        for k in range(len(change)):
+            change[k] += work.multiplier[j] * work.Y[j, k]

@@ -1,0 +1,309 @@
+"""Joints in the recursions: how each type moves, and how its speeds are eliminated (theory 5.1 and 5.2).
+
+This is the only kernel that knows the types of joints apart. `link` is a record of `Model.links`, `own` its record of
+`Data.links`. The motion subspace S holds the speeds' directions in the link's frame: z of rotation or translation, all
+rotations, or all six. A joint of one axis needs a column of the inertia and one pivot, three rotations the inverse of a
+symmetric (3, 3), a free joint the factor of the whole inertia.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.data import (
+    FREE,
+    PRESCRIBED_PRISMATIC,
+    PRESCRIBED_REVOLUTE,
+    PRISMATIC,
+    REVOLUTE,
+    SPHERICAL,
+)
+from modalprep.multibody.kernels.spatial import (
+    ZERO3,
+    ZERO6,
+    ZERO9,
+    add3,
+    add6,
+    cross,
+    get6,
+    inertia_times,
+    inverse_symmetric,
+    less_outer,
+    less_product,
+    product,
+    put6,
+    put9,
+    quaternion_rate,
+    quaternion_rotation,
+    square,
+    sub6,
+    sub9,
+    symmetric_product,
+    symmetric_times,
+    take3,
+    take4,
+    take6,
+    times,
+    transposed_times,
+    turned,
+)
+
+
+@compile_inline
+def along_axis(joint, v):
+    """Return the component of a spatial vector (force or acceleration) along a joint of one axis: ``S' v``."""
+    return v[2] if joint == PRISMATIC else v[5]
+
+
+@compile_inline
+def joint_motion(link, prescribed, nx, y, turn):
+    """Motion that a joint adds to the frame it stands in, whose rotation to the parent link's axes is `turn`.
+
+    Returns
+    -------
+    turn : rotation of the link to the parent link's axes
+    offset : translation, parent link's axes
+    rate : of the translation, link's axes
+    spin : angular velocity, link's axes
+    extra : acceleration that prescribed motions and turning axes add, link's axes
+    """
+    joint, x, u = link.joint, link.x, nx + link.u
+    offset, rate, spin, extra = ZERO3, ZERO3, ZERO3, ZERO6
+    if joint == REVOLUTE:
+        turn, spin = turned(turn, y[x]), (0.0, 0.0, y[u])
+    elif joint == PRISMATIC:
+        offset, rate = times(turn, (0.0, 0.0, y[x])), (0.0, 0.0, y[u])
+    elif joint == SPHERICAL:
+        turn, spin = product(turn, quaternion_rotation(take4(y, x))), take3(y, u)
+    elif joint == FREE:
+        offset = times(turn, take3(y, x))
+        turn = product(turn, quaternion_rotation(take4(y, x + 3)))
+        rate, spin = take3(y, u), take3(y, u + 3)
+        c = cross(spin, rate)
+        extra = (c[0], c[1], c[2], 0.0, 0.0, 0.0)
+    elif joint == PRESCRIBED_REVOLUTE:
+        turn, spin = turned(turn, prescribed[0]), (0.0, 0.0, prescribed[1])
+        extra = (0.0, 0.0, 0.0, 0.0, 0.0, prescribed[2])
+    elif joint == PRESCRIBED_PRISMATIC:
+        offset, rate = times(turn, (0.0, 0.0, prescribed[0])), (0.0, 0.0, prescribed[1])
+        extra = (0.0, 0.0, prescribed[2], 0.0, 0.0, 0.0)
+    return turn, offset, rate, spin, extra
+
+
+@compile_inline
+def joint_rates(link, nx, y, ydot):
+    """Write the time derivatives of a joint's coordinates to ``ydot``."""
+    joint, x, u = link.joint, link.x, nx + link.u
+    if joint == REVOLUTE or joint == PRISMATIC:
+        ydot[x] = y[u]
+    elif joint == SPHERICAL:
+        ydot[x], ydot[x + 1], ydot[x + 2], ydot[x + 3] = quaternion_rate(take4(y, x), take3(y, u))
+    elif joint == FREE:
+        e = take4(y, x + 3)
+        ydot[x], ydot[x + 1], ydot[x + 2] = times(quaternion_rotation(e), take3(y, u))
+        ydot[x + 3], ydot[x + 4], ydot[x + 5], ydot[x + 6] = quaternion_rate(e, take3(y, u + 3))
+
+
+@compile_inline
+def along_joint(link, speeds, linear, angular):
+    """Return (linear, angular) with ``S speeds (nu,)`` added."""
+    joint, u = link.joint, link.u
+    if joint == REVOLUTE:
+        angular = (angular[0], angular[1], angular[2] + speeds[u])
+    elif joint == PRISMATIC:
+        linear = (linear[0], linear[1], linear[2] + speeds[u])
+    elif joint == SPHERICAL:
+        angular = add3(angular, take3(speeds, u))
+    elif joint == FREE:
+        linear, angular = add3(linear, take3(speeds, u)), add3(angular, take3(speeds, u + 3))
+    return linear, angular
+
+
+@compile_inline
+def joint_force(link, wrench, out):
+    """Write the generalised forces ``S' wrench`` of a joint to ``out (nu,)``."""
+    joint, u = link.joint, link.u
+    if joint == REVOLUTE or joint == PRISMATIC:
+        out[u] = along_axis(joint, wrench)
+    elif joint == SPHERICAL:
+        out[u], out[u + 1], out[u + 2] = wrench[3], wrench[4], wrench[5]
+    elif joint == FREE:
+        out[u], out[u + 1], out[u + 2], out[u + 3], out[u + 4], out[u + 5] = wrench
+
+
+@compile_inline
+def factor_joint(link, own, M, H, J, more):
+    """Write the factor of ``S' I S + more`` to `pivot`; False when it is not positive. `more` (nu,) may be None."""
+    joint, u = link.joint, link.u
+    if joint == REVOLUTE or joint == PRISMATIC:
+        d = M[5] if joint == PRISMATIC else J[5]
+        if more is not None:
+            d += more[u]
+        if not d > 0.0:
+            return False
+        own.pivot[0] = 1.0 / d
+    elif joint == SPHERICAL:
+        d = J
+        if more is not None:
+            d = (J[0] + more[u], J[1], J[2], J[3] + more[u + 1], J[4], J[5] + more[u + 2])
+        g, pivots = inverse_symmetric(d)
+        if not (pivots[0] > 0.0 and pivots[1] > 0.0 and pivots[2] > 0.0):
+            return False
+        put6(own.pivot, g)
+    elif joint == FREE:
+        return _factor(own.pivot, M, H, J, more, u)
+    return True
+
+
+@compile_inline
+def through_joint(link, own, M, H, J, P, tau, more):
+    """Return inertia and bias force of a link with its joint's speeds eliminated, after `factor_joint`.
+
+    ``I - I S D^-1 S' I`` and ``P + I S D^-1 (tau - S' P)`` with ``D = S' I S + more``.
+    """
+    joint, u = link.joint, link.u
+    if joint == REVOLUTE or joint == PRISMATIC:
+        g = own.pivot[0]
+        f, t = (
+            ((M[2], M[4], M[5]), (H[6], H[7], H[8])) if joint == PRISMATIC else ((H[2], H[5], H[8]), (J[2], J[4], J[5]))
+        )
+        e = g * (tau[u] - along_axis(joint, P))
+        M, H, J = less_outer(M, g, f), less_product(H, g, f, t), less_outer(J, g, t)
+        P = add6(P, (e * f[0], e * f[1], e * f[2], e * t[0], e * t[1], e * t[2]))
+    elif joint == SPHERICAL:
+        g = get6(own.pivot)
+        e = symmetric_times(g, (tau[u] - P[3], tau[u + 1] - P[4], tau[u + 2] - P[5]))
+        f, t = times(H, e), symmetric_times(J, e)
+        P = add6(P, (f[0], f[1], f[2], t[0], t[1], t[2]))
+        HG, JG = product(H, square(g)), product(square(J), square(g))
+        M, H, J = (
+            sub6(M, symmetric_product(HG, H)),
+            sub9(H, product(HG, square(J))),
+            sub6(J, symmetric_product(JG, square(J))),
+        )
+    elif joint == FREE:
+        x = _solve(own.pivot, own.acceleration, sub6(take6(tau, u), P))
+        P = add6(P, inertia_times(M, H, J, x))
+        M, H, J = _left_of_free(own.pivot, own.acceleration, more, u)
+    return M, H, J, P
+
+
+@compile_inline
+def speeds_from_bias(link, own, P, tau):
+    """Return ``S D^-1 (tau - S' P)``: what the joint yields to its bias force, after `factor_joint`."""
+    joint, u = link.joint, link.u
+    if joint == REVOLUTE:
+        return (0.0, 0.0, 0.0, 0.0, 0.0, own.pivot[0] * (tau[u] - P[5]))
+    if joint == PRISMATIC:
+        return (0.0, 0.0, own.pivot[0] * (tau[u] - P[2]), 0.0, 0.0, 0.0)
+    if joint == SPHERICAL:
+        t = symmetric_times(get6(own.pivot), (tau[u] - P[3], tau[u + 1] - P[4], tau[u + 2] - P[5]))
+        return (0.0, 0.0, 0.0, t[0], t[1], t[2])
+    if joint == FREE:
+        return _solve(own.pivot, own.acceleration, sub6(take6(tau, u), P))
+    return ZERO6
+
+
+@compile_inline
+def joint_accelerations(link, own, linear, angular, tau, udot):
+    """Write ``udot = D^-1 (tau - S' (P + I A))`` of a joint for the acceleration A that it has without.
+
+    Returns the acceleration (linear, angular) with the joint's own.
+    """
+    joint, u, M, H, J, P = link.joint, link.u, own.M, own.H, own.J, own.force
+    v, t = linear, angular
+    if joint == REVOLUTE:
+        f = H[2] * v[0] + H[5] * v[1] + H[8] * v[2] + J[2] * t[0] + J[4] * t[1] + J[5] * t[2]
+        udot[u] = (tau[u] - P[5] - f) * own.pivot[0]
+    elif joint == PRISMATIC:
+        f = M[2] * v[0] + M[4] * v[1] + M[5] * v[2] + H[6] * t[0] + H[7] * t[1] + H[8] * t[2]
+        udot[u] = (tau[u] - P[2] - f) * own.pivot[0]
+    elif joint == SPHERICAL:
+        f = add3(transposed_times(H, v), symmetric_times(J, t))
+        b = (tau[u] - P[3] - f[0], tau[u + 1] - P[4] - f[1], tau[u + 2] - P[5] - f[2])
+        udot[u], udot[u + 1], udot[u + 2] = symmetric_times(own.pivot, b)
+    elif joint == FREE:
+        f = inertia_times(M, H, J, (v[0], v[1], v[2], t[0], t[1], t[2]))
+        x = _solve(own.pivot, own.acceleration, sub6(sub6(take6(tau, u), get6(P)), f))
+        udot[u], udot[u + 1], udot[u + 2], udot[u + 3], udot[u + 4], udot[u + 5] = x
+    return along_joint(link, udot, v, t)
+
+
+@compile_kernel
+def _factor(pivot, M, H, J, more, u):
+    """Eliminate a whole inertia by rows in ``pivot (21,)``; False when it is not positive."""
+    put6(pivot, (M[0], M[1], M[2], H[0], H[1], H[2]))
+    put6(pivot[6:], (M[3], M[4], H[3], H[4], H[5], M[5]))
+    put9(pivot[12:], (H[6], H[7], H[8], J[0], J[1], J[2], J[3], J[4], J[5]))
+    start = 0
+    for a in range(6):
+        if more is not None:
+            pivot[start] += more[u + a]
+        d = pivot[start]
+        if not d > 0.0:
+            return False
+        row = start
+        for b in range(1, 6 - a):
+            row += 7 - a - b
+            f = pivot[start + b] / d
+            for c in range(b, 6 - a):
+                pivot[row + c - b] -= f * pivot[start + c]
+        start += 6 - a
+    return True
+
+
+@compile_kernel
+def _solve(pivot, x, v):
+    """Solve with the rows of `_factor`; ``x (6,)`` is scratch."""
+    put6(x, v)
+    start = 0
+    for a in range(6):
+        for b in range(1, 6 - a):
+            x[a + b] -= pivot[start + b] / pivot[start] * x[a]
+        start += 6 - a
+    for a in range(5, -1, -1):
+        start -= 6 - a
+        found = x[a]
+        for b in range(1, 6 - a):
+            found -= pivot[start + b] * x[a + b]
+        x[a] = found / pivot[start]
+    return get6(x)
+
+
+@compile_kernel
+def _left_of_free(pivot, x, more, u):
+    """What a free joint hands to its parent: ``h - h (I + h)^-1 h`` of the added inertia h, else nothing."""
+    if more is None:
+        return ZERO6, ZERO9, ZERO6
+    h = take6(more, u)
+    a = _solve(pivot, x, (h[0], 0.0, 0.0, 0.0, 0.0, 0.0))
+    b = _solve(pivot, x, (0.0, h[1], 0.0, 0.0, 0.0, 0.0))
+    c = _solve(pivot, x, (0.0, 0.0, h[2], 0.0, 0.0, 0.0))
+    d = _solve(pivot, x, (0.0, 0.0, 0.0, h[3], 0.0, 0.0))
+    e = _solve(pivot, x, (0.0, 0.0, 0.0, 0.0, h[4], 0.0))
+    f = _solve(pivot, x, (0.0, 0.0, 0.0, 0.0, 0.0, h[5]))
+    M = (
+        h[0] - h[0] * a[0], -h[0] * b[0], -h[0] * c[0], h[1] - h[1] * b[1], -h[1] * c[1], h[2] - h[2] * c[2],
+    )  # fmt: skip
+    H = (
+        -h[0] * d[0], -h[0] * e[0], -h[0] * f[0], -h[1] * d[1], -h[1] * e[1], -h[1] * f[1], -h[2] * d[2],
+        -h[2] * e[2], -h[2] * f[2],
+    )  # fmt: skip
+    J = (
+        h[3] - h[3] * d[3], -h[3] * e[3], -h[3] * f[3], h[4] - h[4] * e[4], -h[4] * f[4], h[5] - h[5] * f[5],
+    )  # fmt: skip
+    return M, H, J
+
+
+@compile_kernel
+def normalise(model, y):
+    """Scale all quaternions of y to unit length."""
+    for i in range(len(model.links)):
+        link = model.links[i]
+        if link.joint == SPHERICAL or link.joint == FREE:
+            x = link.x + (3 if link.joint == FREE else 0)
+            e = take4(y, x)
+            f = 1.0 / np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
+            for k in range(4):
+                y[x + k] *= f

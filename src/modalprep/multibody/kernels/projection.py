@@ -1,0 +1,108 @@
+"""Projection of states onto closed loops and motion constraints: theory 5."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.jit import compile_kernel
+from modalprep.multibody.kernels.articulated_body import inward, kinematic, outward
+from modalprep.multibody.kernels.constraints import constraint_residual, impose
+from modalprep.multibody.kernels.interfaces import world
+from modalprep.multibody.kernels.joints import normalise
+from modalprep.multibody.kernels.spatial import copy
+
+
+@compile_kernel
+def violation(work, values):
+    """Return the largest of ``values (m,)``, lengths by the size of the system."""
+    worst = 0.0
+    for i in range(len(values)):
+        size = abs(values[i]) * work.unit[i]
+        if not size <= worst:  # NaN counts
+            worst = size
+    return worst
+
+
+@compile_kernel
+def retract(model, y, step, change):
+    """Move the coordinates of y by ``step (nu,)`` as speeds would in unit time; quaternions stay of unit length."""
+    nx = model.nx
+    for k in range(len(step)):
+        y[nx + k], step[k] = step[k], y[nx + k]
+    kinematic(model, y, change)
+    for k in range(len(step)):
+        y[nx + k], step[k] = step[k], y[nx + k]
+    for k in range(nx):
+        y[k] += change[k]
+    normalise(model, y)
+
+
+@compile_kernel
+def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most):
+    """Bring the coordinates of y onto ``Phi(x, t) = 0`` by Newton steps, each the least change in its metric.
+
+    Parameters
+    ----------
+    hinge : (nu,)
+        Inertias added to the hinges, see `inward`: large where a coordinate should stay, else 0.
+    stiff : float
+        The metric's modal rows are ``1 + stiff K``.
+    tolerance : float
+        Of `violation`.
+    most : int
+        Newton steps.
+
+    Returns
+    -------
+    steps : number of Newton steps, -1 when they do not reach the tolerance or the mass matrix is not positive
+    """
+    last = np.inf
+    for k in range(most + 1):
+        outward(model, data, y, motion)
+        world(model, data)
+        constraint_residual(cons, model, data, y, motion, t, work)
+        worst = violation(work, work.phi)
+        if worst <= tolerance:
+            return k
+        if k == most or not np.isfinite(worst):
+            return -1
+        work.step[:] = 0.0
+        copy(work.phi, work.wanted)
+        if not _move(cons, model, data, work, hinge, stiff, work.step):
+            return -1
+        if worst > last:  # overshot: a shorter step
+            for c in range(len(work.step)):
+                work.step[c] *= 0.5
+        last = worst
+        retract(model, y, work.step, work.change)
+    return -1
+
+
+@compile_kernel
+def project_velocities(cons, model, data, y, work, hinge, stiff):
+    """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `constraint_residual`; False on failure."""
+    copy(work.rate, work.wanted)
+    return _move(cons, model, data, work, hinge, stiff, y[model.nx :])
+
+
+@compile_kernel
+def _move(cons, model, data, work, hinge, stiff, change):
+    work.tau[:] = 0.0
+    if inward(model, data, work.tau, hinge, 0.0, stiff) >= 0:
+        return False
+    impose(cons, model, data, work, change)
+    return True
+
+
+@compile_kernel
+def settle(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most):
+    """Project coordinates and speeds of y, both to `tolerance`; returns how often it moved something, -1 on failure.
+
+    For an integrator after an accepted step; arguments as `project_positions`. Without loops it does nothing.
+    """
+    if cons is None:
+        return 0
+    steps = project_positions(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
+    if steps >= 0 and violation(work, work.rate) > tolerance:
+        steps = steps + 1 if project_velocities(cons, model, data, y, work, hinge, stiff) else -1
+    return steps
