@@ -3,11 +3,13 @@
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numba
 import pytest
 from numba.core.caching import IndexDataCacheFile
+from packaging.requirements import Requirement
 
 from modalprep import jit
 from modalprep.cli import main
@@ -67,6 +69,15 @@ def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, fu
     old = "SCALE = 4" if change.startswith("SCALE") else "return 2 * x"
     expected = {"return 3 * x": "7.0 0", "return x * SCALE": "8.0 0", "SCALE = 5": "7.0 0"}[change]
     assert [result(helper), result(helper), result(helper.replace(old, change))] == ["6.0 0", "6.0 1", expected]
+    assert not list((tmp_path / "cache").rglob("*.nbi"))  # none of numba's own files
+
+
+def test_numba_is_one_that_was_tried(project):
+    """The bound holds the versions whose private parts `CompiledFiles` knows; the tests around this one try them."""
+    needed = tomllib.loads((project / "pyproject.toml").read_text())["project"]["dependencies"]
+    (bound,) = [Requirement(text) for text in needed if text.startswith("numba")]
+    assert "<" in [part.operator for part in bound.specifier]
+    assert bound.specifier.contains(numba.__version__)
 
 
 def compiled_files(folder, stamp="now"):
