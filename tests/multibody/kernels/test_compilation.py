@@ -20,8 +20,8 @@ TESTS = Path(__file__).parents[2]
 
 def test_plain_python_gives_the_same_and_stays_in_bounds():
     code = (
-        "from multibody.test_kernel import test_order_n_equals_dense_on_random_trees as test\n"
-        "from modalprep.multibody import kernel\n"
+        "from multibody.kernels.test_kernel import test_order_n_equals_dense_on_random_trees as test\n"
+        "from modalprep.multibody.kernels import articulated_body as kernel\n"
         "assert not hasattr(kernel.accelerations, 'signatures')\n"
         "for seed in range(10): test(seed, 6)\n"
     )
@@ -166,7 +166,7 @@ def test_read_only_installation_compiles_in_memory(tmp_path):
     blocked.write_text("")
     code = (
         "import solver; print(solver.first(1.0), type(solver.first._cache).__name__)\n"
-        "from modalprep.multibody import kernel; print(type(kernel.forward._cache).__name__)"
+        "from modalprep.multibody.kernels import articulated_body as kernel; print(type(kernel.forward._cache).__name__)"
     )
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
     environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}
