@@ -166,7 +166,7 @@ def test_read_only_installation_compiles_in_memory(tmp_path):
     blocked.write_text("")
     code = (
         "import solver; print(solver.first(1.0), type(solver.first._cache).__name__)\n"
-        "from modalprep.multibody.kernels import articulated_body as kernel; print(type(kernel.forward._cache).__name__)"
+        "from modalprep.multibody.kernels.articulated_body import forward; print(type(forward._cache).__name__)"
     )
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
     environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}
