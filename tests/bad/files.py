@@ -337,7 +337,7 @@ MODAL = [
     ),
     ("simulate system.toml", cut("body.h5", 0.99), "body.h5 is damaged"),
     ("check run.h5", lambda folder: None, "run.h5", "no attribute format = 'modalprep'"),
-    ("export body.h5 --to adams", lambda folder: None, "unknown format 'adams'"),
+    ("export body.h5 --to adams", lambda folder: None, "format 'adams' does not exist"),
     ("render body.h5 --mode 9", lambda folder: None, "no mode 9; its modes are 1 to 2"),
     ("check body.h5", attribute("format_version", 2), "body.h5", "version 2", "update modalprep"),
     ("check body.h5", attribute("format_version", "new"), *AGAIN),

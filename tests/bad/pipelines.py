@@ -53,7 +53,7 @@ BODY = [
     ('type = "beam"', 'type = "beem"', "beem", "'beam', 'truss', 'shell', 'solid'"),
     ('type = "beam"', "type = 7", "[properties.beam]"),
     ('type = "beam"', "", "[properties.beam]"),
-    ('material = "alloy"', 'material = "aloy"', "'aloy', which is not there", "did you mean 'alloy'?"),
+    ('material = "alloy"', 'material = "aloy"', "material 'aloy' does not exist", "did you mean 'alloy'?"),
     ("J = 5e-7", "", "[properties.beam]", "a beam needs J"),
     ("J = 5e-7", "J = 5e-7\nup = [1, 0, 0]", "parallel to the beam", "choose another direction"),
     ("J = 5e-7", "J = 5e-7\nup = [0, 0, 0]", "up", "[0"),

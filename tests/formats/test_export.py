@@ -83,10 +83,10 @@ KNOWN = ", ".join(EXPORTS)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--to", "adams"], f"unknown format 'adams'; known are {KNOWN}"),
-        (["--to", "sids"], f"unknown format 'sids'; did you mean 'sid'? known are {KNOWN}"),
-        (["--to", "sid", "--dialect", "x"], "unknown SID dialect 'x'; known are fembs, pysid, fembeam"),
-        (["--to", "mbdyn", "--version", "x"], "unknown version 'x' of the MBDyn file; known are full, classic"),
+        (["--to", "adams"], f"format 'adams' does not exist; known are {KNOWN}"),
+        (["--to", "sids"], f"format 'sids' does not exist; did you mean 'sid'? known are {KNOWN}"),
+        (["--to", "sid", "--dialect", "x"], "SID dialect 'x' does not exist; known are fembs, pysid, fembeam"),
+        (["--to", "mbdyn", "--version", "x"], "MBDyn version 'x' does not exist; known are full, classic"),
         (["--to", "vtu", "--dialect", "x"], "format 'vtu' has no dialect; leave --dialect out, it is for sid"),
         (["--to", "sid", "--version", "x"], "format 'sid' has no version; leave --version out, it is for mbdyn"),
     ],

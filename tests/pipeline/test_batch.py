@@ -6,7 +6,6 @@ import json
 import multiprocessing
 import re
 import tomllib
-from datetime import date
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,6 @@ from modalprep.errors import OutputError
 from modalprep.pipeline.batch.console import Progress
 from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import Job, Setting
-from modalprep.pipeline.batch.toml_text import toml_text
 from modalprep.pipeline.batch.work import work
 from modalprep.pipeline.batch.workers import Processes
 from modalprep.pipeline.build.program import program
@@ -352,19 +350,6 @@ def test_folders_are_named_by_the_values(project, tmp_path):
     alike = write_grid(project, tmp_path / "two.toml", plate__h=[1], beam__h=[2])
     with pytest.raises(mp.InputError, match="no combination"):
         find_jobs([str(alike)], None)
-
-
-def test_toml_text():
-    """What is written is read again as it was."""
-    data = {
-        "name": 'a "quoted" \\ line\n\ttab \x7f é',
-        "flag": True,
-        "day": date(2024, 2, 29),
-        "grid key.with dots": [1, -2.5, 1e-300, float("inf"), "x", [True, []]],
-        "mesh": {"file": "a.msh", "deep": {"empty": {}, "x": {"y": 1}}},
-        "plots": [{"y": "a", "more": {"z": [1.5]}}, {"y": "b"}],
-    }
-    assert tomllib.loads(toml_text(data)) == data
 
 
 def test_time_left(monkeypatch):

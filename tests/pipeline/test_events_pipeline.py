@@ -88,7 +88,7 @@ def test_every_key_arrives(tmp_path):
         ('begins = ["floor"]', 'begins = ["flor"]', "closure 'flor' does not exist; did you mean 'floor'"),
         ('"floor.gap"', '"flor.gap"', "event 'down': no channel 'flor.gap'"),
         ("t_end = 0.1", 't_end = 0.1\nvariables = "momentum"', "events. happen in a .simulation."),
-        ('bodies = "on*"', 'bodies = "other"', "'other' has no interface 'tip'"),
+        ('bodies = "on*"', 'bodies = "other"', "body 'other': interface 'tip' does not exist"),
     ],
 )
 def test_mistakes_are_one_sentence(tmp_path, old, new, match):

@@ -43,6 +43,8 @@ ONLY_IN = {  # third parties with one home
     "pydantic": {"pipeline"},
     "symengine": {"multibody"},
     "h5py": {"formats"},
+    "tomli_w": {"pipeline"},
+    "psutil": {"linalg"},
 }
 ONLY_FROM = {  # finer than packages: what a package may take from another, module by module
     # what files hold, nothing of the solver

@@ -216,7 +216,7 @@ def test_bad_options_are_refused(options, sentence):
 
 def test_names_and_sizes_that_do_not_fit_are_refused(system):
     component = system.bodies["a"]
-    with pytest.raises(InputError, match="there is no interface 'top'; did you mean 'tip'"):
+    with pytest.raises(InputError, match="interface 'top' does not exist; did you mean 'tip'"):
         interface_shapes(component, "top")
     with pytest.raises(InputError, match="2 rows but the body"):
         reduced_body(component, projected_basis(np.eye(2), np.eye(2), np.eye(2)))

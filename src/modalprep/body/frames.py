@@ -24,7 +24,7 @@ from modalprep.body.mass import cross_moment, rigid_mass_matrix
 from modalprep.errors import InputError
 from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
 SKEW = skew(np.eye(3))  # SKEW[c, a, d] r_c x_d = (r x x)_a
@@ -193,9 +193,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     >>> body.interface_name, body.interface_position[:, 0].tolist(), float(abs(body.phi[0]).max())
     (('tip', 'root'), [0.0, -10.0], 0.0)
     """
-    if interface not in body.interface_name:
-        hint = suggestion(interface, body.interface_name, "it has")
-        raise InputError(f"body {body.name!r} has no interface {interface!r}; {hint}")
+    refuse_unknown(interface, body.interface_name, f"body {body.name!r}: interface")
     k = body.interface_name.index(interface)
     at = body.interface_position[k]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modalprep.errors import InputError
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 if TYPE_CHECKING:
     from modalprep.body.flexible_body import FlexibleBody
@@ -106,10 +106,9 @@ def known_export(name: str) -> Export:
     --------
     >>> known_export("sid").suffix
     '.sid_fem'
-    >>> known_export("adams")
+    >>> known_export("x")
     Traceback (most recent call last):
-    modalprep.errors.InputError: unknown format 'adams'; known are sid, mbdyn, exudyn, op4, nastran, dmig, uff, vtu
+    modalprep.errors.InputError: format 'x' does not exist; known are sid, mbdyn, exudyn, op4, nastran, dmig, uff, vtu
     """
-    if name not in EXPORTS:
-        raise InputError(f"unknown format {name!r}; {suggestion(name, EXPORTS, 'known are')}")
+    refuse_unknown(name, EXPORTS, "format")
     return EXPORTS[name]

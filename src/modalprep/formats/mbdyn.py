@@ -13,7 +13,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.contractions import centrifugal, inertia, moment
 from modalprep.formats.nodes import Node, export_nodes
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 VERSIONS = ("full", "classic")
 
@@ -48,8 +48,7 @@ def write_mbdyn(body: FlexibleBody, path: str | Path, version: str = "full", mes
     **   joint: LABEL, modal, NODE, 2, from file, damping from file, "beam.fem", 1,
     **      "tip", NODE_1, null;
     """
-    if version not in VERSIONS:
-        raise InputError(f"unknown version {version!r} of the MBDyn file; {suggestion(version, VERSIONS, 'known are')}")
+    refuse_unknown(version, VERSIONS, "MBDyn version")
     nodes = export_nodes(body, mesh_nodes)
     labels = _labels(nodes)
     head = _head(body, [labels[k] for k in carried_interfaces(body)], Path(path).name, version)

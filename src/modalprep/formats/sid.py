@@ -20,11 +20,10 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.formats.contractions import centrifugal, inertia, moment
 from modalprep.formats.nodes import Node, export_nodes
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
 VALUE_COLUMN = 48  # of '=', in every FEMBS file seen
@@ -100,8 +99,7 @@ def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh
     >>> print(file.read_text().splitlines()[0])
         2   2    :No. nodes, No. modes:beam by modalprep, SI units; nodes 1 root, 2 tip
     """
-    if dialect not in DIALECTS:
-        raise InputError(f"unknown SID dialect {dialect!r}; {suggestion(dialect, DIALECTS, 'known are')}")
+    refuse_unknown(dialect, DIALECTS, "SID dialect")
     nodes = export_nodes(body, mesh_nodes)
     lines = _lines(body, nodes, DIALECTS[dialect])
     with atomic_path(path) as temporary:

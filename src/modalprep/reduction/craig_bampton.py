@@ -16,7 +16,7 @@ from modalprep.reduction.participation import fixed_coupling, interface_shares, 
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
@@ -148,6 +148,5 @@ def _user_load(model: FEModel, name: str, load: np.ndarray) -> np.ndarray:
 
 def _named(F: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
     for name in names:
-        if name not in F:
-            raise InputError(f"truncation_vectors: there is no load {name!r}; {suggestion(name, F, 'known are')}")
+        refuse_unknown(name, F, "truncation_vectors: load")
     return np.hstack([F["inertia"][:, :0], *(F[name] for name in dict.fromkeys(names))])

@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody
 from modalprep.reduction.synthesis import SystemModes
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 Ratio = float | Mapping[float, float] | np.ndarray  # or Rayleigh, below
 METHODS = ("least_squares", "back_projection")
@@ -239,8 +239,7 @@ def component_damping(
     >>> component_damping(pair, 0.01).achieved.round(6)
     array([0.01, 0.01])
     """
-    if method not in METHODS:
-        raise InputError(f"there is no method {method!r}; {suggestion(method, METHODS, 'known are')}")
+    refuse_unknown(method, METHODS, "damping: method")
     frequency = modes.frequency[modes.rigid :]
     if not len(frequency):
         raise InputError("the system has no elastic mode to damp; keep more modes")

@@ -15,6 +15,7 @@ from modalprep.linalg.factor import Factor, factorize
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.suggest import refuse_unknown
 
 MORE = 20  # modes beside those asked for, in whose span the mass moves
 QUOTIENT = 1e-3  # how far a Rayleigh quotient may be from its eigenvalue; 1e-5 and less where the factor is sound
@@ -51,8 +52,7 @@ def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0
     np.float64(-5.0)
     """
     frames = {frame.name: frame for frame in model.interfaces}
-    if name not in frames:
-        raise InputError(f"the model has no interface {name!r}; it has {', '.join(frames)}")
+    refuse_unknown(name, frames, "interface")
     load = np.zeros(model.n_dof)
     load[frames[name].dofs] = np.concatenate([force, moment])
     return load

@@ -14,7 +14,7 @@ from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.table import PROJECTED, ModeTable
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
 NEW = 1e-12  # of a vector that the earlier ones leave over, by mass: round-off after two projections is 1e-16
@@ -196,8 +196,7 @@ def interface_shapes(body: ModalBody, *names: str) -> np.ndarray:
         raise InputError("the body moves without strain when its root is held, so that a load has no static answer")
     rows = [np.zeros((0, body.n))]
     for name in names:
-        if name not in body.interface_name:
-            raise InputError(f"there is no interface {name!r}; {suggestion(name, body.interface_name, 'the body has')}")
+        refuse_unknown(name, body.interface_name, f"body {body.name!r}: interface")
         rows.append(interface_motion(body, body.interface_name.index(name))[:, 6:])
     return np.vstack(rows).T / body.K[:, None]
 

@@ -16,7 +16,7 @@ from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody, body_matrices, interface_motion
 from modalprep.reduction.table import DIRECTIONS
-from modalprep.suggest import find_interface, refuse_unknown, suggestion
+from modalprep.suggest import find_interface, refuse_unknown
 from modalprep.vectors import skew
 
 DEPENDENT = 1e-8  # of a condition that the others leave over: round-off of modes is 1e-10, axial stiffness 1e-4
@@ -160,8 +160,7 @@ def _weld(bodies: dict[str, ModalBody], spec: tuple, count: int) -> _Weld:
         raise InputError(f"{label}: joins an interface with itself; name two")
     free = [name for part in spec[count:] for name in _pair(part)]
     for name in free:
-        if name not in DIRECTIONS:
-            raise InputError(f"{label}: there is no direction {name!r}; {suggestion(name, DIRECTIONS, 'known are')}")
+        refuse_unknown(name, DIRECTIONS, f"{label}: direction")
     held = np.array([name not in free for name in DIRECTIONS])
     return _Weld(label, (ends[0], ends[1] if count == 2 else None), held)
 

@@ -1,4 +1,8 @@
-"""Jacobians by central differences with Richardson extrapolation, each entry with an estimate of its error."""
+"""Jacobians by central differences with Richardson extrapolation, each entry with an estimate of its error.
+
+`scipy.differentiate.jacobian` calls a smooth function more often, loses a digit or two where the function has
+round-off, and gives up where it is not finite at the first step.
+"""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown, suggestion
+from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
 
@@ -151,9 +151,7 @@ def check_rod(bodies: Mapping[str, FlexibleBody], rod: ImmersedRod) -> None:
     if body.n:
         raise InputError(f"{what}: body {rod.body!r} is flexible; cut it into rigid rods, a [chains] of them")
     for end in rod.ends:
-        if end not in body.interface_name:
-            known = suggestion(end, body.interface_name, f"{rod.body} has")
-            raise InputError(f"{what}: {rod.body!r} has no interface {end!r}; {known}")
+        refuse_unknown(end, body.interface_name, f"{what}: body {rod.body!r}: interface")
     if len(set(rod.ends)) != 2 or not np.linalg.norm(np.subtract(*_places(body, rod))) > 0:
         raise InputError(f"{what}: {rod.ends[0]} and {rod.ends[1]} are one place; a rod needs two")
 

@@ -11,12 +11,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from pydantic import ValidationError
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Job, relative
-from modalprep.pipeline.batch.toml_text import toml_text
 from modalprep.pipeline.schema.base import complaint
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -83,7 +83,7 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
         job = Job(output / name / f"{name}.toml", output, shown)
         combined = _combined(file, base, chosen)
         problems.append(_problem(combined))
-        texts.append(toml_text(_moved(combined, file.parent, job.folder)))
+        texts.append(tomli_w.dumps(_moved(combined, file.parent, job.folder)))
         jobs.append(job)
     if all(problems):
         raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problems[0]}")

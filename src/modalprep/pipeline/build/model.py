@@ -22,7 +22,7 @@ from modalprep.fe.properties.sections import beam_section
 from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
 from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 Materials = Mapping[str, Material | Orthotropic]
 
@@ -135,8 +135,7 @@ def _material(name: str, table: Any) -> Material | Orthotropic:
 
 
 def _find(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
-    if name not in materials:
-        raise InputError(f"names material {name!r}, which is not there; {suggestion(name, materials, 'known are')}")
+    refuse_unknown(name, materials, "material")
     if not isinstance(materials[name], kinds):
         raise InputError(f"material {name!r} is orthotropic: only shells and plies can be made of it")
     return materials[name]

@@ -20,7 +20,7 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
 from modalprep.reduction.synthesis import Placement, SystemModes, synthesize
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 GROUND = "ground"
 
@@ -128,9 +128,7 @@ def _place(name: str, table: PlaceTable) -> Placement:
 
 def _projected(modes: SystemModes, name: str, table: SynthesisTable) -> ProjectedBasis:
     """Return what the elastic system modes ask of a body, beside the static answers at its interfaces."""
-    if name not in modes.bodies:
-        known = suggestion(name, modes.bodies, "known are")
-        raise InputError(f"[synthesis] project: there is no body {name!r}; {known}")
+    refuse_unknown(name, modes.bodies, "[synthesis] project: body")
     body = modes.bodies[name]
     with naming(f"[synthesis] project {name!r}"):
         keep = interface_shapes(body, *body.interface_name[1:])
