@@ -25,7 +25,7 @@ type = "revolute"
 child = "arm.root"
 stiffness = 30
 damping = 0.7
-rest = 0.2
+free_position = 0.2
 """
 ANALYSIS = """
 [environment]
@@ -143,7 +143,7 @@ file = "arm.h5"
 type = "revolute"
 child = "crank.root"
 stiffness = 90
-hold = true
+keep_start = true
 start = { angle = 0.4 }
 [joints.b]
 type = "revolute"

@@ -192,7 +192,7 @@ def model():
 
 @pytest.mark.parametrize("reduce", [mp.craig_bampton, mp.free_interface])
 def test_reductions_come_back_to_the_last_bit(cache, model, monkeypatch, reduce):
-    """Nothing is factorized the second time; each array is the one computed without a cache."""
+    """Nothing is factorised the second time; each array is the one computed without a cache."""
     plain, first = reduce(model, modes=8), reduce(model, modes=8, algebra=remembering(cache))
     monkeypatch.setattr(stages, "DIRECT", None)
     for found in (first, reduce(model, modes=8, algebra=remembering(cache))):
@@ -232,7 +232,7 @@ def test_a_singular_matrix_is_refused_each_time(cache):
     A = csr_array(np.array([[1.0, -1.0], [-1.0, 1.0]]))
     for _ in range(2):
         with pytest.raises(AccuracyError, match="singular"):
-            remembering(cache).factorize(A, "superlu")
+            remembering(cache).factorise(A, "superlu")
     assert entries(cache) == []
 
 

@@ -45,7 +45,7 @@ gravity = [0, 0, -9.81]
 [simulation]
 t_end = {t_end}
 output_step = 0.5
-method = "generalized_alpha"
+method = "generalised_alpha"
 output = ["job.stress.clamp.1.xx"]
 
 [[plots]]

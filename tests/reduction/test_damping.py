@@ -17,7 +17,7 @@ from modalprep.reduction.damping import (
     rayleigh,
     system_damping,
 )
-from modalprep.reduction.synthesis import synthesize
+from modalprep.reduction.synthesis import synthesise
 
 
 def body(elements, tip="fixed", modes=40):
@@ -27,7 +27,7 @@ def body(elements, tip="fixed", modes=40):
 
 def halves(modes=None, ground=("a.root",)):
     parts = {"a": body(6), "b": body(8, "free")}
-    return synthesize(parts, [("a.tip", "b.root")], ground=ground, modes=modes)
+    return synthesise(parts, [("a.tip", "b.root")], ground=ground, modes=modes)
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +93,7 @@ def test_stiffness_proportional_damping_comes_back_exactly(method, ground):
 @pytest.mark.parametrize("wanted", [0.02, {0.1: 0.01, 5.0: 0.03}, np.linspace(0.0, 0.05, 41)])
 def test_one_body_on_the_ground_has_what_was_wanted(method, wanted):
     one = body(8, "free", modes=41)
-    modes = synthesize({"a": one}, ground=["a.root"])
+    modes = synthesise({"a": one}, ground=["a.root"])
     found = component_damping(modes, wanted, method)
     np.testing.assert_allclose(found.achieved, damping_ratio(wanted, modes.frequency), rtol=1e-7, atol=1e-12)
     np.testing.assert_allclose(found.applied({"a": one})["a"].D, modal_damping(one, wanted), rtol=1e-6, atol=1e-9)
@@ -128,7 +128,7 @@ def test_least_squares_are_the_best_where_no_damping_fits():
 
 def test_component_modes_that_no_system_mode_needs_have_the_wanted_ratio():
     one = body(8, "free", modes=20)
-    modes = synthesize({"a": one}, ground=["a.root"], modes=2)
+    modes = synthesise({"a": one}, ground=["a.root"], modes=2)
     wanted = {0.1: 0.01, 5.0: 0.03}
     d = component_damping(modes, wanted).damping["a"]
     np.testing.assert_allclose(d, modal_damping(one, wanted), rtol=1e-6)
@@ -169,7 +169,7 @@ def test_achieved_ratios_are_those_of_the_multibody_system():
     """Complex roots ``-zeta w + i w sqrt(1 - zeta^2)`` of the simulated equations, the second body turned."""
     parts, turn = {"a": body(6), "b": body(8, "free")}, random_rotation(2)
     place = {"a": (np.zeros(3), np.eye(3)), "b": (np.array([10.0, 0, 0]), turn)}
-    modes = synthesize(parts, [("a.tip", "b.root")], place, ["a.root"])
+    modes = synthesise(parts, [("a.tip", "b.root")], place, ["a.root"])
     wanted = Rayleigh(alpha=0.0, beta=2e-3)
     bodies = component_damping(modes, wanted).applied(parts)
     joints = (mp.Joint(name="0", type="weld", parent="ground", child="a"),

@@ -28,7 +28,7 @@ def static_error(model, reduction, F):
     """Strain energy of the error of the static answer over that of the answer, by a direct solution."""
     rows = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
     C = model.C[:, rows]
-    exact = C @ mp.factorize((C.T @ model.K @ C).tocsr()).solve(C.T @ F)
+    exact = C @ mp.factorise((C.T @ model.K @ C).tocsr()).solve(C.T @ F)
     found = reduction.basis @ ((reduction.basis.T @ F) / (2 * np.pi * reduction.frequency) ** 2)
     error = found - exact
     return (error @ (model.K @ error)) / (exact @ (model.K @ exact))

@@ -12,7 +12,7 @@ BY_MODES = ("K", "interface_position", "phi", "psi", "Kg_F", "Kg_T")
 SAME = 1e-9  # of the largest number
 
 
-def scaled(body: FlexibleBody, factor: float) -> FlexibleBody:
+def with_density_factor(body: FlexibleBody, factor: float) -> FlexibleBody:
     """Return the body with all densities times a factor, in the same modes.
 
     Raises
@@ -23,7 +23,7 @@ def scaled(body: FlexibleBody, factor: float) -> FlexibleBody:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> half = scaled(uniform_beam(modes=2), 0.5)
+    >>> half = with_density_factor(uniform_beam(modes=2), 0.5)
     >>> round(half.m, 9), half.modal_mass.diagonal()
     (6.0, array([0.5, 0.5]))
     """
@@ -44,7 +44,7 @@ def between(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleBody:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> full = uniform_beam(modes=2)
-    >>> between(scaled(full, 0.5), full, 9.0).modal_mass.diagonal().round(12)
+    >>> between(with_density_factor(full, 0.5), full, 9.0).modal_mass.diagonal().round(12)
     array([0.75, 0.75])
     """
     share = (m - light.m) / (heavy.m - light.m)

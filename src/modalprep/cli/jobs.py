@@ -76,7 +76,7 @@ def simulate(
     target: Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file goes beside it.")] = None,
     output: Output = None,
     geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
-    dense: Annotated[bool, typer.Option("--dense", help="Use the dense twin of the order-n solver (slow).")] = False,
+    reference: Annotated[bool, typer.Option("--reference", help="Use the slow reference implementation.")] = False,
     animate: Annotated[
         Path | None, typer.Option("--animate", help="Film of the moving system to write (.gif, .mp4).")
     ] = None,
@@ -98,7 +98,7 @@ def simulate(
             raise InputError(f"{file}: a film cannot show [deployments], whose rods come and go; leave --animate out")
     reporter = Reporter(quiet=as_json)
     done = simulate_pipeline(
-        file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, dense=dense
+        file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, reference=reference
     )
     folder = target.parent if target else output_folder(file, output)
     plot_runs(file, load_pipeline(file), done, folder, reporter)

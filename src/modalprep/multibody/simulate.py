@@ -34,7 +34,7 @@ def simulate(
     step: float | None = None,
     rho_inf: float = 0.9,
     events: Sequence[Event] = (),
-    dense: bool = False,
+    reference: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Integrate from the joints' start values, modes at rest, to `t_end`.
@@ -53,7 +53,7 @@ def simulate(
         deflection by a hundredth of its body's size at least, its rate by that times the frequency, all else by the
         largest value so far. Vibrations of modes, springs and bushings below it are not resolved by an implicit
         method, those above it are in each step, not in their phase at the end of the run.
-    method : {"auto", "explicit", "generalized_alpha", "rosenbrock"}
+    method : {"auto", "explicit", "generalised_alpha", "rosenbrock"}
         DOP853, of order 8; generalized-alpha, of order 2, and ROS34PW2, of order 3, which treat the stiffness of modes,
         hinges, springs and bushings implicitly: steps are then as long as the motion allows, whatever the highest
         frequency. "auto" counts as it goes what each of them spends, and changes to the quickest; `Result.message`
@@ -64,8 +64,8 @@ def simulate(
         Generalized-alpha: what is left of the highest vibration after one step, 1 to 0.
     events : sequence of Event
         Zero crossings to be located; they may begin, end and hit closures: the record then has both states there.
-    dense : bool
-        Use the dense twin of the kernel, explicitly: slow, for comparison.
+    reference : bool
+        Use the slow reference implementation with the explicit method, for comparison.
     progress : callable
         Called with the time every few hundred steps.
 
@@ -98,7 +98,7 @@ def simulate(
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
     times = output_times(t_end, output_step)
     integration = prepare(
-        system, times, dense=dense, method="explicit" if dense else method, rtol=rtol, atol=atol, step=step,
+        system, times, reference=reference, method="explicit" if reference else method, rtol=rtol, atol=atol, step=step,
         rho=rho_inf, events=events,
     )  # fmt: skip
     recorder = Recorder(integration, len(times) + 1)  # and the end, where an event ends the run
@@ -133,11 +133,11 @@ def start_channels(system: System, t_end: float) -> Result:
     return recorder.result("start", "", {})
 
 
-def prepare(system: System, times: np.ndarray, *, dense: bool = False, **options) -> Integration:
+def prepare(system: System, times: np.ndarray, *, reference: bool = False, **options) -> Integration:
     """Return an integration from the joints' start values, modes at rest, no work done; options as `Integration`."""
     packed = pack(system)
     loading = Loading(system, packed, float(times[-1]))
-    start, twin = np.append(start_state(packed), 0.0), _twin(system, loading) if dense else None
+    start, twin = np.append(start_state(packed), 0.0), _twin(system, loading) if reference else None
     return Integration(system, packed, loading, start, times, deflections(system, packed), twin=twin, **options)
 
 

@@ -15,7 +15,7 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 if TYPE_CHECKING:
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
-    from modalprep.pipeline.build.synthesis import Synthesized
+    from modalprep.pipeline.build.synthesis import Synthesised
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
 
@@ -26,7 +26,7 @@ class Outcome:
 
     folder: Path
     built: Built | None = None
-    synthesized: Synthesized | None = None
+    synthesised: Synthesised | None = None
     analysed: Analysed | None = None
     simulated: Simulated | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
@@ -106,10 +106,10 @@ def _count(wanted: str | int, modes: int) -> int:
 
 
 def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
-    from modalprep.pipeline.build.synthesis import strain_shares, synthesize_pipeline
+    from modalprep.pipeline.build.synthesis import strain_shares, synthesise_pipeline
     from modalprep.report.synthesis import draw_modes, strain_plot, synthesis_table
 
-    found = outcome.synthesized = synthesize_pipeline(path, output, reporter)
+    found = outcome.synthesised = synthesise_pipeline(path, output, reporter)
     shares = strain_shares(found.modes)
     synthesis_table(found.modes, shares, reporter.console, None if found.damping is None else found.damping.achieved)
     _tell(found.notes, outcome.notes, reporter)
@@ -145,8 +145,8 @@ def plot_runs(
         target = folder / f"{path.stem}-history{suffix}.png"
         reference = [point.model_dump() for point in plot.reference]
         runs = simulated.runs
-        if plot.seen_from is not None:
-            runs = {label: run.seen_from(plot.seen_from) for label, run in runs.items()}
+        if plot.relative_to is not None:
+            runs = {label: run.relative_to(plot.relative_to) for label, run in runs.items()}
         history_plot(runs, plot.channels, target, title=plot.title, ylabel=plot.ylabel, reference=reference)
         drawn.append((plot.title or ", ".join(plot.channels), reporter.wrote(target)))
     return drawn

@@ -104,7 +104,7 @@ class Clamped:
 
 
 def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Clamped:
-    """Hold the fixed interfaces of a model and factorize what is left.
+    """Hold the fixed interfaces of a model and factorise what is left.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
         raise InputError("every node is held by a fixed interface: no mode is left; hold fewer nodes")
     K_ii, M_ii = (A[i][:, i].tocsr() for A in (K, M))
     try:
-        factor = algebra.factorize(K_ii, solver)
+        factor = algebra.factorise(K_ii, solver)
     except AccuracyError:
         raise MechanismError(_moving(model, model.free[i], np.asarray(K_ii.diagonal() == 0, dtype=float))) from None
     _refuse_mechanism(model, K_ii, factor, model.free[i])

@@ -69,7 +69,7 @@ def craig_bampton(
         Nodal loads (`nodal_load`, `interface_load`); their size does not matter.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
-        What factorizes and finds modes.
+        What factorises and finds modes.
 
     Raises
     ------

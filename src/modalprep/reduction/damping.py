@@ -233,9 +233,9 @@ def component_damping(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.reduction.synthesis import synthesize
+    >>> from modalprep.reduction.synthesis import synthesise
     >>> arm = uniform_beam(modes=3)
-    >>> pair = synthesize({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
+    >>> pair = synthesise({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
     >>> component_damping(pair, 0.01).achieved.round(6)
     array([0.01, 0.01])
     """

@@ -69,7 +69,7 @@ def reduction_error(
     points : int
         Frequencies of the sweep: halfway between neighbouring resonances of the full model, spread over the band.
     algebra : Algebra
-        What factorizes and finds modes.
+        What factorises and finds modes.
 
     Raises
     ------
@@ -116,7 +116,7 @@ class _Reference:
         f, inside = C.T @ F, full[full < up_to]
         sweep = _between(full[: len(inside) + 1], points)
         answers = [
-            f.T @ algebra.factorize((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f)
+            f.T @ algebra.factorise((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f)
             for s in (0.0, *sweep)
         ]
         dynamic = np.array(answers[1:]).reshape(len(sweep), *answers[0].shape)
@@ -184,7 +184,7 @@ def to_target(
     modes : int
         To start with.
     algebra : Algebra
-        What factorizes and finds modes.
+        What factorises and finds modes.
 
     Raises
     ------

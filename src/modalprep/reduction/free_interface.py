@@ -41,7 +41,7 @@ def free_interface(
         Which of them to keep (`selection.select`); they have no effective mass.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
-        What factorizes and finds modes.
+        What factorises and finds modes.
 
     Raises
     ------

@@ -15,7 +15,7 @@ BELOW = 1e-6  # of a frequency: `lowest_modes` counts 5e-7 below its highest one
 def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
     """Say below which frequency no mode is missing: what `linalg.lowest_modes` verified of its result.
 
-    Nothing is said where the factorization did not tell how many modes there are.
+    Nothing is said where the factorisation did not tell how many modes there are.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
-from modalprep.linalg.factor import Factor, factorize
+from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
@@ -188,7 +188,7 @@ def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clampe
 def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Largest eigenvalues of ``A x = mu K x``, descending; zero A gives zeros.
 
-    A factor that solves long thin models with few digits makes them wrong: then `factorize` takes SuperLU.
+    A factor that solves long thin models with few digits makes them wrong: then `factorise` takes SuperLU.
     """
     size = A.shape[0]
     n = min(n, size)
@@ -199,7 +199,7 @@ def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarra
     else:
         mu, x = _by_factor(A, held.K_ii, held.factor, n)
         if not _found(A, held.K_ii, mu, x):
-            mu, x = _by_factor(A, held.K_ii, factorize(held.K_ii, "superlu"), n)
+            mu, x = _by_factor(A, held.K_ii, factorise(held.K_ii, "superlu"), n)
         if not _found(A, held.K_ii, mu, x):
             raise AccuracyError(
                 "the factors of buckling cannot be found to three digits: the stiffness has too few digits for this "

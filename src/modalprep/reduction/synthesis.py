@@ -85,7 +85,7 @@ class _Weld(NamedTuple):
     held: np.ndarray
 
 
-def synthesize(
+def synthesise(
     bodies: dict[str, ModalBody],
     welds: Sequence[tuple] = (),
     placement: dict[str, Placement] | None = None,
@@ -126,7 +126,7 @@ def synthesize(
     --------
     >>> from modalprep.examples import uniform_beam
     >>> half = uniform_beam(modes=6)
-    >>> synthesize({"a": half, "b": half}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
+    >>> synthesise({"a": half, "b": half}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
     SystemModes(a, b; 0 rigid, 2 elastic modes, 0.1531..0.3115 Hz)
     """
     if not bodies:

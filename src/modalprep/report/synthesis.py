@@ -54,9 +54,9 @@ def synthesis_table(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.reduction.synthesis import synthesize
+    >>> from modalprep.reduction.synthesis import synthesise
     >>> arm = uniform_beam(modes=4)
-    >>> pair = synthesize({"a": arm, "b": arm}, [("a.tip", "b.root")], modes=7)
+    >>> pair = synthesise({"a": arm, "b": arm}, [("a.tip", "b.root")], modes=7)
     >>> synthesis_table(pair, {"a": np.zeros(7), "b": np.zeros(7)}, Console(width=80, color_system=None))
     ... # doctest: +ELLIPSIS
     System modes...

@@ -28,7 +28,7 @@ def weld(child="beam"):
 
 @pytest.mark.parametrize("start", [0.0, 1.0, -2.5])
 def test_pendulum_with_a_torsion_spring_rests_where_moments_balance(start):
-    spring = mp.HingeElement(stiffness=30.0, rest=0.2)
+    spring = mp.HingeElement(stiffness=30.0, free_position=0.2)
     found = static_equilibrium(carried(rigid(), type="revolute", angle=start, elements=spring))
     angle = found.joints["joint"][0]
     assert 30 * (angle - 0.2) + 10 * np.cos(angle) == pytest.approx(0, abs=1e-11)  # 2 kg at 0.5 m; of 10 N m

@@ -31,10 +31,12 @@ Y = np.array([0, 1.0, 0])
 def parallelogram(angle=0.4, *, spring=60.0, damping=0.0, rest=0.3, closure="revolute"):
     """Cranks and coupler of 1 kg and 1 m each; the coupler only translates."""
     bodies = {name: link(name, 1.0, (0.5, 0), 1 / 12, end=(1, 0)) for name in ("crank", "coupler", "rocker")}
-    element = mp.HingeElement(stiffness=spring, damping=damping, rest=rest)
+    element = mp.HingeElement(stiffness=spring, damping=damping, free_position=rest)
     pivot = np.array([1.0, 0, 0])
     joints = (
-        mp.Joint(name="a", type="revolute", parent="ground", child="crank", angle=angle, hold=True, elements=element),
+        mp.Joint(
+            name="a", type="revolute", parent="ground", child="crank", angle=angle, keep_start=True, elements=element
+        ),
         mp.Joint(name="b", type="revolute", parent="crank.end", child="coupler", angle=-angle),
         mp.Joint(name="c", type="revolute", parent="ground", child="rocker", angle=angle, position=pivot),
     )
@@ -85,9 +87,10 @@ def pushed_slider(force=8.0, spring=30.0):
         "rod": link("rod", 2.0, (1.25, 0), 1.0, end=(2.5, 0)),
         "slider": link("slider", 0.5, (0, 0), 0.1),
     }
-    element = mp.HingeElement(stiffness=spring, rest=1.0)
+    element = mp.HingeElement(stiffness=spring, free_position=1.0)
     joints = (
-        mp.Joint(name="crank", type="revolute", parent="ground", child="crank", angle=1.0, elements=element, hold=True),
+        mp.Joint(name="crank", type="revolute", parent="ground", child="crank", angle=1.0, elements=element,
+                 keep_start=True),
         mp.Joint(name="knee", type="revolute", parent="crank.end", child="rod", angle=-1.3),
         mp.Joint(name="slide", type="prismatic", parent="ground", child="slider", axis=np.array([1.0, 0, 0]),
                  displacement=3.0),
@@ -119,7 +122,7 @@ def test_porter_governor_rises_with_its_speed():
     joints = (
         mp.Joint(name="shaft", type="revolute", parent="ground", child="hub", axis=Y,
                  motion=mp.TimeFunction(f"{spin}*t")),
-        mp.Joint(name="arm", type="revolute", parent="hub.root", child="arm", angle=-1.0, hold=True),
+        mp.Joint(name="arm", type="revolute", parent="hub.root", child="arm", angle=-1.0, keep_start=True),
         mp.Joint(name="slide", type="prismatic", parent="hub.root", child="sleeve", axis=Y, displacement=-0.8),
     )  # fmt: skip
     rod = Closure(name="rod", type="distance", a="arm.ball", b="sleeve.root", length=length)
@@ -158,7 +161,7 @@ def test_two_halves_of_a_beam_closed_in_the_middle(closure):
     free = ("rz",) if closure == "revolute" else ()
     places = {joint.child: (joint.position, joint.rotation) for joint in system.joints}
     weld, walls = ("one.tip", "two.tip", free), ["one.root", "two.root"]
-    expected = mp.synthesize(system.bodies, [weld], places, walls, modes=10)
+    expected = mp.synthesise(system.bodies, [weld], places, walls, modes=10)
     found = mp.system_modes(system)
     np.testing.assert_allclose(found.frequency[:10], expected.frequency, rtol=1e-8)
     if closure == "weld":

@@ -133,7 +133,7 @@ def test_explicit_implicit_and_dense_agree():
     body = uniform_beam(modes=3)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
     arm = mp.System(bodies={"arm": body}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
-    options = ({"method": "explicit"}, {"method": "rosenbrock"}, {"dense": True})
+    options = ({"method": "explicit"}, {"method": "rosenbrock"}, {"reference": True})
     runs = [mp.simulate(arm, t_end=0.5, output_step=0.1, **option)["arm.tip.position"] for option in options]
     np.testing.assert_allclose(runs[1], runs[0], atol=1e-5)  # implicit: order 5 at rtol 1e-7
     np.testing.assert_allclose(runs[2], runs[0], atol=1e-9)

@@ -144,9 +144,9 @@ def spring_channels(o):
         ends = [(load.position, np.zeros(3)) if end == "ground" else end_motion(o, end) for end in load.between]
         apart, rate = ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]
         length = np.linalg.norm(apart)
-        tension = load.stiffness * (length - load.length) + load.damping * apart @ rate / length
-        tension += load.pull(T)[0] if load.pull else 0.0
-        slack = load.tension_only and (tension < 0 or length < load.length)
+        tension = load.stiffness * (length - load.free_length) + load.damping * apart @ rate / length
+        tension += load.actuator_force(T)[0] if load.actuator_force else 0.0
+        slack = load.tension_only and (tension < 0 or length < load.free_length)
         found |= {f"{load.name}.length": length, f"{load.name}.tension": 0.0 if slack else tension}
     return found
 

@@ -53,7 +53,7 @@ def test_the_package_slides_under_friction_until_the_mouth(run):
     np.testing.assert_allclose(force[slides, 0], -FRICTION * np.abs(force[slides, 1]), rtol=1e-6)
     assert np.all(force[slides, 1] < 0)  # it is pressed on the wall all the way
     assert not np.any(force[run.time > end + 1e-9])
-    shoe = run.seen_from("cap")["package.shoe.position"]
+    shoe = run.relative_to("cap")["package.shoe.position"]
     np.testing.assert_allclose(shoe[slides, 1], 0.15, atol=1e-9)
     assert np.interp(end, run.time, shoe[:, 0]) == pytest.approx(0.6, abs=1e-6)
 

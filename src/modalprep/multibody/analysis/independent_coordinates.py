@@ -1,7 +1,7 @@
 """Independent coordinates of a system about a state: the closed loops decide the others.
 
 Closed loops ``Phi(x, t) = 0`` leave as many coordinates free as their Jacobian G has columns beyond its rank. A pivoted
-QR factorization of G, rows and columns scaled, chooses the dependent ones, so that what is left moves them least;
+QR factorisation of G, rows and columns scaled, chooses the dependent ones, so that what is left moves them least;
 ``G_d du_d = -G_i du_i`` makes ``R`` (book section 9.4). Without loops every coordinate is independent and R is one.
 """
 

@@ -41,7 +41,7 @@ def drive_loops(
     >>> from modalprep.multibody.model.joint import Joint
     >>> rod = rigid_body("rod", mass=1.0, centre=np.zeros(3), inertia=np.eye(3),
     ...                  interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])})
-    >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, hold=True),
+    >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, keep_start=True),
     ...           Joint(name="knee", type="revolute", parent="a.end", child="b", angle=-2.0))
     >>> slot = Closure(name="slot", type="point_on_plane", a="ground", b="b.end", axis=np.array([0, 1.0, 0]))
     >>> system = System(bodies={"a": rod, "b": rod}, joints=joints, closures=(slot,))

@@ -102,7 +102,7 @@ def linearise(
         y=y,
         udot=rest[: plant.nu],
         error=max(_relative(error[rows], J[rows]) for rows in (free, seen)),
-        doubt=np.vstack([np.zeros((n, 2 * n)), error[free, : 2 * n]]),
+        error_estimate=np.vstack([np.zeros((n, 2 * n)), error[free, : 2 * n]]),
     )
 
 

@@ -34,7 +34,7 @@ class StateSpace(Record):
         Accelerations there; zero at rest or in a steady motion.
     error : float
         Largest estimated error of an entry, relative to the largest entry of its matrix.
-    doubt : (2 n, 2 n)
+    error_estimate : (2 n, 2 n)
         Estimated error of each entry of A.
     """
 
@@ -50,7 +50,7 @@ class StateSpace(Record):
     y: np.ndarray
     udot: np.ndarray
     error: float
-    doubt: np.ndarray
+    error_estimate: np.ndarray
 
 
 def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:

@@ -88,7 +88,7 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
 
 def _error(linear: StateSpace, left: np.ndarray, right: np.ndarray) -> np.ndarray:
     """Error of each root, of first order in that of A and its round-off."""
-    E = linear.doubt + np.finfo(float).eps * np.abs(linear.A)
+    E = linear.error_estimate + np.finfo(float).eps * np.abs(linear.A)
     across = np.abs(np.sum(left.conj() * right, axis=0))
     return np.sum(np.abs(left) * (E @ np.abs(right)), axis=0) / np.maximum(across, np.finfo(float).tiny)
 

@@ -71,7 +71,7 @@ class Phase:
         """Return the ends of the stages of reels that move by themselves."""
         found = []
         for k, (d, stage) in enumerate(zip(self.settings.system.deployments, self.stages, strict=True)):
-            if stage.law is None and d.law is None:
+            if stage.law is None and d.deployed_length is None:
                 low, high = np.clip(stage.range(d), 0.0, d.length)
                 found.append(_reaches(d.name, f"{k}.{OUT}", high, 1))
                 found.append(_reaches(d.name, f"{k}.{IN}", low, -1))

@@ -58,7 +58,7 @@ def simulate_deployment(
     Examples
     --------
     >>> boom = Deployment(name="boom", parent="ground", length=2.0, segments=4, mass_per_length=1.0, EI=100.0,
-    ...                   law="0.6 + t")
+    ...                   deployed_length="0.6 + t")
     >>> run = simulate_deployment(DeployingSystem(bodies={}, joints=(), deployments=(boom,)), t_end=1.0)
     >>> run["boom.length"][-1].round(9), run["boom.rods"][[0, -1]]
     (np.float64(1.6), array([2., 4.]))
@@ -86,8 +86,8 @@ class Run:
 
     def __init__(self, system: DeployingSystem, times: np.ndarray, tolerances: dict, method: str) -> None:
         self.system, self.times = system, times
-        self.laws = [None if d.law is None else stretches(d) for d in system.deployments]
-        self.samples = [None if d.law is None else samples(d, times[-1]) for d in system.deployments]
+        self.laws = [None if d.deployed_length is None else stretches(d) for d in system.deployments]
+        self.samples = [None if d.deployed_length is None else samples(d, times[-1]) for d in system.deployments]
         self.histories = Histories(system, times)
         self.settings = RunSettings(system, times, self.histories, tolerances, method)
         self.stats: dict[str, float] = {}
@@ -117,8 +117,8 @@ class Run:
         for k, (d, stage) in enumerate(zip(self.system.deployments, self.phase.stages, strict=True)):
             if stage.held:
                 continue
-            found.append(Change(max(d.jam, self.phase.t), k, JAM))
-            if d.law is not None:
+            found.append(Change(max(d.stop_time, self.phase.t), k, JAM))
+            if d.deployed_length is not None:
                 found.append(Change(self.laws[k][0][0], k, KINK))
                 found.append(leaving(d, k, stage.range(d), self.phase.t, self.samples[k]))
         return min(found, key=lambda change: change.t)

@@ -29,7 +29,8 @@ class DeployingSystem(Record):
     Examples
     --------
     >>> from modalprep.multibody.model.deployment_law import first_stage
-    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
+    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2,
+    ...                   deployed_length="5 + t/2")
     >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,))
     >>> system.at([first_stage(boom)]).order
     ('boom_exit', 'boom3', 'boom2', 'boom1')
@@ -131,7 +132,7 @@ def _hinge(d: Deployment, k: int, stage: Stage, *, welded: bool, rotation: np.nd
 def _slider(d: Deployment, stage: Stage) -> Joint:
     out, speed = d.start
     moves = {"displacement": out, "speed": speed} if stage.law is None else {"motion": stage.law}
-    if stage.law is None and d.law is None:
+    if stage.law is None and d.deployed_length is None:
         moves["elements"] = (HingeElement(damping=d.brake, drive=-d.tension),)
     ends = {"parent": f"{d.leads}.sleeve", "child": f"{d.name}{stage.rods}"}
     return Joint(name=d.name, type="prismatic", axis=EYE[0], **ends, **moves)

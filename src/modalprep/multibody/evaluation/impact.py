@@ -62,7 +62,7 @@ class Contact(NamedTuple):
 
 
 def impact(
-    system: System, y: np.ndarray | None = None, *, hits: Sequence[str], restitution: float = 0.0, t: float = 0.0
+    system: System, y: np.ndarray | None = None, *, closures: Sequence[str], restitution: float = 0.0, t: float = 0.0
 ) -> Impact:
     """Return what happens when closures act suddenly on a state.
 
@@ -72,7 +72,7 @@ def impact(
     ----------
     y : (nx + nu,) or None
         State before; None: the start.
-    hits : sequence of str
+    closures : sequence of str
         Closures that act suddenly, usually ``active = False`` ones; their gaps may be open.
     restitution : float
         Newton's coefficient, 0 (plastic: the closure's motion stops, energy lost ``r (G M^-1 G')^-1 r / 2`` with its
@@ -100,12 +100,12 @@ def impact(
     ...              speed=np.array([0, -1.0]))
     >>> pin = Closure(name="pin", type="point_on_plane", a="ground", b="rod.end", axis=np.array([0, 1.0, 0]),
     ...               active=False)
-    >>> caught = impact(System(bodies={"rod": rod}, joints=(fall,), closures=(pin,)), hits=["pin"])
+    >>> caught = impact(System(bodies={"rod": rod}, joints=(fall,), closures=(pin,)), closures=["pin"])
     >>> caught.impulse["pin.force"].round(12) + 0.0, round(caught.lost, 12)
     (array([0.  , 0.25, 0.  ]), 0.125)
     """
     names = [closure.name for closure in system.closures]
-    for name in hits:
+    for name in closures:
         refuse_unknown(name, names, "impact: closure")
     if not 0 <= restitution <= 1:
         raise InputError(f"impact: restitution = {restitution:g} must be between 0 and 1")
@@ -114,7 +114,7 @@ def impact(
     if plant.loops is None:
         raise InputError("impact: the system has no closures; name what is hit by a Closure with active = False")
     plant.load(state)
-    struck = [names.index(name) for name in hits]
+    struck = [names.index(name) for name in closures]
     return strike(plant.loops, plant.W, plant.F, state, t, struck, restitution)
 
 
@@ -145,7 +145,7 @@ def strike(
 
 
 def _contact(loops: Loops, k: int) -> Contact:
-    return Contact(loops.closing.normal(k), loops.closing.sliding(k), loops.system.closures[k].friction)
+    return Contact(loops.closing.normal(k), loops.closing.sliding(k), loops.system.closures[k].friction_coefficient)
 
 
 def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:

@@ -6,17 +6,17 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
-from modalprep.multibody.free_body.free_flyer import Flight, fly_free
+from modalprep.multibody.free_body.free_flyer import Flight, simulate_free_body
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.reference.equations import node_motion, quaternion_matrix
 from modalprep.multibody.results.result import Result, output_times
 
 
-def fly_system(
+def simulate_free_system(
     system: System, *, t_end: float, output_step: float = 0.01, rtol: float = 1e-7, variables: str = "momentum"
 ) -> Result:
-    """Integrate a system of one free body by `fly_free`, from the start of its joint; arguments as `simulate`.
+    """Integrate a system of one free body by `simulate_free_body` from its joint's start; arguments as `simulate`.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def fly_system(
     --------
     >>> from modalprep.examples import uniform_beam
     >>> free = Joint(name="flight", type="free", parent="ground", child="arm", spin=np.array([0, 0, 1.0]))
-    >>> run = fly_system(System(bodies={"arm": uniform_beam(modes=2)}, joints=(free,)), t_end=0.1)
+    >>> run = simulate_free_system(System(bodies={"arm": uniform_beam(modes=2)}, joints=(free,)), t_end=0.1)
     >>> run["arm.tip.position"].shape, run.stats["energy_error"] < 1e-6
     ((11, 3), True)
     """
@@ -41,7 +41,7 @@ def fly_system(
     name, body = next(iter(system.bodies.items()))
     start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "spin")}
     way = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
-    flight = fly_free(body, output_times(t_end, output_step), **start, **way)
+    flight = simulate_free_body(body, output_times(t_end, output_step), **start, **way)
     energy = flight.energy
     total = sum(energy.values())
     channels = {

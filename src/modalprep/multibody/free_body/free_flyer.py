@@ -7,7 +7,7 @@ With the mass matrix M(q) of theory 4 and ``u = (v, w, q')`` in the body's axes 
 
 Only the pose and q enter with derivatives of M: no inertia force is formed, and R p, x~ R p + R h are constant
 in free flight. Efficient variables go on: with ``sigma = q' + w_c G_c q`` (G_c = eps_cab P_ba), which takes up
-``w x phi q``, the mass matrix M(0) in (v, w, sigma) is constant, factorized once, and
+``w x phi q``, the mass matrix M(0) in (v, w, sigma) is constant, factorised once, and
 
     h = h0 + (G_c q).pi ;   (p, h0, pi) = M(0) (v, w, sigma) ;   pi' = -w_c G_c pi - K q - D q'
 
@@ -97,7 +97,7 @@ def closure_defect(body: FlexibleBody) -> float:
     return float(max(np.abs(lacking[c, c]).max() / max(np.abs(whole[c, c]).max(), 1e-300) for c in range(3)))
 
 
-def fly_free(
+def simulate_free_body(
     body: FlexibleBody,
     times: np.ndarray,
     *,
@@ -137,7 +137,7 @@ def fly_free(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> flight = fly_free(uniform_beam(modes=2), np.array([0, 0.1]), velocity=np.array([1.0, 0, 0]))
+    >>> flight = simulate_free_body(uniform_beam(modes=2), np.array([0, 0.1]), velocity=np.array([1.0, 0, 0]))
     >>> flight.position[-1].round(6).tolist(), flight.linear[-1].round(6).tolist()
     ([0.1, 0.0, 0.0], [12.0, 0.0, 0.0])
     """

@@ -29,9 +29,9 @@ class Depletion(Record):
     name, body : str
     levels : tuple of FlexibleBody
         The body at other fill levels than that of ``System.bodies``: the same modes and interfaces, other masses
-        (`levels.scaled`, or rigid bodies with the same interfaces).
+        (`with_density_factor`, or rigid bodies with the same interfaces).
     mass : TimeFunction or what makes one
-        kg, of the body, between its lightest and heaviest level; `burn` makes one of burn rates.
+        kg, of the body, between its lightest and heaviest level; `deplete` makes one of mass flow rates.
 
     Raises
     ------
@@ -40,10 +40,11 @@ class Depletion(Record):
 
     Examples
     --------
-    >>> from modalprep.body.levels import scaled
+    >>> from modalprep.body.levels import with_density_factor
     >>> from modalprep.examples import uniform_beam
     >>> full = uniform_beam(modes=2)
-    >>> fuel = Depletion(name="fuel", body="beam", levels=(scaled(full, 0.5),), mass=burn(12.0, 6.0, 0.1))
+    >>> half = with_density_factor(full, 0.5)
+    >>> fuel = Depletion(name="fuel", body="beam", levels=(half,), mass=deplete(12.0, 6.0, 0.1))
     >>> [round(x, 9) for x in fuel.mass(10.0)]
     [11.0, -0.1, 0.0]
     """
@@ -72,34 +73,34 @@ class Depletion(Record):
         return between(levels[k - 1], levels[k], m)
 
 
-def burn(full: float, empty: float, rates: float | Sequence[tuple[float, float]]) -> TimeFunction:
-    """Return the mass (kg) over time of a body that burns from `full` until it is `empty`.
+def deplete(full: float, empty: float, rates: float | Sequence[tuple[float, float]]) -> TimeFunction:
+    """Return the mass (kg) over time of a body that is depleted from `full` to `empty`.
 
     Parameters
     ----------
     rates : float or sequence of (until, rate)
-        kg/s; of a throttled engine the rate of each stretch up to its end (s), nothing burns after the last.
+        kg/s; of a throttled engine the rate of each interval up to its end (s), and none after the last interval.
 
     Raises
     ------
     InputError
-        When a rate is negative, or there is nothing to burn.
+        When a rate is negative, or the full body is not heavier than the empty one.
 
     Examples
     --------
-    >>> burn(1000.0, 360.0, 8.0).breaks
+    >>> deplete(1000.0, 360.0, 8.0).breaks
     [80.0]
-    >>> burn(1000.0, 360.0, [(10.0, 8.0), (20.0, 0.0), (float("inf"), 4.0)]).breaks
+    >>> deplete(1000.0, 360.0, [(10.0, 8.0), (20.0, 0.0), (float("inf"), 4.0)]).breaks
     [10.0, 20.0, 160.0]
     """
     if not full > empty > 0:
-        raise InputError(f"nothing burns from {full:g} kg to {empty:g} kg; the full body must be the heavier one")
+        raise InputError(f"nothing depletes from {full:g} kg to {empty:g} kg; the full body must be the heavier one")
     stretches = [(FOREVER, rates)] if isinstance(rates, (int, float)) else rates
     pieces: list[tuple[float, str | float]] = []
     begin, m = 0.0, full
     for until, rate in stretches:
         if not 0 <= rate < float("inf"):
-            raise InputError(f"burn rate {rate:g} kg/s must not be negative")
+            raise InputError(f"mass flow rate {rate:g} kg/s must not be negative")
         end = min(until, begin + (m - empty) / rate) if rate else until
         pieces.append((end, f"{m!r} - {rate!r}*(t - {begin!r})" if rate else m))
         m, begin = (m - rate * (end - begin) if rate else m), end
@@ -130,13 +131,13 @@ class ExpelledGas(Record):
         m/s, of the gas as it leaves.
     axis : (3,)
         Where the gas goes, in the axes of the exit.
-    share : float
-        Of the mass that the source loses.
+    mass_fraction : float
+        Fraction of the mass lost by the source that leaves through this exit.
     pressure : float
         N, exit pressure times exit area, while gas flows.
-    way : tuple of str
-        ``body.interface`` where the gas passes, from where it starts; the exit is the last and not named again.
-        Empty: no Coriolis force.
+    flow_path : tuple of str
+        Interfaces ``body.interface`` along which the gas flows, upstream first, without the exit itself. When empty,
+        there is no Coriolis force.
 
     Raises
     ------
@@ -145,7 +146,7 @@ class ExpelledGas(Record):
 
     Examples
     --------
-    >>> mass = burn(1000.0, 360.0, 8.0)
+    >>> mass = deplete(1000.0, 360.0, 8.0)
     >>> gas = ExpelledGas(name="jet", at="rocket.exit", source=mass, speed=2500.0, axis=np.array([-2.0, 0, 0]))
     >>> gas.thrust(10.0), gas.thrust(90.0)
     (20000.0, 0.0)
@@ -156,31 +157,31 @@ class ExpelledGas(Record):
     source: TimeFunction
     speed: float
     axis: np.ndarray
-    share: float = 1.0
+    mass_fraction: float = 1.0
     pressure: float = 0.0
-    way: tuple[str, ...] = ()
+    flow_path: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Check the constants."""
-        for name in ("speed", "share", "pressure"):
+        for name in ("speed", "mass_fraction", "pressure"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"gas {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
         axis = np.asarray(self.axis, dtype=float)
         if axis.shape != (3,) or not np.linalg.norm(axis) > 0:
             raise InputError(f"gas {self.name!r}: axis {axis.tolist()} has no direction")
         object.__setattr__(self, "axis", axis / np.linalg.norm(axis))
-        object.__setattr__(self, "way", tuple(self.way))
+        object.__setattr__(self, "flow_path", tuple(self.flow_path))
         object.__setattr__(self, "source", TimeFunction.of(self.source))
         super().__post_init__()
 
     @property
     def passes(self) -> tuple[str, ...]:
         """Points that the gas passes, the exit last."""
-        return (*self.way, self.at)
+        return (*self.flow_path, self.at)
 
     def flow(self, t: float) -> float:
         """Return the mass that leaves here, kg/s."""
-        return -self.share * self.source(t)[1]
+        return -self.mass_fraction * self.source(t)[1]
 
     def thrust(self, t: float) -> float:
         """Return the thrust, N."""

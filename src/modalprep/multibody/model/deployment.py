@@ -34,19 +34,19 @@ class Deployment(Record):
     parent : str
         ``ground`` or ``body.interface``, the exit.
     length : float
-        All of it, m.
+        Total length, m.
     segments : int
         Rods that it is cut into.
     mass_per_length : float
         kg/m.
-    law : TimeFunction or None
-        Length that is out (m) at each time; its rate may jump, as when it jams.
+    deployed_length : TimeFunction or None
+        Prescribed deployed length (m); its rate may jump.
     tension : TimeFunction or None
-        N, of a reel that moves by itself, beside `law`; it holds what is out back.
+        N, tension of a free reel, instead of `deployed_length`; it opposes deployment.
     brake : float
-        N s/m, of such a reel.
-    out, speed : float
-        Where such a reel starts: length that is out (m), its rate (m/s).
+        N s/m, viscous brake of a free reel.
+    initial_length, initial_speed : float
+        Deployed length (m) and its rate (m/s) of a free reel at the start.
     EI : float
         Bending stiffness, N m^2; zero for a cable.
     damping : float
@@ -59,19 +59,20 @@ class Deployment(Record):
         A cable that moves in space, its hinges spherical; else it bends in the plane of `normal`.
     rotary_inertia : float
         Of the cross-section about the axis, per length, kg m; needed in space.
-    jam : float
-        s: from then on the length does not change.
+    stop_time : float
+        s, from which the deployed length is constant.
     deflection : float
         m, of the tip at the start, in the shape of a static force there, which it keeps while the length changes.
 
     Raises
     ------
     InputError
-        When a number cannot be, or there is neither a law nor a tension.
+        When a number cannot be, or there is neither a deployed length nor a tension.
 
     Examples
     --------
-    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
+    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2,
+    ...                   deployed_length="5 + t/2")
     >>> boom.rod, boom.start
     (2.0, (5.0, 0.5))
     """
@@ -81,11 +82,11 @@ class Deployment(Record):
     length: float
     segments: int
     mass_per_length: float
-    law: TimeFunction | None = None
+    deployed_length: TimeFunction | None = None
     tension: TimeFunction | None = None
     brake: float = 0.0
-    out: float = 0.0
-    speed: float = 0.0
+    initial_length: float = 0.0
+    initial_speed: float = 0.0
     EI: float = 0.0
     damping: float = 0.0
     axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
@@ -93,7 +94,7 @@ class Deployment(Record):
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spatial: bool = False
     rotary_inertia: float = 0.0
-    jam: float = FOREVER
+    stop_time: float = FOREVER
     deflection: float = 0.0
 
     def __post_init__(self) -> None:
@@ -107,17 +108,19 @@ class Deployment(Record):
                 raise InputError(f"{what}{name} = {getattr(self, name):g} must not be negative")
         if self.segments < 1:
             raise InputError(f"{what}segments = {self.segments} must be 1 or more")
-        if (self.law is None) == (self.tension is None):
-            raise InputError(f"{what}give either a 'law' of the length or the 'tension' of a reel that moves by itself")
+        if (self.deployed_length is None) == (self.tension is None):
+            raise InputError(f"{what}give either a 'deployed_length' or the 'tension' of a free reel")
         if self.spatial and (self.EI > 0 or self.rotary_inertia == 0):
             raise InputError(f"{what}in space it has EI = 0 and a rotary_inertia; a beam with EI bends in a plane")
         if self.deflection and not self.EI > 0:
             raise InputError(f"{what}a deflection at the start needs EI")
-        for name in ("law", "tension"):
+        for name in ("deployed_length", "tension"):
             value = getattr(self, name)
             object.__setattr__(self, name, None if value is None else TimeFunction.of(value))
-        if self.law is None and not 0 < self.out <= self.length:
-            raise InputError(f"{what}out = {self.out:g} m must be positive and not above length = {self.length:g} m")
+        if self.deployed_length is None and not 0 < self.initial_length <= self.length:
+            raise InputError(
+                f"{what}initial_length = {self.initial_length:g} m must be positive and at most {self.length:g} m"
+            )
         self._frame(what)
         super().__post_init__()
 
@@ -148,8 +151,10 @@ class Deployment(Record):
 
     @property
     def start(self) -> tuple[float, float]:
-        """Length that is out at the start, and its rate (m, m/s)."""
-        return (self.out, self.speed) if self.law is None else self.law(0.0)[:2]
+        """Deployed length at the start, and its rate (m, m/s)."""
+        if self.deployed_length is None:
+            return self.initial_length, self.initial_speed
+        return self.deployed_length(0.0)[:2]
 
     @property
     def frame(self) -> np.ndarray:
@@ -222,7 +227,8 @@ def bending(d: Deployment, rods: int) -> np.ndarray:
 
     Examples
     --------
-    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, EI=3.0, law="3.2")
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, EI=3.0,
+    ...                   deployed_length="3.2")
     >>> (bending(boom, 5).T @ [1.0, 0.5, 0.25]).round(3).tolist()  # the sum 3 l, its first moment (3 l)^2 / 2
     [1.0, 0.812, 1.375, 0.813]
     """

@@ -23,16 +23,17 @@ def stretches(d: Deployment) -> list[tuple[float, TimeFunction]]:
     Examples
     --------
     >>> law = [(2.0, "t"), (3.0, "2"), (float("inf"), "2")]
-    >>> boom = Deployment(name="boom", parent="ground", length=9.0, segments=9, mass_per_length=1.0, law=law)
+    >>> boom = Deployment(name="boom", parent="ground", length=9.0, segments=9, mass_per_length=1.0,
+    ...                   deployed_length=law)
     >>> [until for until, _ in stretches(boom)]
     [2.0, inf]
     """
     found, pieces = [], []
-    for k, (until, what) in enumerate(d.law.given):
+    for k, (until, what) in enumerate(d.deployed_length.given):
         pieces.append((until, what))
-        if until == FOREVER or k == len(d.law.pieces) - 1:
+        if until == FOREVER or k == len(d.deployed_length.pieces) - 1:
             found.append((FOREVER, TimeFunction(pieces)))
-        elif _kinks(d, until, *d.law.pieces[k : k + 2]):
+        elif _kinks(d, until, *d.deployed_length.pieces[k : k + 2]):
             found.append((until, TimeFunction([*pieces[:-1], (FOREVER, what)])))
             pieces = []
     return found
@@ -41,9 +42,7 @@ def stretches(d: Deployment) -> list[tuple[float, TimeFunction]]:
 def _kinks(d: Deployment, t: float, left: Piece, right: Piece) -> bool:
     a, b = (piece.evaluate(np.array([t]))[:, 0] for piece in (left, right))
     if abs(b[0] - a[0]) > EXACT * d.rod:
-        raise InputError(
-            f"deployment {d.name!r}: the law jumps from {a[0]:g} to {b[0]:g} m at t = {t:g} s; a length cannot jump"
-        )
+        raise InputError(f"deployment {d.name!r}: deployed_length jumps from {a[0]:g} to {b[0]:g} m at t = {t:g} s")
     return abs(b[1] - a[1]) > 1e-9 * max(abs(a[1]), abs(b[1]))
 
 
@@ -57,13 +56,15 @@ def first_stage(d: Deployment) -> Stage:
     """
     out, speed = d.start
     if not -EXACT * d.rod <= out <= d.length + EXACT * d.rod:
-        raise InputError(f"deployment {d.name!r}: {out:g} m are out at the start; there are only {d.length:g} m")
+        raise InputError(
+            f"deployment {d.name!r}: deployed_length = {out:g} m at the start; it must be between 0 and length = {d.length:g} m"
+        )
     rods = int(np.floor(out / d.rod + EXACT)) + 1
     if abs(out / d.rod - (rods - 1)) < EXACT and speed <= 0:
         rods -= 1
     rods = min(max(rods, 1), d.segments)
     locked = out - (rods - 1) * d.rod < d.least
-    return Stage(rods=rods, locked=locked, law=stretches(d)[0][1] if d.law is not None else None)
+    return Stage(rods=rods, locked=locked, law=stretches(d)[0][1] if d.deployed_length is not None else None)
 
 
 def samples(d: Deployment, t_end: float) -> tuple[np.ndarray, np.ndarray]:
@@ -76,16 +77,16 @@ def samples(d: Deployment, t_end: float) -> tuple[np.ndarray, np.ndarray]:
     """
     t, begin = np.linspace(0.0, t_end, SAMPLES + 1), 0.0
     length = np.zeros_like(t)
-    for piece in d.law.pieces:
+    for piece in d.deployed_length.pieces:
         here = t >= begin
         length[here], begin = piece.evaluate(t[here])[0], piece.until
-    length[t >= d.jam] = d.law(min(d.jam, t_end))[0]
+    length[t >= d.stop_time] = d.deployed_length(min(d.stop_time, t_end))[0]
     wrong = ~((length >= -EXACT * d.rod) & (length <= d.length + EXACT * d.rod))
     if np.any(wrong):
         first = np.flatnonzero(wrong)[0]
         raise InputError(
-            f"deployment {d.name!r}: the law asks for {length[first]:g} m at t = {t[first]:g} s; there are "
-            f"{d.length:g} m, from none to all of it may be out"
+            f"deployment {d.name!r}: deployed_length = {length[first]:g} m at t = {t[first]:g} s; it must be "
+            f"between 0 and length = {d.length:g} m"
         )
     return t, length
 
@@ -95,7 +96,8 @@ def leaving(d: Deployment, k: int, bounds: tuple[float, float], t: float, sample
 
     Examples
     --------
-    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, law="0.5 + t")
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0,
+    ...                   deployed_length="0.5 + t")
     >>> leaving(boom, 0, (0.0, 1.0), 0.0, samples(boom, t_end=2.0))
     Change(t=0.5, k=0, what='out')
     """
@@ -107,10 +109,10 @@ def leaving(d: Deployment, k: int, bounds: tuple[float, float], t: float, sample
     i = after[0]
     what, bound = (OUT, bounds[1]) if length[i] > bounds[1] else (IN, bounds[0])
     a, b = max(t, times[i - 1]), times[i]
-    sides = [d.law(s)[0] - bound for s in (a, b)]
+    sides = [d.deployed_length(s)[0] - bound for s in (a, b)]
     if sides[0] * sides[1] >= 0:
         return Change(float(a), k, what)
-    return Change(float(brentq(lambda s: d.law(s)[0] - bound, a, b, xtol=1e-15 * times[-1])), k, what)
+    return Change(float(brentq(lambda s: d.deployed_length(s)[0] - bound, a, b, xtol=1e-15 * times[-1])), k, what)
 
 
 def aligning(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:

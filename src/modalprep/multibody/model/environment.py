@@ -101,7 +101,7 @@ class Orbit(Record):
         n, rad/s.
     radius : float
         m; with it mu is ``rate**2 radius**3``.
-    inclination, argument : float
+    inclination, argument_of_latitude : float
         rad, of the orbit to the planet's equator, and from the ascending node to the origin at the start.
     planet_spin : float
         rad/s, of the planet with its atmosphere and magnetic field.
@@ -117,7 +117,7 @@ class Orbit(Record):
     rate: float
     radius: float = float("inf")
     inclination: float = 0.0
-    argument: float = 0.0
+    argument_of_latitude: float = 0.0
     planet_spin: float = EARTH_SPIN
     dipole: Dipole | None = None
 

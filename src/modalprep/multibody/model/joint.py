@@ -60,8 +60,8 @@ class Joint(Record):
     elements : tuple of HingeElement
         Springs, dampers, friction, limits and drives, one element for each speed (travels before turns), or
         none; a single one needs no tuple. A spherical or free joint has no stiffness and limits: use a `Bushing`.
-    hold : bool
-        Keep the start values where closed loops allow it: other joints move when the loops are closed.
+    keep_start : bool
+        Keep the start values where closed loops allow it; the other joints move when the loops are closed.
 
     Examples
     --------
@@ -85,7 +85,7 @@ class Joint(Record):
     spin: np.ndarray = field(default_factory=lambda: np.zeros(3))
     motion: TimeFunction | tuple[TimeFunction, ...] | None = None
     elements: tuple[HingeElement, ...] = ()
-    hold: bool = False
+    keep_start: bool = False
 
     def __post_init__(self) -> None:
         """Normalise the axes and refuse what cannot be."""

@@ -102,18 +102,18 @@ class AxialSpring(Record):
         ``body.interface`` twice, or one and ``ground``.
     stiffness, damping : float
         N/m, N s/m.
-    length : float
-        m, at which the spring is free.
+    free_length : float
+        m, at which the spring carries no force.
     position : (3,)
         m, inertial: the end on the ground.
-    pull : TimeFunction or what makes one
-        N, an actuator that draws the ends together.
+    actuator_force : TimeFunction or what makes one
+        N, of an actuator that draws the ends together.
     tension_only : bool
-        It goes slack below its length, and its damper never pushes: a tether or a strap.
+        It goes slack below its free length, and its damper never pushes: a tether or a strap.
 
     Examples
     --------
-    >>> AxialSpring(name="stay", between=("ground", "mast.top"), stiffness=1e4, length=2.0).damping
+    >>> AxialSpring(name="stay", between=("ground", "mast.top"), stiffness=1e4, free_length=2.0).damping
     0.0
     """
 
@@ -121,21 +121,22 @@ class AxialSpring(Record):
     between: tuple[str, str]
     stiffness: float = 0.0
     damping: float = 0.0
-    length: float = 0.0
+    free_length: float = 0.0
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    pull: TimeFunction | None = None
+    actuator_force: TimeFunction | None = None
     tension_only: bool = False
 
     def __post_init__(self) -> None:
         """Check the constants."""
-        for name in ("stiffness", "damping", "length"):
+        for name in ("stiffness", "damping", "free_length"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"spring {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
-        if self.tension_only and self.pull is not None:
-            raise InputError(f"spring {self.name!r}: an actuator pulls always, not in tension only; leave one out")
+        if self.tension_only and self.actuator_force is not None:
+            raise InputError(f"spring {self.name!r}: tension_only and actuator_force exclude each other; leave one out")
         _two_ends("spring", self)
         object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
-        object.__setattr__(self, "pull", None if self.pull is None else TimeFunction.of(self.pull))
+        force = None if self.actuator_force is None else TimeFunction.of(self.actuator_force)
+        object.__setattr__(self, "actuator_force", force)
         super().__post_init__()
 
 
@@ -150,8 +151,9 @@ class Bushing(Record):
         ``body.interface`` twice, or one and ``ground``.
     stiffness, damping : (6,)
         x, y, z (N/m, N s/m) and about x, y, z (N m/rad, N m s/rad) of the first interface.
-    rest_position, rest_rotation : (3,), (3, 3)
-        Second frame in the first where the springs are free: its origin (m), and its axes to those of the first.
+    free_position, free_rotation : (3,), (3, 3)
+        Pose of the second frame in the first without spring forces: its origin (m), and its axes to those of the
+        first.
     position, rotation : (3,), (3, 3)
         The frame on the ground, inertial.
 
@@ -166,14 +168,14 @@ class Bushing(Record):
     between: tuple[str, str]
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros(6))
     damping: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    rest_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    rest_rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    free_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    free_rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         """Check the constants."""
-        for name, shape in (("stiffness", (6,)), ("damping", (6,)), ("rest_position", (3,)), ("position", (3,))):
+        for name, shape in (("stiffness", (6,)), ("damping", (6,)), ("free_position", (3,)), ("position", (3,))):
             value = np.asarray(getattr(self, name), dtype=float)
             if value.shape != shape:
                 raise InputError(f"bushing {self.name!r}: {name} has {value.size} numbers; give {shape[0]}")

@@ -174,9 +174,9 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
         ]
     frame, (moves, turns) = turn_to(closure.axis), HOLDS[closure.type]
     rows = [_point(k, closure, frame[:, DISPLACEMENTS[c]], None) for c in moves]
-    if closure.friction:
+    if closure.friction_coefficient:
         along = [frame[:, c] for c in range(3) if "xyz"[c] not in moves]
-        law = np.array([closure.friction, closure.sliding, 0.0])
+        law = np.array([closure.friction_coefficient, closure.transition_velocity, 0.0])
         rows += [Row(k, SLIP, axis, law, 0.0, None, f"sliding of {closure.b} on {closure.a}") for axis in along]
     in_b = closure.rotation.T @ frame
     for about in turns:

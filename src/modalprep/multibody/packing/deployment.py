@@ -26,7 +26,8 @@ def pack_reels(
     >>> from modalprep.multibody.deploying.system import DeployingSystem
     >>> from modalprep.multibody.kernels.data import pack
     >>> from modalprep.multibody.packing.loads import pack_loads
-    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0, law="3.0")
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0,
+    ...                   deployed_length="3.0")
     >>> stages = [first_stage(boom)]
     >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,)).at(stages)
     >>> packed = pack(system)

@@ -185,7 +185,7 @@ def _friction(closing: Closing, i: int, rate: np.ndarray, multiplier: np.ndarray
 def reduced_accelerations(system: System, closing: Closing, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
     """Solve in as many independent speeds as there are degrees of freedom (theory 5.6).
 
-    A pivoted QR factorization of G chooses the dependent speeds, ``G_d u_d = -G_i u_i + b``; with
+    A pivoted QR factorisation of G chooses the dependent speeds, ``G_d u_d = -G_i u_i + b``; with
     ``u' = R z' + s`` the equations are ``R' M R z' = R' (f - M s)``.
 
     Returns

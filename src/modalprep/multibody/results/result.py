@@ -86,7 +86,7 @@ class Result(Record):
         return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
                 for name, k in vectors.items()}  # fmt: skip
 
-    def seen_from(self, body: str) -> Result:
+    def relative_to(self, body: str) -> Result:
         """Return the run with every place, the channels ``.position`` and ``.origin``, in the frame of a body.
 
         Raises
@@ -99,7 +99,7 @@ class Result(Record):
         >>> turned = {"hub.origin": [[1.0, 0, 0]], "hub.orientation": [[0.5**0.5, 0, 0, 0.5**0.5]]}
         >>> channels = {name: np.array(a) for name, a in turned.items()} | {"arm.tip.position": np.array([[1.0, 2, 0]])}
         >>> run = Result(time=np.zeros(1), channels=channels, status="done", message="")
-        >>> run.seen_from("hub")["arm.tip.position"].round(9) + 0.0
+        >>> run.relative_to("hub")["arm.tip.position"].round(9) + 0.0
         array([[2., 0., 0.]])
         """
         origin, turn = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)

@@ -1,7 +1,7 @@
-"""The linear algebra of a reduction, remembered by a cache: solutions of factorized matrices, modes, counts.
+"""The linear algebra of a reduction, remembered by a cache: solutions of factorised matrices, modes, counts.
 
 Measured on a solid of 57 000 DOFs (20 modes): reading and assembling is 5 % of the work, so that the assembled model
-is not worth its room; factorizing and finding modes is more than half, and a factor cannot be stored. What is stored
+is not worth its room; factorising and finding modes is more than half, and a factor cannot be stored. What is stored
 are its solutions, which do not depend on the number of modes.
 """
 
@@ -22,27 +22,27 @@ UNKNOWN = -1  # stands for None where a count is stored
 
 
 class RememberedFactor:
-    """A factor whose solutions are stored; the matrix is factorized only when one is missing.
+    """A factor whose solutions are stored; the matrix is factorised only when one is missing.
 
     Parameters
     ----------
     cache : Cache
     A : (n, n) csr
     solver, definite
-        As `factorize` takes them.
+        As `factorise` takes them.
     """
 
     def __init__(self, cache: Cache, A: csr_array, solver: str, definite: bool) -> None:
-        A.sort_indices()  # as factorizing does: products with A are to round the same way without it
+        A.sort_indices()  # as factorising does: products with A are to round the same way without it
         self._cache, self._arguments = cache, (A, solver, definite)
         self.key = cache.key("factor", A, solver, definite)
-        # A singular matrix is refused here, as by `factorize`.
+        # A singular matrix is refused here, as by `factorise`.
         self.negative = _number(cache.recall(self.key, lambda: _count(self.exact.negative)))
 
     @cached_property
     def exact(self) -> Factor:
         """The factor itself."""
-        return DIRECT.factorize(*self._arguments)
+        return DIRECT.factorise(*self._arguments)
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""
@@ -58,7 +58,7 @@ def remembering(cache: Cache | None) -> Algebra:
     if cache is None:
         return DIRECT
 
-    def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
+    def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
         return RememberedFactor(cache, A, solver, definite)
 
     def lowest_modes(
@@ -76,7 +76,7 @@ def remembering(cache: Cache | None) -> Algebra:
         key = cache.key("count", K, M, w2, solver)
         return _number(cache.recall(key, lambda: _count(DIRECT.count_below(K, M, w2, solver))))
 
-    return Algebra(factorize, lowest_modes, count_below)
+    return Algebra(factorise, lowest_modes, count_below)
 
 
 def _count(number: int | None) -> dict[str, np.ndarray]:

@@ -15,18 +15,18 @@ from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.build.reduce import wanted_damping
-from modalprep.pipeline.schema.reduction import PlaceTable, SynthesisTable, WeldTable
+from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
-from modalprep.reduction.synthesis import Placement, SystemModes, synthesize
+from modalprep.reduction.synthesis import Placement, SystemModes, synthesise
 from modalprep.suggest import suggestion
 
 GROUND = "ground"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Synthesized:
+class Synthesised:
     """System modes of a pipeline, and what they made of its bodies.
 
     Attributes
@@ -77,7 +77,7 @@ class Synthesized:
         return found
 
 
-def synthesize_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Synthesized:
+def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Synthesised:
     """Weld the bodies of a pipeline file; write ``<name>-synthesis.json`` and ``<name>-<body>.h5`` of changed bodies.
 
     Raises
@@ -90,7 +90,7 @@ def synthesize_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
         raise InputError(f"{path} has no [synthesis]: add one with modes")
     bodies = read_bodies(pipeline, path, output, reporter)
     with naming(path), reporter.progress(f"{path.name}: system modes", 1) as done:
-        found = _synthesized(pipeline, bodies)
+        found = _synthesised(pipeline, bodies)
         done(1)
     folder = output_folder(path, output)
     reporter.wrote(write_json(found.summary(), folder / f"{path.stem}-synthesis.json"))
@@ -99,17 +99,17 @@ def synthesize_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
     return found
 
 
-def _synthesized(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthesized:
+def _synthesised(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthesised:
     table = pipeline.synthesis
     welds, ground = _joined(pipeline.welds)
-    places = {name: _place(name, place) for name, place in table.place.items()}
-    modes = synthesize(bodies, welds, placement=places, ground=ground, modes=table.modes)
+    places = {name: _place(name, place) for name, place in table.placement.items()}
+    modes = synthesise(bodies, welds, placement=places, ground=ground, modes=table.modes)
     damping = None if table.damping is None else component_damping(modes, wanted_damping(table.damping))
     damped = bodies if damping is None else damping.applied(bodies)
     projected = {name: _projected(modes, name, table) for name in table.projected}
     changed = {name: damped[name] for name in (bodies if damping is not None else projected)}
     changed |= {name: reduced_body(damped[name], basis) for name, basis in projected.items()}
-    return Synthesized(modes=modes, damping=damping, projected=projected, bodies=changed)
+    return Synthesised(modes=modes, damping=damping, projected=projected, bodies=changed)
 
 
 def _joined(tables: dict[str, WeldTable]) -> tuple[list[tuple], list[tuple]]:
@@ -121,8 +121,8 @@ def _joined(tables: dict[str, WeldTable]) -> tuple[list[tuple], list[tuple]]:
     return welds, ground
 
 
-def _place(name: str, table: PlaceTable) -> Placement:
-    with naming(f"[synthesis.place.{name}]"):
+def _place(name: str, table: PlacementTable) -> Placement:
+    with naming(f"[synthesis.placement.{name}]"):
         return np.array(table.position), rotation_matrix(table.rotation)
 
 
@@ -145,7 +145,7 @@ def strain_shares(modes: SystemModes) -> dict[str, np.ndarray]:
     --------
     >>> from modalprep.examples import uniform_beam
     >>> arm = uniform_beam(modes=4)
-    >>> pair = synthesize({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
+    >>> pair = synthesise({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
     >>> strain_shares(pair)["a"].round(2)
     array([0.95, 0.95])
     """

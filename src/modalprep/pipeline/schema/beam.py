@@ -119,7 +119,7 @@ class BeamTable(Table):
             "second_axis": axes[1],
             "stiffness": stiffness,
             "damping": [self.damping * k for k in stiffness],
-            "rest": [0.0] * len(travels) + bend,
+            "free_position": [0.0] * len(travels) + bend,
             "start": {"angle": bend if len(turns) > 1 else bend[0]},
         }
 

@@ -28,9 +28,11 @@ class ClosureTable(Table):
     path: Annotated[list[Time], Field(min_length=3, max_length=3)] | None = Field(
         None, description='of a position: b seen from a, m, each component "free" or ' + TIME
     )
-    friction: Annotated[float, Field(ge=0)] = Field(0.0, description="coefficient, of a point on a line or plane")
-    sliding: Annotated[float, Field(gt=0)] = Field(1e-3, description="speed from which it slides, m/s")
-    active: bool = Field(True, description="false: only an event begins it")
+    friction_coefficient: Annotated[float, Field(ge=0)] = Field(0.0, description="of a point on a line or plane")
+    transition_velocity: Annotated[float, Field(gt=0)] = Field(
+        1e-3, description="of friction, from sticking to sliding, m/s"
+    )
+    active: bool = Field(True, description="false: inactive until an event activates it")
 
 
 class CouplerTable(Table):
@@ -38,4 +40,4 @@ class CouplerTable(Table):
 
     factors: dict[str, float] = Field(description="by joint, or joint.k for its coordinate k, travels before turns")
     value: Time | None = Field(None, description="of the sum, m or rad; default as at the start: " + TIME)
-    active: bool = Field(True, description="false: only an event begins it")
+    active: bool = Field(True, description="false: inactive until an event activates it")

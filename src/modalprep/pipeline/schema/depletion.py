@@ -18,13 +18,13 @@ class LevelTable(Table):
     mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field([0.0, 0.0, 0.0], description="of a rigid body about its centre of mass, as in [bodies]")
-    density: float | None = Field(None, gt=0, description="what all densities of the body are multiplied by")
+    density_factor: float | None = Field(None, gt=0, description="factor on all densities of the body")
     file: str | None = Field(None, description="modal file with the modes of the body")
 
     @model_validator(mode="after")
     def _one_source(self) -> LevelTable:
-        if sum(source is not None for source in (self.mass, self.density, self.file)) != 1:
-            raise ValueError("a fill level needs either 'mass', 'density' or 'file'")
+        if sum(source is not None for source in (self.mass, self.density_factor, self.file)) != 1:
+            raise ValueError("a fill level needs either 'mass', 'density_factor' or 'file'")
         if self.mass is None and self.model_fields_set & {"centre", "inertia"}:
             raise ValueError("centre and inertia are those of a rigid body, which has a 'mass'")
         return self
@@ -35,8 +35,8 @@ class DepletionTable(Table):
 
     body: str = Field(description="as it is in [bodies], full")
     empty: LevelTable = Field(description="when all is gone")
-    between: list[LevelTable] = Field(
-        [], description="fill levels between, where the density does not change uniformly"
+    intermediate: list[LevelTable] = Field(
+        [], description="fill levels between full and empty, where the density does not change uniformly"
     )
     rate: Rate | None = Field(
         None, description="kg/s, until it is empty; pieces [{ value, until }, ...] of numbers for a throttled engine"
@@ -59,8 +59,9 @@ class JetTable(Table):
     depletion: str = Field(description="where the gas comes from")
     speed: float = Field(ge=0, description="of the gas as it leaves, m/s")
     axis: Vector = Field(description="where the gas goes, in the axes of the exit; the thrust is opposite")
-    share: float = Field(1.0, ge=0, description="of the mass that the depletion loses")
+    mass_fraction: float = Field(1.0, ge=0, description="of the mass lost that leaves through this exit")
     pressure: float = Field(0.0, ge=0, description="N, exit pressure times exit area, while gas flows")
-    way: list[str] = Field(
-        [], description="'body.interface' that the gas passes on its way to the exit: its Coriolis force damps rotation"
+    flow_path: list[str] = Field(
+        [],
+        description="'body.interface' along which the gas flows to the exit; its Coriolis force damps rotation",
     )

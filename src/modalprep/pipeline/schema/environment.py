@@ -74,7 +74,7 @@ class OrbitTable(Table):
     rate: float | None = Field(None, gt=0, description="instead, rad/s: gravity to first order in distances (Hill)")
     mu: float = Field(EARTH_MU, gt=0, description="of the planet, m^3/s^2")
     inclination: Angle = Field(0.0, description="to the planet's equator")
-    argument: Angle = Field(0.0, description="from the ascending node to the origin at the start")
+    argument_of_latitude: Angle = Field(0.0, description="from the ascending node to the origin at the start")
     planet_spin: float = Field(EARTH_SPIN, description="rad/s")
     dipole: DipoleTable | None = None
 

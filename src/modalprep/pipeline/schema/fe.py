@@ -243,7 +243,7 @@ class NodesTable(NodeSetTable):
 class StressTable(NodeSetTable):
     """Stress at every node of a set, in the modal file: the mean over the elements that meet there."""
 
-    of: str | None = Field(None, description="mesh group of these elements, where others meet there too")
+    element_group: str | None = Field(None, description="mesh group of these elements, where others meet there too")
     direction: Vector | None = Field(
         None, description="only elements whose axis (beams, trusses) or normal (shells) points there, to 32 degrees"
     )

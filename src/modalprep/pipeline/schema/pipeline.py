@@ -55,7 +55,7 @@ class PlotTable(Table):
     y: str | list[str]
     title: str = ""
     ylabel: str = ""
-    seen_from: str | None = Field(None, description="body in whose frame positions are drawn; default inertial")
+    relative_to: str | None = Field(None, description="body in whose frame positions are drawn; default inertial")
     reference: list[ReferenceTable] = Field([])
 
     @property

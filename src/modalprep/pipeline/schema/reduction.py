@@ -116,8 +116,8 @@ class RotationTable(Table):
     angle: Angle
 
 
-class PlaceTable(Table):
-    """Where a body stands in the system."""
+class PlacementTable(Table):
+    """Position and orientation of a body in the system."""
 
     position: Vector = Field([0.0, 0.0, 0.0], description="of its frame, m")
     rotation: RotationTable | None = Field(None, description="from its axes to the system's")
@@ -127,7 +127,7 @@ class SynthesisTable(Table):
     """Component mode synthesis: modes of the [bodies] that [welds] join."""
 
     modes: int = Field(10, ge=1, description="system modes, motions without strain included")
-    place: dict[str, PlaceTable] = Field(
+    placement: dict[str, PlacementTable] = Field(
         {}, description="by body; the others follow from the welds, with axes parallel to their neighbour's"
     )
     project: list[str] | str = Field(

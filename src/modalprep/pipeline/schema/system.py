@@ -126,10 +126,10 @@ class StartTable(Table):
 
 
 class FrictionTable(Table):
-    """Coulomb friction ``-level tanh(rate / sliding)``."""
+    """Regularised Coulomb friction ``-coulomb tanh(rate / transition_velocity)``."""
 
-    level: float = Field(ge=0, description="N or N m")
-    sliding: float = Field(1e-3, gt=0, description="rate from which it slides, m/s or rad/s")
+    coulomb: float = Field(ge=0, description="Coulomb force or torque, N or N m")
+    transition_velocity: float = Field(1e-3, gt=0, description="from sticking to sliding, m/s or rad/s")
 
 
 class LimitsTable(Table):
@@ -156,14 +156,16 @@ class HingeTable(Table):
     position: Vector = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
     rotation: RotationTable | None = None
     start: StartTable = StartTable()
-    hold: bool = Field(False, description="keep the start values where closed loops allow it")
+    keep_start: bool = Field(False, description="keep the start values where closed loops allow it")
     motion: Time | list[Time] | None = Field(
         None, description="prescribed angle (rad) or displacement (m), " + TIME + EACH
     )
     stiffness: Constant | list[Constant] = Field(0.0, description="N/m or N m/rad" + EACH)
-    rest: Angle | list[Angle] = Field(0.0, description="where the spring is free, m or rad" + EACH)
+    free_position: Angle | list[Angle] = Field(
+        0.0, description="free length (m) or free angle (rad) of the spring" + EACH
+    )
     damping: Constant | list[Constant] = Field(0.0, description="N s/m or N m s/rad" + EACH)
-    friction: Friction | list[Friction] = Field(0.0, description="Coulomb friction: level, or a table" + EACH)
+    friction: Friction | list[Friction] = Field(0.0, description="Coulomb force or torque, or a table" + EACH)
     limits: LimitsTable | list[LimitsTable | None] | None = Field(None, description="of the coordinate" + EACH)
     force: Time | list[Time] | None = Field(None, description="of an actuator in the travels, N: " + TIME)
     torque: Time | list[Time] | None = Field(None, description="of an actuator in the turns, N m: " + TIME)
@@ -208,10 +210,10 @@ class AxialSpringTable(Table):
     between: Ends = Field(description=ENDS)
     stiffness: Constant = Field(0.0, description="N/m")
     damping: Constant = Field(0.0, description="N s/m")
-    length: Constant = Field(0.0, description="at which it is free, m")
+    free_length: Constant = Field(0.0, description="m")
     position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
-    pull: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
-    tension_only: bool = Field(False, description="it goes slack below its length: a tether or a strap")
+    actuator_force: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
+    tension_only: bool = Field(False, description="it goes slack below its free length: a tether or a strap")
 
 
 class BushingTable(Table):
@@ -220,8 +222,10 @@ class BushingTable(Table):
     between: Ends = Field(description=ENDS)
     stiffness: Six = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
     damping: Six = Field([0.0] * 6, description="N s/m and N m s/rad")
-    rest_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first, where free, m")
-    rest_rotation: RotationTable | None = Field(None, description="its axes to those of the first, there")
+    free_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first without spring force, m")
+    free_rotation: RotationTable | None = Field(
+        None, description="from its axes to those of the first, without spring torque"
+    )
     position: Vector = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
     rotation: RotationTable | None = Field(None, description="of the frame on the ground")
 
@@ -251,7 +255,7 @@ class SimulationTable(Table):
     output_step: float = Field(0.01, gt=0, description="s")
     rtol: float = Field(1e-5, ge=1e-13, le=1e-2, description="relative tolerance")
     atol: float = Field(1e-10, gt=0, description="absolute tolerance of coordinates and speeds")
-    method: Literal["auto", "explicit", "generalized_alpha", "rosenbrock"] = Field(
+    method: Literal["auto", "explicit", "generalised_alpha", "rosenbrock"] = Field(
         "auto", description="auto: implicit for stiff modes"
     )
     variables: Literal["joint", "momentum", "efficient"] = Field(

@@ -79,15 +79,16 @@ def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployme
 
     Examples
     --------
-    >>> boom = DeploymentTable(length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
+    >>> boom = DeploymentTable(length=10.0, segments=5, mass_per_length=1.2, deployed_length="5 + t/2")
     >>> read_deployment("boom", boom, Path()).start
     (5.0, 0.5)
     """
     with naming(f"deployment {name!r}"):
-        given = {key: value for key, value in table if key not in ("law", "tension", "jam")}
+        given = {key: value for key, value in table if key not in ("deployed_length", "tension", "stop_time")}
         given |= {key: np.array(given[key]) for key in ("axis", "normal", "position")}
-        functions = {key: time_function(key, getattr(table, key), folder) for key in ("law", "tension")}
-        return Deployment(name=name, jam=FOREVER if table.jam is None else table.jam, **functions, **given)
+        functions = {key: time_function(key, getattr(table, key), folder) for key in ("deployed_length", "tension")}
+        stop_time = FOREVER if table.stop_time is None else table.stop_time
+        return Deployment(name=name, stop_time=stop_time, **functions, **given)
 
 
 def _points(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -118,20 +119,20 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
     """
     travels, turns = BY_TRAVEL_AND_TURN.get(table.type, (TRAVELS.get(table.type, 0), TURNS.get(table.type, 0)))
     drives = _list("force", table.force, travels) + _list("torque", table.torque, turns)
-    keys = ("stiffness", "rest", "damping", "friction", "limits")
+    keys = ("stiffness", "free_position", "damping", "friction", "limits")
     if not any(getattr(table, key) for key in keys) and drives == [None] * len(drives):
         return ()
     columns = [_list(key, getattr(table, key), travels + turns) for key in keys]
     return tuple(
         HingeElement(
             stiffness=stiffness or 0.0,
-            rest=rest or 0.0,
+            free_position=free_position or 0.0,
             damping=damping or 0.0,
             drive=time_function("drive", drive, folder),
             **_friction(friction),
             **_limits(limits),
         )
-        for stiffness, rest, damping, friction, limits, drive in zip(*columns, drives, strict=True)
+        for stiffness, free_position, damping, friction, limits, drive in zip(*columns, drives, strict=True)
     )
 
 
@@ -157,7 +158,7 @@ def _list(key: str, value: Any, count: int) -> list:
 def _friction(value: Any) -> dict[str, float]:
     if not value or isinstance(value, float):
         return {"friction": value or 0.0}
-    return {"friction": value.level, "sliding": value.sliding}
+    return {"friction": value.coulomb, "transition_velocity": value.transition_velocity}
 
 
 def _limits(table: LimitsTable | None) -> dict[str, float]:
@@ -204,7 +205,7 @@ def read_orbit(table: OrbitTable | None) -> Orbit | None:
     if table is None:
         return None
     with naming("orbit"):
-        others = {key: getattr(table, key) for key in ("inclination", "argument", "planet_spin")}
+        others = {key: getattr(table, key) for key in ("inclination", "argument_of_latitude", "planet_spin")}
         others["dipole"] = Dipole(**table.dipole.model_dump()) if table.dipole else None
         if table.rate is not None:
             return Orbit(rate=table.rate, **others)
@@ -234,9 +235,9 @@ def _spring(name: str, table: AxialSpringTable, folder: Path) -> AxialSpring:
         between=tuple(table.between),
         stiffness=table.stiffness,
         damping=table.damping,
-        length=table.length,
+        free_length=table.free_length,
         position=np.array(table.position),
-        pull=time_function("pull", table.pull, folder),
+        actuator_force=time_function("actuator_force", table.actuator_force, folder),
         tension_only=table.tension_only,
     )
 
@@ -254,8 +255,8 @@ def _bushing(name: str, table: BushingTable) -> Bushing:
         between=tuple(table.between),
         stiffness=np.array(table.stiffness),
         damping=np.array(table.damping),
-        rest_position=np.array(table.rest_position),
-        rest_rotation=rotation_matrix(table.rest_rotation),
+        free_position=np.array(table.free_position),
+        free_rotation=rotation_matrix(table.free_rotation),
         position=np.array(table.position),
         rotation=rotation_matrix(table.rotation),
     )

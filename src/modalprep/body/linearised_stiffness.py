@@ -11,7 +11,9 @@ from modalprep.errors import InputError
 from modalprep.vectors import skew
 
 
-def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None) -> FlexibleBody:
+def linearised_geometric_stiffness(
+    body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None
+) -> FlexibleBody:
     """Return the body with the geometric stiffness of one steady motion, linearised: constant, in modes that hold it.
 
     ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
@@ -36,8 +38,8 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.analysis.spin import spin_modes
     >>> body, spin = uniform_beam(modes=4), np.array([0, 0, 6.0])
-    >>> frozen = frozen_stiffness(body, spin)
-    >>> bool(np.allclose(spin_modes(frozen, spin).frequency, spin_modes(body, spin).frequency))
+    >>> linearised = linearised_geometric_stiffness(body, spin)
+    >>> bool(np.allclose(spin_modes(linearised, spin).frequency, spin_modes(body, spin).frequency))
     True
     """
     w = skew(np.asarray(spin, dtype=float))
@@ -47,7 +49,7 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
     q0 = -np.linalg.solve(np.diag(body.K) + Kg + np.einsum("ab,abij->ij", w @ w, body.P), load)
     K, Y = eigh(np.diag(body.K) + (Kg + Kg.T) / 2, steady_mass(body, q0))
     if not np.all(K > 0):
-        raise InputError(f"body {body.name!r} buckles under this motion: it has no frozen stiffness")
+        raise InputError(f"body {body.name!r} buckles under this motion; its stiffness cannot be linearised about it")
     plain = body.conventional()
     changed = {name: getattr(plain, name) @ Y for name in ("S", "H", "phi", "psi", "shape")}
     return plain.with_(
