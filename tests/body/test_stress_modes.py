@@ -325,7 +325,7 @@ def test_every_way_to_run_has_the_channels():
 def fly_and_deploy():
     """A free flight in momenta and a deployment at the tip: stress by the modal coordinates of the same row."""
     body = beam(modes=2)
-    spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", spin=np.array([0, 0.5, 1.0]))
+    spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", angular_velocity=np.array([0, 0.5, 1.0]))
     fixed = mp.Joint(name="wall", type="weld", parent="ground", child="beam")
     tip = mp.Joint(name="tip", type="weld", parent="beam.tip", child="hub")
     places = {"root": np.zeros(3), "exit": np.array([0.1, 0, 0])}

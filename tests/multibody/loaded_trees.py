@@ -65,7 +65,9 @@ def every_load(system, rng):
     pulled = names[-1] + ".b"
     control = mp.Callback(
         name="control",
-        function=lambda t, state: {pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].spin)},
+        function=lambda t, state: {
+            pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].angular_velocity)
+        },
     )
     return (*forces, *spread, *springs, *bushings, planet, control)
 

@@ -303,7 +303,7 @@ type = "free"
 child = "a.root"
 position = [1, 2, 3]
 rotation = { axis = [1, 2, 3], angle = "40 deg" }
-start = { velocity = [0.3, -0.2, 0.5], spin = [0.6, -0.4, 0.8] }
+start = { velocity = [0.3, -0.2, 0.5], angular_velocity = [0.6, -0.4, 0.8] }
 [environment]
 gravity = [0, -1, 2]
 [simulation]
@@ -358,7 +358,7 @@ def test_interfaces_of_a_flexible_body_in_momenta(folder):
 def test_flights_that_cannot_be(folder, capsys, change, words):
     mp.write_body(uniform_beam(modes=2), folder / "cloud.h5")
     text = (
-        FLIGHT.replace("start = { velocity = [0.3, -0.2, 0.5], spin", "start = { spin")
+        FLIGHT.replace("start = { velocity = [0.3, -0.2, 0.5], angular_velocity", "start = { angular_velocity")
         if "spherical" in words
         else FLIGHT
     )

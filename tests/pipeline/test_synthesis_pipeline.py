@@ -156,7 +156,7 @@ def test_hinge_and_placement(run):
         (("modes = 6", 'project = "c"'), ["[synthesis] project", "'c'", "known are a, b"]),
         (
             ("modes = 6", "[synthesis.placement.a]\nrotation = { axis = [0, 0, 0], angle = 1 }"),
-            ["place.a", "no direction"],
+            ["placement.a", "no direction"],
         ),
         (("modes = 6", "[synthesis.placement.b]\nposition = [0, 0, 1]\n[synthesis.placement.a]"), ["m apart"]),
         (("[synthesis]\nmodes = 6", "[simulation]\nt_end = 1"), ["[welds]", "[synthesis]"]),

@@ -135,7 +135,7 @@ def test_torque_free_spin_has_eulers_frequency(kind):
     """A body spinning about its largest axis: sqrt((C - A) (C - B) / (A B)) times the spin."""
     A, B, C, spin = 2.0, 2.4, 3.0, 1.7
     body = rigid(centre=(0, 0, 0), inertia=(A, B, C))
-    system = carried(body, type=kind, spin=np.array([0, 0, spin])).with_(gravity=np.zeros(3))
+    system = carried(body, type=kind, angular_velocity=np.array([0, 0, spin])).with_(gravity=np.zeros(3))
     roots = system_modes(system).eigenvalue.imag
     wanted = spin * np.sqrt((C - A) * (C - B) / (A * B))
     assert np.abs(roots - wanted).min() < 1e-9

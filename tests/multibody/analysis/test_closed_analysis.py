@@ -265,7 +265,9 @@ def test_turning_reference_turns_the_changes_of_closed_bodies_back():
     """Two neighbouring states of a spinning body on a rod move on by their speeds; how they part is the first rows."""
     body = mp.rigid_body("top", mass=1.0, centre=np.array([0.2, 0, 0]), inertia=np.diag([1.0, 2, 2.5]),
                          interfaces={"root": np.zeros(3), "end": np.array([1.0, 0.3, 0.2])})  # fmt: skip
-    joint = mp.Joint(name="ball", type="spherical", parent="ground", child="top", spin=np.array([2.0, -1, 3]))
+    joint = mp.Joint(
+        name="ball", type="spherical", parent="ground", child="top", angular_velocity=np.array([2.0, -1, 3])
+    )
     rod = Closure(name="rod", type="distance", a="ground", b="top.end", position=np.array([0.5, 2.0, -0.4]))
     system = mp.System(bodies={"top": body}, joints=(joint,), closures=(rod,))
     plant = Plant(system)

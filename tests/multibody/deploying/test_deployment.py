@@ -20,7 +20,12 @@ def flying(spin=(0.0, 0.0, 0.5)):
         interfaces={"root": np.zeros(3), "exit": np.array([0.5, 0.2, 0])},
     )  # fmt: skip
     fly = mp.Joint(
-        name="fly", type="free", parent="ground", child="bus", spin=np.array(spin), velocity=np.array([0.1, -0.2, 0])
+        name="fly",
+        type="free",
+        parent="ground",
+        child="bus",
+        angular_velocity=np.array(spin),
+        velocity=np.array([0.1, -0.2, 0]),
     )
     return {"bodies": {"bus": bus}, "joints": (fly,)}
 

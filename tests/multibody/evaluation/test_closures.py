@@ -220,7 +220,9 @@ def cut_joint(kind, *, closed):
     rng = np.random.default_rng(TYPES.index(kind))
     arm, tool = random_body(rng, 3), random_body(rng, 0)
     axis, second = rng.standard_normal((2, 3))
-    first = mp.Joint(name="root", type="spherical", parent="ground", child="arm", spin=np.array([0.3, -0.2, 0.4]))
+    first = mp.Joint(
+        name="root", type="spherical", parent="ground", child="arm", angular_velocity=np.array([0.3, -0.2, 0.4])
+    )
     place = arm.interface_position[1]
     joint = mp.Joint(name="cut", type=kind, parent="arm.a", child="tool", axis=axis, second_axis=second)
     extra: tuple = ()
@@ -228,7 +230,7 @@ def cut_joint(kind, *, closed):
         joint = mp.Joint(name="cut", type="free", parent="ground", child="tool", position=place)
         options = {"second_axis": second} if kind == "universal" else {}
         extra = (Closure(name="cut", type=kind, a="arm.a", b="tool.root", axis=axis, **options),)
-        joint = joint.with_(velocity=np.cross(first.spin, place), spin=first.spin)
+        joint = joint.with_(velocity=np.cross(first.angular_velocity, place), angular_velocity=first.angular_velocity)
     return mp.System(
         bodies={"arm": arm, "tool": tool}, joints=(first, joint), gravity=np.array([1.0, -2.0, 3.0]), closures=extra
     )

@@ -19,7 +19,7 @@ def moving(system, rate):
     joints = [j.with_(rate=rate) if j.type in TURNS else j for j in system.joints]
     joints = [j.with_(speed=rate / 2) if j.type in TRAVELS else j for j in joints]
     spin, velocity = np.array([0.2, 0.3, -0.4]), np.array([0.3, -0.2, 0.1])
-    joints = [j.with_(spin=spin) if j.type in ("free", "spherical") else j for j in joints]
+    joints = [j.with_(angular_velocity=spin) if j.type in ("free", "spherical") else j for j in joints]
     joints = tuple(j.with_(velocity=velocity) if j.type == "free" else j for j in joints)
     return system.with_(joints=joints)
 

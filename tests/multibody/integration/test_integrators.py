@@ -37,7 +37,9 @@ def chain(body, count, rate=0.0, gravity=GRAVITY):
 def soft_arms():
     """Two soft beams with a spherical and a revolute hinge: flexible, nonlinear, quaternions."""
     body = uniform_beam(modes=2)
-    first = mp.Joint(name="first", type="spherical", parent="ground", child="upper", spin=np.array([0.0, 0.2, 0.1]))
+    first = mp.Joint(
+        name="first", type="spherical", parent="ground", child="upper", angular_velocity=np.array([0.0, 0.2, 0.1])
+    )
     second = mp.Joint(name="second", type="revolute", parent="upper.tip", child="lower", angle=0.4)
     return mp.System(bodies={"upper": body, "lower": body}, joints=(first, second), gravity=GRAVITY)
 
@@ -155,7 +157,7 @@ def test_free_flying_bodies_move_by_exponentials(method):
     """A free flexible body in space: momentum stays, which a wrong Lie-group update would not keep."""
     free = mp.Joint(
         name="free", type="free", parent="ground", child="beam", velocity=np.array([0.3, 0.2, -0.1]),
-        spin=np.array([0.2, 0.3, -0.4]),
+        angular_velocity=np.array([0.2, 0.3, -0.4]),
     )  # fmt: skip
     system = mp.System(bodies={"beam": uniform_beam(modes=2)}, joints=(free,))
     run = mp.simulate(system, t_end=1.0, output_step=0.1, method=method, rtol=1e-8)

@@ -86,7 +86,9 @@ def test_energy_balances_on_a_flight(method):
     )
     gas = mp.ExpelledGas(name="jet", at="beam.root", source=fuel.mass, speed=50.0, axis=np.array([-1.0, 0.1, 0.0]),
                          flow_path=("beam.tip",))  # fmt: skip
-    flight = mp.Joint(name="flight", type="free", parent="ground", child="beam", spin=np.array([0.1, 0.2, 0.5]))
+    flight = mp.Joint(
+        name="flight", type="free", parent="ground", child="beam", angular_velocity=np.array([0.1, 0.2, 0.5])
+    )
     planet = mp.CentralGravity(mu=1e5, centre=np.array([0.0, -100.0, 0]))
     system = mp.System(bodies={"beam": full}, joints=(flight,), loads=(gas, planet), depletions=(fuel,))
     run = mp.simulate(system, t_end=2.5, rtol=1e-9 if method == "explicit" else 1e-6, method=method)
@@ -166,7 +168,7 @@ def test_spinning_rocket_keeps_the_direction_of_its_angular_momentum():
     # the propellant leaves where it keeps the radii of gyration: from six points of those radii, over the exits
     x, y = np.sqrt(8.5), np.sqrt(0.5)
     starts = [np.array([a * x, b * y, c * y]) for a in (1, -1) for b, c in ((1, 1), (1, -1), (-1, 1), (-1, -1))]
-    system, fuel = rocket(*exits, *starts, spin=np.array([2.0, 0.5, -0.3]))
+    system, fuel = rocket(*exits, *starts, angular_velocity=np.array([2.0, 0.5, -0.3]))
     jets = tuple(
         mp.ExpelledGas(name=f"{i}{j}", at=f"rocket.end{i}", source=fuel.mass, speed=0.0, mass_fraction=1 / 32,
                        axis=np.array([-1.0, 0, 0]), flow_path=(f"rocket.end{4 + j}",))
@@ -181,7 +183,7 @@ def test_spinning_rocket_keeps_the_direction_of_its_angular_momentum():
 def angular_momentum(run):
     """About the centre, inertial axes."""
     turn = Rotation.from_quat(run["rocket.orientation"], scalar_first=True)
-    return turn.apply(run["rocket.mass"][:, None] * np.array([1.0, 9, 9]) * run["flight.spin"])
+    return turn.apply(run["rocket.mass"][:, None] * np.array([1.0, 9, 9]) * run["flight.angular_velocity"])
 
 
 def test_prescribed_universal_joint_recovers_its_torques():

@@ -121,7 +121,7 @@ def test_follower_force_turns_with_the_body():
     """Thrust F along body x at spin w: v = F / (M w) (sin wt, 1 - cos wt), and its work is M v^2 / 2."""
     F, w = 3.0, 2.0
     thrust = mp.PointForce(name="f", at="block.root", force=(F, 0, 0), axes="body")
-    run = mp.simulate(free(thrust, spin=np.array([0, 0, w])), t_end=4.0, **SHARP)
+    run = mp.simulate(free(thrust, angular_velocity=np.array([0, 0, w])), t_end=4.0, **SHARP)
     exact = F / (M * w) * np.column_stack([np.sin(w * run.time), 1 - np.cos(w * run.time), 0 * run.time])
     np.testing.assert_allclose(run["block.root.velocity"], exact, **CLOSE)
     np.testing.assert_allclose(run["energy.work"], M / 2 * np.sum(exact**2, axis=1), **CLOSE)
@@ -129,7 +129,7 @@ def test_follower_force_turns_with_the_body():
 
 def test_torque_in_inertial_axes_turns_the_angular_momentum():
     torque = mp.PointForce(name="t", at="block.eye", torque=("t", 0.2, "cos(3*t)"))
-    run = mp.simulate(free(torque, spin=np.array([0.3, -1.0, 0.5])), t_end=2.0, **SHARP)
+    run = mp.simulate(free(torque, angular_velocity=np.array([0.3, -1.0, 0.5])), t_end=2.0, **SHARP)
     gained = np.column_stack([run.time**2 / 2, 0.2 * run.time, np.sin(3 * run.time) / 3])
     np.testing.assert_allclose(run["momentum.angular"] - run["momentum.angular"][0], gained, **CLOSE)
     np.testing.assert_allclose(run["momentum.linear"], 0 * gained, atol=1e-10)
@@ -188,7 +188,7 @@ def satellite(J, pitch):
     joint = mp.Joint(
         name="orbit", type="free", parent="ground", child="sat", position=np.array([ORBIT, 0, 0]),
         rotation=np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), velocity=np.array([s * speed, c * speed, 0]),
-        spin=np.array([0, 0, MEAN_MOTION]),
+        angular_velocity=np.array([0, 0, MEAN_MOTION]),
     )  # fmt: skip
     return mp.System(bodies={"sat": body}, joints=(joint,), loads=(PLANET,))
 

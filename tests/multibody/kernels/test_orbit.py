@@ -119,7 +119,9 @@ def test_accelerations_are_those_in_inertial_axes(seed):
 def test_flexible_tree_in_orbit(orbit):
     """Its energy, the Jacobi integral, balances, and velocities and accelerations are what the ground sees."""
     system = in_orbit(random_tree(3, most=4), orbit, mp.PointForce(name="push", at="b1.a", force=("t", 0, 1)))
-    start = system.with_(joints=(system.joints[0].with_(spin=np.array([0.2, -0.1, 0.3])), *system.joints[1:]))
+    start = system.with_(
+        joints=(system.joints[0].with_(angular_velocity=np.array([0.2, -0.1, 0.3])), *system.joints[1:])
+    )
     run = mp.simulate(start, t_end=1.0, output_step=0.01, rtol=1e-10, atol=1e-12)
     assert run.stats["energy_error"] < 1e-8
     for one, rate in (("position", "velocity"), ("velocity", "acceleration")):

@@ -62,7 +62,7 @@ def test_frozen_stiffness_is_right_at_its_spin_alone():
 
 def test_momenta_fly_as_the_recursion_does():
     body, times = random_body(np.random.default_rng(0), 4), np.linspace(0, 2, 5)
-    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8])}
+    start = {"velocity": np.array([0.3, -0.2, 0.5]), "angular_velocity": np.array([0.6, -0.4, 0.8])}
     found = simulate_free_body(body, times, **start, gravity=DOWN)
     free = carried(body, type="free", **start).with_(gravity=DOWN)
     run = mp.simulate(free, t_end=2.0, output_step=0.5, rtol=1e-11, atol=1e-13, method="explicit")
@@ -74,7 +74,7 @@ def test_momenta_fly_as_the_recursion_does():
 def test_efficient_variables_are_exact_for_closed_modes():
     rng, times = np.random.default_rng(2), np.linspace(0, 2, 5)
     body = particles(rng)
-    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8])}
+    start = {"velocity": np.array([0.3, -0.2, 0.5]), "angular_velocity": np.array([0.6, -0.4, 0.8])}
     start["q"] = 0.1 * rng.standard_normal(9)
     exact, efficient = (simulate_free_body(body, times, **start, variables=name) for name in ("momentum", "efficient"))
     assert closure_defect(body) < 1e-12

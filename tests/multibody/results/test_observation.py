@@ -102,9 +102,9 @@ def joint_channels(o):
     for joint in o.system.joints:
         place, rate = state.joint(joint.name)
         if joint.type == "spherical":
-            found |= {f"{joint.name}.quaternion": place, f"{joint.name}.spin": rate}
+            found |= {f"{joint.name}.quaternion": place, f"{joint.name}.angular_velocity": rate}
         elif joint.type == "free":
-            found[f"{joint.name}.spin"] = rate[3:]
+            found[f"{joint.name}.angular_velocity"] = rate[3:]
         elif joint.type != "weld":
             n = TRAVELS.get(joint.type, 0)
             found |= {f"{joint.name}.displacement": place[:n], f"{joint.name}.speed": rate[:n]}

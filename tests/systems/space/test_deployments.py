@@ -64,7 +64,7 @@ def test_deploying_tether(tmp_path):
     assert np.ptp(length[jammed]) < 1e-12
     assert run["energy.events"][-1] < 0
     assert run["tether.tension"][1:].min() > 0  # it stays taut
-    assert run["orbit.spin.z"][jammed].max() < 0.5 * run["orbit.spin.z"][0]
+    assert run["orbit.angular_velocity.z"][jammed].max() < 0.5 * run["orbit.angular_velocity.z"][0]
 
 
 BOOM = """

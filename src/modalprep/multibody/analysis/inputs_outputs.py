@@ -15,7 +15,7 @@ from modalprep.multibody.model.loads import locate
 from modalprep.suggest import suggestion
 
 AXES = ("x", "y", "z")
-MOTIONS = ("position", "rotation", "velocity", "spin", "acceleration", "angular_acceleration")
+MOTIONS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
 PLACES, RATES = {REVOLUTE: "angle", PRISMATIC: "displacement"}, {REVOLUTE: "rate", PRISMATIC: "speed"}
 
 
@@ -59,7 +59,7 @@ def output(plant: Plant, name: str, y: np.ndarray) -> Callable[[np.ndarray], flo
     """Return the function of the state that an output's name means; rotations are counted from state y.
 
     ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
-    ``body.stress.point.xx``, ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.spin``,
+    ``body.stress.point.xx``, ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.angular_velocity``,
     ``.acceleration`` and ``.angular_acceleration`` in inertial axes; to be called after `Plant.accelerations`.
 
     Raises
@@ -114,7 +114,7 @@ def _hinges(plant: Plant, joint: str) -> dict[str, int]:
             found.setdefault(RATES[kind], []).append(plant.nx + int(row[U]))
         elif kind in (SPHERICAL, FREE):
             first = plant.nx + int(row[U]) + (3 if kind == FREE else 0)
-            found["spin"] = [first, first + 1, first + 2]
+            found["angular_velocity"] = [first, first + 1, first + 2]
     single = {name: places[0] for name, places in found.items() if len(places) == 1}
     return single | {f"{name}.{k + 1}": place for name, places in found.items() for k, place in enumerate(places)}
 
@@ -131,7 +131,7 @@ def _motion(plant: Plant, link: int, node: int, what: str, axis: int, y: np.ndar
     tree, flex, W, F = plant.packed.tree, plant.packed.flex, plant.W, plant.F
     if what in ("acceleration", "angular_acceleration"):
         return _acceleration(plant, link, node, what == "angular_acceleration", axis)
-    place = ("position", "rotation", "velocity", "spin").index(what)
+    place = ("position", "rotation", "velocity", "angular_velocity").index(what)
 
     def state() -> tuple:
         return kernel.node_state(tree, flex, W, F, link, node)

@@ -79,7 +79,7 @@ class DeployingSystem(Record):
         rod = f"{d.name}{stage.rods - 1}"
         loose = Joint(
             name=rod, type="free", parent=d.parent, child=rod, position=d.position, rotation=d.frame @ turn,
-            velocity=velocity, spin=spin,
+            velocity=velocity, angular_velocity=spin,
         )  # fmt: skip
         kept = tuple(joint for joint in full.joints if full.child(joint) not in {*gone, rod})
         bodies = {name: body for name, body in full.bodies.items() if name not in gone}

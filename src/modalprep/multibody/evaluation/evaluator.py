@@ -41,7 +41,7 @@ def start_state(packed: Packed) -> np.ndarray:
             x, u = x + 3, u + 3
         if kind in (FREE, SPHERICAL):
             y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
-            y[u : u + 3] = joint.spin
+            y[u : u + 3] = joint.angular_velocity
     return y
 
 

@@ -20,12 +20,12 @@ from modalprep.suggest import suggestion
 
 CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
 AXES = {"x": 0, "y": 1, "z": 2}
-PARTS = ("position", "rotation", "velocity", "spin")
+PARTS = ("position", "rotation", "velocity", "angular_velocity")
 PLACES, RATES = {"angle": TURNS, "displacement": TRAVELS}, {"rate": TURNS, "speed": TRAVELS}
 KNOWN = (
     "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
-    ".velocity.x or .spin.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also <closure>.gap or "
-    ".multiplier"
+    ".velocity.x or .angular_velocity.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also "
+    "<closure>.gap or .multiplier"
 )
 
 
@@ -35,8 +35,8 @@ def channel_expression(
     """Return ``(t, state) -> value`` of an expression of channels and ``t``.
 
     Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
-    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad,
-    below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also its
+    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.angular_velocity.x`` and ``.rotation.x``, the rotation
+    vector (rad, below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also its
     ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
     ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
     one condition, active or not.

@@ -32,14 +32,14 @@ def simulate_free_system(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> free = Joint(name="flight", type="free", parent="ground", child="arm", spin=np.array([0, 0, 1.0]))
+    >>> free = Joint(name="flight", type="free", parent="ground", child="arm", angular_velocity=np.array([0, 0, 1.0]))
     >>> run = simulate_free_system(System(bodies={"arm": uniform_beam(modes=2)}, joints=(free,)), t_end=0.1)
     >>> run["arm.tip.position"].shape, run.stats["energy_error"] < 1e-6
     ((11, 3), True)
     """
     joint = _only_joint(system, variables)
     name, body = next(iter(system.bodies.items()))
-    start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "spin")}
+    start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "angular_velocity")}
     way = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
     flight = simulate_free_body(body, output_times(t_end, output_step), **start, **way)
     energy = flight.energy

@@ -104,7 +104,7 @@ def simulate_free_body(
     position: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
     velocity: np.ndarray | None = None,
-    spin: np.ndarray | None = None,
+    angular_velocity: np.ndarray | None = None,
     q: np.ndarray | None = None,
     gravity: np.ndarray | None = None,
     variables: str = "momentum",
@@ -118,7 +118,7 @@ def simulate_free_body(
         s, ascending.
     position, rotation : (3,), (3, 3)
         Of the root at the start, inertial (m), and of the body's axes to inertial; default the origin, parallel.
-    velocity, spin : (3,)
+    velocity, angular_velocity : (3,)
         Of the root, m/s, and of the frame, rad/s, in the body's axes.
     q : (n,)
         Modal coordinates at the start, their rates zero.
@@ -156,7 +156,7 @@ def simulate_free_body(
         )
     times, n = np.asarray(times, dtype=float), body.n
     q0 = np.zeros(n) if q is None else np.asarray(q, dtype=float)
-    u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, spin)])
+    u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, angular_velocity)])
     momenta = (_Momentum if variables == "momentum" else _Efficient)(body)
     turn = Rotation.from_matrix(np.eye(3) if rotation is None else rotation).as_quat(scalar_first=True)
     place = np.zeros(3) if position is None else np.asarray(position, dtype=float)

@@ -57,7 +57,7 @@ def first_stage(d: Deployment) -> Stage:
     out, speed = d.start
     if not -EXACT * d.rod <= out <= d.length + EXACT * d.rod:
         raise InputError(
-            f"deployment {d.name!r}: deployed_length = {out:g} m at the start; it must be between 0 and length = {d.length:g} m"
+            f"deployment {d.name!r}: deployed_length = {out:g} m at the start, but length = {d.length:g} m"
         )
     rods = int(np.floor(out / d.rod + EXACT)) + 1
     if abs(out / d.rod - (rods - 1)) < EXACT and speed <= 0:

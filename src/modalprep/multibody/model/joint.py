@@ -51,9 +51,9 @@ class Joint(Record):
         Start of the turn of a revolute, cylindrical, universal, gimbal or planar joint, rad and rad/s.
     displacement, speed : float, or (2,) of a planar joint
         Start of the travel of a prismatic, cylindrical or planar joint, m and m/s.
-    velocity, spin : (3,)
+    velocity, angular_velocity : (3,)
         Start of a free body: velocity of its root and angular velocity, relative to the parent, in its own frame;
-        `spin` also of a spherical joint.
+        `angular_velocity` also of a spherical joint.
     motion : TimeFunction, a sequence of them, or None
         Prescribed angle of a revolute joint, or displacement of a prismatic one; of a cylindrical, universal, gimbal or
         planar joint one for each coordinate, travels before turns. Value and rate without jumps.
@@ -82,7 +82,7 @@ class Joint(Record):
     displacement: float | np.ndarray = 0.0
     speed: float | np.ndarray = 0.0
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    spin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     motion: TimeFunction | tuple[TimeFunction, ...] | None = None
     elements: tuple[HingeElement, ...] = ()
     keep_start: bool = False

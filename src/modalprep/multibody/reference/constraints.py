@@ -110,7 +110,7 @@ def _end(s: BodyState | None, node: int, ground: np.ndarray, system: System, nu:
         return _End(origin, ground[3:].reshape(3, 3), w, none, np.zeros(3))
     frame, J, c = interface_point(s, node)
     origin = _Vector(frame.position, frame.velocity, J[:3], c[:3])
-    return _End(origin, frame.rotation, frame.spin, J[3:], c[3:])
+    return _End(origin, frame.rotation, frame.angular_velocity, J[3:], c[3:])
 
 
 def _row(kind: int, constants: np.ndarray, a: _End, b: _End) -> tuple:

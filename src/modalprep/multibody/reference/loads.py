@@ -150,8 +150,8 @@ def _bushing(load: Bushing, a: Point, b: Point) -> DenseLoads:
     left = expm(np.block([[skew(x), np.eye(3)], [np.zeros((3, 6))]]))[:3, 3:]
     linear = Ra.T @ (b.J[:3] - a.J[:3]) + skew(r) @ Ra.T @ a.J[3:]
     angular = Ra.T @ (b.J[3:] - a.J[3:])
-    v = Ra.T @ (b.frame.velocity - a.frame.velocity) + np.cross(r, Ra.T @ a.frame.spin)
-    w = Ra.T @ (b.frame.spin - a.frame.spin)
+    v = Ra.T @ (b.frame.velocity - a.frame.velocity) + np.cross(r, Ra.T @ a.frame.angular_velocity)
+    w = Ra.T @ (b.frame.angular_velocity - a.frame.angular_velocity)
     k, c = load.stiffness, load.damping
     f = -linear.T @ (k[:3] * d + c[:3] * v) - angular.T @ (np.linalg.solve(left.T, k[3:] * x) + c[3:] * w)
     return DenseLoads(f, -(c[:3] @ v**2 + c[3:] @ w**2), (k[:3] @ d**2 + k[3:] @ x**2) / 2, 0.0)

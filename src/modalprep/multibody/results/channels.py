@@ -128,7 +128,7 @@ class Channels:
         if kind in (SPHERICAL, FREE):
             turn = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
             first = self.packed.nx + u + SPEEDS[kind] - 3
-            return turn + [("spin", (STATE, first + k, 0)) for k in range(3)]
+            return turn + [("angular_velocity", (STATE, first + k, 0)) for k in range(3)]
         return []
 
     def _wrenches(self) -> list[tuple]:

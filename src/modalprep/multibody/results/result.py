@@ -30,8 +30,8 @@ class Result(Record):
     channels : dict of (nt,) or (nt, k) float
         ``<joint>.angle`` (rad), ``.rate``, ``.displacement`` (m), ``.speed`` by what the joint can do, ``.drive`` of
         its prescribed motion or hinge elements (N or N m, along the hinge), ``.quaternion`` (nt, 4) of a spherical
-        joint, ``.spin`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``, ``.torque`` (nt, 3):
-        what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
+        joint, ``.angular_velocity`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``,
+        ``.torque`` (nt, 3): what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
         (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
         m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
         the orbit of its root, in orbit at a known radius. ``<body>.stress.<point>.<component>`` (Pa) at the points of

@@ -122,7 +122,9 @@ class StartTable(Table):
     )
     speed: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(0.0, description="m/s")
     velocity: Vector = Field([0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
-    spin: Vector = Field([0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s")
+    angular_velocity: Vector = Field(
+        [0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s"
+    )
 
 
 class FrictionTable(Table):
