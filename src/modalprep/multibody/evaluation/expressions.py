@@ -36,8 +36,8 @@ def channel_expression(
 
     Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
     ``<body>.<interface>.position.x``, ``.velocity.x``, ``.angular_velocity.x`` and ``.rotation.x``, the rotation
-    vector (rad, below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also its
-    ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
+    vector (rad, below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also
+    its ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
     ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
     one condition, active or not.
 

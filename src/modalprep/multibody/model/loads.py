@@ -191,9 +191,9 @@ class Callback(Record):
     """Loads of a Python function, for control loops: ``function(t, state) -> {where: load}``.
 
     `state` is a `State`: ``state["arm.tip"].position``, ``.rotation``, ``.velocity``, ``.angular_velocity`` of an
-    interface, ``state.joint("hinge").position`` and ``.rate`` of a joint. ``where`` is ``body.interface`` with a force, or
-    with a force followed by a torque (3 or 6 numbers, N and N m, inertial), or the name of a joint with one number for
-    each of its speeds. It is called at every evaluation, so it must depend on t and state alone.
+    interface, ``state.joint("hinge").position`` and ``.rate`` of a joint. ``where`` is ``body.interface`` with a
+    force, or with a force followed by a torque (3 or 6 numbers, N and N m, inertial), or the name of a joint with one
+    number for each of its speeds. The function is called at every evaluation, so it must depend on t and state alone.
 
     Examples
     --------
