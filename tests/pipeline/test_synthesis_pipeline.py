@@ -130,7 +130,7 @@ def test_component_damping_is_in_the_files(folder, run):
     stiff = FRAME.replace("modes = 6", "modes = 6\ndamping = { beta = 1e-3 }")
     _, found = run(stiff, "rayleigh")
     wanted = 1e-3 * np.pi * modes.frequency
-    np.testing.assert_allclose(found["system"]["damping"]["wanted"], wanted, rtol=1e-12)
+    np.testing.assert_allclose(found["system"]["damping"]["target"], wanted, rtol=1e-12)
 
 
 def test_hinge_and_placement(run):

@@ -122,11 +122,11 @@ def test_dropped_directions_and_their_reasons(system):
 
 
 def test_a_share_keeps_the_fewest_directions_that_hold_it(system):
-    found = projected(system, "a", 9, share=0.9)
+    found = projected(system, "a", 9, fraction=0.9)
     held = np.cumsum(found.singular**2) / np.sum(found.singular**2)
     assert held[found.kept.sum() - 1] >= 0.9
     assert held[found.kept.sum() - 2] < 0.9
-    assert projected(system, "a", 9, share=1.0).kept.all()
+    assert projected(system, "a", 9, fraction=1.0).kept.all()
 
 
 def test_interface_shapes_keep_the_static_answer_of_an_interface(system):
@@ -203,8 +203,8 @@ def test_units_of_the_matrices_are_those_of_pyyeti(cb, bracket_body):
     [
         (dict(tolerance=-0.1), "tolerance = -0.1"),
         (dict(tolerance=1.0), "tolerance = 1"),
-        (dict(share=0.0), "share = 0 "),
-        (dict(share=1.1), "share = 1.1"),
+        (dict(fraction=0.0), "fraction = 0 "),
+        (dict(fraction=1.1), "fraction = 1.1"),
         (dict(rigid=np.ones((3, 1))), "differ in size"),
         (dict(keep=np.ones((3, 1))), "differ in size"),
     ],

@@ -1,4 +1,4 @@
-"""A component's share of system modes: singular directions, mass-weighted, as its new modal basis."""
+"""A component's fraction of system modes: singular directions, mass-weighted, as its new modal basis."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def projected_basis(
     M: csr_array,
     *,
     tolerance: float = 1e-6,
-    share: float | None = None,
+    fraction: float | None = None,
     rigid: np.ndarray | None = None,
     keep: np.ndarray | None = None,
 ) -> ProjectedBasis:
@@ -109,8 +109,8 @@ def projected_basis(
         Of the component; shapes without mass count for nothing.
     tolerance : float
         Keep the directions with ``sigma_k > tolerance sigma_1``.
-    share : float or None
-        Instead of the tolerance: keep the fewest directions that hold this share (0..1) of ``sum sigma^2``.
+    fraction : float or None
+        Instead of the tolerance: keep the fewest directions that hold this fraction (0..1) of ``sum sigma^2``.
     rigid : (n_dof, r) or None
         All motions of the component without strain; needed where K is singular, always kept.
     keep : (n_dof, c) or None
@@ -119,7 +119,7 @@ def projected_basis(
     Raises
     ------
     InputError
-        When sizes differ, the tolerance or share is out of range, or the shapes move without strain.
+        When sizes differ, the tolerance or fraction is out of range, or the shapes move without strain.
 
     Examples
     --------
@@ -131,11 +131,11 @@ def projected_basis(
     X, K, M = np.asarray(shapes, dtype=float), csr_array(K), csr_array(M)
     none = np.zeros((len(X), 0))
     R, C = (none if v is None else np.asarray(v, dtype=float) for v in (rigid, keep))
-    _refuse(X, K, M, R, C, tolerance, share)
+    _refuse(X, K, M, R, C, tolerance, fraction)
     R = _independent(R, none, M)
     C = _independent(C, R, M)
     directions, singular, V = _directions(X, np.hstack([R, C]), M)
-    kept, reason = _judged(singular, V, tolerance, share)
+    kept, reason = _judged(singular, V, tolerance, fraction)
     w2, basis = _diagonal(np.hstack([C, directions[:, kept]]), R, K, M)
     mass = np.einsum("ij,ij->j", X, M @ X)
     mass = np.where(mass > 0, mass, 1.0)
@@ -202,15 +202,15 @@ def interface_shapes(body: ModalBody, *names: str) -> np.ndarray:
     return np.vstack(rows).T / body.K[:, None]
 
 
-def _refuse(X, K, M, R, C, tolerance: float, share: float | None) -> None:
+def _refuse(X, K, M, R, C, tolerance: float, fraction: float | None) -> None:
     n = K.shape[0]
     if not (M.shape == K.shape == (n, n) and {len(X), len(R), len(C)} == {n}):
         sizes = f"K {K.shape}, M {M.shape}, shapes {X.shape}, rigid {R.shape}, keep {C.shape}"
         raise InputError(f"the component's matrices and shapes differ in size: {sizes}")
     if not 0 <= tolerance < 1:
-        raise InputError(f"tolerance = {tolerance:g} must be at least 0 and below 1, a share of the largest")
-    if share is not None and not 0 < share <= 1:
-        raise InputError(f"share = {share:g} must be above 0 and at most 1")
+        raise InputError(f"tolerance = {tolerance:g} must be at least 0 and below 1, a fraction of the largest")
+    if fraction is not None and not 0 < fraction <= 1:
+        raise InputError(f"fraction = {fraction:g} must be above 0 and at most 1")
 
 
 def _independent(X: np.ndarray, given: np.ndarray, M: csr_array) -> np.ndarray:
@@ -235,18 +235,18 @@ def _directions(X: np.ndarray, given: np.ndarray, M: csr_array) -> tuple[np.ndar
     return Q @ U, sigma, Vt.T
 
 
-def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, share: float | None) -> tuple[np.ndarray, tuple]:
+def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, fraction: float | None) -> tuple[np.ndarray, tuple]:
     """Return which directions to keep, and a sentence for each."""
     part = sigma**2 / max(np.sum(sigma**2), np.finfo(float).tiny)
-    if share is None:
+    if fraction is None:
         relative = sigma / sigma.max(initial=np.finfo(float).tiny)
         kept = relative > tolerance
         words = [f"singular value {v:.2g} of the largest, {'' if k else 'not '}> {tolerance:g}"
                  for v, k in zip(relative, kept, strict=True)]  # fmt: skip
     else:
         before = np.concatenate([[0.0], np.cumsum(part)])[: len(part)]
-        kept = before < share * (1 - 4 * np.finfo(float).eps)
-        words = [f"the stronger ones hold {v:.6g} of all, {'less than' if k else 'already'} {share:g}"
+        kept = before < fraction * (1 - 4 * np.finfo(float).eps)
+        words = [f"the stronger ones hold {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
                  for v, k in zip(before, kept, strict=True)]  # fmt: skip
     most = np.argmax(np.abs(V), axis=0) if V.size else []
     reasons = zip(words, part, most, strict=True)

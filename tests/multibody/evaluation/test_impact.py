@@ -83,7 +83,7 @@ def test_a_sudden_weld_of_two_free_bodies_keeps_all_momentum_and_loses_what_theo
     rows = dense_constraints(system, packed, plant.loops.closing, y, still, 0.0)
     M, _ = mass_and_force(system, y)
     theory = rows.rate @ np.linalg.solve(rows.G @ np.linalg.solve(M, rows.G.T), rows.rate) / 2
-    assert found.lost == pytest.approx(theory, rel=1e-11)
+    assert found.energy_loss == pytest.approx(theory, rel=1e-11)
     assert sums[0]["kinetic"] - sums[1]["kinetic"] == pytest.approx(theory, rel=1e-11)
 
 
@@ -96,7 +96,7 @@ def test_conditions_that_follow_from_others_change_nothing():
     ]
     once, twice = (mp.impact(system.with_(closures=tuple(welds)), closures=hits) for hits in (["one"], ["one", "two"]))
     np.testing.assert_allclose(twice.y, once.y, atol=1e-14)
-    assert twice.lost == pytest.approx(once.lost, rel=1e-13)
+    assert twice.energy_loss == pytest.approx(once.energy_loss, rel=1e-13)
 
 
 def rod(mass=2.0, length=1.5):
@@ -121,7 +121,7 @@ def test_a_rod_falls_on_its_end(restitution):
     found = mp.impact(falling_rod(a, speed=(0.0, -v)), closures=["floor"], restitution=restitution)
     p = (1 + restitution) * m * v / (1 + 3 * np.cos(a) ** 2)
     assert found.impulse["floor.force"] == pytest.approx([0, p, 0], rel=1e-13, abs=1e-13)
-    assert found.lost == pytest.approx((1 - restitution**2) * m * v**2 / (1 + 3 * np.cos(a) ** 2) / 2, rel=1e-13)
+    assert found.energy_loss == pytest.approx((1 - restitution**2) * m * v**2 / (1 + 3 * np.cos(a) ** 2) / 2, rel=1e-13)
     assert found.y[4] == pytest.approx(restitution * v, rel=1e-13, abs=1e-13)
 
 
@@ -139,7 +139,7 @@ def test_friction_of_a_blow_slides_or_sticks(friction):
     p = stuck if sticks else push * (-v[1] / (S[1] @ push))
     assert found.sticks == {"floor": sticks}
     assert found.impulse["floor.force"] == pytest.approx([*p, 0], rel=1e-11, abs=1e-11)
-    assert found.lost == pytest.approx(-p @ (v + S @ p / 2), rel=1e-11)
+    assert found.energy_loss == pytest.approx(-p @ (v + S @ p / 2), rel=1e-11)
 
 
 def test_both_branches_of_friction_were_taken():
@@ -189,7 +189,7 @@ def test_a_ball_bounces(method, accuracy):
     np.testing.assert_allclose(run.events["bounce"][:4], times[times < 2.0][:4], rtol=accuracy)
     blows = run.impacts["bounce"]
     lost = [0.5 * 0.5 * (1 - e**2) * (e**k * v) ** 2 for k in range(len(blows))]
-    np.testing.assert_allclose([blow.lost for blow in blows], lost, rtol=10 * accuracy)
+    np.testing.assert_allclose([blow.energy_loss for blow in blows], lost, rtol=10 * accuracy)
     assert run.stats["energy_error"] < 1e-9
     row = np.searchsorted(run.time, blows[0].t)
     np.testing.assert_array_equal(run.time[row : row + 2], blows[0].t)  # before and after
@@ -212,7 +212,7 @@ def test_a_blow_is_in_the_balance_of_a_turning_ground_and_of_a_mass_that_changes
     (blow,) = run.impacts["bounce"]
     row = np.searchsorted(run.time, blow.t)
     mass = 0.5 if change == "orbit" else run["ball.mass"][row]
-    assert blow.lost == pytest.approx(mass / 2 * (1 - 0.25) * run["ball.centre.velocity.y"][row] ** 2, rel=1e-9)
+    assert blow.energy_loss == pytest.approx(mass / 2 * (1 - 0.25) * run["ball.centre.velocity.y"][row] ** 2, rel=1e-9)
     assert run.stats["energy_error"] < 1e-9
 
 

@@ -198,7 +198,7 @@ def test_prescribed_universal_joint_recovers_its_torques():
     angles = np.array([[law(t)[:2] for law in laws] for t in run.time])
     np.testing.assert_allclose(run["gimbal.angle"], angles[:, :, 0], atol=1e-10)
     np.testing.assert_allclose(
-        run["power.in"], np.sum(run["gimbal.drive"] * angles[:, :, 1], axis=1), rtol=1e-9, atol=1e-9
+        run["power.input"], np.sum(run["gimbal.drive"] * angles[:, :, 1], axis=1), rtol=1e-9, atol=1e-9
     )
     assert run.stats["energy_error"] < 1e-9
     free = system.with_(joints=(joint.with_(motion=None, rate=[0.6, 0.0]),))

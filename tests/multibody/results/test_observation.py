@@ -171,7 +171,7 @@ def agrees_with_the_dense_twin(o):
     springs = spring_channels(o)
     o.agrees(springs, max([1.0, *springs.values()]))
     closures = {n for c in o.system.closures for n in closure_names(c)}
-    names = {*places, *accelerations, *total, *hinges, *carried, *closures, *springs, "power.in"}
+    names = {*places, *accelerations, *total, *hinges, *carried, *closures, *springs, "power.input"}
     assert set(o.found) == names
 
 
@@ -201,7 +201,7 @@ def test_channels_of_loaded_trees(seed):
         for j in system.joints
         if j.motion is not None
     )
-    assert o.found["power.in"] == pytest.approx(power - damped + driven, rel=1e-10)
+    assert o.found["power.input"] == pytest.approx(power - damped + driven, rel=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(12))

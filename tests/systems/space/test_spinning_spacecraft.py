@@ -32,7 +32,7 @@ def test_energy(run):
 
 def test_friction_alone_takes_energy(run):
     lost = 6 * run["damper.speed"] ** 2 + 8 * (run["slosh.rate"] ** 2).sum(axis=1)
-    np.testing.assert_allclose(run["power.in"], -lost, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(run["power.input"], -lost, rtol=1e-12, atol=1e-15)
 
 
 def test_momentum(run):

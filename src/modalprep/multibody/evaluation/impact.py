@@ -40,7 +40,7 @@ class Impact(Record):
         State after it, as `layout` packs it; the coordinates are those before.
     impulse : dict
         ``name.force`` (3,) N s and ``name.torque`` (3,) N m s on b, at b, in a's axes; ``name.multiplier`` of couplers.
-    lost : float
+    energy_loss : float
         Kinetic energy that its impulses took, J; prescribed hinges that move may give some back.
     sticks : dict of str to bool
         Of each closure with friction that was hit: whether b's point stopped sliding.
@@ -49,7 +49,7 @@ class Impact(Record):
     t: float
     y: np.ndarray
     impulse: dict[str, np.ndarray]
-    lost: float
+    energy_loss: float
     sticks: dict[str, bool]
 
 
@@ -101,7 +101,7 @@ def impact(
     >>> pin = Closure(name="pin", type="point_on_plane", a="ground", b="rod.end", axis=np.array([0, 1.0, 0]),
     ...               active=False)
     >>> caught = impact(System(bodies={"rod": rod}, joints=(fall,), closures=(pin,)), closures=["pin"])
-    >>> caught.impulse["pin.force"].round(12) + 0.0, round(caught.lost, 12)
+    >>> caught.impulse["pin.force"].round(12) + 0.0, round(caught.energy_loss, 12)
     (array([0.  , 0.25, 0.  ]), 0.125)
     """
     names = [closure.name for closure in system.closures]
@@ -139,7 +139,7 @@ def strike(
         t=t,
         y=after,
         impulse=loops.exerted(),
-        lost=-_work_done(loops),
+        energy_loss=-_work_done(loops),
         sticks={system.closures[k].name: stuck for k, stuck in zip(contacts, sticks, strict=True)},
     )
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
-from modalprep.multibody.free_body.free_flyer import Flight, simulate_free_body
+from modalprep.multibody.free_body.free_flyer import FreeBodyMotion, simulate_free_body
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.reference.equations import node_motion, quaternion_matrix
@@ -84,7 +84,7 @@ def _only_joint(system: System, variables: str) -> Joint:
     return joint
 
 
-def _positions(system: System, name: str, node: int, flight: Flight) -> np.ndarray:
+def _positions(system: System, name: str, node: int, flight: FreeBodyMotion) -> np.ndarray:
     body, none = system.bodies[name], np.zeros(system.bodies[name].n)
     arms = [node_motion(body, node, np.zeros(3), q, none)[0] for q in flight.q]
     turns = [quaternion_matrix(e) for e in flight.quaternion]

@@ -42,7 +42,7 @@ VARIABLES = ("momentum", "efficient")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Flight(Record):
+class FreeBodyMotion(Record):
     """Free flight of a body.
 
     Attributes
@@ -109,7 +109,7 @@ def simulate_free_body(
     gravity: np.ndarray | None = None,
     variables: str = "momentum",
     rtol: float = 1e-10,
-) -> Flight:
+) -> FreeBodyMotion:
     """Integrate the free flight of a body.
 
     Parameters
@@ -187,7 +187,7 @@ def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
     return np.concatenate([R @ v, turn, qd, linear, angular, modal, [body.D @ qd**2]])
 
 
-def _flight(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int) -> Flight:
+def _flight(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int) -> FreeBodyMotion:
     body, n = momenta.body, momenta.body.n
     q, P = y[:, 7 : 7 + n], y[:, 7 + n : -1]
     speeds = np.array([momenta.speeds(*row) for row in zip(q, P, strict=True)])
@@ -202,7 +202,7 @@ def _flight(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int
         "gravity": -moment @ g,
         "dissipated": y[:, -1],
     }
-    return Flight(
+    return FreeBodyMotion(
         time=times, position=y[:, :3], quaternion=turns, q=q, linear=linear, angular=angular, speeds=speeds,
         energy=energy, steps=steps,
     )  # fmt: skip

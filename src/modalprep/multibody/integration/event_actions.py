@@ -82,7 +82,9 @@ class Changes:
     def notes(self) -> list[str]:
         """Return a sentence for each impact, the first ten."""
         blows = [(name, blow) for name, blows in self.impacts.items() for blow in blows]
-        found = [f"event {name!r} at t = {b.t:.6g} s took {b.lost:.6g} J" for name, b in sorted(blows, key=_time)[:10]]
+        found = [
+            f"event {name!r} at t = {b.t:.6g} s took {b.energy_loss:.6g} J" for name, b in sorted(blows, key=_time)[:10]
+        ]
         return [*found, f"and {len(blows) - 10} more"] if len(blows) > 10 else found
 
 

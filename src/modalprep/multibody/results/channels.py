@@ -32,7 +32,7 @@ TOTALS = {
     "energy.gravity": GRAVITY,
     "energy.stored": STORED,
     "energy.work": WORK,
-    "power.in": POWER_IN,
+    "power.input": POWER_IN,
     "momentum.linear": slice(LINEAR, ANGULAR),
     "momentum.angular": slice(ANGULAR, SUMS),
 }

@@ -39,7 +39,7 @@ class Result(Record):
         ``<spring>.length`` (m) and ``.tension`` (N), ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``, ``energy.stored``
-        (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.in`` (W, the rate of the work),
+        (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.input`` (W, the rate of the work),
         ``momentum.linear``, ``momentum.angular`` (nt, 3).
     status : str
         ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.

@@ -25,7 +25,7 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.depletion import LevelTable
 from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh, source_digest
-from modalprep.pipeline.build.reduce import reduce_model, wanted_damping
+from modalprep.pipeline.build.reduce import reduce_model, target_damping
 from modalprep.pipeline.schema.reduction import RotationTable
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
 from modalprep.pipeline.build.stages import remembering
@@ -89,7 +89,7 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
         stress = pipeline_stress(pipeline, mesh, model)
         wanted = {"stress": stress, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
-        body = body.with_(D=modal_damping(body, wanted_damping(pipeline.reduction.damping)))
+        body = body.with_(D=modal_damping(body, target_damping(pipeline.reduction.damping)))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     failed = [check for check in checks if not check.passed]

@@ -78,12 +78,12 @@ def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, 
     return found
 
 
-def wanted_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
+def target_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
     """Return the damping that a file asks for, as `reduction.damping` takes it.
 
     Examples
     --------
-    >>> wanted_damping([[5.0, 0.02], [50.0, 0.01]])
+    >>> target_damping([[5.0, 0.02], [50.0, 0.01]])
     {5.0: 0.02, 50.0: 0.01}
     """
     if isinstance(given, RayleighTable):

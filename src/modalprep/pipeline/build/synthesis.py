@@ -14,7 +14,7 @@ from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline, naming
-from modalprep.pipeline.build.reduce import wanted_damping
+from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import ComponentDamping, component_damping
@@ -53,11 +53,11 @@ class Synthesised:
                 f"{100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
             )
         if self.damping is not None:
-            wanted = self.damping.wanted > 0
-            share = self.damping.achieved[wanted] / self.damping.wanted[wanted]
+            given = self.damping.target > 0
+            share = self.damping.achieved[given] / self.damping.target[given]
             said.append(
                 f"damping of the bodies gives the system's modes {share.min(initial=1.0):.3g} to "
-                f"{share.max(initial=1.0):.3g} times the ratios wanted, and couples two of them by up to "
+                f"{share.max(initial=1.0):.3g} times their target ratios, and couples two of them by up to "
                 f"{self.damping.coupling:.2g} of their own"
             )
         return tuple(said)
@@ -73,7 +73,7 @@ class Synthesised:
             "notes": list(self.notes),
         }
         if self.damping is not None:
-            found["damping"] = {"wanted": self.damping.wanted.tolist(), "achieved": self.damping.achieved.tolist()}
+            found["damping"] = {"target": self.damping.target.tolist(), "achieved": self.damping.achieved.tolist()}
         return found
 
 
@@ -104,7 +104,7 @@ def _synthesised(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthes
     welds, ground = _joined(pipeline.welds)
     places = {name: _place(name, place) for name, place in table.placement.items()}
     modes = synthesise(bodies, welds, placement=places, ground=ground, modes=table.modes)
-    damping = None if table.damping is None else component_damping(modes, wanted_damping(table.damping))
+    damping = None if table.damping is None else component_damping(modes, target_damping(table.damping))
     damped = bodies if damping is None else damping.applied(bodies)
     projected = {name: _projected(modes, name, table) for name in table.projected}
     changed = {name: damped[name] for name in (bodies if damping is not None else projected)}
