@@ -16,7 +16,7 @@ from modalprep.body.build import flexible_body
 from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.evaluation.evaluate import GOOD, build_model, evaluate
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.reference.constraints import closed_accelerations, dense_constraints, reduced_accelerations
@@ -230,26 +230,26 @@ def test_a_joint_cut_and_closed_again_has_the_same_rest_and_modes(kind):
 def test_linear_equations_are_the_derivative_of_the_run(seed):
     """Along a random motion of a moving flexible tree with loops, time in its conditions included."""
     system, t = loose(seed), 0.3
-    plant, rng = Plant(system, t), np.random.default_rng(seed)
-    chart = Chart(plant, plant.start)
-    n, nu, nx = len(chart.independent), plant.nu, plant.nx
+    evaluator, rng = Evaluator(system, t), np.random.default_rng(seed)
+    chart = Chart(evaluator, evaluator.start)
+    n, nu, nx = len(chart.independent), evaluator.nu, evaluator.nx
     y = chart.moved(0.1 * rng.standard_normal(n), 0.3 * rng.standard_normal(n))
-    assert max(np.abs(gap).max() for gap in plant.gaps(y)) < 1e-12
+    assert max(np.abs(gap).max() for gap in evaluator.gaps(y)) < 1e-12
     linear = mp.linearise(system, y, t)
-    free, loading = linear.independent, Loading(system, plant.packed, 2.0)
-    loading.loops.arrays.constants[:] = plant.loops.arrays.constants  # lengths as at the start
-    model = build_model(system, plant.packed, loading)
+    free, loading = linear.independent, Loading(system, evaluator.packed, 2.0)
+    loading.loops.arrays.constants[:] = evaluator.loops.arrays.constants  # lengths as at the start
+    model = build_model(system, evaluator.packed, loading)
     z, w, h = rng.standard_normal(len(free)), rng.standard_normal(len(free)), 1e-5
 
     def rates(size):
         """Move along the loops' tangent and project in the metric of the masses; then give the speeds wanted."""
-        state = plant.closed(plant.moved(y, size * linear.R @ z))
+        state = evaluator.closed(evaluator.moved(y, size * linear.R @ z))
         speeds = y[nx:].copy()
         speeds[free] += size * w
-        Gs = plant.jacobian(state)[plant.kept_rows(state)]
+        Gs = evaluator.jacobian(state)[evaluator.kept_rows(state)]
         others = np.setdiff1d(np.arange(nu), free)
         state[nx:] = speeds
-        state[nx + others] -= np.linalg.lstsq(Gs[:, others], plant.gaps(state)[1][chart.kept])[0]
+        state[nx + others] -= np.linalg.lstsq(Gs[:, others], evaluator.gaps(state)[1][chart.kept])[0]
         ydot = np.zeros(nx + nu + 1)
         assert evaluate(model, t, np.append(state, 0.0), ydot) == GOOD
         return ydot[nx:-1]
@@ -270,13 +270,13 @@ def test_turning_reference_turns_the_changes_of_closed_bodies_back():
     )
     rod = Closure(name="rod", type="distance", a="ground", b="top.end", position=np.array([0.5, 2.0, -0.4]))
     system = mp.System(bodies={"top": body}, joints=(joint,), closures=(rod,))
-    plant = Plant(system)
-    chart, linear = Chart(plant, plant.start), mp.linearise(system)
+    evaluator = Evaluator(system)
+    chart, linear = Chart(evaluator, evaluator.start), mp.linearise(system)
     z, w, h = 1e-4 * np.array([1.0, -2.0]), 1e-4 * np.array([0.5, 3.0]), 1e-4
     states = chart.y, chart.moved(z, w)
 
     def apart(t):
-        A, B = (quaternion_matrix(plant.moved(y, t * y[plant.nx :])[:4]) for y in states)
+        A, B = (quaternion_matrix(evaluator.moved(y, t * y[evaluator.nx :])[:4]) for y in states)
         return Rotation.from_matrix(A.T @ B).as_rotvec()
 
     rate = (apart(h) - apart(-h)) / (2 * h)
@@ -391,15 +391,15 @@ def squeezer():
 def test_independent_speeds_accelerate_as_multipliers_do(mechanism):
     """Book section 9.4 against the multiplier form, dense both, and against the order-n kernel."""
     system = mechanism()
-    plant = Plant(system)
-    chart = Chart(plant, plant.start)
+    evaluator = Evaluator(system)
+    chart = Chart(evaluator, evaluator.start)
     y = chart.moved(np.zeros(len(chart.independent)), 0.5 + np.arange(len(chart.independent), dtype=float))
-    plant.load(y)
-    kernel, motion = plant.accelerations(np.zeros(plant.nu)), plant.loading.motion
-    reduced = reduced_accelerations(system, plant.loops.closing, y, motion, 0.0)
-    multiplier, _ = closed_accelerations(system, plant.loops.closing, y, motion, 0.0)
+    evaluator.load(y)
+    kernel, motion = evaluator.accelerations(np.zeros(evaluator.nu)), evaluator.loading.motion
+    reduced = reduced_accelerations(system, evaluator.loops.closing, y, motion, 0.0)
+    multiplier, _ = closed_accelerations(system, evaluator.loops.closing, y, motion, 0.0)
     scale = np.abs(multiplier).max()
     np.testing.assert_allclose(reduced, multiplier, atol=1e-10 * scale)
     np.testing.assert_allclose(reduced, kernel, atol=1e-10 * scale)
-    rows = dense_constraints(system, plant.packed, plant.loops.closing, y, motion, 0.0)
+    rows = dense_constraints(system, evaluator.packed, evaluator.loops.closing, y, motion, 0.0)
     np.testing.assert_allclose(rows.G @ chart.R, 0, atol=1e-12 * np.abs(rows.G).max())

@@ -9,7 +9,7 @@ from multibody.trees import random_body, random_state, random_tree
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.impact import Contact, impulses
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import closed_accelerations, dense_constraints
@@ -26,10 +26,10 @@ def struck_tree(seed):
     """A free tree, flexible or rigid, whose closures are all hit; the dense rows at its state."""
     system = random_tree(seed, root="free", most=1 if seed % 3 == 0 else 6)
     system = system.with_(closures=let_go(random_closures(system, seed, 1 + seed % 2)))
-    y, plant = random_state(system, seed), Plant(system)
-    plant.load(y)
-    rows = dense_constraints(system, plant.packed, plant.loops.closing, y, plant.loading.motion, 0.0)
-    return system, y, rows, plant.loading.motion
+    y, evaluator = random_state(system, seed), Evaluator(system)
+    evaluator.load(y)
+    rows = dense_constraints(system, evaluator.packed, evaluator.loops.closing, y, evaluator.loading.motion, 0.0)
+    return system, y, rows, evaluator.loading.motion
 
 
 def dense_impact(system, y, rows, motion, restitution):
@@ -54,7 +54,7 @@ def test_impact_equals_the_dense_one_on_random_trees(seed):
     np.testing.assert_array_equal(found.y[:nx], y[:nx])
     scale = np.abs(jump).max()
     assert np.abs(found.y[nx:] - y[nx:] - jump).max() <= 1e-13 * condition * scale + 1e-11 * scale
-    after = dense_constraints(system, pack(system), Plant(system).loops.closing, found.y, motion, 0.0).rate
+    after = dense_constraints(system, pack(system), Evaluator(system).loops.closing, found.y, motion, 0.0).rate
     np.testing.assert_allclose(after, -restitution * rows.rate, atol=1e-9 * np.abs(rows.rate).max())
 
 
@@ -79,8 +79,8 @@ def test_a_sudden_weld_of_two_free_bodies_keeps_all_momentum_and_loses_what_theo
     sums = [energy_and_momentum(np.zeros(3), body_states(system, packed, state, still)) for state in (y, found.y)]
     for name in ("linear", "angular"):
         np.testing.assert_allclose(sums[1][name], sums[0][name], atol=1e-12 * np.abs(sums[0][name]).max())
-    plant = Plant(system)
-    rows = dense_constraints(system, packed, plant.loops.closing, y, still, 0.0)
+    evaluator = Evaluator(system)
+    rows = dense_constraints(system, packed, evaluator.loops.closing, y, still, 0.0)
     M, _ = mass_and_force(system, y)
     theory = rows.rate @ np.linalg.solve(rows.G @ np.linalg.solve(M, rows.G.T), rows.rate) / 2
     assert found.energy_loss == pytest.approx(theory, rel=1e-11)

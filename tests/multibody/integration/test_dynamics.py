@@ -9,15 +9,15 @@ from scipy.linalg import eigh
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.multibody.kernels.data import NX, UQ, XQ
-from modalprep.multibody.model.joint import TRAVELS, TURNS
+from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import dense_accelerations, mass_and_force
 
 
 def moving(system, rate):
     """The same system with every joint in motion."""
-    joints = [j.with_(rate=rate) if j.type in TURNS else j for j in system.joints]
-    joints = [j.with_(speed=rate / 2) if j.type in TRAVELS else j for j in joints]
+    joints = [j.with_(rate=rate) if j.type in ROTATIONS else j for j in system.joints]
+    joints = [j.with_(speed=rate / 2) if j.type in TRANSLATIONS else j for j in joints]
     spin, velocity = np.array([0.2, 0.3, -0.4]), np.array([0.3, -0.2, 0.1])
     joints = [j.with_(angular_velocity=spin) if j.type in ("free", "spherical") else j for j in joints]
     joints = tuple(j.with_(velocity=velocity) if j.type == "free" else j for j in joints)

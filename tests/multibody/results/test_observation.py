@@ -14,7 +14,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.constraints import Coupler
-from modalprep.multibody.model.joint import TRAVELS
+from modalprep.multibody.model.joint import TRANSLATIONS
 from modalprep.multibody.model.loads import AxialSpring
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import dense_constraints
@@ -106,7 +106,7 @@ def joint_channels(o):
         elif joint.type == "free":
             found[f"{joint.name}.angular_velocity"] = rate[3:]
         elif joint.type != "weld":
-            n = TRAVELS.get(joint.type, 0)
+            n = TRANSLATIONS.get(joint.type, 0)
             found |= {f"{joint.name}.displacement": place[:n], f"{joint.name}.speed": rate[:n]}
             found |= {f"{joint.name}.angle": place[n:], f"{joint.name}.rate": rate[n:]}
             rows = o.packed.speeds_of(joint.name)

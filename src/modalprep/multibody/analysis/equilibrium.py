@@ -9,7 +9,7 @@ import numpy as np
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
 
@@ -92,12 +92,12 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     >>> round(float(20 * angle + 10 * np.cos(angle)), 12)
     0.0
     """
-    plant = Plant(system, t)
-    y = plant.start.copy()
-    y[plant.nx :] = 0.0
-    _refuse_moving_loops(plant, y, steady)
+    evaluator = Evaluator(system, t)
+    y = evaluator.start.copy()
+    y[evaluator.nx :] = 0.0
+    _refuse_moving_loops(evaluator, y, steady)
     for steps in range(MOST):
-        at = _Place(Chart(plant, y), steady)
+        at = _Place(Chart(evaluator, y), steady)
         g = at.force(np.zeros(at.n))
         K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
         step, lowest = _step(at, K, g)
@@ -111,8 +111,8 @@ class _Place:
     """A state at rest, and those about it by changes ``z (n,)`` of its independent coordinates in their scales."""
 
     def __init__(self, chart: Chart, steady: bool) -> None:
-        self.chart, self.plant, self.steady = chart, chart.plant, steady
-        self.scale, self.n = chart.plant.scale[chart.independent], len(chart.independent)
+        self.chart, self.evaluator, self.steady = chart, chart.evaluator, steady
+        self.scale, self.n = chart.evaluator.scale[chart.independent], len(chart.independent)
 
     def y(self, z: np.ndarray) -> np.ndarray:
         return self.chart.moved(self.scale * z)
@@ -124,20 +124,20 @@ class _Place:
 
     def own_stiffness(self, K: np.ndarray) -> np.ndarray:
         """Diagonal of the stiffness ``K (n, n)``, positive: at least a share of that in the joints."""
-        joints = [self.plant.owner[k][0] == "joint" for k in self.chart.independent]
+        joints = [self.evaluator.owner[k][0] == "joint" for k in self.chart.independent]
         largest = np.abs(K[joints]).max(initial=0.0) or np.abs(K).max() or 1.0
         return np.maximum(np.abs(np.diag(K)), SOFT * largest)
 
     def required(self, y: np.ndarray) -> np.ndarray:
-        return self.plant.required(y, np.zeros(self.plant.nu), moving=self.steady)
+        return self.evaluator.required(y, np.zeros(self.evaluator.nu), moving=self.steady)
 
 
-def _refuse_moving_loops(plant: Plant, y: np.ndarray, steady: bool) -> None:
+def _refuse_moving_loops(evaluator: Evaluator, y: np.ndarray, steady: bool) -> None:
     """In a steady motion nothing but prescribed hinges turns, so that loops must turn as a whole."""
-    if plant.loops and steady:
-        rate = np.abs(plant.gaps(y)[1])
+    if evaluator.loops and steady:
+        rate = np.abs(evaluator.gaps(y)[1])
         if rate.max() > MOVING:
-            name = plant.system.closures[plant.loops.closing.rows[int(np.argmax(rate))].closure].name
+            name = evaluator.system.closures[evaluator.loops.closing.rows[int(np.argmax(rate))].closure].name
             raise SimulationError(
                 f"no steady motion: the prescribed motions move the loop that {name!r} closes; ask for the equilibrium "
                 "at one time"
@@ -178,25 +178,25 @@ def _length(at: _Place, step: np.ndarray, g: np.ndarray) -> float:
 
 
 def _found(at: _Place, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
-    y, plant = at.chart.y, at.plant
+    y, evaluator = at.chart.y, at.evaluator
     return Equilibrium(
         y=y,
         stable=stable,
         stiffness=stiffness,
         independent=at.chart.independent,
-        joints={joint.name: y[plant.coordinates("joint", joint.name)] for joint in plant.system.joints},
-        modal={name: y[plant.coordinates("body", name)] for name in plant.system.bodies},
-        closures=plant.exerted(y, at.required(y)),
+        joints={joint.name: y[evaluator.coordinates("joint", joint.name)] for joint in evaluator.system.joints},
+        modal={name: y[evaluator.coordinates("body", name)] for name in evaluator.system.bodies},
+        closures=evaluator.exerted(y, at.required(y)),
         steps=steps,
     )
 
 
 def _no_balance(at: _Place, g: np.ndarray) -> str:
-    owner = [at.plant.owner[k] for k in at.chart.independent]
+    owner = [at.evaluator.owner[k] for k in at.chart.independent]
     moves = np.array([kind == "joint" for kind, _ in owner])
     worst = int(np.argmax(np.abs(g) * (moves if moves.any() else 1)))
     kind, name = owner[worst]
-    unit = "N m" if at.plant.turns[at.chart.independent[worst]] else "N"
+    unit = "N m" if at.evaluator.turns[at.chart.independent[worst]] else "N"
     left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "its load"
     return (
         f"no static equilibrium: nothing balances {left} in {kind} {name!r} within {MOST} steps; "

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from modalprep.errors import SimulationError
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 
 TIGHT = 1e-15  # of lengths by the size of the system, and of angles: nothing is left to close
 CLOSED = 1e-11  # what must be reached
@@ -52,37 +52,37 @@ class Chart:
     >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     >>> joints = tuple(Joint(name=name, type="revolute", parent="ground", child=name) for name in ("one", "two"))
     >>> gear = Coupler(name="gear", factors={"one": 3.0, "two": 1.0})
-    >>> plant = Plant(System(bodies={"one": disc, "two": disc}, joints=joints, closures=(gear,)))
-    >>> chart = Chart(plant, plant.start)
+    >>> evaluator = Evaluator(System(bodies={"one": disc, "two": disc}, joints=joints, closures=(gear,)))
+    >>> chart = Chart(evaluator, evaluator.start)
     >>> chart.independent.tolist(), chart.R.ravel()
     ([1], array([-0.33333333,  1.        ]))
     """
 
-    def __init__(self, plant: Plant, y: np.ndarray) -> None:
-        self.plant, self.y = plant, y
-        self.kept = plant.kept_rows(y)
+    def __init__(self, evaluator: Evaluator, y: np.ndarray) -> None:
+        self.evaluator, self.y = evaluator, y
+        self.kept = evaluator.kept_rows(y)
         G = self._jacobian(y)
-        scaled = G * plant.scale
+        scaled = G * evaluator.scale
         order = qr(scaled / np.linalg.norm(scaled, axis=1)[:, None], mode="r", pivoting=True)[1]
         self.dependent, self.independent = np.sort(order[: len(G)]), np.sort(order[len(G) :])
         self.inverse = np.linalg.inv(G[:, self.dependent])
         self.R = self.tangent(y)
-        if len(G) < plant.gap_count:
+        if len(G) < evaluator.gap_count:
             self._probe()
 
     def _probe(self) -> None:
         """Refuse a state where conditions follow from others at this place only: the loops are about to branch."""
         mixed = PROBE * np.cos(np.arange(len(self.independent)))
-        left = self.plant.gaps(self.moved(mixed * self.plant.scale[self.independent]))[0]
+        left = self.evaluator.gaps(self.moved(mixed * self.evaluator.scale[self.independent]))[0]
         if np.abs(left).max() > BRANCHES * PROBE**2:
             raise SimulationError(SINGULAR)
 
     def _jacobian(self, y: np.ndarray) -> np.ndarray:
-        return self.plant.jacobian(y)[self.kept]
+        return self.evaluator.jacobian(y)[self.kept]
 
     def tangent(self, y: np.ndarray) -> np.ndarray:
         """Return R (nu, n) at another state, for the same independent coordinates."""
-        G, R = self._jacobian(y), np.zeros((self.plant.nu, len(self.independent)))
+        G, R = self._jacobian(y), np.zeros((self.evaluator.nu, len(self.independent)))
         R[self.independent, np.arange(len(self.independent))] = 1.0
         R[self.dependent] = -np.linalg.solve(G[:, self.dependent], G[:, self.independent])
         return R
@@ -97,23 +97,23 @@ class Chart:
         SimulationError
             When the loops cannot be closed there.
         """
-        plant, step = self.plant, self.R @ place
-        state = plant.moved(self.y, step)
+        evaluator, step = self.evaluator, self.R @ place
+        state = evaluator.moved(self.y, step)
         inverse = self.inverse
 
         def shift(change: np.ndarray) -> None:
             step[self.dependent] += change
-            state[: plant.nx] = plant.moved(self.y, step)[: plant.nx]
+            state[: evaluator.nx] = evaluator.moved(self.y, step)[: evaluator.nx]
 
         def turn(change: np.ndarray) -> None:
-            state[plant.nx + self.dependent] += change
+            state[evaluator.nx + self.dependent] += change
 
         if len(self.dependent):
-            inverse = self._close(lambda: plant.gaps(state)[0], shift, inverse, state, 1.0)
+            inverse = self._close(lambda: evaluator.gaps(state)[0], shift, inverse, state, 1.0)
         if speed is not None:
-            state[plant.nx + self.independent] += speed
+            state[evaluator.nx + self.independent] += speed
             if len(self.dependent):
-                self._close(lambda: plant.gaps(state)[1], turn, inverse, state, np.abs(state[plant.nx :]).max())
+                self._close(lambda: evaluator.gaps(state)[1], turn, inverse, state, np.abs(state[evaluator.nx :]).max())
         return state
 
     def _close(self, gap: Callable, change: Callable, inverse: np.ndarray, state: np.ndarray, size: float):

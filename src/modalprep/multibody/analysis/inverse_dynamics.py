@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.inverse_closed import drive_loops
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL, XQ
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
@@ -64,13 +64,13 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
     return _tree(system, t).required(np.asarray(y, dtype=float), np.asarray(udot, dtype=float))
 
 
-def _tree(system: System, t: float) -> Plant:
+def _tree(system: System, t: float) -> Evaluator:
     if system.closures:
         raise InputError(
             f"hinge forces: {system.closures[0].name!r} closes a loop, so that a state and its accelerations do not "
             "determine them; use inverse_dynamics with histories of as many joints as are driven"
         )
-    return Plant(system, t)
+    return Evaluator(system, t)
 
 
 def inverse_dynamics(
@@ -127,7 +127,7 @@ def inverse_dynamics(
     states = guided.follow(times, rtol) if modes == "dynamic" else guided.settle(times)
     answers = [guided.answer(t, y, dynamic=modes == "dynamic") for t, y in zip(times, states, strict=True)]
     udot, force = (np.array(rows) for rows in zip(*answers, strict=True))
-    forces = {name: force[:, guided.plant.packed.speeds_of(name)] for name in motion}
+    forces = {name: force[:, guided.evaluator.packed.speeds_of(name)] for name in motion}
     return _result(system, times, states, udot, forces)
 
 
@@ -175,44 +175,44 @@ class _Guided:
     """A system whose joints partly follow histories: `given` are their speeds, `left` the others."""
 
     def __init__(self, system: System, motion: Mapping[str, Any], times: np.ndarray) -> None:
-        self.plant = _tree(system, float(times[-1]))
-        self.start = self.plant.start
+        self.evaluator = _tree(system, float(times[-1]))
+        self.start = self.evaluator.start
         self.laws: list[tuple[int, int, TimeFunction]] = []
-        packed = self.plant.packed
+        packed = self.evaluator.packed
         for name, functions in motion.items():
             laws = _laws(packed, name, functions)
             self.laws += zip(packed.coordinates_of(name), packed.speeds_of(name), laws, strict=True)
         self.given = np.array([u for _, u, _ in self.laws], dtype=int)
-        self.left = np.setdiff1d(np.arange(self.plant.nu), self.given)
+        self.left = np.setdiff1d(np.arange(self.evaluator.nu), self.given)
 
     def guide(self, t: float, y: np.ndarray) -> np.ndarray:
         """Write the histories into state y at time t; returns the accelerations (nu,) with zeros for the rest."""
-        udot = np.zeros(self.plant.nu)
-        self.plant.at(t)
+        udot = np.zeros(self.evaluator.nu)
+        self.evaluator.at(t)
         for x, u, law in self.laws:
-            y[x], y[self.plant.nx + u], udot[u] = law(t)
+            y[x], y[self.evaluator.nx + u], udot[u] = law(t)
         return udot
 
     def answer(self, t: float, y: np.ndarray, *, dynamic: bool) -> tuple[np.ndarray, np.ndarray]:
         """Accelerations of all, by the equations of motion of what is left, and the forces they need."""
         udot = self.guide(t, y)
-        need, left = self.plant.required(y, udot), self.left
+        need, left = self.evaluator.required(y, udot), self.left
         if dynamic and len(left):
-            unit = np.eye(self.plant.nu)[left]
-            columns = np.column_stack([self.plant.required(y, udot + e) - need for e in unit])
+            unit = np.eye(self.evaluator.nu)[left]
+            columns = np.column_stack([self.evaluator.required(y, udot + e) - need for e in unit])
             udot[left] = -np.linalg.solve(columns[left], need[left])
             need = need + columns @ udot[left]
         return udot, need
 
     def follow(self, times: np.ndarray, rtol: float) -> np.ndarray:
         """States (nt, nx + nu) by integration of what is left."""
-        plant, y = self.plant, self.start.copy()
+        evaluator, y = self.evaluator, self.start.copy()
 
         def rate(t: float, y: np.ndarray) -> np.ndarray:
             y, out = y.copy(), np.zeros(len(y))
             udot, _ = self.answer(t, y, dynamic=True)
-            plant.rates(y, out)
-            out[plant.nx :] = udot
+            evaluator.rates(y, out)
+            out[evaluator.nx :] = udot
             return out
 
         self.guide(times[0], y)
@@ -229,31 +229,31 @@ class _Guided:
 
     def settle(self, times: np.ndarray) -> np.ndarray:
         """States (nt, nx + nu) with the modes at the rest that each instant's motion has for them."""
-        passive = [name for kind, name in (self.plant.owner[u] for u in self.left) if kind == "joint"]
+        passive = [name for kind, name in (self.evaluator.owner[u] for u in self.left) if kind == "joint"]
         if passive:
             raise InputError(
                 f"inverse dynamics: joint {passive[0]!r} has no history, so nothing rests; give it one, or use dynamic "
                 "modes"
             )
         y, states = self.start.copy(), []
-        y[self.plant.nx :] = 0.0
+        y[self.evaluator.nx :] = 0.0
         for t in times:
             y = self._settled(float(t), y)
             states.append(y)
         return np.array(states)
 
     def _settled(self, t: float, y: np.ndarray) -> np.ndarray:
-        plant, left = self.plant, self.left
-        udot, scale = self.guide(t, y := y.copy()), self.plant.scale[self.left]
-        lift = np.eye(plant.nu)[:, left] * scale
+        evaluator, left = self.evaluator, self.left
+        udot, scale = self.guide(t, y := y.copy()), self.evaluator.scale[self.left]
+        lift = np.eye(evaluator.nu)[:, left] * scale
         for _ in range(MOST):
 
             def lack(z: np.ndarray, y: np.ndarray = y) -> np.ndarray:
-                return scale * plant.required(plant.moved(y, lift @ z), udot)[left]
+                return scale * evaluator.required(evaluator.moved(y, lift @ z), udot)[left]
 
             K, _ = jacobian(lack, np.full(len(left), 1e-2))
             step = -np.linalg.solve(K, lack(np.zeros(len(left)))) if len(left) else np.zeros(0)
-            y = plant.moved(y, lift @ step)
+            y = evaluator.moved(y, lift @ step)
             if np.abs(step).max(initial=0.0) < CONVERGED:
                 return y
         raise SimulationError(f"inverse dynamics: no quasi-static deflection of the modes at t = {t:g} s")

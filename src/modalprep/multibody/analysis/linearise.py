@@ -9,9 +9,9 @@ import numpy as np
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.analysis.inputs_outputs import Effort, output
+from modalprep.multibody.analysis.inputs_outputs import Input, output
 from modalprep.multibody.analysis.state_space import StateSpace
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import FREE, SPHERICAL, U
 from modalprep.multibody.model.system import System
@@ -41,7 +41,7 @@ def linearise(
     t : float
         s, at which functions of time are taken; prescribed hinges move as they do then.
     inputs, outputs : sequence of str
-        See `observe.Effort` and `observe.output`.
+        See `observe.Input` and `observe.output`.
 
     Raises
     ------
@@ -62,23 +62,23 @@ def linearise(
     >>> linear.A.round(9).tolist(), linear.B.round(9).tolist(), linear.C.tolist()
     ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
     """
-    plant = Plant(system, t)
-    y = plant.start if y is None else np.array(y, dtype=float)
-    if y.shape != (plant.nx + plant.nu,) or not np.all(np.isfinite(y)):
-        raise InputError(f"the state needs {plant.nx + plant.nu} finite numbers; it has {y.size}")
-    chart = Chart(plant, y := plant.closed(y))
-    efforts, read = [Effort(plant, name) for name in inputs], [output(plant, name, y) for name in outputs]
+    evaluator = Evaluator(system, t)
+    y = evaluator.start if y is None else np.array(y, dtype=float)
+    if y.shape != (evaluator.nx + evaluator.nu,) or not np.all(np.isfinite(y)):
+        raise InputError(f"the state needs {evaluator.nx + evaluator.nu} finite numbers; it has {y.size}")
+    chart = Chart(evaluator, y := evaluator.closed(y))
+    efforts, read = [Input(evaluator, name) for name in inputs], [output(evaluator, name, y) for name in outputs]
     free, n, ni = chart.independent, len(chart.independent), len(inputs)
 
     def answer(z: np.ndarray) -> np.ndarray:
         state = chart.moved(z[:n], z[n : 2 * n])
-        plant.load(state)
-        kernel.world(plant.packed.tree, plant.W)
-        tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * n :], strict=True)), np.zeros(plant.nu))
-        return np.concatenate([plant.accelerations(tau), [function(state) for function in read]])
+        evaluator.load(state)
+        kernel.world(evaluator.packed.tree, evaluator.W)
+        tau = sum((e.apply(size) for e, size in zip(efforts, z[2 * n :], strict=True)), np.zeros(evaluator.nu))
+        return np.concatenate([evaluator.accelerations(tau), [function(state) for function in read]])
 
     rest = answer(np.zeros(2 * n + ni))
-    scale = plant.scale[free]
+    scale = evaluator.scale[free]
     J, error = jacobian(
         _where_it_can(answer, len(rest)), np.concatenate([PLACE_STEP * scale, SPEED_STEP * scale, np.ones(ni)])
     )
@@ -87,8 +87,8 @@ def linearise(
             "no linear equations: next to this state a mass matrix is not positive, or a closed loop singular; "
             "keep fewer modes and truncation vectors, or take another state"
         )
-    top = np.hstack([(transport(plant, y) @ chart.R)[free], np.eye(n), np.zeros((n, ni))])
-    seen = np.arange(plant.nu, len(J))
+    top = np.hstack([(transport(evaluator, y) @ chart.R)[free], np.eye(n), np.zeros((n, ni))])
+    seen = np.arange(evaluator.nu, len(J))
     return StateSpace(
         A=np.vstack([top[:, : 2 * n], J[free, : 2 * n]]),
         B=np.vstack([top[:, 2 * n :], J[free, 2 * n :]]),
@@ -96,11 +96,11 @@ def linearise(
         D=J[seen, 2 * n :],
         inputs=tuple(inputs),
         outputs=tuple(outputs),
-        owner=tuple(plant.owner),
+        owner=tuple(evaluator.owner),
         independent=free,
         R=chart.R,
         y=y,
-        udot=rest[: plant.nu],
+        udot=rest[: evaluator.nu],
         error=max(_relative(error[rows], J[rows]) for rows in (free, seen)),
         error_estimate=np.vstack([np.zeros((n, 2 * n)), error[free, : 2 * n]]),
     )
@@ -123,15 +123,15 @@ def _relative(error: np.ndarray, of: np.ndarray) -> float:
     return float(error.max(initial=0.0) / largest) if largest > 0 else 0.0
 
 
-def transport(plant: Plant, y: np.ndarray) -> np.ndarray:
+def transport(evaluator: Evaluator, y: np.ndarray) -> np.ndarray:
     """Return the rate of the coordinates' changes by those changes (nu, nu): seen from a turning body, both turn back.
 
     With rotation vector x and displacement d in the body's axes ``x' = dw - w~ x``, ``d' = dv - w~ d - v~ x``.
     """
-    N = np.zeros((plant.nu, plant.nu))
-    for row, kind in zip(plant.packed.tree.ints, plant.packed.types, strict=True):
+    N = np.zeros((evaluator.nu, evaluator.nu))
+    for row, kind in zip(evaluator.packed.tree.ints, evaluator.packed.types, strict=True):
         first = row[U]
-        u = y[plant.nx + first : plant.nx + first + 6]
+        u = y[evaluator.nx + first : evaluator.nx + first + 6]
         if kind == SPHERICAL:
             N[first : first + 3, first : first + 3] = -skew(u[:3])
         if kind == FREE:

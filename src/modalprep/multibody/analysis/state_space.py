@@ -69,7 +69,7 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     Examples
     --------
     >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
-    ...            doubt=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
+    ...            error_estimate=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
     >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
     ...                         D=np.zeros((1, 1)), **one)
     >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()

@@ -12,7 +12,7 @@ from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.evaluation.stresses import stress_reader
 from modalprep.multibody.kernels.force_laws import rotation_vector
-from modalprep.multibody.model.joint import TRAVELS, TURNS, Joint
+from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS, Joint
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.safe_expression import read_expression
 from modalprep.multibody.model.system import System
@@ -21,7 +21,7 @@ from modalprep.suggest import suggestion
 CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
 AXES = {"x": 0, "y": 1, "z": 2}
 PARTS = ("position", "rotation", "velocity", "angular_velocity")
-PLACES, RATES = {"angle": TURNS, "displacement": TRAVELS}, {"rate": TURNS, "speed": TRAVELS}
+PLACES, RATES = {"angle": ROTATIONS, "displacement": TRANSLATIONS}, {"rate": ROTATIONS, "speed": TRANSLATIONS}
 KNOWN = (
     "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
     ".velocity.x or .angular_velocity.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also "
@@ -81,7 +81,7 @@ def _joint_reader(joint: Joint, part: str) -> Callable[[State], float] | None:
     count, k = counts.get(joint.type, 0), int(number or 1) - 1
     if not 0 <= k < count or (count > 1 and not number):
         return None
-    k += TRAVELS.get(joint.type, 0) if counts is TURNS else 0
+    k += TRANSLATIONS.get(joint.type, 0) if counts is ROTATIONS else 0
     which = "position" if kind in PLACES else "rate"
     return lambda state: float(getattr(state.joint(joint.name), which)[k])
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels import constraints
@@ -109,13 +109,13 @@ def impact(
         refuse_unknown(name, names, "impact: closure")
     if not 0 <= restitution <= 1:
         raise InputError(f"impact: restitution = {restitution:g} must be between 0 and 1")
-    plant = Plant(system, t)
-    state = plant.start if y is None else np.asarray(y, dtype=float)
-    if plant.loops is None:
+    evaluator = Evaluator(system, t)
+    state = evaluator.start if y is None else np.asarray(y, dtype=float)
+    if evaluator.loops is None:
         raise InputError("impact: the system has no closures; name what is hit by a Closure with active = False")
-    plant.load(state)
+    evaluator.load(state)
     struck = [names.index(name) for name in closures]
-    return strike(plant.loops, plant.W, plant.F, state, t, struck, restitution)
+    return strike(evaluator.loops, evaluator.W, evaluator.F, state, t, struck, restitution)
 
 
 def strike(

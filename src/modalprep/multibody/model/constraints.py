@@ -1,4 +1,4 @@
-"""Closed loops and motion constraints of a system: joints that no tree has, couplings of joints, prescribed places."""
+"""Loop closures and motion constraints of a system: loop-closing joints, couplers, prescribed positions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ WITH_FRICTION = ("point_on_line", "point_on_plane")
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Closure(Record):
-    """A joint or a condition between two interfaces, or an interface and the ground, that closes a loop of the tree.
+    """A joint or condition that closes a loop of the tree, between two interfaces or an interface and the ground.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Closure(Record):
     position : (3,)
         m, inertial: the end on the ground.
     rotation : (3, 3)
-        b's axes to a's axes at zero angle. Only what the type holds fast counts.
+        b's axes to a's axes at zero angle. Only the rotations that the type constrains matter.
     length : TimeFunction or what makes one, or None
         m, of a distance; None: as at the start.
     path : (3,) of TimeFunction or what makes one, or None
@@ -142,7 +142,8 @@ class Coupler(Record):
     ----------
     name : str
     factors : dict of str to float
-        By ``joint``, or ``joint.k`` for coordinate k = 1, 2, ... of a joint of several, travels before turns.
+        By ``joint``, or ``joint.k`` for coordinate k = 1, 2, ... of a joint with several, translations before
+        rotations.
     value : TimeFunction or what makes one, or None
         m or rad, as the sum; None: as at the start, or at the event that activates it.
     active : bool
@@ -183,7 +184,7 @@ class Coupler(Record):
 def check_closures(
     bodies: Mapping[str, FlexibleBody], counts: Mapping[str, int], closures: tuple[Closure | Coupler, ...]
 ) -> None:
-    """Refuse closures of what is not there; `counts` is how many coordinates a joint has that a coupler can take."""
+    """Refuse closures with unknown ends; `counts` is the number of coordinates of each joint that a coupler can use."""
     names = [closure.name for closure in closures]
     for name in names:
         if names.count(name) > 1:
@@ -202,7 +203,7 @@ def coordinate_of(text: str, counts: Mapping[str, int], what: str) -> tuple[str,
     Raises
     ------
     InputError
-        When there is no such coordinate; `what` begins the sentence.
+        When there is no such coordinate; `what` starts the message.
 
     Examples
     --------
@@ -217,5 +218,5 @@ def coordinate_of(text: str, counts: Mapping[str, int], what: str) -> tuple[str,
     if number.isdigit() and 1 <= int(number) <= count:
         return joint, int(number) - 1
     if count == 0:
-        raise InputError(f"{what}: joint {joint!r} has no coordinate that can be coupled")
-    raise InputError(f"{what}: {text!r} is no coordinate; joint {joint!r} has {count}, name it {joint}.1 and so on")
+        raise InputError(f"{what}: joint {joint!r} has no coordinate to couple")
+    raise InputError(f"{what}: {text!r} is not a coordinate; joint {joint!r} has {count}, name it {joint}.1 and so on")

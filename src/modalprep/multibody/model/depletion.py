@@ -1,4 +1,4 @@
-"""Bodies that lose mass: what burns, and the gas that leaves. Book chapter 12."""
+"""Bodies with decreasing mass and the gas that they expel (book chapter 12)."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from modalprep.suggest import refuse_unknown
 class Depletion(Record):
     """A body whose mass changes with time, by Kane's equations for variable mass.
 
-    The particles that remain move by ``F + F* = 0`` with the mass constants of the moment; what leaves does so
-    without a push. The push of a jet, and of the gas on its way there, are loads: `ExpelledGas`. The constants are
-    linear in the mass between neighbouring fill levels, which is exact where one density changes uniformly.
+    The remaining particles satisfy ``F + F* = 0`` with the current mass integrals; the mass that leaves exerts no
+    force by itself. The thrust of a jet and the Coriolis force of the gas inside the body are loads: `ExpelledGas`.
+    Between neighbouring fill levels the mass integrals are linear in the mass, which is exact where one density
+    changes uniformly.
 
     Attributes
     ----------
     name, body : str
     levels : tuple of FlexibleBody
-        The body at other fill levels than that of ``System.bodies``: the same modes and interfaces, other masses
+        The body at fill levels other than that of ``System.bodies``: same modes and interfaces, different mass
         (`with_density_factor`, or rigid bodies with the same interfaces).
     mass : TimeFunction or what makes one
-        kg, of the body, between its lightest and heaviest level; `deplete` makes one of mass flow rates.
+        kg, mass of the body, between those of its lightest and heaviest level; `deplete` makes one of mass flow rates.
 
     Raises
     ------
     InputError
-        When there is no other level.
+        When no other fill level is given.
 
     Examples
     --------
@@ -58,7 +59,7 @@ class Depletion(Record):
         """Read the function of time."""
         object.__setattr__(self, "mass", TimeFunction.of(self.mass))
         if not self.levels:
-            raise InputError(f"depletion {self.name!r}: give the body {self.body!r} at another fill level")
+            raise InputError(f"depletion {self.name!r}: give body {self.body!r} at one other fill level at least")
         self.mass.refuse_jumps(f"depletion {self.name!r}: the mass", smooth=False)
         super().__post_init__()
 
@@ -112,13 +113,13 @@ def deplete(full: float, empty: float, rates: float | Sequence[tuple[float, floa
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ExpelledGas(Record):
-    """Gas that leaves through an exit: thrust, and the Coriolis force of its way there.
+    """Gas that leaves through an exit: its thrust, and its Coriolis force on the flow path.
 
-    With ``m'`` the mass that leaves each second the thrust is ``m' speed + pressure`` along the exit's axis, which
-    turns with its interface, elastic rotation included (a follower force). On its way the gas, whose mass on the way
-    is that of the solid it was, asks for the Coriolis force ``-int 2 m' (w x t).v_r ds`` of jet damping (book
-    chapter 12); between neighbouring points of the way all velocities are taken as linear, so that ``w x t ds`` is the
-    difference of two velocities and bending rates count as well.
+    With the mass flow rate ``m'`` the thrust is ``m' speed + pressure`` along the exit's axis, which rotates with its
+    interface, elastic rotation included (a follower force). The gas on the flow path is taken to have the mass of the
+    solid that it replaces, and its Coriolis force ``-int 2 m' (w x t).v_r ds`` is the jet damping of book chapter 12.
+    Velocities are interpolated linearly between neighbouring points of the path, so that ``w x t ds`` is the
+    difference of two velocities and bending rates are included.
 
     Attributes
     ----------
@@ -126,11 +127,11 @@ class ExpelledGas(Record):
     at : str
         ``body.interface``, the exit.
     source : TimeFunction or what makes one
-        kg, mass of what the gas comes from: ``Depletion.mass``. Its fall is what leaves, nothing where it rests.
+        kg, mass of the depleting body, ``Depletion.mass``. Gas leaves at the rate at which it decreases.
     speed : float
-        m/s, of the gas as it leaves.
+        m/s, exhaust velocity.
     axis : (3,)
-        Where the gas goes, in the axes of the exit.
+        Direction of the exhaust, in the axes of the exit.
     mass_fraction : float
         Fraction of the mass lost by the source that leaves through this exit.
     pressure : float
@@ -175,12 +176,12 @@ class ExpelledGas(Record):
         super().__post_init__()
 
     @property
-    def passes(self) -> tuple[str, ...]:
-        """Points that the gas passes, the exit last."""
+    def flow_points(self) -> tuple[str, ...]:
+        """Interfaces along the flow path, the exit last."""
         return (*self.flow_path, self.at)
 
     def flow(self, t: float) -> float:
-        """Return the mass that leaves here, kg/s."""
+        """Return the mass flow rate through this exit, kg/s."""
         return -self.mass_fraction * self.source(t)[1]
 
     def thrust(self, t: float) -> float:
@@ -190,12 +191,12 @@ class ExpelledGas(Record):
 
 
 def check_depletions(bodies: Mapping[str, FlexibleBody], depletions: tuple[Depletion, ...]) -> None:
-    """Refuse depletions of what is not there, twice of one body, or to levels that have other modes."""
+    """Refuse unknown bodies, two depletions of one body, and fill levels with different modes."""
     seen: set[str] = set()
     for depletion in depletions:
         refuse_unknown(depletion.body, bodies, f"depletion {depletion.name!r}: body")
         if depletion.body in seen:
-            raise InputError(f"body {depletion.body!r} is depleted twice; one depletion holds all that leaves it")
+            raise InputError(f"body {depletion.body!r} is depleted twice; use one depletion with the total mass")
         seen.add(depletion.body)
         for one, other in pairwise(depletion.by_mass(bodies[depletion.body])):
             check_level(one, other)

@@ -1,4 +1,4 @@
-"""What acts in one coordinate of a joint: spring, damper, friction, limits, drive."""
+"""Forces in one coordinate of a joint: spring, damper, friction, limits, drive."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from modalprep.records import Record
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HingeElement(Record):
-    """What acts in one coordinate of a joint: force (N) of a length, torque (N m) of an angle.
+    """Spring, damper, friction, limits and drive in one coordinate of a joint: forces (N) or torques (N m).
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class HingeElement(Record):
         Limits of the coordinate, m or rad.
     limit_stiffness, limit_damping : float
         The limits push back by ``k p (1 + limit_damping p')`` at penetration p, never inwards; N/m or N m/rad, and
-        s/m or s/rad. A blow at speed v returns at about ``v / (1 + 2/3 limit_damping v)``.
+        s/m or s/rad. An impact at speed v rebounds at about ``v / (1 + 2/3 limit_damping v)``.
     drive : TimeFunction or what makes one
         Force or torque of an actuator.
 
@@ -64,7 +64,7 @@ class HingeElement(Record):
         if not self.lower < self.upper:
             raise InputError(f"limits: lower = {self.lower:g} must be below upper = {self.upper:g}")
         if self.limited and not self.limit_stiffness > 0:
-            raise InputError("limits need a stiffness: how hard they push back")
+            raise InputError("limits need a stiffness")
         object.__setattr__(self, "drive", None if self.drive is None else TimeFunction.of(self.drive))
         super().__post_init__()
 
@@ -74,8 +74,8 @@ class HingeElement(Record):
         return bool(np.isfinite(self.lower) or np.isfinite(self.upper))
 
     @property
-    def by_place(self) -> bool:
-        """Whether it needs a coordinate to measure, not only a speed."""
+    def needs_coordinate(self) -> bool:
+        """Whether it depends on a coordinate, not only on a speed."""
         return self.stiffness > 0 or self.limited
 
     @property

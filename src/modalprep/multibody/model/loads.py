@@ -1,4 +1,4 @@
-"""What loads a system: forces, springs, bushings, gravity of a planet, water, callbacks."""
+"""Loads of a system: forces, springs, bushings, central gravity, water, callbacks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from modalprep.records import Record
 from modalprep.suggest import find_interface, refuse_unknown
 
 GROUND = "ground"
-NOTHING = (0.0, 0.0, 0.0)
+ZERO = (0.0, 0.0, 0.0)
 Axes = Literal["inertial", "body"]
 
 
@@ -33,7 +33,7 @@ class PointForce(Record):
         ``body.interface``.
     force, torque : (3,) of TimeFunction or what makes one
     axes : {"inertial", "body"}
-        Body axes turn with the interface, elastic rotation included.
+        Body axes rotate with the interface, elastic rotation included.
 
     Examples
     --------
@@ -43,8 +43,8 @@ class PointForce(Record):
 
     name: str
     at: str
-    force: tuple = NOTHING
-    torque: tuple = NOTHING
+    force: tuple = ZERO
+    torque: tuple = ZERO
     axes: Axes = "inertial"
 
     def __post_init__(self) -> None:
@@ -60,7 +60,7 @@ class PointForce(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DistributedForce(Record):
-    """Forces on all mesh points of a body, times one function of time; its modes take them by their nodal shapes.
+    """Forces on all mesh points of a body, times one function of time; modal forces follow from the nodal shapes.
 
     Attributes
     ----------
@@ -218,7 +218,7 @@ def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[st
     Raises
     ------
     InputError
-        When there is no such body or interface; `what` begins the sentence.
+        When there is no such body or interface; `what` starts the message.
 
     Examples
     --------
@@ -229,9 +229,9 @@ def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[st
 
 
 def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> None:
-    """Refuse loads on what is not there, and a second planet."""
+    """Refuse loads on unknown bodies or interfaces, and a second central gravity field."""
     if sum(isinstance(load, CentralGravity) for load in loads) > 1:
-        raise InputError("a system has one field of central gravity at most")
+        raise InputError("a system has at most one central gravity field")
     for load in loads:
         if isinstance(load, PointForce | Conductor):
             _refuse_ground(bodies, load)
@@ -240,8 +240,10 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
                 locate(bodies, end, f"{'spring' if isinstance(load, AxialSpring) else 'bushing'} {load.name!r}")
         if isinstance(load, DistributedForce):
             _check_distributed(bodies, load)
-        if isinstance(load, ExpelledGas) and None in [locate(bodies, x, f"gas {load.name!r}") for x in load.passes]:
-            raise InputError(f"gas {load.name!r} passes the ground; name 'body.interface'")
+        if isinstance(load, ExpelledGas) and None in [
+            locate(bodies, x, f"gas {load.name!r}") for x in load.flow_points
+        ]:
+            raise InputError(f"gas {load.name!r} has the ground on its flow path; name 'body.interface'")
         if isinstance(load, ImmersedRod):
             check_rod(bodies, load)
 

@@ -153,7 +153,7 @@ class _Builder:
         at, constants, way = [], [], []
         for load in loads:
             first = len(way)
-            way += [self.end(point) for point in load.passes]
+            way += [self.end(point) for point in load.flow_points]
             at.append((self.table(f"gas {load.name!r}", load.source), first, len(way) - 1))
             constants.append(np.array([load.mass_fraction, load.speed, load.pressure, *load.axis]))
         return at, constants, way
@@ -165,7 +165,7 @@ class _Builder:
 
     def legs(self, load: Conductor) -> list[list[int]]:
         current = self.table(f"conductor {load.name!r}", load.current)
-        return [[*self.end(a), *self.end(b), current] for a, b in load.legs]
+        return [[*self.end(a), *self.end(b), current] for a, b in load.segments]
 
     def bushing(self, load: Bushing) -> tuple:
         row = np.zeros(BUSHING)

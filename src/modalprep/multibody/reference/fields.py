@@ -58,7 +58,7 @@ def conductor_force(load: Conductor, system: System, states: dict[str, BodyState
     )
     turn = d.longitude + orbit.planet_spin * t
     north = to_orbit.inv().apply(Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
-    for ends in load.legs:
+    for ends in load.segments:
         a, b = (end_point(system, states, end, load) for end in ends)
         r = (a.frame.position + b.frame.position) / 2 + [orbit.radius, 0, 0]
         R = np.linalg.norm(r)

@@ -86,7 +86,7 @@ def _one(load, system: System, packed: Packed, states: dict[str, BodyState], t: 
     if isinstance(load, Conductor):
         return conductor_force(load, system, states, t)
     if isinstance(load, ExpelledGas):
-        return _gas(load, [end_point(system, states, point, load) for point in load.passes], t)
+        return _gas(load, [end_point(system, states, point, load) for point in load.flow_points], t)
     if isinstance(load, ImmersedRod):
         return _rod(load, system.gravity, states[load.body])
     none = DenseLoads(np.zeros(packed.nu), 0.0, 0.0, 0.0)

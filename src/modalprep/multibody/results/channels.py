@@ -175,8 +175,8 @@ class Channels:
         rows, first = [], 0
         for load in self.system.loads:
             if isinstance(load, Conductor):
-                rows.append((first, len(load.legs), 0, self._pair(load.name, "current", "emf")))
-                first += len(load.legs)
+                rows.append((first, len(load.segments), 0, self._pair(load.name, "current", "emf")))
+                first += len(load.segments)
         return rows
 
     def _pair(self, name: str, one: str, two: str) -> int:

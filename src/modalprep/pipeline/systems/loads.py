@@ -14,7 +14,7 @@ from modalprep.multibody.evaluation.feedback import feedback
 from modalprep.multibody.model.deployment import Deployment
 from modalprep.multibody.model.environment import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
-from modalprep.multibody.model.joint import SCALARS, TRAVELS, TURNS
+from modalprep.multibody.model.joint import ROTATIONS, SCALARS, TRANSLATIONS
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
@@ -36,7 +36,7 @@ from modalprep.pipeline.schema.system import (
 )
 from modalprep.suggest import refuse_unknown, suggestion
 
-BY_TRAVEL_AND_TURN = {"spherical": (0, 3), "free": (3, 3)}
+TRANSLATIONS_AND_ROTATIONS = {"spherical": (0, 3), "free": (3, 3)}
 
 
 def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | None:
@@ -117,7 +117,9 @@ def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
     InputError
         When a list has not one value for each speed.
     """
-    travels, turns = BY_TRAVEL_AND_TURN.get(table.type, (TRAVELS.get(table.type, 0), TURNS.get(table.type, 0)))
+    travels, turns = TRANSLATIONS_AND_ROTATIONS.get(
+        table.type, (TRANSLATIONS.get(table.type, 0), ROTATIONS.get(table.type, 0))
+    )
     drives = _list("force", table.force, travels) + _list("torque", table.torque, turns)
     keys = ("stiffness", "free_position", "damping", "friction", "limits")
     if not any(getattr(table, key) for key in keys) and drives == [None] * len(drives):
