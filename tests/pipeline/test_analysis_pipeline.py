@@ -352,7 +352,7 @@ def test_interfaces_of_a_flexible_body_in_momenta(folder):
         (('type = "free"', 'type = "spherical"'), "joint 'flight' is spherical, not free"),
         (("[environment]", '[forces.f]\nat = "a.root"\nforce = [1, 0, 0]\n[environment]'), "here is a load"),
         (("[environment]", "[environment]\n"), "has geometric stiffness"),
-        (("t_end = 2", 't_end = 2\ntheory = "ruthless"'), "modes miss a share"),
+        (("t_end = 2", 't_end = 2\ntheory = "ruthless"'), "modes do not represent a fraction"),
     ],
 )
 def test_flights_that_cannot_be(folder, capsys, change, words):

@@ -85,7 +85,7 @@ def test_column_beyond_buckling_is_not_stable():
     ],
 )
 def test_mechanism_under_load_is_named(joint, words):
-    with pytest.raises(mp.SimulationError, match=f"no static equilibrium: nothing balances {words}"):
+    with pytest.raises(mp.SimulationError, match=f"no static equilibrium: {words}"):
         static_equilibrium(carried(rigid(), **joint))
 
 
@@ -294,5 +294,5 @@ def test_histories_that_cannot_be_are_refused():
         inverse_dynamics(system, {"joint": "t"}, np.array([0.0]))
     with pytest.raises(mp.InputError, match="joint 'knee' does not exist"):
         inverse_dynamics(system, {"knee": "t"}, np.array([0.0]))
-    with pytest.raises(mp.InputError, match="has no history, so nothing rests"):
+    with pytest.raises(mp.InputError, match="has no history; give it one"):
         inverse_dynamics(system, {}, np.array([0.0]), modes="quasi_static")

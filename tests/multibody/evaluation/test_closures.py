@@ -355,7 +355,7 @@ def test_closures_that_make_no_sense(values, message):
         ({}, "no factors"),
         ({"z": 1.0}, "joint 'z' does not exist"),
         ({"a": 0.0}, "other than 0"),
-        ({"a.2": 1.0}, "is no coordinate"),
+        ({"a.2": 1.0}, "is not a coordinate"),
     ],
 )
 def test_couplers_that_make_no_sense(factors, message):

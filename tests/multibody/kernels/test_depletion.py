@@ -234,7 +234,7 @@ HALF = mp.with_density_factor(FULL, 0.5)
         (lambda: mp.ExpelledGas(name="g", at="a.b", source=1.0, speed=-1.0, axis=np.ones(3)), "must not be negative"),
         (lambda: mp.ExpelledGas(name="g", at="a.b", source=1.0, speed=1.0, axis=np.zeros(3)), "no direction"),
         (lambda: fuelled(loads=(jet("beam.tap"),)), "did you mean 'beam.tip'|names no interface"),
-        (lambda: fuelled(loads=(jet("ground"),)), "passes the ground"),
+        (lambda: fuelled(loads=(jet("ground"),)), "has the ground on its flow path"),
         (lambda: mp.Joint(name="j", type="universal", parent="ground", child="b", second_axis=np.eye(3)[0],
                           motion=mp.TimeFunction(0.0)), "1 prescribed motions"),
         (lambda: mp.Joint(name="j", type="free", parent="ground", child="b", motion=mp.TimeFunction(0)), "a free"),

@@ -169,10 +169,10 @@ def test_limits_push_and_never_pull():
         (lambda: loaded(mp.AxialSpring(name="s", between=("ground", "body.c"))), "spring 's': 'body.c' names no inter"),
         (lambda: loaded(mp.DistributedForce(name="d", body="bdy", force=np.ones((3, 3)))), "did you mean 'body'"),
         (lambda: loaded(mp.DistributedForce(name="d", body="body", force=np.ones((5, 3)))), "each of the 3 points"),
-        (lambda: loaded(mp.CentralGravity(mu=1.0), mp.CentralGravity(mu=2.0)), "one field of central gravity"),
+        (lambda: loaded(mp.CentralGravity(mu=1.0), mp.CentralGravity(mu=2.0)), "at most one central gravity field"),
         (
             lambda: loaded(elements=2 * (mp.HingeElement(),)),
-            "2 hinge elements, but a revolute joint moves in 1",
+            "2 hinge elements, but a revolute joint has 1 degrees of freedom",
         ),
         (
             lambda: loaded(elements=mp.HingeElement(), motion=mp.TimeFunction("t")),

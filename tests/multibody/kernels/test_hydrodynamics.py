@@ -136,7 +136,7 @@ def test_buoyancy_and_central_gravity_do_not_see_the_water_that_moves():
         (lambda: mp.ImmersedRod(name="r", body="rod", diameter=-1.0), "diameter = -1"),
         (lambda: refused(body="rood"), "body 'rood' does not exist"),
         (lambda: refused(ends=("root", "tpi")), "no interface 'tpi'"),
-        (lambda: refused(ends=("root", "root")), "are one place"),
+        (lambda: refused(ends=("root", "root")), "are at one point"),
     ],
 )
 def test_what_cannot_be_is_refused(make, match):
@@ -153,5 +153,5 @@ def test_flexible_bodies_are_refused():
     from modalprep.examples import uniform_beam
 
     joint = mp.Joint(name="j", type="free", parent="ground", child="rod")
-    with pytest.raises(mp.InputError, match="is flexible; cut it into rigid rods"):
+    with pytest.raises(mp.InputError, match="is flexible; divide it into rigid rods"):
         system_of(uniform_beam(modes=1), cable(1.0)[1], joint)

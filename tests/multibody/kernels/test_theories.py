@@ -89,5 +89,5 @@ def test_efficient_variables_refuse_modes_that_are_not_closed():
     beam = uniform_beam(modes=2)
     with pytest.raises(mp.InputError, match="geometric stiffness"):
         simulate_free_body(beam, np.array([0.0, 1.0]), variables="efficient")
-    with pytest.raises(mp.InputError, match="miss a share of"):
+    with pytest.raises(mp.InputError, match="do not represent a fraction"):
         simulate_free_body(beam.conventional(), np.array([0.0, 1.0]), variables="efficient")

@@ -42,7 +42,7 @@ class Observed:
         row = np.full(table.width, np.nan)
         observe(self.model, table.columns, T, whole, rates, row)
         assert not np.isnan(row).any()  # every number is written
-        self.found = {name: row[place] for name, place in table.places.items()}
+        self.found = {name: row[place] for name, place in table.index.items()}
         self.motion, self.udot = self.model.motion, rates[self.packed.nx : -1]
         bodies = body_states(system, self.packed, y, self.motion)
         self.states = dict(zip(system.order, bodies, strict=True))

@@ -1,8 +1,8 @@
-"""Independent coordinates of a system about a state: the closed loops decide the others.
+"""Independent coordinates of a system about a state: closed loops determine the dependent ones.
 
-Closed loops ``Phi(x, t) = 0`` leave as many coordinates free as their Jacobian G has columns beyond its rank. A pivoted
-QR factorisation of G, rows and columns scaled, chooses the dependent ones, so that what is left moves them least;
-``G_d du_d = -G_i du_i`` makes ``R`` (book section 9.4). Without loops every coordinate is independent and R is one.
+Closed loops ``Phi(x, t) = 0`` leave as many coordinates independent as their Jacobian G has columns beyond its rank. A
+pivoted QR factorisation of the scaled G selects the dependent ones such that they are well conditioned; ``G_d du_d =
+-G_i du_i`` gives ``R`` (book section 9.4). Without loops every coordinate is independent and R is the identity.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from scipy.linalg import qr
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
 
-TIGHT = 1e-15  # of lengths by the size of the system, and of angles: nothing is left to close
-CLOSED = 1e-11  # what must be reached
-SLOW = 0.3  # of the gap left by a step: the Jacobian of the reference is too old
-MOST = 60  # steps
-PROBE, BRANCHES = 1e-2, 1e-3  # step in scales; gap of redundant conditions after it, by its square
-WORST = 1e12  # condition of the dependent columns
+TIGHT = 1e-15  # of gaps over the size of the system, and of angles: at round-off
+CLOSED = 1e-11  # required gap
+SLOW = 0.3  # reduction of the gap by a step, above which the Jacobian is renewed
+MAX_STEPS = 60
+PROBE, BRANCHES = 1e-2, 1e-3  # scaled step; gap of redundant conditions after it, over its square
+WORST = 1e12  # condition number of the dependent columns
 SINGULAR = "the closed loops do not close near this state: they are in, or near, a singular position"
 
 
@@ -30,13 +30,13 @@ class Chart:
     Attributes
     ----------
     y : (nx + nu,)
-        The reference, closed.
+        The reference state, with closed loops.
     kept : (k,) int
-        Conditions of the loops that do not follow from others.
+        Independent conditions of the loops.
     independent : (n,) int
-        Which of the nu coordinates.
+        Indices of the independent ones among the nu coordinates.
     R : (nu, n)
-        Changes of all coordinates by those, at the reference.
+        Derivative of all coordinates by the independent ones, at the reference.
 
     Raises
     ------
@@ -71,7 +71,7 @@ class Chart:
             self._probe()
 
     def _probe(self) -> None:
-        """Refuse a state where conditions follow from others at this place only: the loops are about to branch."""
+        """Refuse a state where conditions are redundant at this configuration only: a bifurcation of the loops."""
         mixed = PROBE * np.cos(np.arange(len(self.independent)))
         left = self.evaluator.gaps(self.moved(mixed * self.evaluator.scale[self.independent]))[0]
         if np.abs(left).max() > BRANCHES * PROBE**2:
@@ -87,8 +87,8 @@ class Chart:
         R[self.dependent] = -np.linalg.solve(G[:, self.dependent], G[:, self.independent])
         return R
 
-    def moved(self, place: np.ndarray, speed: np.ndarray | None = None) -> np.ndarray:
-        """Return the state whose independent coordinates and speeds differ by `place` and `speed` (n,), loops closed.
+    def moved(self, change: np.ndarray, speed: np.ndarray | None = None) -> np.ndarray:
+        """Return the closed state whose independent coordinates and speeds differ by `change` and `speed` (n,).
 
         Without `speed` the speeds are those of the reference, closed or not.
 
@@ -97,33 +97,35 @@ class Chart:
         SimulationError
             When the loops cannot be closed there.
         """
-        evaluator, step = self.evaluator, self.R @ place
+        evaluator, step = self.evaluator, self.R @ change
         state = evaluator.moved(self.y, step)
         inverse = self.inverse
 
-        def shift(change: np.ndarray) -> None:
-            step[self.dependent] += change
+        def correct_position(correction: np.ndarray) -> None:
+            step[self.dependent] += correction
             state[: evaluator.nx] = evaluator.moved(self.y, step)[: evaluator.nx]
 
-        def turn(change: np.ndarray) -> None:
-            state[evaluator.nx + self.dependent] += change
+        def correct_speed(correction: np.ndarray) -> None:
+            state[evaluator.nx + self.dependent] += correction
 
         if len(self.dependent):
-            inverse = self._close(lambda: evaluator.gaps(state)[0], shift, inverse, state, 1.0)
+            inverse = self._close(lambda: evaluator.gaps(state)[0], correct_position, inverse, state, 1.0)
         if speed is not None:
             state[evaluator.nx + self.independent] += speed
             if len(self.dependent):
-                self._close(lambda: evaluator.gaps(state)[1], turn, inverse, state, np.abs(state[evaluator.nx :]).max())
+                self._close(
+                    lambda: evaluator.gaps(state)[1], correct_speed, inverse, state, np.abs(state[evaluator.nx :]).max()
+                )
         return state
 
-    def _close(self, gap: Callable, change: Callable, inverse: np.ndarray, state: np.ndarray, size: float):
-        """Newton's method with an old Jacobian, renewed where it converges slowly; returns the last inverse."""
+    def _close(self, gap: Callable, correct: Callable, inverse: np.ndarray, state: np.ndarray, size: float):
+        """Close the loops by Newton's method, the Jacobian renewed on slow convergence; returns its last inverse."""
         left = gap()[self.kept]
-        for _ in range(MOST):
+        for _ in range(MAX_STEPS):
             before = np.abs(left).max()
             if before <= TIGHT * size:
                 return inverse
-            change(-inverse @ left)
+            correct(-inverse @ left)
             left = gap()[self.kept]
             now = np.abs(left).max()
             if not now <= SLOW * before:

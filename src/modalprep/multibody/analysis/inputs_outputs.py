@@ -16,11 +16,11 @@ from modalprep.suggest import suggestion
 
 AXES = ("x", "y", "z")
 MOTIONS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
-PLACES, RATES = {REVOLUTE: "angle", PRISMATIC: "displacement"}, {REVOLUTE: "rate", PRISMATIC: "speed"}
+COORDINATES, RATES = {REVOLUTE: "angle", PRISMATIC: "displacement"}, {REVOLUTE: "rate", PRISMATIC: "speed"}
 
 
 class Input:
-    """An input: a hinge force, or a component of a force or torque on an interface, inertial axes.
+    """An input: a hinge force, or a component of a force or torque on an interface in inertial axes.
 
     ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N), ``.torque.z``
     (N m).
@@ -28,7 +28,7 @@ class Input:
     Raises
     ------
     InputError
-        When the name says nothing of the system.
+        When the name is not known in the system.
     """
 
     def __init__(self, evaluator: Evaluator, name: str) -> None:
@@ -48,7 +48,7 @@ class Input:
             )
 
     def apply(self, size: float) -> np.ndarray:
-        """Let it act, between `Evaluator.load` and `Evaluator.accelerations`; returns its hinge forces (nu,)."""
+        """Apply it between `Evaluator.load` and `Evaluator.accelerations`; returns its hinge forces (nu,)."""
         if self.link >= 0:
             p, w = self.evaluator, tuple((size * self.wrench).tolist())
             kernel.add_wrench(p.packed.tree, p.packed.flex, p.W, p.F, self.link, self.node, w[:3], w[3:])
@@ -56,7 +56,7 @@ class Input:
 
 
 def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarray], float]:
-    """Return the function of the state that an output's name means; rotations are counted from state y.
+    """Return the function of the state that a name denotes; rotations are relative to state y.
 
     ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
     ``body.stress.point.xx``, ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.angular_velocity``,
@@ -65,7 +65,7 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
     Raises
     ------
     InputError
-        When the name says nothing of the system.
+        When the name is not known in the system.
     """
     first, _, rest = name.partition(".")
     parts = name.rsplit(".", 2)
@@ -91,7 +91,7 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
 def _interface(evaluator: Evaluator, text: str, name: str) -> tuple[int, int]:
     found = locate(evaluator.system.bodies, text, repr(name))
     if found is None:
-        raise InputError(f"{name!r}: the ground does not move; name 'body.interface'")
+        raise InputError(f"{name!r}: the ground has no motion; name 'body.interface'")
     return evaluator.packed.link_of(found[0]), found[1]
 
 
@@ -105,12 +105,12 @@ def _speed(evaluator: Evaluator, joint: str, number: str, name: str) -> int:
 
 
 def _hinges(evaluator: Evaluator, joint: str) -> dict[str, int]:
-    """Return the places in the state of a joint's coordinates and speeds by name."""
+    """Return the indices in the state of a joint's coordinates and speeds by name."""
     found: dict[str, list[int]] = {}
     for i in evaluator.packed.links_of(joint):
         kind, row = evaluator.packed.types[i], evaluator.packed.tree.ints[i]
-        if kind in PLACES:
-            found.setdefault(PLACES[kind], []).append(int(row[X]))
+        if kind in COORDINATES:
+            found.setdefault(COORDINATES[kind], []).append(int(row[X]))
             found.setdefault(RATES[kind], []).append(evaluator.nx + int(row[U]))
         elif kind in (SPHERICAL, FREE):
             first = evaluator.nx + int(row[U]) + (3 if kind == FREE else 0)
@@ -147,13 +147,13 @@ def _motion(
 
 
 def _acceleration(evaluator: Evaluator, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:
-    """As seen from the ground, which may turn."""
+    """Return the acceleration relative to the ground, which may rotate."""
     at = (evaluator.packed.tree, evaluator.packed.flex, evaluator.W, evaluator.F, link, node)
     ground = np.array([0, 0, evaluator.packed.tree.fixed[-1, GROUND_RATE]])
 
-    def seen(y: np.ndarray) -> float:
+    def relative(y: np.ndarray) -> float:
         position, _, velocity, spin = kernel.node_state(*at)
         own = np.cross(ground, spin) if turn else kernel.carried(evaluator.W, position, velocity)
         return kernel.node_acceleration(*at, 1.0)[turn][axis] - own[axis]
 
-    return seen
+    return relative

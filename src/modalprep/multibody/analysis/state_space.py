@@ -16,7 +16,7 @@ class StateSpace(Record):
 
     Coordinates are minimal: closed loops leave n of the tree's nu independent, without loops all are. A spherical
     joint's three are the rotation vector of the child relative to the reference, in its axes; a free joint's six the
-    displacement and that rotation, in the body's axes. The reference moves on with its speeds where they are not zero.
+    displacement and that rotation, in the body's axes. With nonzero speeds the reference itself moves.
 
     Attributes
     ----------
@@ -25,9 +25,9 @@ class StateSpace(Record):
     owner : tuple of (str, str)
         What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
     independent : (n,) int
-        Which of them z has.
+        Indices of the coordinates in z.
     R : (nu, n)
-        Changes of all coordinates by those.
+        Derivative of all coordinates by the independent ones.
     y : (nx + nu,)
         The state.
     udot : (nu,)
@@ -64,7 +64,7 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     Raises
     ------
     InputError
-        When there are no inputs or no outputs, or a frequency is a pole.
+        When there are no inputs or outputs, or a frequency is an undamped pole.
 
     Examples
     --------
@@ -81,5 +81,5 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     try:
         moved = np.linalg.solve(omega * np.eye(len(linear.A)) - linear.A, linear.B.astype(complex))
     except np.linalg.LinAlgError:
-        raise InputError("a frequency is a pole of the undamped system; move it, or add damping") from None
+        raise InputError("a frequency is an undamped pole; change it, or add damping") from None
     return linear.C @ moved + linear.D

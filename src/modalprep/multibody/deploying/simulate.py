@@ -73,7 +73,7 @@ def deployment_channels(system: DeployingSystem) -> Result:
     """Return every channel of a run by name, without samples."""
     full = system.full()
     histories = Histories(system, np.zeros(0))
-    histories.add(Channels(full, pack(full), None).places, np.zeros((0, 0)))
+    histories.add(Channels(full, pack(full), None).index, np.zeros((0, 0)))
     return _with_stress(system, histories.result("start", "", {}, {}))
 
 

@@ -27,7 +27,7 @@ def simulate_free_system(
     Raises
     ------
     InputError
-        When there is more than one free body under uniform gravity, or the variables do not suit it.
+        When the system is not one free body under uniform gravity, or the variables do not apply to it.
 
     Examples
     --------
@@ -40,16 +40,16 @@ def simulate_free_system(
     joint = _only_joint(system, variables)
     name, body = next(iter(system.bodies.items()))
     start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "angular_velocity")}
-    way = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
-    flight = simulate_free_body(body, output_times(t_end, output_step), **start, **way)
-    energy = flight.energy
+    options = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
+    motion = simulate_free_body(body, output_times(t_end, output_step), **start, **options)
+    energy = motion.energy
     total = sum(energy.values())
     channels = {
-        f"{name}.origin": flight.position,
-        f"{name}.orientation": flight.quaternion,
-        f"{name}.modal": flight.q,
-        "momentum.linear": flight.linear,
-        "momentum.angular": flight.angular,
+        f"{name}.origin": motion.position,
+        f"{name}.orientation": motion.quaternion,
+        f"{name}.modal": motion.q,
+        "momentum.linear": motion.linear,
+        "momentum.angular": motion.angular,
         "energy.kinetic": energy["kinetic"],
         "energy.strain": energy["strain"],
         "energy.gravity": energy["gravity"],
@@ -57,12 +57,12 @@ def simulate_free_system(
         "energy.error": total - total[0],
     }
     for k, interface in enumerate(body.interface_name):
-        channels[f"{name}.{interface}.position"] = _positions(system, name, k, flight)
+        channels[f"{name}.{interface}.position"] = _positions(system, name, k, motion)
     channels |= stress_channels({name: body}, channels)
     largest = max(np.abs(part - part[0] * (key == "gravity")).max() for key, part in energy.items())
-    stats = {"steps": float(flight.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
+    stats = {"steps": float(motion.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
     message = f"free flight in {variables} variables, explicit method of order 8"
-    return Result(time=flight.time, channels=channels, status="done", message=message, stats=stats)
+    return Result(time=motion.time, channels=channels, status="done", message=message, stats=stats)
 
 
 def _only_joint(system: System, variables: str) -> Joint:
@@ -78,14 +78,13 @@ def _only_joint(system: System, variables: str) -> Joint:
     )  # fmt: skip
     if reason:
         raise InputError(
-            f"variables = {variables!r} are for one free body under uniform gravity, and here is {reason}; "
-            "leave them out"
+            f"variables = {variables!r} need one free body under uniform gravity, but there is {reason}; leave them out"
         )
     return joint
 
 
-def _positions(system: System, name: str, node: int, flight: FreeBodyMotion) -> np.ndarray:
+def _positions(system: System, name: str, node: int, motion: FreeBodyMotion) -> np.ndarray:
     body, none = system.bodies[name], np.zeros(system.bodies[name].n)
-    arms = [node_motion(body, node, np.zeros(3), q, none)[0] for q in flight.q]
-    turns = [quaternion_matrix(e) for e in flight.quaternion]
-    return flight.position + np.einsum("tab,tb->ta", turns, arms)
+    arms = [node_motion(body, node, np.zeros(3), q, none)[0] for q in motion.q]
+    rotations = [quaternion_matrix(e) for e in motion.quaternion]
+    return motion.position + np.einsum("tab,tb->ta", rotations, arms)

@@ -39,19 +39,19 @@ class Result(Record):
         ``<spring>.length`` (m) and ``.tension`` (N), ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``, ``energy.stored``
-        (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.input`` (W, the rate of the work),
+        (springs, accelerated water), ``energy.work``, ``energy.error`` (J), ``power.input`` (W, the rate of the work),
         ``momentum.linear``, ``momentum.angular`` (nt, 3).
     status : str
         ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
     message : str
-        One sentence for the user.
+        A message for the user.
     stats : dict of float
-        Steps, evaluations of the equations, steps rejected and halved, ``stiffness_ratio`` (steps that stability would
-        ask of the explicit method), and the energy error relative to the largest energy.
+        Steps, evaluations of the equations, rejected and halved steps, ``stiffness_ratio`` (steps that stability would
+        require of the explicit method), and the energy error relative to the largest energy.
     events : dict of (k,) float
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact
-        What the events did that begin or hit closures.
+        The impulses of events that activate closures or act as impacts.
 
     Examples
     --------
@@ -87,7 +87,7 @@ class Result(Record):
                 for name, k in vectors.items()}  # fmt: skip
 
     def relative_to(self, body: str) -> Result:
-        """Return the run with every place, the channels ``.position`` and ``.origin``, in the frame of a body.
+        """Return the run with all positions, the channels ``.position`` and ``.origin``, in the frame of a body.
 
         Raises
         ------
@@ -102,10 +102,10 @@ class Result(Record):
         >>> run.relative_to("hub")["arm.tip.position"].round(9) + 0.0
         array([[2., 0., 0.]])
         """
-        origin, turn = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
-        places = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
-        seen = {name: turn.inv().apply(place - origin) for name, place in places.items()}
-        return self.with_(channels=self.channels | seen)
+        origin, rotation = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
+        positions = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
+        relative = {name: rotation.inv().apply(a - origin) for name, a in positions.items()}
+        return self.with_(channels=self.channels | relative)
 
     def to_dataframe(self, channels: Sequence[str] = ()) -> pandas.DataFrame:
         """Return the named channels (all when none is named) as columns over time, one per component.
