@@ -172,7 +172,7 @@ def test_limits_push_and_never_pull():
         (lambda: loaded(mp.CentralGravity(mu=1.0), mp.CentralGravity(mu=2.0)), "at most one central gravity field"),
         (
             lambda: loaded(elements=2 * (mp.HingeElement(),)),
-            "2 hinge elements, but a revolute joint has 1 degrees of freedom",
+            "2 hinge elements, but a revolute joint needs 1, one for each speed",
         ),
         (
             lambda: loaded(elements=mp.HingeElement(), motion=mp.TimeFunction("t")),

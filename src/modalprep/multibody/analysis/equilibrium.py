@@ -197,8 +197,8 @@ def _no_balance(at: _State, g: np.ndarray) -> str:
     worst = int(np.argmax(np.abs(g) * (moves if moves.any() else 1)))
     kind, name = owner[worst]
     unit = "N m" if at.evaluator.turns[at.chart.independent[worst]] else "N"
-    left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "its load"
+    left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "modal force"
     return (
-        f"no static equilibrium: {left} is not balanced in {kind} {name!r} within {MAX_STEPS} steps; "
+        f"no static equilibrium: residual of {left} in {kind} {name!r} after {MAX_STEPS} steps; "
         "constrain it by a spring, a weld or a prescribed motion"
     )

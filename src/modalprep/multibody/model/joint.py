@@ -136,8 +136,8 @@ class Joint(Record):
             )
         if self.elements and len(self.elements) != SPEEDS[self.type]:
             raise InputError(
-                f"joint {self.name!r}: {len(self.elements)} hinge elements, but a {self.type} joint has "
-                f"{SPEEDS[self.type]} degrees of freedom; give one for each"
+                f"joint {self.name!r}: {len(self.elements)} hinge elements, but a {self.type} joint needs "
+                f"{SPEEDS[self.type]}, one for each speed"
             )
         if self.type in ("spherical", "free") and any(element.needs_coordinate for element in self.elements):
             raise InputError(

@@ -26,7 +26,7 @@ from modalprep.reduction.notes import dropped_in_band
 def reduce_model(
     pipeline: Pipeline, mesh: Mesh, model: FEModel, algebra: Algebra = DIRECT
 ) -> tuple[Reduction, ReductionError | None]:
-    """Reduce as the file says; with `up_to` also measure the error."""
+    """Reduce the model by the file's options; with `up_to` also measure the error."""
     table, loads = pipeline.reduction, pipeline_loads(pipeline, mesh, model)
 
     def basis(modes: int) -> Reduction:
@@ -79,7 +79,7 @@ def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, 
 
 
 def target_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
-    """Return the damping that a file asks for, as `reduction.damping` takes it.
+    """Return the damping of a file in the form of `reduction.damping`.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""From a pipeline file to the modes of welded bodies, and back to the bodies: smaller bases, damping."""
+"""Component mode synthesis of a pipeline file: modes of welded bodies, projected bases and damping of the bodies."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GROUND = "ground"
 
 @dataclass(frozen=True, kw_only=True)
 class Synthesised:
-    """System modes of a pipeline, and what they made of its bodies.
+    """System modes of a pipeline, and the bodies changed by them.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Synthesised:
     damping : ComponentDamping or None
     projected : {name: ProjectedBasis}
     bodies : {name: FlexibleBody}
-        Those with a new basis or damping.
+        Bodies with a new basis or damping.
     """
 
     modes: SystemModes
@@ -45,11 +45,11 @@ class Synthesised:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know."""
+        """Notes for the user."""
         said = [f"redundant: {text}" for text in self.modes.redundant]
         for name, found in self.projected.items():
             said.append(
-                f"{name}: {len(found.frequency)} of {self.modes.bodies[name].n} coordinates stay; they hold at least "
+                f"{name}: {len(found.frequency)} of {self.modes.bodies[name].n} coordinates are kept; they represent at least "
                 f"{100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
             )
         if self.damping is not None:
@@ -63,11 +63,11 @@ class Synthesised:
         return tuple(said)
 
     def summary(self) -> dict:
-        """Return what the JSON file says: frequencies in Hz, shares of strain energy, damping ratios."""
+        """Return the content of the JSON file: frequencies in Hz, fractions of strain energy, damping ratios."""
         found = {
             "frequency": self.modes.frequency.tolist(),
             "rigid": self.modes.rigid,
-            "strain_energy": {name: share.tolist() for name, share in strain_shares(self.modes).items()},
+            "strain_energy": {name: share.tolist() for name, share in strain_fractions(self.modes).items()},
             "position": {name: place.tolist() for name, place in self.modes.position.items()},
             "rotation": {name: turn.tolist() for name, turn in self.modes.rotation.items()},
             "notes": list(self.notes),
@@ -127,7 +127,7 @@ def _place(name: str, table: PlacementTable) -> Placement:
 
 
 def _projected(modes: SystemModes, name: str, table: SynthesisTable) -> ProjectedBasis:
-    """Return what the elastic system modes ask of a body, beside the static answers at its interfaces."""
+    """Return the basis of a body for the elastic system modes, with the static responses at its interfaces."""
     if name not in modes.bodies:
         known = suggestion(name, modes.bodies, "known are")
         raise InputError(f"[synthesis] project: there is no body {name!r}; {known}")
@@ -138,15 +138,15 @@ def _projected(modes: SystemModes, name: str, table: SynthesisTable) -> Projecte
         return projected_basis(shapes, np.diag(body.K), np.eye(body.n), tolerance=table.tolerance, keep=keep)
 
 
-def strain_shares(modes: SystemModes) -> dict[str, np.ndarray]:
-    """Return the share (s,) of each body in the strain energy of each system mode; 0 in motions without strain.
+def strain_fractions(modes: SystemModes) -> dict[str, np.ndarray]:
+    """Return the fraction (s,) of each body in the strain energy of each system mode; 0 in rigid motions.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> arm = uniform_beam(modes=4)
     >>> pair = synthesise({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
-    >>> strain_shares(pair)["a"].round(2)
+    >>> strain_fractions(pair)["a"].round(2)
     array([0.95, 0.95])
     """
     energy = {name: modes.bodies[name].K @ x[6:] ** 2 for name, x in modes.coordinates.items()}

@@ -1,4 +1,4 @@
-"""From the tables of a pipeline file to closed loops and couplings of joints."""
+"""From the tables of a pipeline file to closures and couplers."""
 
 from __future__ import annotations
 

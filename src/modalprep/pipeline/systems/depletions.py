@@ -1,4 +1,4 @@
-"""From the tables of a pipeline file to bodies that lose mass and to jets."""
+"""From the tables of a pipeline file to depletions and jets."""
 
 from __future__ import annotations
 

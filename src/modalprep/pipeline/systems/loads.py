@@ -40,7 +40,7 @@ TRANSLATIONS_AND_ROTATIONS = {"spherical": (0, 3), "free": (3, 3)}
 
 
 def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | None:
-    """Return the function of time that a key of a pipeline file holds; its files are relative to `folder`.
+    """Return the function of time that a key of a pipeline file has; its files are relative to `folder`.
 
     Examples
     --------
@@ -69,8 +69,8 @@ def pieces(tables: list[PieceTable]) -> list[tuple[float, Any]]:
     return [(FOREVER if piece.until is None else piece.until, piece.value) for piece in tables]
 
 
-def several(value: Any) -> bool:
-    """Whether a key holds a value for each coordinate, not one in pieces."""
+def has_several_values(value: Any) -> bool:
+    """Whether a key has a value for each coordinate, not a single one in pieces."""
     return isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
 
 
@@ -110,21 +110,21 @@ def _header(lines: list[str]) -> int:
 
 
 def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
-    """Return one hinge element for each speed of a joint, or none when nothing acts in it.
+    """Return one hinge element for each speed of a joint, or none without any force.
 
     Raises
     ------
     InputError
         When a list has not one value for each speed.
     """
-    travels, turns = TRANSLATIONS_AND_ROTATIONS.get(
+    translations, rotations = TRANSLATIONS_AND_ROTATIONS.get(
         table.type, (TRANSLATIONS.get(table.type, 0), ROTATIONS.get(table.type, 0))
     )
-    drives = _list("force", table.force, travels) + _list("torque", table.torque, turns)
+    drives = _list("force", table.force, translations) + _list("torque", table.torque, rotations)
     keys = ("stiffness", "free_position", "damping", "friction", "limits")
     if not any(getattr(table, key) for key in keys) and drives == [None] * len(drives):
         return ()
-    columns = [_list(key, getattr(table, key), travels + turns) for key in keys]
+    columns = [_list(key, getattr(table, key), translations + rotations) for key in keys]
     return tuple(
         HingeElement(
             stiffness=stiffness or 0.0,
@@ -142,7 +142,7 @@ def prescribed_motion(table: JointTable, folder: Path) -> TimeFunction | tuple[T
     """Return the prescribed motion of a joint, one function for each of its coordinates."""
     if table.motion is None:
         return None
-    count = max(1, SCALARS[table.type])  # where there is none, the joint says so
+    count = max(1, SCALARS[table.type])  # a joint without coordinates reports the error
     laws = [time_function("motion", value, folder) for value in _list("motion", table.motion, count)]
     return laws[0] if len(laws) == 1 else tuple(laws)
 
@@ -151,9 +151,9 @@ def _list(key: str, value: Any, count: int) -> list:
     """Return one value for each of `count` coordinates; pieces of a function of time are one value."""
     if value is None or value == 0.0:
         return [value] * count
-    values = value if several(value) else [value]
+    values = value if has_several_values(value) else [value]
     if len(values) != count:
-        raise InputError(f"{key} has {len(values)} value(s), but the joint has {count} coordinate(s) to take it")
+        raise InputError(f"{key} has {len(values)} value(s), but the joint has {count} coordinate(s)")
     return values
 
 
@@ -171,7 +171,7 @@ def _limits(table: LimitsTable | None) -> dict[str, float]:
 
 
 def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[Load, ...]:
-    """Return all loads of a pipeline file but jets."""
+    """Return all loads of a pipeline file except jets."""
     loads: list[Load] = []
     for name, table in pipeline.forces.items():
         with naming(f"force {name!r}"):
@@ -265,7 +265,7 @@ def _bushing(name: str, table: BushingTable) -> Bushing:
 
 
 def _rods(name: str, table: ImmersedTable, water: WaterTable | None, bodies: dict[str, FlexibleBody]) -> list[Load]:
-    """Return a rod for each body whose name fits the pattern."""
+    """Return a rod for each body whose name matches the pattern."""
     if water is None:
         raise InputError("there is no water; add [environment.water] with density and current")
     found = [body for body in bodies if fnmatchcase(body, table.bodies)]

@@ -36,7 +36,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """The system, its runs by label, the first is the main one, and the files written."""
+    """The system, its runs by label (the main one first), and the files written."""
 
     system: System | DeployingSystem
     runs: dict[str, Result]
@@ -86,7 +86,7 @@ def simulate_pipeline(
 
 
 def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
-    """Return the system with its bodies as a theory of deformation takes them.
+    """Return the system with its bodies by a theory of deformation.
 
     Examples
     --------
@@ -171,7 +171,7 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
-    """Let bodies of equal inputs share one record, so that the kernel stores their arrays once."""
+    """Use one record for equal bodies, so that the kernel stores their arrays once."""
     first: dict[tuple, FlexibleBody] = {}
     return {
         name: first.setdefault((body.name, *sorted(body.provenance.items())), body) if body.provenance else body
