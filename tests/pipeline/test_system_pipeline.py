@@ -156,7 +156,7 @@ def test_it_runs(folder):
         (('body = "a"', 'body = "c"'), ["force 'gust'", "body 'c' does not exist", "known are a, b"]),
         (("[2, -1, -1]", "[9, -1, -1]"), []),
         (("[0.5, 1, 1]", "[1.5, 1, 1]"), ["force 'gust'", "no point of body 'a' lies in the box"]),
-        (("force = [0, 6, 0]", 'force = [0, "t", 0]'), ["[forces.gust]", "let 'factor' say how it changes"]),
+        (("force = [0, 6, 0]", 'force = [0, "t", 0]'), ["[forces.gust]", "give its time dependence by 'factor'"]),
         (('["ground", "b.tip"]', '["ground", "ground"]'), ["spring 'stay'", "name two different ends"]),
         (('["ground", "b.tip"]', '["ground", "d.tip"]'), ["spring 'stay'", "body 'd' does not exist"]),
         (("[1, 2, 3, 4, 5, 6]", "[1, 2, 3]"), ["[bushings.mount.stiffness]", "at least 6 items"]),

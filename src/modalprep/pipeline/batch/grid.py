@@ -17,7 +17,7 @@ from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Job, relative
 from modalprep.pipeline.batch.toml_text import toml_text
-from modalprep.pipeline.schema.base import complaint
+from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
 
@@ -130,7 +130,7 @@ def _problem(data: dict[str, Any]) -> str | None:
         Pipeline.model_validate(data)
     except ValidationError as error:
         where = ".".join(str(part) for part in error.errors()[0]["loc"])
-        return f"{where}: {complaint(error)}".removeprefix(": ")
+        return f"{where}: {first_message(error)}".removeprefix(": ")
     return None
 
 

@@ -1,4 +1,4 @@
-"""What a pipeline file may say of bodies that lose mass and of the gas that leaves."""
+"""Depleting bodies and their jets in pipeline files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Rate = Annotated[float, Field(ge=0)] | list[PieceTable]
 
 
 class LevelTable(Table):
-    """A body at another fill level: a rigid one, one of other densities, or a modal file with the same modes."""
+    """A body at another fill level: a rigid body, scaled densities, or a modal file with the same modes."""
 
     mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
@@ -31,17 +31,18 @@ class LevelTable(Table):
 
 
 class DepletionTable(Table):
-    """A body that loses mass."""
+    """A body whose mass decreases."""
 
     body: str = Field(description="as it is in [bodies], full")
-    empty: LevelTable = Field(description="when all is gone")
+    empty: LevelTable = Field(description="the empty body")
     intermediate: list[LevelTable] = Field(
         [], description="fill levels between full and empty, where the density does not change uniformly"
     )
     rate: Rate | None = Field(
-        None, description="kg/s, until it is empty; pieces [{ value, until }, ...] of numbers for a throttled engine"
+        None,
+        description="mass flow rate, kg/s, until the body is empty; pieces [{ value, until }, ...] for a throttled engine",
     )
-    mass: Time | None = Field(None, description="of the body (kg) instead of a rate: " + TIME)
+    mass: Time | None = Field(None, description="of the body (kg), instead of a rate: " + TIME)
 
     @model_validator(mode="after")
     def _one_law(self) -> DepletionTable:
@@ -56,9 +57,9 @@ class JetTable(Table):
     """Gas that leaves through an exit."""
 
     at: str = Field(description="'body.interface', the exit")
-    depletion: str = Field(description="where the gas comes from")
-    speed: float = Field(ge=0, description="of the gas as it leaves, m/s")
-    axis: Vector = Field(description="where the gas goes, in the axes of the exit; the thrust is opposite")
+    depletion: str = Field(description="the depletion that supplies the gas")
+    speed: float = Field(ge=0, description="exhaust velocity, m/s")
+    axis: Vector = Field(description="direction of the exhaust, in the axes of the exit, opposite to the thrust")
     mass_fraction: float = Field(1.0, ge=0, description="of the mass lost that leaves through this exit")
     pressure: float = Field(0.0, ge=0, description="N, exit pressure times exit area, while gas flows")
     flow_path: list[str] = Field(
