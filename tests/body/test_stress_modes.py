@@ -138,7 +138,7 @@ def test_the_stress_of_a_state_does_not_depend_on_its_description(horn):
         "rooted elsewhere": mp.reroot(body, "right"),
         "mean axes": mp.in_mean_axes(body),
         "centre of mass": mp.at_centre_of_mass(body),
-        "its static answers": mp.reduced_body(
+        "its static responses": mp.reduced_body(
             body, projected_basis(answers, np.diag(body.K), np.eye(body.n), tolerance=0)
         ),
         "frozen at rest": mp.linearised_geometric_stiffness(body, np.zeros(3)),
@@ -280,7 +280,7 @@ def test_steady_spin_pulls_a_rod():
 
 
 def test_sudden_load_doubles_the_static_stress():
-    """One coordinate, the static answer to a tip force: ``sigma = F L / W (1 - cos w t)`` at the root."""
+    """One coordinate, the static response to a tip force: ``sigma = F L / W (1 - cos w t)`` at the root."""
     force = 0.05
     push = mp.Load(group="tip", force=(0, 0, 1.0))
     body = beam(modes=0, truncation=("push",), loads={"push": push}).ruthless()

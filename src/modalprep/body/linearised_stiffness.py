@@ -14,12 +14,11 @@ from modalprep.vectors import skew
 def linearised_geometric_stiffness(
     body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None
 ) -> FlexibleBody:
-    """Return the body with the geometric stiffness of one steady motion, linearised: constant, in modes that hold it.
+    """Return the body with the geometric stiffness linearised about one steady motion, included in new modes.
 
     ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
-    stiffness itself is left out, and so is T but for the modal mass at the steady deflection. At that motion the
-    frequencies are those of the full body, at others they are not. Damping becomes the diagonal of the old one in the
-    new modes.
+    stiffness itself is dropped, as is T except for the modal mass at the steady deflection. At that motion, but not at
+    others, the frequencies are those of the full body. Damping is the diagonal of the old one in the new modes.
 
     Parameters
     ----------

@@ -19,7 +19,7 @@ Ratio = float | Mapping[float, float] | np.ndarray  # or Rayleigh, below
 METHODS = ("least_squares", "back_projection")
 ROUND_OFF = 1e-12  # of the terms of a Rayleigh constant
 OWN = 1e-9  # rad/s; below it a component coordinate has no frequency, and no damping
-PREFERENCE = 1e-6  # weight of the nearness to the target ratios among component dampings that fit alike
+PREFERENCE = 1e-6  # weight of the distance to the target ratios among equally good component dampings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -48,7 +48,7 @@ class Rayleigh(Record):
     beta: float
 
     def __post_init__(self) -> None:
-        """Refuse what feeds energy into some motion."""
+        """Refuse constants that add energy to a motion."""
         if not (self.alpha >= 0 and self.beta >= 0):
             raise InputError(f"Rayleigh damping alpha = {self.alpha:g}, beta = {self.beta:g} must not be negative")
         super().__post_init__()
@@ -102,7 +102,7 @@ def damping_ratio(target: Ratio, frequency: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     target : float, {frequency in Hz: ratio}, Rayleigh or (n,)
-        One for all; a table, linear between its frequencies and constant beyond; or one per frequency.
+        One ratio for all; a table, interpolated linearly and constant beyond; or one ratio per frequency.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def modal_damping(body: ModalBody, target: Ratio) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ComponentDamping(Record):
-    """Damping of components, and what it makes of the system's.
+    """Damping of components and the resulting damping of the system.
 
     Attributes
     ----------
@@ -163,8 +163,9 @@ class ComponentDamping(Record):
     target, achieved : (s,)
         Damping ratios ``Phi_s^T C Phi_s / (2 w_s)``.
     coupling : float
-        Largest ``|c_rs| / sqrt(c_rr c_ss)`` between two system modes; 0 when the modes are damped one by one. The
-        achieved ratios are those of the damped system where it is small, or the damping light and the modes apart.
+        Largest ``|c_rs| / sqrt(c_rr c_ss)`` between two system modes; 0 for uncoupled modes. The
+        achieved ratios are those of the damped system if the coupling is small, or the damping light and the modes
+        well separated.
     """
 
     damping: dict[str, np.ndarray]
@@ -174,12 +175,12 @@ class ComponentDamping(Record):
     coupling: float
 
     def applied(self, bodies: Mapping[str, ModalBody]) -> dict[str, ModalBody]:
-        """Return the bodies with this damping; of a full matrix they take the diagonal."""
+        """Return the bodies with this damping; of a full matrix the diagonal is used."""
         D = {name: d if d.ndim == 1 else np.diag(d) for name, d in self.damping.items()}
         return {name: body.with_(D=D.get(name, body.D)) for name, body in bodies.items()}
 
     def __repr__(self) -> str:
-        """Number of modes and the largest miss."""
+        """Number of modes and the largest deviation."""
         miss = float(np.abs(self.achieved - self.target).max(initial=0.0))
         return (
             f"ComponentDamping({len(self.target)} system modes, ratios within {miss:.2g}, coupling {self.coupling:.2g})"
@@ -192,7 +193,7 @@ def system_damping(modes: SystemModes, damping: Mapping[str, np.ndarray] | None 
     Parameters
     ----------
     damping : {name: (n,) or (n, n)} or None
-        In place of the bodies' own D.
+        Used instead of the bodies' own D.
     """
     C = np.zeros((len(modes.frequency),) * 2)
     for name, x in modes.coordinates.items():
@@ -205,25 +206,25 @@ def system_damping(modes: SystemModes, damping: Mapping[str, np.ndarray] | None 
 def component_damping(
     modes: SystemModes, target: Ratio, method: Literal["least_squares", "back_projection"] = "least_squares"
 ) -> ComponentDamping:
-    """Return damping of the components that gives their system a target one.
+    """Return the damping of the components that gives the system its target damping.
 
     Least squares: one ``d_j >= 0`` per component coordinate, such that ``sum_j Phi_js^2 d_j = 2 zeta_s w_s`` in the
     least squares of relative errors (Lawson & Hanson, Solving Least Squares Problems, chapter 23: NNLS; theory 3.8).
-    There may be more coordinates than system modes: of what fits alike, the d nearest to the target ratios at the
+    With more coordinates than system modes the solution is not unique; the one nearest to the target ratios at the
     component's own frequencies is taken (`PREFERENCE`).
 
     Back projection: ``C = Phi^-T diag(2 zeta w) Phi^-1`` with the inverse ``Phi^-1 = diag(w^-2) Phi^T K`` of modes
     that ``Phi^T K Phi = diag(w^2)``, so that no rigid motion is damped, restricted to the block of each body:
-    ``C_i = K_i Phi_i diag(2 zeta / w^3) Phi_i^T K_i``, full and positive semidefinite. What the blocks between bodies
-    held is lost, unless C is proportional to K: then ``C_i = beta K_i``, exact with all modes and no redundant
+    ``C_i = K_i Phi_i diag(2 zeta / w^3) Phi_i^T K_i``, full and positive semidefinite. The blocks between bodies are
+    lost, unless C is proportional to K: then ``C_i = beta K_i``, exact with all modes and no redundant
     condition. Craig & Kurdila, sections 10.3 and 17; book chapter 7.
 
     Parameters
     ----------
     modes : SystemModes
-        The modes whose damping matters, not those beyond what the components resolve.
+        The modes to be damped, without those that the components do not resolve.
     target : float, {frequency in Hz: ratio}, Rayleigh or (s,)
-        As for `damping_ratio`; of an array, one for each elastic mode.
+        As in `damping_ratio`; an array has one for each elastic mode.
 
     Raises
     ------

@@ -86,7 +86,7 @@ t_end = 1.0
         ('deployed_length = "1 + 2*t"', "", "between 0 and length"),
         ("", "", "deployment 'boom': give either a 'deployed_length'"),
         ('deployed_length = "1"', "compare_conventional = true", "no conventional theory"),
-        ('deployed_length = "1"', "[analysis]", "[analysis] does not go with [deployments]"),
+        ('deployed_length = "1"', "[analysis]", "[analysis] cannot be combined with [deployments]"),
         ('deployed_length = "1"\nparent = "bus.exit"', "", "'bus'"),
         ('deployed_length = "sin("', "", "not an expression"),
     ],

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.levels import between, check_level
+from modalprep.body.levels import check_level, interpolate
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.records import Record
@@ -71,7 +71,7 @@ class Depletion(Record):
         """Return the body as it is at time t (s)."""
         levels, m = self.by_mass(body), self.mass(t)[0]
         k = next((k for k in range(1, len(levels)) if m <= levels[k].m), len(levels) - 1)
-        return between(levels[k - 1], levels[k], m)
+        return interpolate(levels[k - 1], levels[k], m)
 
 
 def deplete(full: float, empty: float, rates: float | Sequence[tuple[float, float]]) -> TimeFunction:

@@ -59,7 +59,7 @@ def _basis(
 
 
 def _statement(error: ReductionError) -> str:
-    parts = {"frequencies": error.frequency, "static answers": error.static, "dynamic compliance": error.dynamic}
+    parts = {"frequencies": error.frequency, "static responses": error.static, "dynamic compliance": error.dynamic}
     worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
     return (
         f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "

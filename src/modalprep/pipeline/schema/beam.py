@@ -39,7 +39,7 @@ class BeamTable(Table):
     parent: str = Field("ground", description="what carries it: 'ground' or 'body.interface'")
     root: dict[str, Any] = Field(
         {},
-        description="joint to the parent: keys instead of the clamp's (rotations about z, y, x), or a joint with its 'type'",
+        description="joint to the parent: keys instead of the clamp's (rotations about z, y, x), or its own 'type'",
     )
 
     @model_validator(mode="after")

@@ -40,7 +40,7 @@ class DepletionTable(Table):
     )
     rate: Rate | None = Field(
         None,
-        description="mass flow rate, kg/s, until the body is empty; pieces [{ value, until }, ...] for a throttled engine",
+        description="mass flow rate, kg/s, until the body is empty; pieces [{ value, until }, ...] if throttled",
     )
     mass: Time | None = Field(None, description="of the body (kg), instead of a rate: " + TIME)
 
