@@ -21,7 +21,7 @@ from modalprep.report.tables import hertz, percent
 
 
 def system_table(modes: SystemModes, count: int, console: Console) -> None:
-    """Print frequency, damping ratio in % and the joint or body that moves most of the lowest `count` modes.
+    """Print frequency, damping ratio in % and the joint or body with the largest motion, of the lowest `count` modes.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What the commands print with --json: plain dictionaries."""
+"""Output of the commands with --json: plain dictionaries."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
-    """Return what a run made: files, frequencies, checks, simulations, notes."""
+    """Return the results of a run: files, frequencies, checks, simulations, notes."""
     built, simulated = outcome.built, outcome.simulated
     return {
         "folder": str(outcome.folder),

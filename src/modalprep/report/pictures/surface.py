@@ -35,7 +35,7 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
     Parameters
     ----------
     points : (n_points, 3)
-        The nodes, perhaps displaced.
+        The nodes, possibly displaced.
     amount : (n_points,), optional
         Scalar ``amount`` of each node, for its colour.
 
@@ -75,7 +75,7 @@ def _linear(body: FlexibleBody) -> dict[int, np.ndarray]:
 def _skin(grid: pyvista.UnstructuredGrid) -> pyvista.PolyData:
     skin = vtkDataSetSurfaceFilter()
     skin.SetInputData(grid)
-    skin.SetNonlinearSubdivisionLevel(1)  # one cut at the mid-side nodes
+    skin.SetNonlinearSubdivisionLevel(1)  # split at the mid-side nodes
     skin.Update()
     return pyvista.wrap(skin.GetOutput())
 
