@@ -4,7 +4,7 @@
 
 Boxes of quadratic tetrahedra, each of its own stiffness, in a row: they meet in rigid interfaces (rbe2), the first is
 clamped. In one piece: the matrices of all boxes with their common interfaces, and the lowest modes of the whole. In
-components: each box to a Craig-Bampton body in processes of two, one thread each, and `synthesize`. Each way runs in a
+components: each box to a Craig-Bampton body in processes of two, one thread each, and `synthesise`. Each way runs in a
 process of its own, mesh to frequencies; memory is the largest sum over its processes that was resident at a time.
 Eight boxes, 440 000 DOFs, 40 modes; `--quick`: four, 74 000 DOFs, 10 modes. The last line is JSON: `dofs`,
 `time_ratio` and `memory_ratio` (in one piece over in components), `worst_frequency_error`.
@@ -75,7 +75,7 @@ def in_components(count: int, bricks: int, modes: int) -> np.ndarray:
         found = list(pool.map(body_of, [(bricks, k, own) for k in range(count)]))
     bodies = {body.name: body for body in found}
     welds = [(f"box{k}.tip", f"box{k + 1}.root") for k in range(count - 1)]
-    return mp.synthesize(bodies, welds, ground=["box0.root"], modes=modes).frequency
+    return mp.synthesise(bodies, welds, ground=["box0.root"], modes=modes).frequency
 
 
 def resident(pid: int) -> int:

@@ -46,7 +46,7 @@ def clocked(spent: dict[str, float]) -> Algebra:
 
         return run
 
-    return Algebra(timed(DIRECT.factorize, "factor"), timed(DIRECT.lowest_modes, "eigen"), DIRECT.count_below)
+    return Algebra(timed(DIRECT.factorise, "factor"), timed(DIRECT.lowest_modes, "eigen"), DIRECT.count_below)
 
 
 def road(mesh: mp.Mesh, count: int, folder: Path) -> dict[str, float]:

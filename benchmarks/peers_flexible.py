@@ -200,9 +200,9 @@ def ladders(quick: bool) -> Iterator[list[dict]]:
 
 def own_ladders(case: Case, quick: bool) -> Iterator[list[dict]]:
     """Yield series of our settings: the default method first."""
-    for method in ("auto", "generalized_alpha", "rosenbrock", *(() if quick else ("explicit",))):  # half decades
+    for method in ("auto", "generalised_alpha", "rosenbrock", *(() if quick else ("explicit",))):  # half decades
         yield [{"method": method, "rtol": 10.0 ** (-k / 2)} for k in range(3, 16)]
-    for method in ("generalized_alpha", "rosenbrock"):
+    for method in ("generalised_alpha", "rosenbrock"):
         yield [{"method": method, "step": case.t_end / n, "rtol": 1e-3} for n in STEPS]
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from chains import medians
 
 import modalprep as mp
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.constraints import Closure
 
 ANGLE = np.radians(40)  # of the bars from the base
@@ -65,13 +65,13 @@ def pinned(n: int) -> mp.System:
 
 def evaluation(system: mp.System) -> Callable[[int], None]:
     """Return a call that evaluates the accelerations a number of times at the start."""
-    plant = Plant(system)
-    y, tau = plant.start, np.zeros(plant.nu)
+    evaluator = Evaluator(system)
+    y, tau = evaluator.start, np.zeros(evaluator.nu)
 
     def call(count: int) -> None:
         for _ in range(count):
-            plant.load(y)
-            plant.accelerations(tau)
+            evaluator.load(y)
+            evaluator.accelerations(tau)
 
     return call
 

@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 from modalprep.linalg.modes import lowest_modes
 
 Map = Callable[[np.ndarray, np.ndarray], Iterable[np.ndarray]]
@@ -188,20 +188,20 @@ SOLVER = "superlu"  # quicker than PARDISO at these sizes
 def static(model: mp.FEModel, keep: np.ndarray, load: np.ndarray) -> np.ndarray:
     """Displacements under the nodal loads (n_dof,) or (n_dof, k) with all DOFs but `keep` held."""
     d = np.zeros(load.shape)
-    d[keep] = factorize(submatrix(model.K, keep), SOLVER).solve(load[keep])
+    d[keep] = factorise(submatrix(model.K, keep), SOLVER).solve(load[keep])
     return d
 
 
 def frequencies(model: mp.FEModel, keep: np.ndarray, n: int) -> np.ndarray:
     """Lowest n frequencies (rad/s) of the DOFs `keep`."""
     K, M = (submatrix(A, keep) for A in (model.K, model.M))
-    return np.sqrt(lowest_modes(K, M, n, factor=factorize(K, SOLVER))[0])
+    return np.sqrt(lowest_modes(K, M, n, factor=factorise(K, SOLVER))[0])
 
 
 def buckling_factors(model: mp.FEModel, keep: np.ndarray, d: np.ndarray, load: np.ndarray, n: int = 1) -> np.ndarray:
     """Lowest n factors (ascending) by which the prestress of `d` buckles the DOFs `keep`."""
     K, Kg = submatrix(model.K, keep), submatrix(model.geometric_stiffness(d, load), keep)
-    factor = factorize(K, SOLVER)
+    factor = factorise(K, SOLVER)
     inverse = LinearOperator(K.shape, matvec=factor.solve, matmat=factor.solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(len(keep))
     mu = eigsh(-Kg, n, K, Minv=inverse, which="LA", v0=start, ncv=max(40, 4 * n), return_eigenvectors=False)

@@ -403,7 +403,7 @@ COMMANDS = [
     ("run system.toml --output job.toml", lambda folder: None, "cannot write", "choose another --output"),
     ("run job.toml --outputs x", lambda folder: None, "--outputs", "see modalprep --help"),
     ("rum job.toml", lambda folder: None, "rum", "see modalprep --help"),
-    ("batch none*.toml", lambda folder: None, "no pipeline file fits"),
+    ("batch none*.toml", lambda folder: None, "no pipeline file matches"),
     ("batch job.toml -j 0", lambda folder: None, "at least 1"),
     ("batch job.toml", grid(), "[grid] is empty"),
     ("batch job.toml", grid(reduction__modes=[]), "needs a list of values"),

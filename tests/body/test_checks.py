@@ -76,7 +76,7 @@ def test_projection_catches_every_wrong_array(model, reduction, body):
     for name, change in wrong.items():
         assert name in failing(check_projection(model, reduction, body.with_(**change))), name
     bent = reduction.with_(static=reduction.static * 1.0001)
-    assert "static answers" in failing(check_projection(model, bent, body))
+    assert "static responses" in failing(check_projection(model, bent, body))
     for name in ("Kg_A", "Kg_F", "Kg_T"):
         changed = body.with_(**{name: getattr(body, name) * 1.0001})
         assert failing(check_projection(model, reduction, changed)) == ["prestress"], name

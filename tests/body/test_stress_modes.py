@@ -14,7 +14,7 @@ import modalprep as mp
 from modalprep.body.difference import compare_bodies
 from modalprep.examples import beam_mesh
 from modalprep.multibody.deploying.simulate import deployment_channels
-from modalprep.multibody.free_body.flight import fly_system
+from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.simulate import start_channels
 from modalprep.reduction.projected import projected_basis
 
@@ -138,10 +138,10 @@ def test_the_stress_of_a_state_does_not_depend_on_its_description(horn):
         "rooted elsewhere": mp.reroot(body, "right"),
         "mean axes": mp.in_mean_axes(body),
         "centre of mass": mp.at_centre_of_mass(body),
-        "its static answers": mp.reduced_body(
+        "its static responses": mp.reduced_body(
             body, projected_basis(answers, np.diag(body.K), np.eye(body.n), tolerance=0)
         ),
-        "frozen at rest": mp.frozen_stiffness(body, np.zeros(3)),
+        "frozen at rest": mp.linearised_geometric_stiffness(body, np.zeros(3)),
     }
     for name, other in others.items():
         np.testing.assert_allclose(squeezed(other), expected, rtol=0, atol=1e-6 * np.abs(expected).max(), err_msg=name)
@@ -161,7 +161,7 @@ def test_axes_and_places_turn_with_the_frame(horn):
 
 def test_stress_belongs_to_the_modes(horn):
     body = horn[2]
-    for same in (body.with_(D=0 * body.D), body.conventional(), mp.scaled(body, 2.0)):
+    for same in (body.with_(D=0 * body.D), body.conventional(), mp.with_density_factor(body, 2.0)):
         assert np.array_equal(same.stress["all.1"].modes, body.stress["all.1"].modes)
     assert body.with_(K=2 * body.K).stress == {}
 
@@ -280,7 +280,7 @@ def test_steady_spin_pulls_a_rod():
 
 
 def test_sudden_load_doubles_the_static_stress():
-    """One coordinate, the static answer to a tip force: ``sigma = F L / W (1 - cos w t)`` at the root."""
+    """One coordinate, the static response to a tip force: ``sigma = F L / W (1 - cos w t)`` at the root."""
     force = 0.05
     push = mp.Load(group="tip", force=(0, 0, 1.0))
     body = beam(modes=0, truncation=("push",), loads={"push": push}).ruthless()
@@ -325,19 +325,19 @@ def test_every_way_to_run_has_the_channels():
 def fly_and_deploy():
     """A free flight in momenta and a deployment at the tip: stress by the modal coordinates of the same row."""
     body = beam(modes=2)
-    spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", spin=np.array([0, 0.5, 1.0]))
+    spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", angular_velocity=np.array([0, 0.5, 1.0]))
     fixed = mp.Joint(name="wall", type="weld", parent="ground", child="beam")
     tip = mp.Joint(name="tip", type="weld", parent="beam.tip", child="hub")
     places = {"root": np.zeros(3), "exit": np.array([0.1, 0, 0])}
     hub = mp.rigid_body("hub", mass=0.1, centre=np.zeros(3), inertia=1e-4 * np.eye(3), interfaces=places)
     boom = mp.Deployment(
-        name="boom", parent="hub.exit", length=0.5, segments=2, mass_per_length=0.1, EI=100.0, law="0.1 + t"
+        name="boom", parent="hub.exit", length=0.5, segments=2, mass_per_length=0.1, EI=100.0, deployed_length="0.1 + t"
     )
     deploying = mp.DeployingSystem(
         bodies={"beam": body, "hub": hub}, joints=(fixed, tip), deployments=(boom,), gravity=np.array([0, 0, -G])
     )
     runs = [
-        fly_system(mp.System(bodies={"beam": body}, joints=(spin,)), t_end=0.02),
+        simulate_free_system(mp.System(bodies={"beam": body}, joints=(spin,)), t_end=0.02),
         mp.simulate_deployment(deploying, t_end=0.02),
     ]
     expected = {f"beam.stress.{name}" for name in body.stresses(np.zeros(body.n))}

@@ -97,11 +97,11 @@ def test_check(body, tmp_path, capsys):
 
 def test_simulate_variants(job, tmp_path, capsys):
     ends = {}
-    for option in ("", "--dense", "--no-geometric-stiffness"):
+    for option in ("", "--reference", "--no-geometric-stiffness"):
         target = tmp_path / f"run{option}.h5"
         assert main(["simulate", str(job), "-o", str(target), *filter(None, [option])]) == 0
         ends[option] = mp.read_result(target)["hinge.angle"][-1]
-    assert ends["--dense"] == pytest.approx(ends[""], rel=1e-8)
+    assert ends["--reference"] == pytest.approx(ends[""], rel=1e-8)
     assert ends["--no-geometric-stiffness"] != ends[""]
     assert (tmp_path / "run.csv").read_text().startswith("time,")
 
@@ -189,12 +189,12 @@ def test_geometric_stiffness_is_felt(tmp_path, project):
     hinge = HINGE.replace('"job.root"', '"job.root"\nstart = { rate = 3.0 }').replace("0.01", "0.2\nrtol = 1e-7")
     (tmp_path / "job.toml").write_text(text + hinge)
     ends = {}
-    for option in ("", "--dense", "--no-geometric-stiffness"):
+    for option in ("", "--reference", "--no-geometric-stiffness"):
         target = tmp_path / f"run{option}.h5"
         assert main(["simulate", str(tmp_path / "job.toml"), "-o", str(target), *filter(None, [option])]) == 0
         ends[option] = mp.read_result(target)["job.modal"][-1]
     size = abs(ends[""]).max()
-    assert abs(ends["--dense"] - ends[""]).max() < 1e-6 * size  # two integrations of relative tolerance 1e-7
+    assert abs(ends["--reference"] - ends[""]).max() < 1e-6 * size  # two integrations of relative tolerance 1e-7
     assert abs(ends["--no-geometric-stiffness"] - ends[""]).max() > 0.1 * size  # (rate / frequency)^2 is 0.6
 
 

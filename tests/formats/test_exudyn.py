@@ -253,7 +253,7 @@ def test_tumbling_solid(bracket_body, tmp_path):
     body = bracket_body.with_(K=soft, D=0 * soft, frequency=np.sqrt(soft) / (2 * np.pi)).conventional()
     file = write_exudyn(body, tmp_path / "soft.npz")
     spin = [0.3, -0.4, 0.5]
-    run = ours(body, 1.0, type="free", spin=np.array(spin))
+    run = ours(body, 1.0, type="free", angular_velocity=np.array(spin))
     fine, best = converged(lambda: Run(file, initialAngularVelocity=spin), 1.0, 1e-3, 0.1)
     size = np.ptp(body.points, axis=0).max()
     assert np.abs(run["arm.bolt_b.deflection"]).max() > 0.05 * size  # far from rigid: 7.6 mm of 104 mm

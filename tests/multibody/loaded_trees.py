@@ -16,9 +16,9 @@ WAVE = mp.TimeFunction([(0.4, "2 + sin(3*t)"), (float("inf"), "t")])
 
 def element(rng, by_place):
     """Everything a hinge can have; its limits are narrow, so that random states are beyond them."""
-    place = dict(stiffness=rng.uniform(), rest=rng.normal(), lower=-0.05, upper=0.05, limit_stiffness=5.0,
+    place = dict(stiffness=rng.uniform(), free_position=rng.normal(), lower=-0.05, upper=0.05, limit_stiffness=5.0,
                  limit_damping=0.7) if by_place else {}  # fmt: skip
-    return mp.HingeElement(damping=rng.uniform(), friction=rng.uniform(), sliding=0.3, drive=WAVE, **place)
+    return mp.HingeElement(damping=rng.uniform(), friction=rng.uniform(), transition_velocity=0.3, drive=WAVE, **place)
 
 
 def braked(joint, rng):
@@ -36,7 +36,7 @@ def every_load(system, rng):
     six = dict(stiffness=rng.uniform(0, 2, 6), damping=rng.uniform(0, 1, 6))
     points = system.bodies["b0"].points.shape
     ground = dict(position=rng.normal(size=3), rotation=turn())
-    rest = dict(rest_position=rng.normal(size=3), rest_rotation=turn())
+    rest = dict(free_position=rng.normal(size=3), free_rotation=turn())
     forces = [
         mp.PointForce(name=axes, at=at, force=("sin(t)", WAVE, 0), torque=(0, "t", 2), axes=axes)
         for axes, at in (("inertial", one), ("body", two))
@@ -46,10 +46,14 @@ def every_load(system, rng):
         for axes in ("inertial", "body")
     ]
     springs = [
-        mp.AxialSpring(name="s1", between=(one, two), stiffness=2.0, damping=0.3, length=0.5, pull=WAVE),
+        mp.AxialSpring(name="s1", between=(one, two), stiffness=2.0, damping=0.3, free_length=0.5, actuator_force=WAVE),
         mp.AxialSpring(name="s2", between=("ground", three), stiffness=1.0, position=rng.normal(size=3)),
-        mp.AxialSpring(name="slack", between=(two, three), stiffness=1.0, damping=0.4, length=9.0, tension_only=True),
-        mp.AxialSpring(name="taut", between=(one, "ground"), stiffness=1.0, damping=0.4, length=0.1, tension_only=True),
+        mp.AxialSpring(
+            name="slack", between=(two, three), stiffness=1.0, damping=0.4, free_length=9.0, tension_only=True
+        ),
+        mp.AxialSpring(
+            name="taut", between=(one, "ground"), stiffness=1.0, damping=0.4, free_length=0.1, tension_only=True
+        ),
         mp.AxialSpring(name="s3", between=(one, "ground"), damping=1.0, position=rng.normal(size=3)),
     ]
     bushings = [
@@ -61,7 +65,9 @@ def every_load(system, rng):
     pulled = names[-1] + ".b"
     control = mp.Callback(
         name="control",
-        function=lambda t, state: {pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].spin)},
+        function=lambda t, state: {
+            pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].angular_velocity)
+        },
     )
     return (*forces, *spread, *springs, *bushings, planet, control)
 

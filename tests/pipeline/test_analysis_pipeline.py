@@ -25,7 +25,7 @@ type = "revolute"
 child = "arm.root"
 stiffness = 30
 damping = 0.7
-rest = 0.2
+free_position = 0.2
 """
 ANALYSIS = """
 [environment]
@@ -143,7 +143,7 @@ file = "arm.h5"
 type = "revolute"
 child = "crank.root"
 stiffness = 90
-hold = true
+keep_start = true
 start = { angle = 0.4 }
 [joints.b]
 type = "revolute"
@@ -303,7 +303,7 @@ type = "free"
 child = "a.root"
 position = [1, 2, 3]
 rotation = { axis = [1, 2, 3], angle = "40 deg" }
-start = { velocity = [0.3, -0.2, 0.5], spin = [0.6, -0.4, 0.8] }
+start = { velocity = [0.3, -0.2, 0.5], angular_velocity = [0.6, -0.4, 0.8] }
 [environment]
 gravity = [0, -1, 2]
 [simulation]
@@ -352,13 +352,13 @@ def test_interfaces_of_a_flexible_body_in_momenta(folder):
         (('type = "free"', 'type = "spherical"'), "joint 'flight' is spherical, not free"),
         (("[environment]", '[forces.f]\nat = "a.root"\nforce = [1, 0, 0]\n[environment]'), "here is a load"),
         (("[environment]", "[environment]\n"), "has geometric stiffness"),
-        (("t_end = 2", 't_end = 2\ntheory = "ruthless"'), "modes miss a share"),
+        (("t_end = 2", 't_end = 2\ntheory = "ruthless"'), "modes do not represent a fraction"),
     ],
 )
 def test_flights_that_cannot_be(folder, capsys, change, words):
     mp.write_body(uniform_beam(modes=2), folder / "cloud.h5")
     text = (
-        FLIGHT.replace("start = { velocity = [0.3, -0.2, 0.5], spin", "start = { spin")
+        FLIGHT.replace("start = { velocity = [0.3, -0.2, 0.5], angular_velocity", "start = { angular_velocity")
         if "spherical" in words
         else FLIGHT
     )

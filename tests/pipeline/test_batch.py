@@ -284,7 +284,7 @@ GRIDS = {
     '[grid]\n"reduction.modes" = []': "needs a list of values",
     '[grid]\n"reduction.modes" = [3, 3]': "lists a value twice",
     '[grid]\n"reduction.modez" = [3, 4]': "unknown key 'modez'",
-    '[grid]\n"reduction.modes.x" = [3]': "which is no table",
+    '[grid]\n"reduction.modes.x" = [3]': "which is not a table",
 }
 
 
@@ -302,8 +302,8 @@ def test_bad_grids(project, tmp_path, capsys, grid):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["{folder}/no-*.toml"], "no pipeline file fits"),
-        (["{folder}"], "no pipeline file fits"),
+        (["{folder}/no-*.toml"], "no pipeline file matches"),
+        (["{folder}"], "no pipeline file matches"),
         (["{folder}/a.toml", "-j", "0"], "at least 1"),
         (["{folder}/a.toml", "-j", "2", "--scheduler", "tcp://127.0.0.1:1"], "leave it out with --scheduler"),
         (["{folder}/a.toml", "--cache", "x", "--no-cache"], "contradict"),

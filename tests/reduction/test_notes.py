@@ -50,7 +50,7 @@ def test_floating_modes_are_claimed_without_rigid_motions():
 
 
 def test_nothing_is_claimed_where_nothing_was_counted(monkeypatch):
-    """A factorization may not tell: SuperLU with exchanged rows, or one more that the memory has no room for."""
+    """A factorisation may not tell: SuperLU with exchanged rows, or one more that the memory has no room for."""
     large = cantilever_model(120)
     assert [n for n in mp.craig_bampton(large, modes=4, solver="superlu").notes if "found" in n]
     monkeypatch.setattr("modalprep.linalg.modes.count_below", lambda *arguments: None)

@@ -14,7 +14,7 @@ from scipy.sparse.linalg import eigsh, splu
 
 import modalprep as mp
 from modalprep.reduction.projected import body_matrices, interface_motion
-from modalprep.reduction.synthesis import synthesize
+from modalprep.reduction.synthesis import synthesise
 
 MODES = 16
 SI = (1.0, 1.0)
@@ -153,7 +153,7 @@ def test_interface_positions_from_the_stiffness_alone(cb, case):
 
 def test_frequencies_of_the_floating_body(case):
     """The body stands in the frame of its root; afloat, it has the frequencies that pyYeti finds."""
-    ours = synthesize({"a": case.body}).frequency[6:]
+    ours = synthesise({"a": case.body}).frequency[6:]
     full = np.sqrt(eigh(case.pyyeti.k, case.pyyeti.m, eigvals_only=True)[6:]) / (2 * np.pi)
     np.testing.assert_allclose(ours, full, rtol=1e-7)
     theirs = free_free(case.pyyeti.text)

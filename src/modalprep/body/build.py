@@ -35,7 +35,7 @@ def flexible_body(
     damping : float
         Modal damping ratio (fraction of critical) of every mode.
     stress : StressRecovery
-        Points whose stress the body carries, of `stress_recovery` on this model.
+        Points with stress modes, from `stress_recovery` on this model.
     second_order_mass : bool or "auto"
         Whether the body has T, the second order of its modal mass (second_order.py); "auto" takes it where it matters,
         and the provenance says how much.
@@ -98,13 +98,13 @@ def flexible_body(
 
 
 def _strain_energy(model: FEModel, Phi: np.ndarray, strained: np.ndarray) -> dict[str, np.ndarray]:
-    """Strain energy of the cells, without the round-off of modes that do not strain."""
+    """Return the strain energy of the cells, zero for rigid-body modes."""
     found = model.strain_energy(Phi) if model.strain_energy else {}
     return {kind: np.where(strained, energy, 0) for kind, energy in found.items()}
 
 
 def _stress_modes(recovery: StressRecovery, Phi: np.ndarray, strained: np.ndarray) -> dict[str, StressModes]:
-    """Stress of the points, without the round-off of modes that do not strain."""
+    """Return the stress at the points, zero for rigid-body modes."""
     found = {name: StressModes(**at._asdict()) for name, at in recovery(Phi).items()}
     return {name: at.with_(modes=np.where(strained, at.modes, 0)) for name, at in found.items()}
 

@@ -1,4 +1,4 @@
-"""Physics checks of a model and of its modal body, each by itself: identities that a wrong sign or unit breaks."""
+"""Physics checks of a model and of its modal body: identities that a wrong sign or unit violates."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from modalprep.records import Record
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
-NOISE = 1e-6  # of the largest row: rows that are nothing but round-off, such as a rod's rotation across its axis
-RIGID = 1e-8  # strain force of a rigid motion over that of its absolute terms
-BENT = 0.2  # of the body's size: beyond what a theory of small strains is used for
+NOISE = 1e-6  # relative to the largest row: rows of round-off only, such as a rod's rotation across its axis
+RIGID = 1e-8  # strain force of a rigid motion over its absolute terms
+BENT = 0.2  # of the body's size: beyond the range of small strains
 TRIALS = 16  # random deflections, beside the answer to each load
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check: a relative error `value` that must stay below `limit`, unless it only informs (`required`)."""
+    """One check: a relative error `value` that must stay below `limit` if `required`, else for information."""
 
     name: str
     value: float
@@ -32,12 +32,12 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether the value is a number within the limit, or only informs."""
+        """Whether the value is within the limit, or the check is not required."""
         return self.within or not self.required
 
     @property
     def within(self) -> bool:
-        """Whether the value is a number within the limit."""
+        """Whether the value is finite and within the limit."""
         return bool(self.value <= self.limit)
 
 
@@ -48,7 +48,7 @@ class CheckReport(Record):
     Attributes
     ----------
     subject : str
-        What was checked: a file.
+        The checked file.
     checks : tuple of Check
 
     Examples
@@ -153,9 +153,9 @@ def _inertia_defect(J: np.ndarray) -> float:
 
 
 def deflections(body: FlexibleBody) -> np.ndarray:
-    """Return static answers (k, n) to accelerations, spins and interface loads, both ways, and to mixtures of them.
+    """Return static responses (k, n) to accelerations, spins and interface loads of both signs, and combinations.
 
-    One level of load for all: an acceleration a, ``a / size`` of spin, forces of ``m a`` and moments of
+    All loads have the same magnitude: an acceleration a, ``a / size`` of spin, forces of ``m a`` and moments of
     ``m a size``, such that the largest displacement is the body's size.
 
     Examples

@@ -21,12 +21,12 @@ class StressModes(Record):
     Attributes
     ----------
     position : (3,)
-        Of its node in the body's frame B, m.
+        Position of its node in the body's frame B, m.
     axes : (3, 3)
         Rows: the axes x, y, z of the components, in B.
     components : tuple of str
-        Of ``xx, yy, zz, xy, yz, xz``; ``torsion`` is the shear of a beam's torque. What is not there is zero, or in a
-        beam not known.
+        Of ``xx, yy, zz, xy, yz, xz``; ``torsion`` is the shear of a beam's torque. Missing ones are zero, or in a
+        beam unknown.
     modes : (c, n)
         Pa per modal coordinate.
 
@@ -53,7 +53,7 @@ class StressModes(Record):
 
 
 def von_mises(stress: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the equivalent stress of components by name; those that are left out count as zero.
+    """Return the equivalent stress of components by name; missing ones are zero.
 
     Examples
     --------

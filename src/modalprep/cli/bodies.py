@@ -22,7 +22,7 @@ def modes(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Mode-selection report: a table here, and an HTML page beside the modal file."""
+    """Mode-selection report: a table, and an HTML page beside the modal file."""
     from modalprep.pipeline.build.build import build_body, output_folder
     from modalprep.pipeline.console import Reporter
     from modalprep.report.page import write_page
@@ -69,7 +69,7 @@ def render(
     from modalprep.report.pictures.sheet import contact_sheet
 
     if sheet and animate:
-        raise InputError("--sheet and --animate ask for two files; give one of them")
+        raise InputError("--sheet and --animate exclude each other; give one of them")
     body = read_body(file)
     default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
     target = target or Path(default)
@@ -86,7 +86,9 @@ def render(
 
 @app.command()
 def check(
-    file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or pipeline file (TOML): against its mesh as well.")],
+    file: Annotated[
+        Path, typer.Argument(help="Modal file (HDF5), or pipeline file (TOML): checked against its mesh as well.")
+    ],
     energy: Annotated[
         bool,
         typer.Option("--energy", help="Also compare geometric stiffness with differences of the nonlinear energy."),
@@ -133,7 +135,7 @@ def diff(
     tolerance: Annotated[float, typer.Option("--tolerance", help="Largest relative difference.", min=0.0)] = 1e-6,
     as_json: Json = False,
 ) -> None:
-    """Compare two modal files as physical systems, whatever basis their modes are in; exit code 1 when they differ."""
+    """Compare two modal files as physical systems, independent of their modal bases; exit code 1 when they differ."""
     from modalprep.body.checks import CheckReport
     from modalprep.body.difference import compare_bodies
     from modalprep.formats.modalfile import read_body

@@ -1,4 +1,4 @@
-"""What all commands share: the application, common options, JSON."""
+"""Shared by all commands: the application, common options, JSON."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ app = typer.Typer(
     help="Finite-element meshes to flexible bodies for multibody dynamics, and their simulation.",
 )
 
-Output = Annotated[Path | None, typer.Option("--output", help="Folder for outputs; default 'output' beside the file.")]
+Output = Annotated[Path | None, typer.Option("--output", help="Output folder; default 'output' beside the file.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]
 ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]

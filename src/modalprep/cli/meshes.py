@@ -22,7 +22,7 @@ def mesh(
     shapes: Annotated[bool, typer.Option("--list", help="Print the shapes, their parameters and groups.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Mesh of a parametric shape, with named groups."""
+    """Generate the mesh of a parametric shape, with named groups."""
     from modalprep.errors import InputError
     from modalprep.fe.generation.generate import make_mesh
     from modalprep.pipeline.console import Reporter
@@ -37,7 +37,7 @@ def mesh(
             print_json(summary.shapes(GENERATORS.values()))
         return
     if name is None:
-        raise InputError("no shape given; write modalprep mesh NAME, with a name that modalprep mesh --list shows")
+        raise InputError("no shape given; write modalprep mesh NAME with a name from modalprep mesh --list")
     target = target or Path(f"{name.replace('_', '-')}.msh")
     made = make_mesh(name, target, **_parameters(param or []))
     reporter.wrote(target)
@@ -52,11 +52,11 @@ def mesh(
 @app.command()
 def quality(
     file: Annotated[Path, typer.Argument(help="Mesh file, or pipeline file (TOML) that names one.")],
-    picture: Annotated[Path | None, typer.Option("--picture", help="Picture (.png) with the flaws marked.")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", help="Picture (.png) with the defects marked.")] = None,
     length_unit: Annotated[str, typer.Option("--length-unit", help="Of a mesh file: m, mm, cm, in, ft.")] = "m",
     as_json: Json = False,
 ) -> None:
-    """Mesh quality: statistics and flaws; exit code 1 when one is an error."""
+    """Mesh quality: statistics and defects; exit code 1 if one is an error."""
     from modalprep.pipeline.console import Reporter
     from modalprep.report.check_tables import quality_table
 

@@ -1,4 +1,4 @@
-"""The exchange formats by name: which file, which writer, which variants."""
+"""Exchange formats by name: file suffix, writer and variants."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ PICTURES = ("uff", "vtu")  # mode shapes, no equations of motion
 
 
 def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | None) -> Path:
-    """Write a body in an exchange format; the file is whole or absent.
+    """Write a body in an exchange format; the file is written completely or not at all.
 
     Parameters
     ----------
     to : str
         A name of `EXPORTS`.
     options : str or None
-        ``dialect`` of sid, ``version`` of mbdyn; None leaves the writer's default.
+        ``dialect`` of sid, ``version`` of mbdyn; None: the writer's default.
 
     Raises
     ------
@@ -73,7 +73,7 @@ def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | 
 
 
 def lost_in(body: FlexibleBody, to: str) -> list[str]:
-    """Return sentences on what of a body's dynamics a format has no place for.
+    """Return notes on the dynamics of a body that a format cannot represent.
 
     Examples
     --------

@@ -19,15 +19,15 @@ VERSIONS = ("full", "classic")
 
 
 def write_mbdyn(body: FlexibleBody, path: str | Path, version: str = "full", mesh_nodes: Sequence[int] = ()) -> Path:
-    """Write a body for MBDyn's modal joint; the file is whole or absent.
+    """Write a body for MBDyn's modal joint; the file is written completely or not at all.
 
-    A comment at its head holds the card of the joint: its interfaces, in the order to which group 19 refers. The
+    A comment at its head has the card of the joint: its interfaces, in the order to which group 19 refers. The
     modal node is frame B: the root interface, which then is not in the card, unless `FlexibleBody.frame` is another.
 
     Parameters
     ----------
     version : {"full", "classic"}
-        Groups 1 to 19, or 1 to 13 for an MBDyn that knows no others (without them the element has no inertial
+        Groups 1 to 19, or 1 to 13 for versions of MBDyn without the others (without them the element has no inertial
         coupling between rigid motion and modes).
     mesh_nodes : sequence of int
         Further nodes, rows of ``body.points`` from 0; they have no rotation.
@@ -59,7 +59,7 @@ def write_mbdyn(body: FlexibleBody, path: str | Path, version: str = "full", mes
 
 
 def carried_interfaces(body: FlexibleBody) -> list[int]:
-    """Return the interfaces of the joint's card: all but a root that is the modal node itself.
+    """Return the interfaces of the joint's card: all except a root that is the modal node itself.
 
     Examples
     --------

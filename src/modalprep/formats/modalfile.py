@@ -18,7 +18,7 @@ from modalprep.formats.hdf5 import reading, writing
 from modalprep.reduction.table import ModeTable
 
 FORMAT, VERSION = "modalprep", 1
-UNIT = 1e-9  # how far axes may be from orthogonal unit vectors
+UNIT = 1e-9  # tolerance of orthogonal unit vectors
 SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
     "m": lambda n, k: (),
     "s0": lambda n, k: (3,),
@@ -57,7 +57,7 @@ TABLE = np.dtype(
 
 
 def write_body(body: FlexibleBody, path: str | Path) -> Path:
-    """Write a body to a modal file; the file is whole or absent.
+    """Write a body to a modal file; the file is written completely or not at all.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
 
 
 def _store(file: h5py.File, name: str, value: Any, packed: bool = True) -> None:
-    """Mode shapes and energies are not packed: it takes seven times as long and saves a seventh of their size."""
+    """Store an array; shapes and energies uncompressed, since packing takes seven times as long and saves a seventh."""
     value = np.asarray(value)
     options = {"compression": "gzip", "shuffle": True} if packed and value.size > 1000 else {}
     file.create_dataset(name, data=value, **options)
@@ -191,7 +191,7 @@ def _cells(file: h5py.File, kind: str, n_points: int) -> np.ndarray:
 
 
 def _per_cell(file: h5py.File, name: str, cells: dict, n: int) -> dict[str, np.ndarray]:
-    """Read what the file may hold of each cell, in its precision; every type of cell has it, or none."""
+    """Read an optional quantity of each cell, in its precision; all types of cells have it, or none."""
     if name not in file:
         return {}
     found = {}
@@ -204,7 +204,7 @@ def _per_cell(file: h5py.File, name: str, cells: dict, n: int) -> dict[str, np.n
 
 
 def _stress(file: h5py.File, name: str, n: int) -> StressModes:
-    """Read the stress at a point, which the file may hold."""
+    """Read the stress at a point."""
     place, said = f"stress/{name}", file[f"stress/{name}"].attrs
     components = tuple(str(x) for x in said["components"])
     if not components or set(components) - set(COMPONENTS) or len(set(components)) < len(components):

@@ -64,13 +64,13 @@ def _histories(data: h5py.Dataset, count: int) -> np.ndarray:
 
 
 def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) -> Path:
-    """Write time and the named channels (all when none is named) as columns; a vector takes one per component."""
+    """Write time and the named channels (all when none is named) as columns; a vector has one per component."""
     columns = {"time": result.time} | result.table(channels)
     return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
 
 
 def read_csv(path: str | Path) -> Result:
-    """Read a file of `write_csv`, to its ten digits; columns ``name.x``, ``name.y``, ... become one channel again.
+    """Read a file of `write_csv`, with ten digits; columns ``name.x``, ``name.y``, ... become one channel.
 
     Raises
     ------

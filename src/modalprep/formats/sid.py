@@ -48,7 +48,7 @@ class Taylor(Record):
 
 @dataclass(frozen=True)
 class Dialect:
-    """What differs between the programs that write the format."""
+    """Differences between the programs that write the format."""
 
     header: str
     number: Callable[[float], str]
@@ -75,14 +75,14 @@ DIALECTS = {
 
 
 def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh_nodes: Sequence[int] = ()) -> Path:
-    """Write a body as SID_FEM; the file is whole or absent.
+    """Write a body as SID_FEM; the file is written completely or not at all.
 
     Its nodes are numbered from 1: the interfaces in their order, then the mesh nodes, which have no rotation.
 
     Parameters
     ----------
     dialect : {"fembs", "pysid", "fembeam"}
-        Whose layout of ``Gr, Ge, J``, index order and number format to follow.
+        Program whose layout of ``Gr, Ge, J``, index order and number format is used.
     mesh_nodes : sequence of int
         Further nodes, rows of ``body.points`` from 0.
 
@@ -110,7 +110,7 @@ def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh
 def body_terms(body: FlexibleBody, dialect: Dialect) -> dict[str, Taylor]:
     """Return the matrices of the body in the order of the file.
 
-    ``H, P`` give the inertial part; the geometric stiffness enters where the displacement of second order does work:
+    ``H, P`` give the inertial part; the geometric stiffness enters by the work of the second-order displacement:
     ``Kg_A`` in Ct, the antisymmetric combination of ``Kg_W`` in Cr, the symmetric one in Oe.
     """
     field = body.P + body.Kg_W
@@ -150,7 +150,7 @@ def _inertia(body: FlexibleBody, dialect: Dialect) -> Taylor:
 
 
 def _columns(blocks: np.ndarray, by_axis: bool) -> np.ndarray:
-    """Lay (row, mode, axis) out in columns."""
+    """Arrange (row, mode, axis) in columns."""
     return (blocks.swapaxes(1, 2) if by_axis else blocks).reshape(len(blocks), -1)
 
 

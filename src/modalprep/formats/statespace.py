@@ -52,7 +52,7 @@ def write_state_space(linear: StateSpace, path: str | Path) -> Path:
     >>> mass = StateSpace(
     ...     A=np.array([[0, 1.0], [0, 0]]), B=np.array([[0], [0.5]]), C=np.eye(2)[:1], D=np.zeros((1, 1)),
     ...     inputs=("slide",), outputs=("slide.displacement",), owner=(("joint", "slide"),), independent=np.arange(1),
-    ...     R=np.eye(1), y=np.zeros(2), udot=np.zeros(1), error=0.0, doubt=np.zeros((2, 2)))
+    ...     R=np.eye(1), y=np.zeros(2), udot=np.zeros(1), error=0.0, error_estimate=np.zeros((2, 2)))
     >>> with np.load(write_state_space(mass, Path(tempfile.mkdtemp()) / "mass.npz")) as file:
     ...     print(file["B"].ravel(), file["states"])
     [0.  0.5] ['joint slide' 'joint slide rate']

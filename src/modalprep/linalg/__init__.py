@@ -1,1 +1,1 @@
-"""Linear algebra on matrices: factorization, lowest modes, Rayleigh-Ritz."""
+"""Linear algebra on matrices: factorisation, lowest modes, Rayleigh-Ritz."""

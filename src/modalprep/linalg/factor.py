@@ -1,4 +1,4 @@
-"""Sparse symmetric factorization: oneMKL PARDISO where its wheel exists, SciPy's SuperLU elsewhere."""
+"""Sparse symmetric factorisation: oneMKL PARDISO where its wheel exists, SciPy's SuperLU elsewhere."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from modalprep.linalg.pardiso import PardisoFactor, library
 
 
 class Factor(Protocol):
-    """A factorized symmetric matrix.
+    """A factorised symmetric matrix.
 
     Attributes
     ----------
     negative : int or None
-        Number of eigenvalues below zero (Sylvester's inertia); None where the factorization does not tell.
+        Number of eigenvalues below zero (Sylvester's inertia); None where the factorisation does not tell.
     """
 
     negative: int | None
@@ -45,7 +45,7 @@ class SuperLUFactor:
         return self._lu.solve(np.asfortranarray(B, dtype=float))
 
 
-def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
+def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
     """Factorize a sparse symmetric matrix ``A (n, n)``.
 
     Parameters
@@ -68,7 +68,7 @@ def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
     Examples
     --------
     >>> A = csr_array(np.array([[2.0, -1.0], [-1.0, 2.0]]))
-    >>> factorize(A).solve(np.array([1.0, 1.0]))
+    >>> factorise(A).solve(np.array([1.0, 1.0]))
     array([1., 1.])
     """
     if solver == "pardiso" and library() is None:

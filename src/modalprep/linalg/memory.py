@@ -1,4 +1,4 @@
-"""How much memory a factorization may take."""
+"""How much memory a factorisation may take."""
 
 from __future__ import annotations
 

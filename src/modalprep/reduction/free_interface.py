@@ -15,7 +15,7 @@ from modalprep.reduction.participation import free_coupling, interface_shares, m
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
 
-RIGID = 1e-6  # w^2 of a rigid motion over that of the body held at its root
+RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
 
 
 def free_interface(
@@ -28,8 +28,8 @@ def free_interface(
 ) -> Reduction:
     """Reduce to free-free modes and the residual attachment modes of every interface (MacNeal, Rubin, Craig-Chang).
 
-    The static answer to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
-    those of the floating body, as a ground test measures them. The basis is then moved to the frame of the root.
+    The static response to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
+    those of the free body, as measured in a modal test. The basis is then transformed to the frame of the root.
     Craig and Kurdila, Fundamentals of Structural Dynamics (2006), section 17.4.
 
     Parameters
@@ -41,14 +41,14 @@ def free_interface(
         Which of them to keep (`selection.select`); they have no effective mass.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
-        What factorizes and finds modes.
+        Functions for factorisation and eigensolution.
 
     Raises
     ------
     InputError
         When the mode count is negative or the selection cannot be read.
     MechanismError
-        When the floating body has more than six motions without strain.
+        When the floating body has more than six rigid-body motions.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def free_interface(
     notes = (*completeness(w2, counted, f"elastic {FREE}"), *more_modes(keep, candidates, modes))
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
-    W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid motion
+    W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid-body motion
     attached = [f"unit load {d} on interface {frame.name}" for frame in model.interfaces for d in DIRECTIONS]
     return reduced("free_interface", held, W, candidates.with_rows(ATTACHMENT, attached), notes)
 
@@ -74,14 +74,14 @@ def free_interface(
 def _elastic_modes(
     held: Clamped, R: np.ndarray, modes: int, solver: str, algebra: Algebra
 ) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return the lowest modes of the floating body without its six rigid motions, and how they were counted."""
+    """Return the lowest elastic modes of the free body, and how they were counted."""
     x = held.static_free(held.M @ R)
     softest = np.min(np.einsum("ij,ij->j", x, held.K @ x) / np.einsum("ij,ij->j", x, held.M @ x))
     w2, Phi, counted = algebra.lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
     elastic = np.abs(w2) > RIGID * softest
     if np.sum(~elastic) != 6:
         raise MechanismError(
-            f"the floating body has {np.sum(~elastic)} motions without strain, not six; connect its loose parts"
+            f"the floating body has {np.sum(~elastic)} rigid-body motions, not six; connect its loose parts"
         )
     return w2[elastic], Phi[:, elastic], counted
 
@@ -131,7 +131,7 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     held = clamp(model, solver, algebra)
     T = np.zeros((held.K.shape[0], len(held.b)))
     T[held.b, np.arange(len(held.b))], T[held.i] = 1.0, held.Psi
-    T = T[:, 6:]  # the root is locked
+    T = T[:, 6:]  # the root is clamped
     reduced_K, reduced_M = T.T @ (held.K @ T), T.T @ (held.M @ T)
     T[held.i] += held.factor.solve((held.M @ T)[held.i] @ np.linalg.solve(reduced_M, reduced_K))
     return reduced("irs", held, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())

@@ -16,7 +16,7 @@ FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModeTable(Record):
-    """Candidates of a reduction and what became of them.
+    """Candidate vectors of a reduction and their selection.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class ModeTable(Record):
         Rigid-body mass (kg) and moments of inertia (kg m^2) of the whole body about the root interface.
     kept : (n,) bool
     reason : tuple of str, length n
-        Why the row was kept or dropped.
+        Reason for keeping or dropping the row.
 
     Examples
     --------

@@ -1,1 +1,1 @@
-"""What people look at: tables, charts, pictures, the HTML page."""
+"""Reports: tables, charts, pictures and the HTML page."""

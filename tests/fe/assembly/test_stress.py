@@ -329,7 +329,7 @@ def test_truss_carries_its_force_over_its_area():
     load = np.zeros(model.n_dof)
     load[model.dof[1, :3]] = 1e3 * np.array([1.0, 1, 1])  # along the first bar, which alone can carry its z
     d = static(model, model.dof[1, :3], load)[:, None]
-    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=2, of="first")})(d)["p"]
+    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=2, element_group="first")})(d)["p"]
     slope = np.array([points[1] - points[k] for k in (0, 2, 3)])
     forces = np.linalg.solve((slope / np.linalg.norm(slope, axis=1)[:, None]).T, 1e3 * np.ones(3))
     assert at.components == ("xx",)
@@ -393,18 +393,24 @@ def stiffened():
     ("point", "words"),
     [
         (dict(node=1), r"different properties \(beam, shell\) meet at p; say whose stress by 'of'"),
-        (dict(node=1, of="sheet"), r"different directions, \[0.0, 0.0, 1.0\], \[0.0, 1.0, 0.0\], so .* by 'direction'"),
-        (dict(node=1, of="sheet", direction=(1, 0, 0)), r"no element of group 'sheet' in direction \[1, 0, 0\] that"),
+        (
+            dict(node=1, element_group="sheet"),
+            r"different directions, \[0.0, 0.0, 1.0\], \[0.0, 1.0, 0.0\], so .* by 'direction'",
+        ),
+        (
+            dict(node=1, element_group="sheet", direction=(1, 0, 0)),
+            r"no element of group 'sheet' in direction \[1, 0, 0\] that",
+        ),
         (dict(node=1, direction=(0, 0, 0)), "no element in direction"),
-        (dict(node=1, of="stiffener"), "does not say where its outer fibres are"),
-        (dict(node=1, of="lump"), "no element of group 'lump' that has stress"),
+        (dict(node=1, element_group="stiffener"), "does not say where its outer fibres are"),
+        (dict(node=1, element_group="lump"), "no element of group 'lump' that has stress"),
         (dict(node=99), "no node lies at node 99"),
         (dict(group="rot"), "no group 'rot'; did you mean 'root'"),
-        (dict(node=3, of="none"), "has no group 'none'"),
+        (dict(node=3, element_group="none"), "has no group 'none'"),
         (dict(node=3, fibres=((0, 0),)), "'fibres' is not for elements of type shell"),
-        (dict(node=1, of="stiffener", axis=(1, 0, 0)), "'axis' is not for elements of type beam"),
-        (dict(node=1, of="stiffener", fibres=((0, 0, 0, 0),)), "is not y, z and, where known"),
-        (dict(node=1, of="stiffener", fibres=((0, np.nan),)), "is not y, z and, where known"),
+        (dict(node=1, element_group="stiffener", axis=(1, 0, 0)), "'axis' is not for elements of type beam"),
+        (dict(node=1, element_group="stiffener", fibres=((0, 0, 0, 0),)), "is not y, z and, where known"),
+        (dict(node=1, element_group="stiffener", fibres=((0, np.nan),)), "is not y, z and, where known"),
         (dict(node=3, axis=(0, 0, 1)), "is zero or normal to the shell"),
         (dict(node=3, axis=(0, 0, 0)), "is zero or normal to the shell"),
     ],

@@ -19,7 +19,7 @@ from structured import (
 
 import modalprep as mp
 from modalprep.fe.properties.properties import Truss
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 
 E, NU, RHO = 2.1e11, 0.3, 7800.0
 STEEL = mp.Solid(material=mp.Material(E=E, nu=NU, rho=RHO))
@@ -58,7 +58,7 @@ def test_patch(kind):
     inner = dof[~outside].ravel()
     found = exact.copy()
     found[inner] = 0
-    found[inner] = -factorize(submatrix(model.K, inner), SOLVER).solve((model.K @ found)[inner])
+    found[inner] = -factorise(submatrix(model.K, inner), SOLVER).solve((model.K @ found)[inner])
     assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()  # FE.md: 3e-16
     strain = (G + G.T) / 2
     lam, mu = E * NU / ((1 + NU) * (1 - 2 * NU)), E / (2 * (1 + NU))
@@ -109,7 +109,7 @@ def buckling_error(kind, over_height, along):
     d = np.zeros(model.n_dof)
     d[tip] = -1e-4
     inner = np.setdiff1d(keep, tip)
-    d[inner] = -factorize(submatrix(model.K, inner), SOLVER).solve((model.K @ d)[inner])
+    d[inner] = -factorise(submatrix(model.K, inner), SOLVER).solve((model.K @ d)[inner])
     reaction = model.K @ d
     load = np.zeros(model.n_dof)
     load[tip] = reaction[tip]

@@ -384,8 +384,8 @@ def test_one_thing_wrong_in_a_pipeline(job, capsys, name):
         (('file = "model.npz"', 'file = "model.npz"\ndofs_per_node = 4'), ["[matrices.dofs_per_node]"]),
         (('file = "model.npz"', 'file = "model.npz"\nlength_unit = "mm"'), ["mass_unit"]),
         (('file = "model.npz"', 'file = "model.npz"\nnodes = "no.csv"'), ["no.csv does not exist"]),
-        (("[matrices]", '[mesh]\nfile = "a.msh"\n[matrices]'), ["[mesh] does not go with [matrices]"]),
-        (("[matrices]", '[connections.a]\nnode = 1\n[matrices]'), ["[connections] does not go with [matrices]"]),
+        (("[matrices]", '[mesh]\nfile = "a.msh"\n[matrices]'), ["[mesh] cannot be combined with [matrices]"]),
+        (("[matrices]", '[connections.a]\nnode = 1\n[matrices]'), ["[connections] cannot be combined with [matrices]"]),
         (("node = 5", "node = 6"), ["no node lies at node 6"]),
     ],
 )  # fmt: skip

@@ -16,7 +16,7 @@ from modalprep.body.build import flexible_body
 from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.evaluation.evaluate import GOOD, build_model, evaluate
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.reference.constraints import closed_accelerations, dense_constraints, reduced_accelerations
@@ -31,10 +31,12 @@ Y = np.array([0, 1.0, 0])
 def parallelogram(angle=0.4, *, spring=60.0, damping=0.0, rest=0.3, closure="revolute"):
     """Cranks and coupler of 1 kg and 1 m each; the coupler only translates."""
     bodies = {name: link(name, 1.0, (0.5, 0), 1 / 12, end=(1, 0)) for name in ("crank", "coupler", "rocker")}
-    element = mp.HingeElement(stiffness=spring, damping=damping, rest=rest)
+    element = mp.HingeElement(stiffness=spring, damping=damping, free_position=rest)
     pivot = np.array([1.0, 0, 0])
     joints = (
-        mp.Joint(name="a", type="revolute", parent="ground", child="crank", angle=angle, hold=True, elements=element),
+        mp.Joint(
+            name="a", type="revolute", parent="ground", child="crank", angle=angle, keep_start=True, elements=element
+        ),
         mp.Joint(name="b", type="revolute", parent="crank.end", child="coupler", angle=-angle),
         mp.Joint(name="c", type="revolute", parent="ground", child="rocker", angle=angle, position=pivot),
     )
@@ -85,9 +87,10 @@ def pushed_slider(force=8.0, spring=30.0):
         "rod": link("rod", 2.0, (1.25, 0), 1.0, end=(2.5, 0)),
         "slider": link("slider", 0.5, (0, 0), 0.1),
     }
-    element = mp.HingeElement(stiffness=spring, rest=1.0)
+    element = mp.HingeElement(stiffness=spring, free_position=1.0)
     joints = (
-        mp.Joint(name="crank", type="revolute", parent="ground", child="crank", angle=1.0, elements=element, hold=True),
+        mp.Joint(name="crank", type="revolute", parent="ground", child="crank", angle=1.0, elements=element,
+                 keep_start=True),
         mp.Joint(name="knee", type="revolute", parent="crank.end", child="rod", angle=-1.3),
         mp.Joint(name="slide", type="prismatic", parent="ground", child="slider", axis=np.array([1.0, 0, 0]),
                  displacement=3.0),
@@ -119,7 +122,7 @@ def test_porter_governor_rises_with_its_speed():
     joints = (
         mp.Joint(name="shaft", type="revolute", parent="ground", child="hub", axis=Y,
                  motion=mp.TimeFunction(f"{spin}*t")),
-        mp.Joint(name="arm", type="revolute", parent="hub.root", child="arm", angle=-1.0, hold=True),
+        mp.Joint(name="arm", type="revolute", parent="hub.root", child="arm", angle=-1.0, keep_start=True),
         mp.Joint(name="slide", type="prismatic", parent="hub.root", child="sleeve", axis=Y, displacement=-0.8),
     )  # fmt: skip
     rod = Closure(name="rod", type="distance", a="arm.ball", b="sleeve.root", length=length)
@@ -158,7 +161,7 @@ def test_two_halves_of_a_beam_closed_in_the_middle(closure):
     free = ("rz",) if closure == "revolute" else ()
     places = {joint.child: (joint.position, joint.rotation) for joint in system.joints}
     weld, walls = ("one.tip", "two.tip", free), ["one.root", "two.root"]
-    expected = mp.synthesize(system.bodies, [weld], places, walls, modes=10)
+    expected = mp.synthesise(system.bodies, [weld], places, walls, modes=10)
     found = mp.system_modes(system)
     np.testing.assert_allclose(found.frequency[:10], expected.frequency, rtol=1e-8)
     if closure == "weld":
@@ -227,26 +230,26 @@ def test_a_joint_cut_and_closed_again_has_the_same_rest_and_modes(kind):
 def test_linear_equations_are_the_derivative_of_the_run(seed):
     """Along a random motion of a moving flexible tree with loops, time in its conditions included."""
     system, t = loose(seed), 0.3
-    plant, rng = Plant(system, t), np.random.default_rng(seed)
-    chart = Chart(plant, plant.start)
-    n, nu, nx = len(chart.independent), plant.nu, plant.nx
+    evaluator, rng = Evaluator(system, t), np.random.default_rng(seed)
+    chart = Chart(evaluator, evaluator.start)
+    n, nu, nx = len(chart.independent), evaluator.nu, evaluator.nx
     y = chart.moved(0.1 * rng.standard_normal(n), 0.3 * rng.standard_normal(n))
-    assert max(np.abs(gap).max() for gap in plant.gaps(y)) < 1e-12
+    assert max(np.abs(gap).max() for gap in evaluator.gaps(y)) < 1e-12
     linear = mp.linearise(system, y, t)
-    free, loading = linear.independent, Loading(system, plant.packed, 2.0)
-    loading.loops.arrays.constants[:] = plant.loops.arrays.constants  # lengths as at the start
-    model = build_model(system, plant.packed, loading)
+    free, loading = linear.independent, Loading(system, evaluator.packed, 2.0)
+    loading.loops.arrays.constants[:] = evaluator.loops.arrays.constants  # lengths as at the start
+    model = build_model(system, evaluator.packed, loading)
     z, w, h = rng.standard_normal(len(free)), rng.standard_normal(len(free)), 1e-5
 
     def rates(size):
         """Move along the loops' tangent and project in the metric of the masses; then give the speeds wanted."""
-        state = plant.closed(plant.moved(y, size * linear.R @ z))
+        state = evaluator.closed(evaluator.moved(y, size * linear.R @ z))
         speeds = y[nx:].copy()
         speeds[free] += size * w
-        Gs = plant.jacobian(state)[plant.kept_rows(state)]
+        Gs = evaluator.jacobian(state)[evaluator.kept_rows(state)]
         others = np.setdiff1d(np.arange(nu), free)
         state[nx:] = speeds
-        state[nx + others] -= np.linalg.lstsq(Gs[:, others], plant.gaps(state)[1][chart.kept])[0]
+        state[nx + others] -= np.linalg.lstsq(Gs[:, others], evaluator.gaps(state)[1][chart.kept])[0]
         ydot = np.zeros(nx + nu + 1)
         assert evaluate(model, t, np.append(state, 0.0), ydot) == GOOD
         return ydot[nx:-1]
@@ -262,16 +265,18 @@ def test_turning_reference_turns_the_changes_of_closed_bodies_back():
     """Two neighbouring states of a spinning body on a rod move on by their speeds; how they part is the first rows."""
     body = mp.rigid_body("top", mass=1.0, centre=np.array([0.2, 0, 0]), inertia=np.diag([1.0, 2, 2.5]),
                          interfaces={"root": np.zeros(3), "end": np.array([1.0, 0.3, 0.2])})  # fmt: skip
-    joint = mp.Joint(name="ball", type="spherical", parent="ground", child="top", spin=np.array([2.0, -1, 3]))
+    joint = mp.Joint(
+        name="ball", type="spherical", parent="ground", child="top", angular_velocity=np.array([2.0, -1, 3])
+    )
     rod = Closure(name="rod", type="distance", a="ground", b="top.end", position=np.array([0.5, 2.0, -0.4]))
     system = mp.System(bodies={"top": body}, joints=(joint,), closures=(rod,))
-    plant = Plant(system)
-    chart, linear = Chart(plant, plant.start), mp.linearise(system)
+    evaluator = Evaluator(system)
+    chart, linear = Chart(evaluator, evaluator.start), mp.linearise(system)
     z, w, h = 1e-4 * np.array([1.0, -2.0]), 1e-4 * np.array([0.5, 3.0]), 1e-4
     states = chart.y, chart.moved(z, w)
 
     def apart(t):
-        A, B = (quaternion_matrix(plant.moved(y, t * y[plant.nx :])[:4]) for y in states)
+        A, B = (quaternion_matrix(evaluator.moved(y, t * y[evaluator.nx :])[:4]) for y in states)
         return Rotation.from_matrix(A.T @ B).as_rotvec()
 
     rate = (apart(h) - apart(-h)) / (2 * h)
@@ -386,15 +391,15 @@ def squeezer():
 def test_independent_speeds_accelerate_as_multipliers_do(mechanism):
     """Book section 9.4 against the multiplier form, dense both, and against the order-n kernel."""
     system = mechanism()
-    plant = Plant(system)
-    chart = Chart(plant, plant.start)
+    evaluator = Evaluator(system)
+    chart = Chart(evaluator, evaluator.start)
     y = chart.moved(np.zeros(len(chart.independent)), 0.5 + np.arange(len(chart.independent), dtype=float))
-    plant.load(y)
-    kernel, motion = plant.accelerations(np.zeros(plant.nu)), plant.loading.motion
-    reduced = reduced_accelerations(system, plant.loops.closing, y, motion, 0.0)
-    multiplier, _ = closed_accelerations(system, plant.loops.closing, y, motion, 0.0)
+    evaluator.load(y)
+    kernel, motion = evaluator.accelerations(np.zeros(evaluator.nu)), evaluator.loading.motion
+    reduced = reduced_accelerations(system, evaluator.loops.closing, y, motion, 0.0)
+    multiplier, _ = closed_accelerations(system, evaluator.loops.closing, y, motion, 0.0)
     scale = np.abs(multiplier).max()
     np.testing.assert_allclose(reduced, multiplier, atol=1e-10 * scale)
     np.testing.assert_allclose(reduced, kernel, atol=1e-10 * scale)
-    rows = dense_constraints(system, plant.packed, plant.loops.closing, y, motion, 0.0)
+    rows = dense_constraints(system, evaluator.packed, evaluator.loops.closing, y, motion, 0.0)
     np.testing.assert_allclose(rows.G @ chart.R, 0, atol=1e-12 * np.abs(rows.G).max())

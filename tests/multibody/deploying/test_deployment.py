@@ -20,7 +20,12 @@ def flying(spin=(0.0, 0.0, 0.5)):
         interfaces={"root": np.zeros(3), "exit": np.array([0.5, 0.2, 0])},
     )  # fmt: skip
     fly = mp.Joint(
-        name="fly", type="free", parent="ground", child="bus", spin=np.array(spin), velocity=np.array([0.1, -0.2, 0])
+        name="fly",
+        type="free",
+        parent="ground",
+        child="bus",
+        angular_velocity=np.array(spin),
+        velocity=np.array([0.1, -0.2, 0]),
     )
     return {"bodies": {"bus": bus}, "joints": (fly,)}
 
@@ -37,18 +42,27 @@ def drift(history):
 OUT, IN = "1.2 + t/2", "3.7 - 0.6*t"
 TURNED = [(1.0, "1.2 + t/2"), (FOREVER, "1.7 - 0.3*(t - 1)")]
 CASES = {
-    "beam out": (mp.Deployment(**BEAM, law=OUT), {"insert"}),
-    "beam in": (mp.Deployment(**BEAM, law=IN), {"remove"}),
-    "beam out and in": (mp.Deployment(**BEAM, law="2 + sin(1.5*t)"), {"insert", "remove"}),
-    "beam jams": (mp.Deployment(**BEAM, law=OUT, jam=1.7), {"insert", "stop"}),
-    "beam turns back": (mp.Deployment(**BEAM, law=TURNED), {"insert", "kink", "remove"}),
-    "cable out": (mp.Deployment(**CABLE, law=OUT), {"insert", "unlock"}),
-    "cable in": (mp.Deployment(**CABLE, law=IN), {"lock", "remove"}),
-    "tether out": (mp.Deployment(**TETHER, law=OUT), {"insert", "unlock"}),
-    "tether in": (mp.Deployment(**TETHER, law=IN), {"lock", "remove"}),
-    "reel out": (mp.Deployment(**CABLE, tension=0.2, brake=0.1, out=1.2, speed=0.3), {"insert", "unlock"}),
-    "reel in": (mp.Deployment(**CABLE, tension=4.0, brake=0.1, out=3.2, speed=-0.1), {"lock", "remove"}),
-    "beam on a reel": (mp.Deployment(**BEAM, tension=0.2, brake=0.1, out=1.2, speed=0.3), {"insert"}),
+    "beam out": (mp.Deployment(**BEAM, deployed_length=OUT), {"insert"}),
+    "beam in": (mp.Deployment(**BEAM, deployed_length=IN), {"remove"}),
+    "beam out and in": (mp.Deployment(**BEAM, deployed_length="2 + sin(1.5*t)"), {"insert", "remove"}),
+    "beam jams": (mp.Deployment(**BEAM, deployed_length=OUT, stop_time=1.7), {"insert", "stop"}),
+    "beam turns back": (mp.Deployment(**BEAM, deployed_length=TURNED), {"insert", "kink", "remove"}),
+    "cable out": (mp.Deployment(**CABLE, deployed_length=OUT), {"insert", "unlock"}),
+    "cable in": (mp.Deployment(**CABLE, deployed_length=IN), {"lock", "remove"}),
+    "tether out": (mp.Deployment(**TETHER, deployed_length=OUT), {"insert", "unlock"}),
+    "tether in": (mp.Deployment(**TETHER, deployed_length=IN), {"lock", "remove"}),
+    "reel out": (
+        mp.Deployment(**CABLE, tension=0.2, brake=0.1, initial_length=1.2, initial_speed=0.3),
+        {"insert", "unlock"},
+    ),
+    "reel in": (
+        mp.Deployment(**CABLE, tension=4.0, brake=0.1, initial_length=3.2, initial_speed=-0.1),
+        {"lock", "remove"},
+    ),
+    "beam on a reel": (
+        mp.Deployment(**BEAM, tension=0.2, brake=0.1, initial_length=1.2, initial_speed=0.3),
+        {"insert"},
+    ),
 }
 
 
@@ -73,7 +87,7 @@ def test_momentum_and_energy(case):
 
 def test_events_of_a_law_are_at_its_levels():
     """Rods of half a metre join and leave where the length says so; a cable's turn from LEAST of a rod on."""
-    law = mp.Deployment(**CABLE, law="1.2 + t/2")
+    law = mp.Deployment(**CABLE, deployed_length="1.2 + t/2")
     found = run(law).events
     np.testing.assert_allclose(1.2 + found["boom.insert"] / 2, [1.5, 2.0, 2.5], rtol=1e-12)
     np.testing.assert_allclose(1.2 + found["boom.unlock"] / 2, np.array([1.5, 2.0, 2.5]) + LEAST / 2, rtol=1e-12)
@@ -87,7 +101,13 @@ def test_rigid_beam_takes_angular_momentum():
     hub = mp.rigid_body("hub", mass=1.0, centre=np.zeros(3), inertia=5 * np.eye(3), interfaces={"root": np.zeros(3)})
     pivot = mp.Joint(name="pivot", type="revolute", parent="ground", child="hub", rate=2.0)
     one = mp.Deployment(
-        name="boom", parent="hub.root", length=4.0, segments=1, mass_per_length=1.2, EI=1.0, law="t + t**2/4"
+        name="boom",
+        parent="hub.root",
+        length=4.0,
+        segments=1,
+        mass_per_length=1.2,
+        EI=1.0,
+        deployed_length="t + t**2/4",
     )
     found = run(one, {"bodies": {"hub": hub}, "joints": (pivot,)}, t_end=2.4)
     inertia = 5 + 1.2 * found["boom.length"] ** 3 / 3
@@ -102,7 +122,14 @@ def test_reel_drawn_out_by_spin():
     hub = mp.rigid_body("hub", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     drive = mp.Joint(name="drive", type="revolute", parent="ground", child="hub", motion=mp.TimeFunction("2*t"))
     one = mp.Deployment(
-        name="boom", parent="hub.root", length=9.0, segments=1, mass_per_length=1.2, EI=1.0, tension=0.0, out=0.5
+        name="boom",
+        parent="hub.root",
+        length=9.0,
+        segments=1,
+        mass_per_length=1.2,
+        EI=1.0,
+        tension=0.0,
+        initial_length=0.5,
     )
     found = run(one, {"bodies": {"hub": hub}, "joints": (drive,)}, t_end=1.5)
     np.testing.assert_allclose(found["boom.length"], 0.5 * np.cosh(np.sqrt(2) * found.time), rtol=1e-8)
@@ -120,7 +147,7 @@ def test_jam_takes_the_energy_of_relative_motion():
         interfaces={"root": np.zeros(3), "exit": np.zeros(3)},
     )
     assert body.m == centred.m
-    found = run(mp.Deployment(**BEAM, law=OUT, jam=1.7), straight | {"bodies": {"bus": centred}})
+    found = run(mp.Deployment(**BEAM, deployed_length=OUT, stop_time=1.7), straight | {"bodies": {"bus": centred}})
     outside, total = 1.2 + 0.85, 40.0 + 4.0
     assert found["energy.events"][-1] == pytest.approx(-0.5 * outside * (total - outside) / total * 0.25, rel=1e-9)
     assert np.ptp(found["boom.length"][found.time > 1.7]) == 0
@@ -129,7 +156,7 @@ def test_jam_takes_the_energy_of_relative_motion():
 def test_hanging_cable_carries_its_weight():
     """Paid out downwards at constant speed, no rod swings: the tension at the exit is the weight outside."""
     cable = mp.Deployment(
-        name="rope", parent="ground", length=5.0, segments=10, mass_per_length=0.7, law="1 + t",
+        name="rope", parent="ground", length=5.0, segments=10, mass_per_length=0.7, deployed_length="1 + t",
         axis=np.array([0, -1.0, 0]),
     )  # fmt: skip
     found = run(cable, {"bodies": {}, "joints": (), "gravity": np.array([0, -9.81, 0])})
@@ -140,7 +167,7 @@ def test_hanging_cable_carries_its_weight():
 def test_all_in_and_out_again():
     """Nothing is out for a moment: no rods, the tip in the exit; at the end all of it."""
     law = [(2.0, "2*(1 - t/2)**2"), (4.0, "(t - 2)**2"), (FOREVER, "4")]
-    found = run(mp.Deployment(**BEAM, law=law), t_end=5.0)
+    found = run(mp.Deployment(**BEAM, deployed_length=law), t_end=5.0)
     inside = np.argmin(found["boom.length"])
     assert found["boom.rods"][inside] == 0
     np.testing.assert_allclose(found["boom1.tip.position"][inside], found["bus.exit.position"][inside], atol=1e-9)
@@ -152,13 +179,13 @@ def test_all_in_and_out_again():
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"law": "3 + t"}, "the law asks for"),
-        ({"law": [(1.0, "1"), (FOREVER, "2")]}, "jumps from 1 to 2 m at t = 1 s"),
-        ({"law": None}, "either a 'law'"),
-        ({"law": "1", "segments": 0}, "segments = 0"),
-        ({"law": "1", "spatial": True}, "bends in a plane"),
-        ({"law": "1", "axis": np.array([0, 0, 1.0])}, "parallel"),
-        ({"law": None, "tension": 1.0, "out": 5.0}, "out = 5 m"),
+        ({"deployed_length": "3 + t"}, r"deployed_length = .* must be between"),
+        ({"deployed_length": [(1.0, "1"), (FOREVER, "2")]}, "jumps from 1 to 2 m at t = 1 s"),
+        ({"deployed_length": None}, "either a 'deployed_length'"),
+        ({"deployed_length": "1", "segments": 0}, "segments = 0"),
+        ({"deployed_length": "1", "spatial": True}, "bends in a plane"),
+        ({"deployed_length": "1", "axis": np.array([0, 0, 1.0])}, "parallel"),
+        ({"deployed_length": None, "tension": 1.0, "initial_length": 5.0}, "initial_length = 5 m"),
     ],
 )
 def test_bad_input(changes, words):
@@ -172,5 +199,7 @@ def test_base_with_modes_is_refused():
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="bus")
     with pytest.raises(mp.InputError, match="body 'bus' has modes"):
         mp.DeployingSystem(
-            bodies={"bus": uniform_beam(modes=2)}, joints=(hinge,), deployments=(mp.Deployment(**BEAM, law="1"),)
+            bodies={"bus": uniform_beam(modes=2)},
+            joints=(hinge,),
+            deployments=(mp.Deployment(**BEAM, deployed_length="1"),),
         )

@@ -9,17 +9,17 @@ from scipy.linalg import eigh
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.multibody.kernels.data import NX, UQ, XQ
-from modalprep.multibody.model.joint import TRAVELS, TURNS
+from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import dense_accelerations, mass_and_force
 
 
 def moving(system, rate):
     """The same system with every joint in motion."""
-    joints = [j.with_(rate=rate) if j.type in TURNS else j for j in system.joints]
-    joints = [j.with_(speed=rate / 2) if j.type in TRAVELS else j for j in joints]
+    joints = [j.with_(rate=rate) if j.type in ROTATIONS else j for j in system.joints]
+    joints = [j.with_(speed=rate / 2) if j.type in TRANSLATIONS else j for j in joints]
     spin, velocity = np.array([0.2, 0.3, -0.4]), np.array([0.3, -0.2, 0.1])
-    joints = [j.with_(spin=spin) if j.type in ("free", "spherical") else j for j in joints]
+    joints = [j.with_(angular_velocity=spin) if j.type in ("free", "spherical") else j for j in joints]
     joints = tuple(j.with_(velocity=velocity) if j.type == "free" else j for j in joints)
     return system.with_(joints=joints)
 
@@ -133,7 +133,7 @@ def test_explicit_implicit_and_dense_agree():
     body = uniform_beam(modes=3)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm")
     arm = mp.System(bodies={"arm": body}, joints=(hinge,), gravity=np.array([0, -9.81, 0]))
-    options = ({"method": "explicit"}, {"method": "rosenbrock"}, {"dense": True})
+    options = ({"method": "explicit"}, {"method": "rosenbrock"}, {"reference": True})
     runs = [mp.simulate(arm, t_end=0.5, output_step=0.1, **option)["arm.tip.position"] for option in options]
     np.testing.assert_allclose(runs[1], runs[0], atol=1e-5)  # implicit: order 5 at rtol 1e-7
     np.testing.assert_allclose(runs[2], runs[0], atol=1e-9)

@@ -156,7 +156,7 @@ def test_limits_push_and_never_pull():
         (lambda: mp.HingeElement(stiffness=-1), "stiffness = -1 must not be negative"),
         (lambda: mp.HingeElement(lower=1.0, upper=0.0, limit_stiffness=1.0), "lower = 1 must be below upper = 0"),
         (lambda: mp.HingeElement(lower=1.0), "limits need a stiffness"),
-        (lambda: mp.HingeElement(friction=1.0, sliding=0.0), "sliding = 0 must be positive"),
+        (lambda: mp.HingeElement(friction=1.0, transition_velocity=0.0), "sliding = 0 must be positive"),
         (lambda: mp.PointForce(name="f", at="a.b", force=(1, 2)), "force 'f': force has 2 components; give three"),
         (lambda: mp.PointForce(name="f", at="a.b", axes="world"), "axes 'world' is neither"),
         (lambda: mp.AxialSpring(name="s", between=("a.b", "a.b")), "spring 's': joins a.b and a.b"),
@@ -169,10 +169,10 @@ def test_limits_push_and_never_pull():
         (lambda: loaded(mp.AxialSpring(name="s", between=("ground", "body.c"))), "spring 's': 'body.c' names no inter"),
         (lambda: loaded(mp.DistributedForce(name="d", body="bdy", force=np.ones((3, 3)))), "did you mean 'body'"),
         (lambda: loaded(mp.DistributedForce(name="d", body="body", force=np.ones((5, 3)))), "each of the 3 points"),
-        (lambda: loaded(mp.CentralGravity(mu=1.0), mp.CentralGravity(mu=2.0)), "one field of central gravity"),
+        (lambda: loaded(mp.CentralGravity(mu=1.0), mp.CentralGravity(mu=2.0)), "at most one central gravity field"),
         (
             lambda: loaded(elements=2 * (mp.HingeElement(),)),
-            "2 hinge elements, but a revolute joint moves in 1",
+            "2 hinge elements, but a revolute joint needs 1, one for each speed",
         ),
         (
             lambda: loaded(elements=mp.HingeElement(), motion=mp.TimeFunction("t")),

@@ -87,7 +87,7 @@ def test_energy_balances(drag):
     water = SHEARED.with_(density=1025.0)
     body, around = cable(0.9, water=water, normal_drag=drag, tangential_drag=drag / 9, added_mass=1.7)
     free = mp.Joint(name="free", type="free", parent="ground", child="rod", velocity=np.array([0.8, 0.5, -0.2]),
-                    spin=np.array([0.5, 2.0, -1.0]))  # fmt: skip
+                    angular_velocity=np.array([0.5, 2.0, -1.0]))  # fmt: skip
     run = mp.simulate(system_of(body, around, free), t_end=2.0, rtol=1e-10, atol=1e-12)
     assert run.stats["energy_error"] < 1e-9
     assert np.ptp(run["energy.stored"]) > 0.1 * np.ptp(run["energy.kinetic"])
@@ -112,7 +112,7 @@ def test_motion_is_seen_the_same_from_the_moving_water():
     for current in (U, 0 * U):
         body, around = cable(0.9, water=mp.Water(current=current), tangential_drag=0.05)
         free = mp.Joint(name="free", type="free", parent="ground", child="rod", velocity=start - U + current,
-                        spin=np.array([0.5, 2.0, -1.0]))  # fmt: skip
+                        angular_velocity=np.array([0.5, 2.0, -1.0]))  # fmt: skip
         runs.append(mp.simulate(system_of(body, around, free), t_end=1.0, rtol=1e-10))
     one, two = (run["rod.tip.position"] for run in runs)
     np.testing.assert_allclose(one - U * runs[0].time[:, None], two, atol=1e-8)
@@ -136,7 +136,7 @@ def test_buoyancy_and_central_gravity_do_not_see_the_water_that_moves():
         (lambda: mp.ImmersedRod(name="r", body="rod", diameter=-1.0), "diameter = -1"),
         (lambda: refused(body="rood"), "body 'rood' does not exist"),
         (lambda: refused(ends=("root", "tpi")), "no interface 'tpi'"),
-        (lambda: refused(ends=("root", "root")), "are one place"),
+        (lambda: refused(ends=("root", "root")), "are at one point"),
     ],
 )
 def test_what_cannot_be_is_refused(make, match):
@@ -153,5 +153,5 @@ def test_flexible_bodies_are_refused():
     from modalprep.examples import uniform_beam
 
     joint = mp.Joint(name="j", type="free", parent="ground", child="rod")
-    with pytest.raises(mp.InputError, match="is flexible; cut it into rigid rods"):
+    with pytest.raises(mp.InputError, match="is flexible; divide it into rigid rods"):
         system_of(uniform_beam(modes=1), cable(1.0)[1], joint)

@@ -35,7 +35,7 @@ def balanced(run, limit=1e-8):
 @pytest.mark.parametrize("damping", [0.0, 0.8])
 def test_spring_and_damper_on_a_mass(damping):
     k, x0 = 18.0, 0.4
-    system = slider(mp.HingeElement(stiffness=k, rest=0.1, damping=damping), displacement=0.1 + x0)
+    system = slider(mp.HingeElement(stiffness=k, free_position=0.1, damping=damping), displacement=0.1 + x0)
     run = mp.simulate(system, t_end=5.0, **SHARP)
     decay = damping / (2 * M)
     w = np.sqrt(k / M - decay**2)
@@ -68,7 +68,7 @@ def swing(x, g, k):
 def test_friction_slows_as_its_closed_form_and_takes_the_energy():
     """M v' = -f tanh(v / s): sinh(v / s) decays exponentially; all of M v^2 / 2 is f times the way, less s^2 terms."""
     f, s, v0 = 3.0, 0.05, 1.5
-    run = mp.simulate(slider(mp.HingeElement(friction=f, sliding=s), speed=v0), t_end=2.0, **SHARP)
+    run = mp.simulate(slider(mp.HingeElement(friction=f, transition_velocity=s), speed=v0), t_end=2.0, **SHARP)
     exact = s * np.arcsinh(np.sinh(v0 / s) * np.exp(-f * run.time / (M * s)))
     np.testing.assert_allclose(run["j.speed"], exact, **CLOSE)
     lost = -run["energy.work"][-1]
@@ -82,7 +82,9 @@ def test_friction_holds_up_to_its_level():
     """Below it the block creeps at s atanh(F / f), above it slides with F - f."""
     f, s = 3.0, 1e-4
     held, moving = (
-        mp.simulate(slider(mp.HingeElement(friction=f, sliding=s, drive=pull)), t_end=1.0, method="rosenbrock")
+        mp.simulate(
+            slider(mp.HingeElement(friction=f, transition_velocity=s, drive=pull)), t_end=1.0, method="rosenbrock"
+        )
         for pull in (2.4, 4.0)
     )
     assert held["j.speed"][-1] == pytest.approx(s * np.arctanh(0.8), rel=1e-5)
@@ -119,7 +121,7 @@ def test_follower_force_turns_with_the_body():
     """Thrust F along body x at spin w: v = F / (M w) (sin wt, 1 - cos wt), and its work is M v^2 / 2."""
     F, w = 3.0, 2.0
     thrust = mp.PointForce(name="f", at="block.root", force=(F, 0, 0), axes="body")
-    run = mp.simulate(free(thrust, spin=np.array([0, 0, w])), t_end=4.0, **SHARP)
+    run = mp.simulate(free(thrust, angular_velocity=np.array([0, 0, w])), t_end=4.0, **SHARP)
     exact = F / (M * w) * np.column_stack([np.sin(w * run.time), 1 - np.cos(w * run.time), 0 * run.time])
     np.testing.assert_allclose(run["block.root.velocity"], exact, **CLOSE)
     np.testing.assert_allclose(run["energy.work"], M / 2 * np.sum(exact**2, axis=1), **CLOSE)
@@ -127,7 +129,7 @@ def test_follower_force_turns_with_the_body():
 
 def test_torque_in_inertial_axes_turns_the_angular_momentum():
     torque = mp.PointForce(name="t", at="block.eye", torque=("t", 0.2, "cos(3*t)"))
-    run = mp.simulate(free(torque, spin=np.array([0.3, -1.0, 0.5])), t_end=2.0, **SHARP)
+    run = mp.simulate(free(torque, angular_velocity=np.array([0.3, -1.0, 0.5])), t_end=2.0, **SHARP)
     gained = np.column_stack([run.time**2 / 2, 0.2 * run.time, np.sin(3 * run.time) / 3])
     np.testing.assert_allclose(run["momentum.angular"] - run["momentum.angular"][0], gained, **CLOSE)
     np.testing.assert_allclose(run["momentum.linear"], 0 * gained, atol=1e-10)
@@ -137,7 +139,7 @@ def test_torque_in_inertial_axes_turns_the_angular_momentum():
 def test_axial_spring_in_polar_coordinates():
     """A block on a spring about the origin: radius by energy and angular momentum, r(t) turns at their root."""
     k, free_length, r0, v0 = 5.0, 0.8, 1.0, 1.1
-    spring = mp.AxialSpring(name="s", between=("ground", "block.root"), stiffness=k, length=free_length)
+    spring = mp.AxialSpring(name="s", between=("ground", "block.root"), stiffness=k, free_length=free_length)
     system = free(spring, position=np.array([r0, 0, 0]), velocity=np.array([0, v0, 0]))
     run = mp.simulate(system, t_end=20.0, output_step=0.01, **SHARP)
     radius = np.linalg.norm(run["block.root.position"], axis=1)
@@ -186,7 +188,7 @@ def satellite(J, pitch):
     joint = mp.Joint(
         name="orbit", type="free", parent="ground", child="sat", position=np.array([ORBIT, 0, 0]),
         rotation=np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), velocity=np.array([s * speed, c * speed, 0]),
-        spin=np.array([0, 0, MEAN_MOTION]),
+        angular_velocity=np.array([0, 0, MEAN_MOTION]),
     )  # fmt: skip
     return mp.System(bodies={"sat": body}, joints=(joint,), loads=(PLANET,))
 
@@ -268,7 +270,7 @@ def test_energy_balances_under_every_load(seed):
 def test_dense_and_order_n_agree_under_every_load():
     """Steps across the kinks of limits and friction leave 1e-7 N m of 5 N m, wherever they fall."""
     options = {"t_end": 0.2, "output_step": 0.1, "rtol": 1e-9, "method": "explicit"}
-    runs = [mp.simulate(loaded_tree(1), dense=dense, **options) for dense in (False, True)]
+    runs = [mp.simulate(loaded_tree(1), reference=reference, **options) for reference in (False, True)]
     for name in runs[0].channels:
         if not name.startswith("energy."):
             np.testing.assert_allclose(runs[1][name], runs[0][name], rtol=1e-6, atol=1e-6, err_msg=name)

@@ -11,7 +11,7 @@ import modalprep as mp
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluate import GOOD, build_model, evaluate
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.free_body.flight import fly_system
+from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import closed_accelerations
@@ -20,7 +20,7 @@ from modalprep.pipeline.schema.environment import ControlTable, OrbitTable
 from modalprep.pipeline.systems.loads import read_orbit
 
 # of the size of random trees, so that every order of the field counts
-NEAR = mp.Orbit(rate=0.7, radius=12.0, inclination=0.9, argument=0.4, planet_spin=0.3,
+NEAR = mp.Orbit(rate=0.7, radius=12.0, inclination=0.9, argument_of_latitude=0.4, planet_spin=0.3,
                 dipole=mp.Dipole(strength=2.0, radius=11.0, tilt=0.5, longitude=1.1))  # fmt: skip
 HILL = mp.Orbit(rate=0.7)
 CURRENT = mp.Conductor(name="line", through=("b0.a", "b1.b", "b0.root"), current="1 + t")
@@ -119,7 +119,9 @@ def test_accelerations_are_those_in_inertial_axes(seed):
 def test_flexible_tree_in_orbit(orbit):
     """Its energy, the Jacobi integral, balances, and velocities and accelerations are what the ground sees."""
     system = in_orbit(random_tree(3, most=4), orbit, mp.PointForce(name="push", at="b1.a", force=("t", 0, 1)))
-    start = system.with_(joints=(system.joints[0].with_(spin=np.array([0.2, -0.1, 0.3])), *system.joints[1:]))
+    start = system.with_(
+        joints=(system.joints[0].with_(angular_velocity=np.array([0.2, -0.1, 0.3])), *system.joints[1:])
+    )
     run = mp.simulate(start, t_end=1.0, output_step=0.01, rtol=1e-10, atol=1e-12)
     assert run.stats["energy_error"] < 1e-8
     for one, rate in (("position", "velocity"), ("velocity", "acceleration")):
@@ -193,7 +195,7 @@ def test_field_of_a_tilted_dipole_over_the_pole():
     """Over the magnetic north pole the field is 2 B_0 down, and the planet's turn goes across the flight."""
     r = EARTH_RADIUS + 400e3
     B = 2 * STATION["strength"] * (EARTH_RADIUS / r) ** 3
-    over = conductor(2.0, inclination=np.pi / 2, argument=np.pi / 2)
+    over = conductor(2.0, inclination=np.pi / 2, argument_of_latitude=np.pi / 2)
     run = mp.simulate(over, t_end=1.0, output_step=1.0)
     assert abs(run["line.emf"][0]) < 1e-12 * B * 7e3  # the rod is along the field
     flat = over.joints[0].with_(rotation=np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]))  # body x along -z
@@ -201,7 +203,7 @@ def test_field_of_a_tilted_dipole_over_the_pole():
     # v y cross -B x = v B z, along the rod -v B L
     assert run["line.emf"][0] == pytest.approx(-np.sqrt(EARTH_MU / r) * B * 2.0, rel=1e-9)
     tilted = mp.Dipole(**STATION, tilt=np.pi / 2, longitude=0.0)
-    equator = over.orbit.with_(dipole=tilted, inclination=0.0, argument=0.0)
+    equator = over.orbit.with_(dipole=tilted, inclination=0.0, argument_of_latitude=0.0)
     run = mp.simulate(over.with_(joints=(flat,), orbit=equator), t_end=1.0, output_step=1.0)
     speed = np.sqrt(EARTH_MU / r) - equator.planet_spin * r
     assert run["line.emf"][0] == pytest.approx(-speed * B * 2.0, rel=1e-9)
@@ -210,7 +212,7 @@ def test_field_of_a_tilted_dipole_over_the_pole():
 def test_slack_tether_catches_a_particle():
     """Free to the length, half a period of the spring, back at the same speed."""
     k, m, L, v = 50.0, 3.0, 2.0, 4.0
-    tether = mp.AxialSpring(name="tether", between=("ground", "m.root"), stiffness=k, length=L, tension_only=True)
+    tether = mp.AxialSpring(name="tether", between=("ground", "m.root"), stiffness=k, free_length=L, tension_only=True)
     run = mp.simulate(thrown(None, np.array([0.5, 0, 0]), np.array([v, 0, 0]), loads=(tether,)), t_end=2.0,
                       output_step=0.01, rtol=1e-10, atol=1e-12)  # fmt: skip
     w, taut = np.sqrt(k / m), (L - 0.5) / v
@@ -224,7 +226,7 @@ def test_slack_tether_catches_a_particle():
 
 
 def test_damper_of_a_slack_tether_never_pushes():
-    tether = mp.AxialSpring(name="tether", between=("m.root", "ground"), stiffness=50.0, damping=40.0, length=1.0,
+    tether = mp.AxialSpring(name="tether", between=("m.root", "ground"), stiffness=50.0, damping=40.0, free_length=1.0,
                             tension_only=True)  # fmt: skip
     run = mp.simulate(thrown(None, np.array([0.5, 0, 0]), np.array([4.0, 0, 0]), loads=(tether,)), t_end=2.0,
                       rtol=1e-10, atol=1e-12)  # fmt: skip
@@ -241,7 +243,7 @@ def test_damper_of_a_slack_tether_never_pushes():
         (lambda: mp.Orbit(rate=0.0), "rate = 0 must be positive"),
         (lambda: mp.Orbit(rate=1e-3, radius=-1.0), "radius = -1 must be positive"),
         (lambda: mp.Orbit.circular(-7e6), "radius = -7e\\+06"),
-        (lambda: mp.Orbit(rate=1e-3, dipole=mp.Dipole(strength=1.0)), "give its radius"),
+        (lambda: mp.Orbit(rate=1e-3, dipole=mp.Dipole(strength=1.0)), "needs the radius of the orbit"),
         (lambda: mp.Dipole(strength=0.0), "strength = 0"),
         (lambda: mp.Conductor(name="c", through=("m.root",), current=1.0), "two or more interfaces"),
         (lambda: thrown(HILL, np.zeros(3), np.zeros(3), gravity=np.array([0, 0, -9.81])), "gravity of its orbit"),
@@ -252,10 +254,10 @@ def test_damper_of_a_slack_tether_never_pushes():
             "conductor 'c' is on the ground",
         ),
         (
-            lambda: mp.AxialSpring(name="s", between=("ground", "m.root"), pull=1.0, tension_only=True),
-            "an actuator pulls always",
+            lambda: mp.AxialSpring(name="s", between=("ground", "m.root"), actuator_force=1.0, tension_only=True),
+            "exclude each other",
         ),
-        (lambda: fly_system(thrown(HILL, np.zeros(3), np.zeros(3)), t_end=1.0), "here is an orbit"),
+        (lambda: simulate_free_system(thrown(HILL, np.zeros(3), np.zeros(3)), t_end=1.0), "here is an orbit"),
     ],
 )
 def test_bad_input_is_refused(make, said):

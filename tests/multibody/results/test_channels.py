@@ -68,7 +68,7 @@ def test_hinge_torque_is_its_springs(double):
 def test_power_is_the_rate_of_work(double):
     h, work = 1e-3, double["energy.work"]
     slope = (8 * (work[3:-1] - work[1:-3]) - (work[4:] - work[:-4])) / (12 * h)
-    np.testing.assert_allclose(slope, double["power.in"][2:-2], atol=1e-5 * np.abs(slope).max())
+    np.testing.assert_allclose(slope, double["power.input"][2:-2], atol=1e-5 * np.abs(slope).max())
     assert np.abs(double["energy.error"]).max() < 1e-6 * np.abs(double["energy.kinetic"]).max()
 
 

@@ -160,7 +160,7 @@ def sliding_run():
                         interfaces={"pivot": np.zeros(3), "bob": np.array([0, -1.0, 0])})  # fmt: skip
     upper, lower = 0.4, -np.arccos(1 - np.cos(0.4))
     joints = (
-        mp.Joint(name="a", type="revolute", parent="ground", child="upper", angle=upper, rate=0.7, hold=True),
+        mp.Joint(name="a", type="revolute", parent="ground", child="upper", angle=upper, rate=0.7, keep_start=True),
         mp.Joint(name="b", type="revolute", parent="upper.bob", child="lower", angle=lower - upper, rate=-0.7),
     )
     plane = mp.Closure(name="plane", type="point_on_plane", a="ground", b="lower.bob",

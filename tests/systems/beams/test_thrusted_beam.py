@@ -72,7 +72,10 @@ def test_frequencies_as_the_beam_burns(system):
     """w ~ m^(-1/2) of uniform depletion; half the mass at 1 s, and the thrust at the start."""
     full = system.bodies["stage"]
     fuel = mp.Depletion(
-        name="fuel", body="stage", levels=(mp.scaled(full, 0.5),), mass=mp.burn(full.m, full.m / 2, 3000)
+        name="fuel",
+        body="stage",
+        levels=(mp.with_density_factor(full, 0.5),),
+        mass=mp.deplete(full.m, full.m / 2, 3000),
     )
     burning = system.with_(depletions=(fuel,), loads=())
     for t, expected in ((0.0, 12.429611), (1.0, 17.578125)):

@@ -22,12 +22,12 @@ class SpinModes(Record):
 
 
 def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None) -> SpinModes:
-    """Return the vibration of a body whose root turns steadily.
+    """Return the vibration of a body whose root rotates steadily.
 
     ``M q'' + (2 w~_ab P_ab + D) q' + [K + W_ab (P_ab + Kg_W_ab) + A_a Kg_A_a] q = -(S_a A_a + W_ab H_ab)`` with
     ``W = w~ w~``: theory 4 with constant A and w, and M the modal mass, of a body with T that of the steady deflection.
-    What that deflection changes beside is of its second order, of the fourth in the spin: `linearise` and
-    `system_modes` have it, this has not. A complex pair counts once; an unstable real pair has frequency 0.
+    Other effects of that deflection are of second order in it, of fourth order in the spin: `linearise` and
+    `system_modes` include them. A complex pair counts once; an unstable real pair has frequency 0.
 
     Parameters
     ----------

@@ -16,7 +16,7 @@ class StateSpace(Record):
 
     Coordinates are minimal: closed loops leave n of the tree's nu independent, without loops all are. A spherical
     joint's three are the rotation vector of the child relative to the reference, in its axes; a free joint's six the
-    displacement and that rotation, in the body's axes. The reference moves on with its speeds where they are not zero.
+    displacement and that rotation, in the body's axes. With nonzero speeds the reference itself moves.
 
     Attributes
     ----------
@@ -25,16 +25,16 @@ class StateSpace(Record):
     owner : tuple of (str, str)
         What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
     independent : (n,) int
-        Which of them z has.
+        Indices of the coordinates in z.
     R : (nu, n)
-        Changes of all coordinates by those.
+        Derivative of all coordinates by the independent ones.
     y : (nx + nu,)
         The state.
     udot : (nu,)
         Accelerations there; zero at rest or in a steady motion.
     error : float
         Largest estimated error of an entry, relative to the largest entry of its matrix.
-    doubt : (2 n, 2 n)
+    error_estimate : (2 n, 2 n)
         Estimated error of each entry of A.
     """
 
@@ -50,7 +50,7 @@ class StateSpace(Record):
     y: np.ndarray
     udot: np.ndarray
     error: float
-    doubt: np.ndarray
+    error_estimate: np.ndarray
 
 
 def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
@@ -64,12 +64,12 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     Raises
     ------
     InputError
-        When there are no inputs or no outputs, or a frequency is a pole.
+        When there are no inputs or outputs, or a frequency is an undamped pole.
 
     Examples
     --------
     >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
-    ...            doubt=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
+    ...            error_estimate=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
     >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
     ...                         D=np.zeros((1, 1)), **one)
     >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()
@@ -81,5 +81,5 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     try:
         moved = np.linalg.solve(omega * np.eye(len(linear.A)) - linear.A, linear.B.astype(complex))
     except np.linalg.LinAlgError:
-        raise InputError("a frequency is a pole of the undamped system; move it, or add damping") from None
+        raise InputError("a frequency is an undamped pole; change it, or add damping") from None
     return linear.C @ moved + linear.D

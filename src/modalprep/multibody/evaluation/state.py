@@ -21,7 +21,7 @@ class Frame(NamedTuple):
     position: np.ndarray  # (3,) m
     rotation: np.ndarray  # (3, 3) interface (the body's axes, turned with it) to inertial
     velocity: np.ndarray  # (3,) m/s
-    spin: np.ndarray  # (3,) rad/s
+    angular_velocity: np.ndarray  # (3,) rad/s
 
 
 class JointState(NamedTuple):

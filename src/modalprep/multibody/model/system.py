@@ -19,20 +19,20 @@ from modalprep.multibody.model.loads import Load, check_loads, locate
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
 
-LOSES_MASS = "body {0!r} loses mass: the second order of its modal mass (T) is left out"
+LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class System(Record):
-    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads, closed loops, depletions.
+    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads, closures, depletions.
 
-    With an `orbit` the ground is its local orbital frame: "inertial" axes and places of joints, loads and results are
-    then those of that frame.
+    With an `orbit` the ground is its local orbital frame: "inertial" axes and positions of joints, loads and results
+    then refer to that frame.
 
     Attributes
     ----------
     notes : tuple of str
-        What the system leaves out; runs repeat it.
+        What the model neglects; the result message repeats it.
 
     Raises
     ------
@@ -58,7 +58,7 @@ class System(Record):
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the tree and what loads it."""
+        """Check the tree, its loads and its constraints."""
         gravity = np.asarray(self.gravity, dtype=float)
         if gravity.shape != (3,) or not np.all(np.isfinite(gravity)):
             raise InputError(f"gravity {self.gravity!r} is not three numbers in m/s^2")
@@ -136,25 +136,25 @@ class System(Record):
             level = [child for name in level for child in children.get(name, ())]
         if len(placed) < len(self.bodies):
             left = ", ".join(name for name in self.bodies if name not in placed)
-            raise InputError(f"bodies {left} hang on each other in a loop; one of them needs a joint to the ground")
+            raise InputError(f"bodies {left} form a closed chain of parents; one of them needs a joint to the ground")
         return tuple(placed)
 
     @property
     def coordinate_counts(self) -> dict[str, int]:
-        """Number of travels and turns of each joint: the coordinates that a coupler can take."""
+        """Number of translations and rotations of each joint: the coordinates that a coupler can use."""
         return {joint.name: SCALARS[joint.type] for joint in self.joints}
 
     def at(self, t: float) -> System:
-        """Return the system with the masses of time t (s) for ever; its gas goes on to leave."""
+        """Return the system with the masses at time t (s) held constant; its jets keep their thrust."""
         changed = {each.body: each.at(self.bodies[each.body], t) for each in self.depletions}
         return self.with_(bodies=self.bodies | changed, depletions=()) if changed else self
 
     def conventional(self) -> System:
-        """Return the system without geometric stiffness: the prematurely linearised theory."""
+        """Return the system without geometric stiffness: the conventional, prematurely linearised theory."""
         return self._with_bodies(FlexibleBody.conventional)
 
     def ruthless(self) -> System:
-        """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`."""
+        """Return the system linearised in the modes ("ruthless" in the book): see `FlexibleBody.ruthless`."""
         return self._with_bodies(FlexibleBody.ruthless)
 
     def _with_bodies(self, change: Callable[[FlexibleBody], FlexibleBody]) -> System:

@@ -14,9 +14,9 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.safe_expression import FUNCTIONS, read_expression
 
 FOREVER = float("inf")
-SAMPLES = (64, 65536)  # first and largest number of intervals of a sampled callable
-SAMPLED = 1e-11  # of its largest value: error of a sampled callable
-SMOOTH = 1e-6  # a jump of a prescribed motion below this share of its size is a rounded constant
+SAMPLES = (64, 65536)  # initial and largest number of intervals of a sampled callable
+SAMPLED = 1e-11  # error of a sampled callable, relative to its largest value
+SMOOTH = 1e-6  # relative size below which a jump of a prescribed motion is rounding of constants
 
 
 class Piece(NamedTuple):
@@ -33,8 +33,8 @@ class TimeFunction:
     """A function of time ``t`` (s): a number, an expression, or pieces ``(until, expression)``, the last without end.
 
     Expressions are differentiated by symengine; nothing is ever evaluated as Python. `table` takes
-    points, `sampled` a Python function. A force may jump between pieces, the integrator restarts there; a prescribed
-    motion may change its acceleration only.
+    points, `sampled` a Python function. A force may jump between pieces, where the integrator restarts; of a
+    prescribed motion only the acceleration may jump.
 
     Raises
     ------
@@ -104,7 +104,7 @@ class TimeFunction:
 
     @classmethod
     def sampled(cls, function: Callable[[float], float], until: float) -> TimeFunction:
-        """Return the quintic spline of a Python function on [0, until], as fine as a relative error of 1e-11 asks for.
+        """Return the quintic spline of a Python function on [0, until], refined to a relative error of 1e-11.
 
         Raises
         ------

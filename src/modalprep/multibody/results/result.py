@@ -30,28 +30,28 @@ class Result(Record):
     channels : dict of (nt,) or (nt, k) float
         ``<joint>.angle`` (rad), ``.rate``, ``.displacement`` (m), ``.speed`` by what the joint can do, ``.drive`` of
         its prescribed motion or hinge elements (N or N m, along the hinge), ``.quaternion`` (nt, 4) of a spherical
-        joint, ``.spin`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``, ``.torque`` (nt, 3):
-        what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
-        (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
-        m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
-        the orbit of its root, in orbit at a known radius. ``<body>.stress.<point>.<component>`` (Pa) at the points of
-        its modal file, and ``.von_mises``. ``<spring>.length`` (m) and ``.tension`` (N),
-        ``<conductor>.current`` (A) and ``.emf`` (V).
+        joint, ``.angular_velocity`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``,
+        ``.torque`` (nt, 3): force and torque of the parent on the child at the child's root, drives included, in the
+        axes of the parent's interface (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n),
+        ``.origin`` (nt, 3, inertial, m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame;
+        ``<body>.semi_major_axis`` (m) of the orbit of its root, in orbit at a known radius.
+        ``<body>.stress.<point>.<component>`` (Pa) at the points of its modal file, and ``.von_mises``.
+        ``<spring>.length`` (m) and ``.tension`` (N), ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
-        body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``,
-        ``energy.stored`` (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.in`` (W, the rate
-        of the work), ``momentum.linear``, ``momentum.angular`` (nt, 3).
+        body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``, ``energy.stored``
+        (springs, accelerated water), ``energy.work``, ``energy.error`` (J), ``power.input`` (W, the rate of the work),
+        ``momentum.linear``, ``momentum.angular`` (nt, 3).
     status : str
         ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
     message : str
-        One sentence for the user.
+        A message for the user.
     stats : dict of float
-        Steps, evaluations of the equations, steps rejected and halved, ``stiffness_ratio`` (steps that stability would
-        ask of the explicit method), and the energy error relative to the largest energy.
+        Steps, evaluations of the equations, rejected and halved steps, ``stiffness_ratio`` (steps that stability would
+        require of the explicit method), and the energy error relative to the largest energy.
     events : dict of (k,) float
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact
-        What the events did that begin or hit closures.
+        The impulses of events that activate closures or act as impacts.
 
     Examples
     --------
@@ -86,8 +86,8 @@ class Result(Record):
         return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
                 for name, k in vectors.items()}  # fmt: skip
 
-    def seen_from(self, body: str) -> Result:
-        """Return the run with every place, the channels ``.position`` and ``.origin``, in the frame of a body.
+    def relative_to(self, body: str) -> Result:
+        """Return the run with all positions, the channels ``.position`` and ``.origin``, in the frame of a body.
 
         Raises
         ------
@@ -99,13 +99,13 @@ class Result(Record):
         >>> turned = {"hub.origin": [[1.0, 0, 0]], "hub.orientation": [[0.5**0.5, 0, 0, 0.5**0.5]]}
         >>> channels = {name: np.array(a) for name, a in turned.items()} | {"arm.tip.position": np.array([[1.0, 2, 0]])}
         >>> run = Result(time=np.zeros(1), channels=channels, status="done", message="")
-        >>> run.seen_from("hub")["arm.tip.position"].round(9) + 0.0
+        >>> run.relative_to("hub")["arm.tip.position"].round(9) + 0.0
         array([[2., 0., 0.]])
         """
-        origin, turn = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
-        places = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
-        seen = {name: turn.inv().apply(place - origin) for name, place in places.items()}
-        return self.with_(channels=self.channels | seen)
+        origin, rotation = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
+        positions = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
+        relative = {name: rotation.inv().apply(a - origin) for name, a in positions.items()}
+        return self.with_(channels=self.channels | relative)
 
     def to_dataframe(self, channels: Sequence[str] = ()) -> pandas.DataFrame:
         """Return the named channels (all when none is named) as columns over time, one per component.

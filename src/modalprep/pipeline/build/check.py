@@ -16,7 +16,7 @@ from modalprep.pipeline.build.reduce import reduce_model
 
 
 def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckReport:
-    """Check a modal file by itself; for a pipeline file build its body anew and check it against the mesh as well.
+    """Check a modal file; for a pipeline file build its body again and check it against the mesh as well.
 
     Nothing is written. With `energy` the geometric stiffness is also compared with the nonlinear strain energy.
 
@@ -35,7 +35,7 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckRep
     True
     """
     if path.suffix != ".toml" and energy:
-        raise InputError(f"{path.name} has no mesh whose strain energy could be taken; give its pipeline file")
+        raise InputError(f"{path.name} has no mesh to compute strain energy from; give its pipeline file")
     if path.suffix != ".toml":
         return CheckReport(subject=path.name, checks=tuple(check_body(read_body(path))))
     pipeline = load_pipeline(path)

@@ -38,7 +38,7 @@ def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
 
 
 def source_digest(path: Path, pipeline: Pipeline) -> str:
-    """Return the hash of the files that the body is made of; empty without a body."""
+    """Return the hash of the files that define the body; empty without a body."""
     if pipeline.matrices is not None:
         return matrices_digest(_matrix_files(path, pipeline).values())
     return mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
@@ -61,20 +61,20 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
     if isinstance(mesh, Matrices):
         return mesh.model(interfaces, pipeline.reduction.root)
     if not {**mesh.properties, **sections}:
-        raise InputError(f"there are no [properties]: say what each mesh group is made of ({', '.join(mesh.groups)})")
+        raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
     model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections)
-    return model.with_(notes=(*model.notes, *_flaws(mesh, sections, {**interfaces, **connections})))
+    return model.with_(notes=(*model.notes, *_defects(mesh, sections, {**interfaces, **connections})))
 
 
 def mesh_quality(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> Quality:
-    """Check the cells that carry a property; `ties` hold parts of the mesh together."""
+    """Check the cells with a property; `ties` connect parts of the mesh."""
     joined = [spec.group for spec in ties.values() if spec.kind != "node" and spec.group]
     own = {name: section for name, section in {**mesh.properties, **sections}.items() if name not in ties}
     return check_mesh(mesh, own or None, joined)
 
 
-def _flaws(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> list[str]:
-    """Sentences on the flaws of a mesh that could be assembled; elements listed twice are refused."""
+def _defects(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> list[str]:
+    """Return messages on the defects of a mesh that can be assembled; duplicate elements are refused."""
     quality = mesh_quality(mesh, sections, ties)
     for finding in quality.errors:
         if finding.kind == "duplicate":
@@ -90,13 +90,13 @@ def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interf
 
 
 def connected_mesh(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Mesh:
-    """Return the mesh with the new nodes of the file's [connections], whose names are groups."""
+    """Return the mesh with the new nodes of the file's [connections], in groups of their names."""
     used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
     return connect(mesh, pipeline_node_sets(pipeline, mesh)[1], used)
 
 
 def pipeline_stress(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> StressRecovery | None:
-    """Return the recovery of the file's [stress]; None without any."""
+    """Return the stress recovery of the file's [stress]; None without any."""
     if not pipeline.stress:
         return None
     points = {
@@ -111,7 +111,7 @@ def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
     """Read and check the mesh of the pipeline file at `path`."""
     pipeline = load_pipeline(path)
     if pipeline.matrices is not None:
-        raise InputError(f"{path}: [matrices] have no elements whose quality could be checked; use [mesh]")
+        raise InputError(f"{path}: [matrices] have no elements to check; use [mesh]")
     with naming(path):
         mesh = read_pipeline_mesh(path, pipeline)
         interfaces, connections = pipeline_node_sets(pipeline, mesh)
@@ -137,7 +137,7 @@ def _material(name: str, table: Any) -> Material | Orthotropic:
 def _find(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
     refuse_unknown(name, materials, "material")
     if not isinstance(materials[name], kinds):
-        raise InputError(f"material {name!r} is orthotropic: only shells and plies can be made of it")
+        raise InputError(f"material {name!r} is orthotropic: use it for shells and plies only")
     return materials[name]
 
 
@@ -190,7 +190,7 @@ def _interface(table: Any, scale: float) -> Interface:
 
 
 def node_set(table: Any, scale: float) -> dict[str, Any]:
-    """Return what a table says that names nodes, lengths in m."""
+    """Return the node set of a table, lengths in m."""
     given = {key: value for key, value in table.model_dump().items() if value is not None}
     for key in ("near", "position"):
         if key in given:

@@ -18,7 +18,7 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
     Parameters
     ----------
     points : (n_points, 3)
-        The nodes, perhaps displaced.
+        The nodes, possibly displaced.
     amount : (n_points,), optional
         Scalar ``amount`` of each node, for its colour.
 
