@@ -10,7 +10,7 @@ import modalprep as mp
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
 from modalprep.linalg.modes import lowest_modes
 from modalprep.reduction.clamped import clamp
-from modalprep.reduction.free_interface import free_interface
+from modalprep.reduction.free_interface_basis import free_interface
 from modalprep.reduction.participation import fixed_coupling, free_coupling, interface_shares
 
 ZETA = 1e-5  # what other modes and rigid motions answer is smaller by about as much

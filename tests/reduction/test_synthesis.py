@@ -36,7 +36,7 @@ def line_mesh(corners, elements):
     line = np.stack([np.arange(count), np.arange(1, count + 1) % len(points)], axis=1)
     ends = np.array([[0], [len(points) - 1]])
     vertex = {"root": {"vertex": np.array([0])}, "tip": {"vertex": np.array([1])}}
-    return mp.Mesh(
+    return mp.fe.Mesh(
         points=points, cells={"line": line, "vertex": ends}, groups={"beam": {"line": np.arange(count)}} | vertex
     )
 

@@ -27,7 +27,7 @@ def mixed():
     line = np.array([[3, 4], [0, 1], [1, 2], [2, 3], [0, 5], [5, 2], [5, 3]])
     rows = {"bushing": [0], "soft": [1, 3], "stiff": [2], "rods": [4, 5, 6]}
     vertex = {"root": [0], "tip": [3], "lump": [4], "foot": [2]}
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"line": line, "vertex": np.array([[0], [3], [4], [2]])},
         groups={name: {"line": np.array(k)} for name, k in rows.items()}
@@ -107,7 +107,7 @@ def test_volume_is_mass_over_density(kind):
 def test_volume_of_a_laminate_counts_every_ply():
     points, cells = random_surface("quad")
     sheet, plies = mp.Shell(material=STEEL, thickness=0.03), tuple(
-        mp.Ply(material=STEEL, thickness=t) for t in (0.01, 0.02)
+        mp.fe.Ply(material=STEEL, thickness=t) for t in (0.01, 0.02)
     )  # fmt: skip
     one, two = (shell_model(points, cells, s).strain_energy.volume() for s in (sheet, mp.Shell(plies=plies)))
     np.testing.assert_allclose(one["quad"], two["quad"], rtol=1e-12)
@@ -138,7 +138,7 @@ def test_rigid_motion_has_no_energy():
 def test_mechanism_has_no_energy():
     """A bar on a universal joint: the modes without stiffness keep no round-off of the stiff ones."""
     points = np.array([[0.0, 0, 0], [0.5, 0, 0], [1, 0, 0]])
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"line": np.array([[0, 1], [1, 2]]), "vertex": np.array([[0], [2]])},
         groups={"hinge": {"line": np.array([0])}, "arm": {"line": np.array([1])}}

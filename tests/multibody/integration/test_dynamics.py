@@ -100,7 +100,9 @@ def test_rigid_chain_accelerations():
 def spinup():
     body = uniform_beam(modes=12, keep="effective_mass > 2.5%", truncation=("inertia",))
     law = [(15.0, "0.4*(t**2/2 + (7.5/pi)**2*(cos(pi*t/7.5) - 1))"), (float("inf"), "6*t - 45")]
-    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam.root", motion=mp.TimeFunction(law))
+    hub = mp.Joint(
+        name="hub", type="revolute", parent="ground", child="beam.root", motion=mp.multibody.TimeFunction(law)
+    )
     return mp.System(bodies={"beam": body}, joints=(hub,))
 
 
@@ -216,7 +218,7 @@ def test_rotating_beam_with_a_tip_mass(gamma, expected):
         "mass", mass=12.0, centre=np.zeros(3), inertia=1e-9 * np.eye(3), interfaces={"root": np.zeros(3)}
     )
     joints = (
-        mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.TimeFunction("t")),
+        mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.multibody.TimeFunction("t")),
         mp.Joint(name="weld", type="weld", parent="beam.tip", child="mass"),
     )
     system = mp.System(bodies={"beam": beam, "mass": mass}, joints=joints)

@@ -191,7 +191,7 @@ def test_channels_of_random_trees(seed, most):
 @pytest.mark.parametrize("seed", range(8))
 def test_channels_of_loaded_trees(seed):
     system = loaded_tree(seed)
-    system = system.with_(loads=tuple(load for load in system.loads if not isinstance(load, mp.Callback)))
+    system = system.with_(loads=tuple(load for load in system.loads if not isinstance(load, mp.multibody.Callback)))
     o = Observed(system, random_state(system, seed))
     agrees_with_the_dense_twin(o)
     power = dense_loads(system, o.packed, o.y, o.motion, T).power

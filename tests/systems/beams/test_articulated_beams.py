@@ -33,7 +33,7 @@ def hinged(system, stiffness):
     if np.isinf(stiffness):
         spring = mp.Joint(name="hinge", type="weld", parent="inner.tip", child="outer.root")
     else:
-        spring = hinge.with_(elements=mp.HingeElement(stiffness=stiffness * EI_BY_L))
+        spring = hinge.with_(elements=mp.multibody.HingeElement(stiffness=stiffness * EI_BY_L))
     return system.with_(joints=(wall, spring))
 
 
@@ -94,10 +94,10 @@ def test_recovered_torques_move_the_arm_as_prescribed(folder):
     found = run_shipped("slewing-arm", folder)
     (run,) = found.runs.values()
     assert run.stats["energy_error"] < 1e-9
-    drives = [mp.TimeFunction.table(run.time, run[f"{joint.name}.drive"]) for joint in found.system.joints]
+    drives = [mp.multibody.TimeFunction.table(run.time, run[f"{joint.name}.drive"]) for joint in found.system.joints]
     driven = found.system.with_(
         joints=tuple(
-            joint.with_(motion=None, elements=mp.HingeElement(drive=drive))
+            joint.with_(motion=None, elements=mp.multibody.HingeElement(drive=drive))
             for joint, drive in zip(found.system.joints, drives, strict=True)
         )
     )

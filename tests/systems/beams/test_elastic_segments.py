@@ -73,7 +73,7 @@ def test_slew(run):
 
 def test_slew_converges_with_order_three(run):
     """Rods have order two. The beams agree to 1e-3 until 4 s, a tenth of what 20 segments lack."""
-    motion = mp.TimeFunction([(2.0, "pi/2*(t/2 - sin(pi*t)/(2*pi))"), (np.inf, "pi/2")])
+    motion = mp.multibody.TimeFunction([(2.0, "pi/2*(t/2 - sin(pi*t)/(2*pi))"), (np.inf, "pi/2")])
     apart = []
     for count in (10, 20):
         fine = mp.simulate(beam(count, motion=motion), t_end=4, output_step=1.0, method="explicit", rtol=1e-6)
