@@ -52,7 +52,7 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out
 }
 KERNELS_TAKE = {"modalprep.jit", "modalprep.body", "modalprep.body.mass"}  # of mass.py, formulas of numbers
-MOST_FILES, MOST_LINES, MOST_KERNEL_LINES = 16, 310, 660
+MOST_FILES, MOST_LINES, MOST_KERNEL_LINES = 16, 330, 660
 
 
 def source(project):

@@ -42,10 +42,19 @@ def flexible_body(
     provenance : dict of str
         Added to the source of the mesh.
 
+    Returns
+    -------
+    FlexibleBody
+        In SI units, its frame at the root interface and parallel to the axes of the mesh.
+
     Raises
     ------
     InputError
         When the damping is negative or the basis belongs to another model.
+
+    References
+    ----------
+    Theory 4.1 and 4.2.
 
     Examples
     --------

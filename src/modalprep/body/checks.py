@@ -73,13 +73,28 @@ class CheckReport(Record):
         return not self.failed
 
     def summary(self) -> dict[str, Any]:
-        """Return the report as plain JSON; a value that is not finite becomes null."""
+        """Return the report as plain JSON; a value that is not finite becomes null.
+
+        Returns
+        -------
+        dict
+            Plain JSON, by the names of the fields.
+        """
         rows = [vars(c) | {"passed": c.passed, "value": c.value if np.isfinite(c.value) else None} for c in self.checks]
         return {"subject": self.subject, "passed": self.passed, "checks": rows}
 
 
 def check_model(model: FEModel) -> list[Check]:
     """Check an assembled model against the identities of theory 1.
+
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 1.5 and 6.1.
 
     Examples
     --------
@@ -105,6 +120,15 @@ def check_model(model: FEModel) -> list[Check]:
 
 def check_body(body: FlexibleBody) -> list[Check]:
     """Check a modal body, also one read from a file.
+
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 6.2.
 
     Examples
     --------

@@ -58,6 +58,11 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     name : str
         What `FlexibleBody.frame` says of the new origin; default its old coordinates.
 
+    Returns
+    -------
+    FlexibleBody
+        Of the same coordinates, vectors and places in the new axes.
+
     Raises
     ------
     InputError
@@ -98,6 +103,11 @@ def _shifted(body: FlexibleBody, c: np.ndarray) -> tuple[np.ndarray, ...]:
 def at_centre_of_mass(body: FlexibleBody) -> FlexibleBody:
     """Move the origin to the centre of mass of the undeformed body; the frame still moves with the root interface.
 
+    Returns
+    -------
+    FlexibleBody
+        Of the same modal coordinates, axes parallel to the former ones.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -110,6 +120,11 @@ def at_centre_of_mass(body: FlexibleBody) -> FlexibleBody:
 
 def in_principal_axes(body: FlexibleBody) -> FlexibleBody:
     """Move to the centre of mass and turn to the principal axes of inertia, smallest moment first.
+
+    Returns
+    -------
+    FlexibleBody
+        Of the same modal coordinates.
 
     Examples
     --------
@@ -136,6 +151,11 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
     The geometric stiffness is that of loads balanced by the body's own inertia: ``Kg_A = 0``. Modal damping keeps the
     diagonal of the transformed damping matrix. The reduction's table of modes loses its effective masses, which are
     those of the former root.
+
+    Returns
+    -------
+    FlexibleBody
+        Its frame at the centre of mass, parallel to the former one.
 
     Raises
     ------
@@ -181,10 +201,19 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     lowest modes of an arch by 0.5 % with 20 elements, 0.13 % with 40. Of those this function keeps what the former root
     found.
 
+    Returns
+    -------
+    FlexibleBody
+        Its frame at that interface, parallel to the former one.
+
     Raises
     ------
     InputError
         When the body has no such interface.
+
+    References
+    ----------
+    Theory 3.5.
 
     Examples
     --------

@@ -36,6 +36,15 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
     Mass, momentum, the energy of a random motion, the static answers and the prestress of a random combination of
     loads, each evaluated with the matrices of the model.
 
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 6.2.
+
     Examples
     --------
     >>> from modalprep.body.build import flexible_body
@@ -172,6 +181,15 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
 
     The body's is the higher one, by Rayleigh and Ritz; by how much informs of the basis. Left out are bodies that are
     not held by their root, and interfaces whose push does not buckle the model.
+
+    Returns
+    -------
+    list of Check
+        One for each interface that can be pushed.
+
+    References
+    ----------
+    Theory 6.2.
 
     Examples
     --------

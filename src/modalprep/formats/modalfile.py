@@ -59,6 +59,11 @@ TABLE = np.dtype(
 def write_body(body: FlexibleBody, path: str | Path) -> Path:
     """Write a body to a modal file; the file is whole or absent.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     OutputError
@@ -118,6 +123,11 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
 
 def read_body(path: str | Path) -> FlexibleBody:
     """Read a modal file.
+
+    Returns
+    -------
+    FlexibleBody
+        In SI units, as it was written.
 
     Raises
     ------

@@ -18,6 +18,11 @@ from modalprep.multibody.results.result import Result
 def write_result(result: Result, path: str | Path, runs: dict[str, Result] | None = None) -> Path:
     """Write the channels to HDF5: dataset ``time`` and one per channel; further `runs` in groups of their name.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Examples
     --------
     >>> import tempfile
@@ -40,6 +45,11 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
 
 def read_result(path: str | Path) -> Result:
     """Read the first run of a result file.
+
+    Returns
+    -------
+    Result
+        With the channels, events and statistics that were written.
 
     Raises
     ------
@@ -64,13 +74,24 @@ def _histories(data: h5py.Dataset, count: int) -> np.ndarray:
 
 
 def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) -> Path:
-    """Write time and the named channels (all when none is named) as columns; a vector takes one per component."""
+    """Write time and the named channels (all when none is named) as columns; a vector takes one per component.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
     columns = {"time": result.time} | result.table(channels)
     return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
 
 
 def read_csv(path: str | Path) -> Result:
     """Read a file of `write_csv`, to its ten digits; columns ``name.x``, ``name.y``, ... become one channel again.
+
+    Returns
+    -------
+    Result
+        With the channels of the file.
 
     Raises
     ------

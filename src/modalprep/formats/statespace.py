@@ -41,10 +41,19 @@ def write_state_space(linear: StateSpace, path: str | Path) -> Path:
     Besides the matrices it holds `inputs` and `outputs`, `states` (the joint or body of each of the n coordinates, then
     of their speeds), `R`, `y` and `udot` of `StateSpace`.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the suffix is another.
+
+    References
+    ----------
+    Theory 5.6.
 
     Examples
     --------

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from modalprep.multibody.evaluation.feedback import feedback as feedback
     from modalprep.multibody.evaluation.impact import Impact as Impact
     from modalprep.multibody.evaluation.impact import impact as impact
+    from modalprep.multibody.evaluation.state import Frame as Frame
+    from modalprep.multibody.evaluation.state import JointState as JointState
     from modalprep.multibody.evaluation.state import State as State
     from modalprep.multibody.free_body.free_flyer import Flight as Flight
     from modalprep.multibody.free_body.free_flyer import fly_free as fly_free
@@ -40,10 +42,11 @@ if TYPE_CHECKING:
     from modalprep.multibody.model.loads import Bushing as Bushing
     from modalprep.multibody.model.loads import Callback as Callback
     from modalprep.multibody.model.loads import DistributedForce as DistributedForce
+    from modalprep.multibody.model.time_function import Piece as Piece
     from modalprep.multibody.model.time_function import TimeFunction as TimeFunction
 
 _NAMES = {
-    "model.time_function": "TimeFunction",
+    "model.time_function": "TimeFunction Piece",
     "model.joint_element": "HingeElement",
     "model.loads": "DistributedForce AxialSpring Bushing Callback",
     "model.constraints": "Closure Coupler",
@@ -53,7 +56,7 @@ _NAMES = {
     "model.deployment": "Deployment",
     "deploying.system": "DeployingSystem",
     "deploying.simulate": "simulate_deployment",
-    "evaluation.state": "State",
+    "evaluation.state": "State JointState Frame",
     "evaluation.feedback": "feedback",
     "evaluation.impact": "impact Impact",
     "free_body.free_flyer": "fly_free Flight",

@@ -81,6 +81,15 @@ def simulate(
     SimulationError
         When the run cannot go on; the sentence names time, body and cause.
 
+    References
+    ----------
+    E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993 (DOP853).
+    J. Chung, G. M. Hulbert, A time integration algorithm for structural dynamics with improved numerical dissipation:
+    the generalized-alpha method, J. Appl. Mech. 60 (1993) 371.
+    J. Rang, L. Angermann, New Rosenbrock W-methods of order 3 for partial differential algebraic equations of index 1,
+    BIT 45 (2005) 761 (ROS34PW2).
+    Theory 5.2 and 5.3.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam

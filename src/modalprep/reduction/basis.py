@@ -35,6 +35,10 @@ class Reduction(Record):
     method : str
     notes : tuple of str
         What the user should know about the choice of modes.
+
+    References
+    ----------
+    Theory 3.2 and 3.5.
     """
 
     basis: np.ndarray

@@ -22,6 +22,16 @@ from modalprep.suggest import suggestion
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Reduce to the constraint modes of the fixed interfaces: exact in statics, crude in dynamics.
 
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) of unit displacements (m) and rotations (rad) of the interfaces, in modal form.
+
+    References
+    ----------
+    R. J. Guyan, Reduction of stiffness and mass matrices, AIAA J. 3 (1965) 380.
+    Theory 3.2.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
@@ -71,12 +81,22 @@ def craig_bampton(
     algebra : Algebra
         What factorizes and finds modes.
 
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) in SI units, in the frame of the root, and the table of all candidates.
+
     Raises
     ------
     InputError
         When the mode count is negative, a load or selection is unknown, or a load does nothing.
     MechanismError
         When the structure can move without strain.
+
+    References
+    ----------
+    R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA J. 6 (1968) 1313.
+    Theory 3.2 and 3.4.
 
     Examples
     --------

@@ -30,7 +30,6 @@ def free_interface(
 
     The static answer to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
     those of the floating body, as a ground test measures them. The basis is then moved to the frame of the root.
-    Craig and Kurdila, Fundamentals of Structural Dynamics (2006), section 17.4.
 
     Parameters
     ----------
@@ -43,12 +42,23 @@ def free_interface(
     algebra : Algebra
         What factorizes and finds modes.
 
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) in SI units, in the frame of the root, and the table of all candidates.
+
     Raises
     ------
     InputError
         When the mode count is negative or the selection cannot be read.
     MechanismError
         When the floating body has more than six motions without strain.
+
+    References
+    ----------
+    R. H. MacNeal, A hybrid method of component mode synthesis, Comput. Struct. 1 (1971) 581.
+    S. Rubin, Improved component-mode representation for structural dynamic analysis, AIAA J. 13 (1975) 995.
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 17.4.
 
     Examples
     --------
@@ -114,11 +124,20 @@ def _candidates(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | lis
 
 
 def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
-    """Guyan's reduction with the interior's inertia to first order (IRS, O'Callahan, IMAC 1989): same size, better.
+    """Guyan's reduction with the interior's inertia to first order (IRS): same size, better.
 
     In the body's frame: the root is locked, the other fixed interfaces are the coordinates.
 
     ``T = [1; Psi + K_ii^-1 (M_ib + M_ii Psi) M_R^-1 K_R]`` with Guyan's ``K_R``, ``M_R``; exact in statics still.
+
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n), as many vectors as `guyan` has.
+
+    References
+    ----------
+    J. O'Callahan, A procedure for an improved reduced system (IRS) model, Proc. 7th IMAC (1989) 17.
 
     Examples
     --------

@@ -64,6 +64,11 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
         For messages.
     load : Load
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
     Raises
     ------
     InputError

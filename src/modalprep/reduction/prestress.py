@@ -39,6 +39,11 @@ class Modes(Record):
 def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> np.ndarray:
     """Return the nodal load ``(n_dof,)`` of a force (N) and a moment (N m), mesh axes, on an interface.
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
     Raises
     ------
     InputError
@@ -64,6 +69,15 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     For `buckling` and `prestressed_modes` give them their `gravity` instead: nodal forces do not tell that mass beside
     a node, such as an offset or an eccentric element, swings when the node turns.
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
+    References
+    ----------
+    Theory 2.2.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
@@ -88,12 +102,21 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
+    Returns
+    -------
+    Modes
+        Factors on the load, ascending, and the shapes (n_dof, modes).
+
     Raises
     ------
     InputError
         When no multiple of the load makes the structure buckle.
     MechanismError
         When the held structure can move without strain.
+
+    References
+    ----------
+    Theory 1.3.
 
     Examples
     --------
@@ -128,12 +151,21 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
+    Returns
+    -------
+    Modes
+        Frequencies (Hz), ascending, and the shapes (n_dof, modes).
+
     Raises
     ------
     InputError
         When the load is beyond the buckling load.
     MechanismError
         When the held structure can move without strain.
+
+    References
+    ----------
+    Theory 1.3 and 4.7.
 
     Examples
     --------

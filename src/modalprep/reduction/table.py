@@ -54,7 +54,13 @@ class ModeTable(Record):
 
     @classmethod
     def empty(cls, total: np.ndarray) -> ModeTable:
-        """Return a table without rows."""
+        """Return a table without rows.
+
+        Returns
+        -------
+        ModeTable
+            With n = 0.
+        """
         none = np.zeros(0)
         return cls(
             kind=(), frequency=none, effective_mass=none.reshape(0, 6), total=total, kept=none.astype(bool), reason=()
@@ -67,7 +73,13 @@ class ModeTable(Record):
         frequency: np.ndarray | float = np.nan,
         effective_mass: np.ndarray | float = np.nan,
     ) -> ModeTable:
-        """Return the table with further rows of one kind, a row for each reason, all kept."""
+        """Return the table with further rows of one kind, a row for each reason, all kept.
+
+        Returns
+        -------
+        ModeTable
+            The rows of this table, then the further ones.
+        """
         n = len(reason)
         return self.with_(
             kind=self.kind + (kind,) * n,

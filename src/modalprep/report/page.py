@@ -59,6 +59,11 @@ def write_page(
     nodal_mass : (n_points,), optional
         Weights of the nodes where modes are compared; without, each counts the same.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

@@ -71,12 +71,22 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     steady : bool
         Prescribed hinges turn at their rate: rest relative to a steady motion. Else they are held.
 
+    Returns
+    -------
+    Equilibrium
+        The state, whether it is stable, and its coordinates by name.
+
     Raises
     ------
     SimulationError
         When nothing balances the load; the sentence names the joint. When closed loops move in the steady motion.
     InputError
         When a loop cannot be closed.
+
+    References
+    ----------
+    Theory 5.6.
+    J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., Springer 2006, chapters 3 and 11.
 
     Examples
     --------

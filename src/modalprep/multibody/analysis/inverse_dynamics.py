@@ -52,6 +52,17 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
 
     The inverse of forward dynamics: its modal rows vanish where the modal accelerations are those of the motion.
 
+    Returns
+    -------
+    (nu,) float
+        N, N m, and the modal rows in m sqrt(kg) / s^2.
+
+    References
+    ----------
+    J. Y. S. Luh, M. W. Walker, R. P. C. Paul, On-line computational scheme for mechanical manipulators,
+    J. Dyn. Syst. Meas. Control 102 (1980) 69.
+    Theory 5.2.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -97,6 +108,11 @@ def inverse_dynamics(
     rtol : float
         Of the integration of what follows.
 
+    Returns
+    -------
+    InverseDynamics
+        Forces (N) and torques (N m) over the times, by joint, and all coordinates.
+
     Raises
     ------
     InputError
@@ -104,6 +120,10 @@ def inverse_dynamics(
         more than closed loops leave free.
     SimulationError
         When what follows cannot be integrated, the loops cannot be closed, or no quasi-static deflection is found.
+
+    References
+    ----------
+    Theory 5.2.
 
     Examples
     --------

@@ -43,12 +43,23 @@ def linearise(
     inputs, outputs : sequence of str
         See `observe.Effort` and `observe.output`.
 
+    Returns
+    -------
+    StateSpace
+        The four matrices in the independent coordinates, with estimates of their errors.
+
     Raises
     ------
     InputError
         When a name says nothing of the system, the state has another size, or a loop cannot be closed.
     SimulationError
         When the mass matrix is not positive, or closed loops are in a singular position.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 9.4 (independent coordinates of closed loops);
+    theory 5.6.
+    L. F. Richardson, The deferred approach to the limit, Phil. Trans. R. Soc. A 226 (1927) 299.
 
     Examples
     --------

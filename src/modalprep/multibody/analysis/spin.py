@@ -36,6 +36,15 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     acceleration : (3,)
         Steady specific acceleration A of the root in the body frame, m/s^2.
 
+    Returns
+    -------
+    SpinModes
+        Eigenvalues (1/s), frequencies (Hz), damping ratios and shapes.
+
+    References
+    ----------
+    Theory 4.4.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam

@@ -36,6 +36,10 @@ class StateSpace(Record):
         Largest estimated error of an entry, relative to the largest entry of its matrix.
     doubt : (2 n, 2 n)
         Estimated error of each entry of A.
+
+    References
+    ----------
+    Theory 5.6.
     """
 
     A: np.ndarray
@@ -61,10 +65,19 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     frequency : (nf,)
         Hz.
 
+    Returns
+    -------
+    (nf, no, ni) complex
+        Unit of the output per unit of the input.
+
     Raises
     ------
     InputError
         When there are no inputs or no outputs, or a frequency is a pole.
+
+    References
+    ----------
+    Theory 5.6.
 
     Examples
     --------

@@ -63,6 +63,15 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     About a steady motion the shapes are seen from the moving reference. Motions without stiffness have double roots,
     which round-off splits; a root within its first-order error (Wilkinson 1965, chapter 2: ``y E x / y x``, E the error
     of A) counts as zero, and a pair of them once.
+
+    Returns
+    -------
+    SystemModes
+        Eigenvalues (1/s) and mode shapes by ascending frequency (Hz).
+
+    References
+    ----------
+    J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter 2.
     """
     ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
     names = [f"{end}.{what}.{axis}" for end in ends for what in ("position", "rotation") for axis in AXES]

@@ -55,7 +55,13 @@ class DeployingSystem(Record):
         self.full()
 
     def at(self, stages: list[Stage], places: dict[str, dict] | None = None) -> System:
-        """Return the system with the rods of these stages; `places` are start values of joints by name."""
+        """Return the system with the rods of these stages; `places` are start values of joints by name.
+
+        Returns
+        -------
+        System
+            Of what is out then.
+        """
         bodies, joints = dict(self.bodies), list(self.joints)
         for d, stage in zip(self.deployments, stages, strict=True):
             new = _bodies(d, stage)
@@ -72,6 +78,11 @@ class DeployingSystem(Record):
 
         turn : (3, 3) of that rod in the exit's frame; velocity, spin : (3,) of its root, relative to the exit, in its
         own frame.
+
+        Returns
+        -------
+        System
+            Of one rod less.
         """
         full, stage = self.at(stages), stages[self.deployments.index(d)]
         gone = {d.leads, f"{d.name}{stage.rods}"}
@@ -85,7 +96,13 @@ class DeployingSystem(Record):
         return full.with_(bodies=bodies, joints=(*kept, loose))
 
     def full(self) -> System:
-        """Return the system with everything out."""
+        """Return the system with everything out.
+
+        Returns
+        -------
+        System
+            Of all rods.
+        """
         return self.at([Stage(rods=d.segments, locked=False, law=TimeFunction(d.length)) for d in self.deployments])
 
 

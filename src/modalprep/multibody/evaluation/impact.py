@@ -80,12 +80,21 @@ def impact(
     t : float
         s, at which functions of time are taken.
 
+    Returns
+    -------
+    Impact
+        Speeds after, impulses (N s, N m s) and the energy lost (J).
+
     Raises
     ------
     InputError
         When a name is unknown, or the restitution is not between 0 and 1.
     SimulationError
         When no impulse is found that satisfies Coulomb's law.
+
+    References
+    ----------
+    F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8; theory 9.4.
 
     Examples
     --------

@@ -55,12 +55,24 @@ class State:
         return self._y[: self.packed.nx]
 
     def modal(self, body: str) -> np.ndarray:
-        """Return the modal coordinates (n,) of a body."""
+        """Return the modal coordinates (n,) of a body.
+
+        Returns
+        -------
+        (n,) float
+            m sqrt(kg).
+        """
         row = self.packed.tree.ints[self.packed.link_of(body)]
         return self._y[row[XQ] : row[XQ] + row[MODES]]
 
     def __getitem__(self, name: str) -> Frame:
-        """Return the motion of ``body.interface``."""
+        """Return the motion of ``body.interface``.
+
+        Returns
+        -------
+        Frame
+            Position (m), rotation, velocity (m/s) and spin (rad/s), inertial axes.
+        """
         found = locate(self.system.bodies, name, "state")
         if found is None:
             raise InputError("state: the ground does not move")
@@ -69,7 +81,13 @@ class State:
         return self._seen[found]
 
     def joint(self, name: str) -> JointState:
-        """Return coordinates and speeds of a joint."""
+        """Return coordinates and speeds of a joint.
+
+        Returns
+        -------
+        JointState
+            Coordinates (m, rad) and speeds (m/s, rad/s).
+        """
         known = [joint.name for joint in self.system.joints]
         refuse_unknown(name, known, "state: joint")
         position, rate = [], []

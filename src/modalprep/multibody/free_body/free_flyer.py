@@ -127,12 +127,21 @@ def fly_free(
     variables : {"momentum", "efficient"}
         Exact for every body; constant mass matrix, for closed modes without geometric stiffness.
 
+    Returns
+    -------
+    Flight
+        Places, orientations, modal coordinates and momenta over the times.
+
     Raises
     ------
     InputError
         When the variables are unknown, or efficient ones are asked of a body that they cannot hold.
     SimulationError
         When the integration stops.
+
+    References
+    ----------
+    Theory 4.4 and 4.8.
 
     Examples
     --------

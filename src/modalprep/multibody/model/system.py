@@ -100,7 +100,13 @@ class System(Record):
             )
 
     def child(self, joint: Joint) -> str:
-        """Return the name of the joint's child body."""
+        """Return the name of the joint's child body.
+
+        Returns
+        -------
+        str
+            Name of a body.
+        """
         name, _, interface = joint.child.partition(".")
         refuse_unknown(name, self.bodies, f"joint {joint.name!r}: child body")
         root = self.bodies[name].interface_name[0]
@@ -112,11 +118,23 @@ class System(Record):
         return name
 
     def parent(self, joint: Joint) -> tuple[str, int] | None:
-        """Return the joint's parent body and interface number; None for the ground."""
+        """Return the joint's parent body and interface number; None for the ground.
+
+        Returns
+        -------
+        (str, int) or None
+            Name of the body and number of its interface, from 0.
+        """
         return locate(self.bodies, joint.parent, f"joint {joint.name!r}, its parent")
 
     def carrier(self, body: str) -> Joint:
-        """Return the joint that carries a body."""
+        """Return the joint that carries a body.
+
+        Returns
+        -------
+        Joint
+            The one whose child is the body.
+        """
         return self._carriers[body]
 
     @cached_property
@@ -145,16 +163,42 @@ class System(Record):
         return {joint.name: SCALARS[joint.type] for joint in self.joints}
 
     def at(self, t: float) -> System:
-        """Return the system with the masses of time t (s) for ever; its gas goes on to leave."""
+        """Return the system with the masses of time t (s) for ever; its gas goes on to leave.
+
+        Returns
+        -------
+        System
+            Without depletions.
+        """
         changed = {each.body: each.at(self.bodies[each.body], t) for each in self.depletions}
         return self.with_(bodies=self.bodies | changed, depletions=()) if changed else self
 
     def conventional(self) -> System:
-        """Return the system without geometric stiffness: the prematurely linearised theory."""
+        """Return the system without geometric stiffness: the prematurely linearised theory.
+
+        Returns
+        -------
+        System
+            Of the same joints, loads and closures.
+
+        References
+        ----------
+        Theory 4.5.
+        """
         return self._with_bodies(FlexibleBody.conventional)
 
     def ruthless(self) -> System:
-        """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`."""
+        """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`.
+
+        Returns
+        -------
+        System
+            Of the same joints, loads and closures.
+
+        References
+        ----------
+        A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 6.7; theory 4.5.
+        """
         return self._with_bodies(FlexibleBody.ruthless)
 
     def _with_bodies(self, change: Callable[[FlexibleBody], FlexibleBody]) -> System:

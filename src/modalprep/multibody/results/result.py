@@ -70,7 +70,13 @@ class Result(Record):
     impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``."""
+        """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``.
+
+        Returns
+        -------
+        (nt,) or (nt, k) float
+            In the unit of the channel.
+        """
         if name in self.channels:
             return self.channels[name]
         parent, _, component = name.rpartition(".")
@@ -81,13 +87,24 @@ class Result(Record):
         raise InputError(f"the result has no channel {name!r}; it has {known}")
 
     def columns(self) -> dict[str, list[str]]:
-        """Return the component names of every channel with more than one column."""
+        """Return the component names of every channel with more than one column.
+
+        Returns
+        -------
+        dict of list of str
+            ``x``, ``y``, ``z`` or ``1``, ``2``, ... by the channel's name.
+        """
         vectors = {name: a.shape[1] for name, a in self.channels.items() if a.ndim == 2}
         return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
                 for name, k in vectors.items()}  # fmt: skip
 
     def seen_from(self, body: str) -> Result:
         """Return the run with every place, the channels ``.position`` and ``.origin``, in the frame of a body.
+
+        Returns
+        -------
+        Result
+            The places in m, in the axes of that body; the other channels as they were.
 
         Raises
         ------
@@ -110,6 +127,11 @@ class Result(Record):
     def to_dataframe(self, channels: Sequence[str] = ()) -> pandas.DataFrame:
         """Return the named channels (all when none is named) as columns over time, one per component.
 
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each time (s), a column for each component.
+
         Raises
         ------
         InputError
@@ -130,7 +152,13 @@ class Result(Record):
         return pandas.DataFrame(self.table(channels), index=pandas.Index(self.time, name="time"))
 
     def table(self, channels: Sequence[str] = ()) -> dict[str, np.ndarray]:
-        """Return the named channels (all when none is named), one (nt,) per component, by name."""
+        """Return the named channels (all when none is named), one (nt,) per component, by name.
+
+        Returns
+        -------
+        dict of (nt,) float
+            By the channel's name and component, such as ``arm.tip.position.x``.
+        """
         components = self.columns()
         names = [
             [f"{name}.{c}" for c in components[name]] if name in components else [name]

@@ -48,6 +48,11 @@ def animate_system(
     frames : int
         Pictures in it.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
