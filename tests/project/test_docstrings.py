@@ -15,7 +15,13 @@ HOMES = {
     name: home for name, home in public_homes().items() if not home.startswith(("modalprep.fe.", "modalprep.errors"))
 }
 PUBLIC = {name.rpartition(".")[2] for name in public_homes()}
-INTERNAL = {"GeometricStiffness", "MassTensor", "Meeting", "RigidInertia"}  # of fields that assembly and recovery read, not users
+INTERNAL = {
+    "GeometricStiffness",
+    "MassTensor",
+    "Meeting",
+    "RigidInertia",
+    "RotatingMass",
+}  # of fields that assembly and recovery read, not users
 # An equation: letters, a sign of equality, and something multiplied, divided, added or to a power.
 FORMULA = re.compile(r"``[^`\"']*[^=]=[^=`\"']*[\^+*/~][^`\"']*``")
 
