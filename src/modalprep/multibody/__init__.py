@@ -17,11 +17,13 @@ if TYPE_CHECKING:
     from modalprep.multibody.analysis.system_modes import SystemModes as SystemModes
     from modalprep.multibody.deploying.simulate import simulate_deployment as simulate_deployment
     from modalprep.multibody.deploying.system import DeployingSystem as DeployingSystem
+    from modalprep.multibody.evaluation.coordinates import Coordinates as Coordinates
+    from modalprep.multibody.evaluation.coordinates import JointState as JointState
+    from modalprep.multibody.evaluation.coordinates import coordinates as coordinates
     from modalprep.multibody.evaluation.feedback import feedback as feedback
     from modalprep.multibody.evaluation.impact import Impact as Impact
     from modalprep.multibody.evaluation.impact import impact as impact
     from modalprep.multibody.evaluation.state import Frame as Frame
-    from modalprep.multibody.evaluation.state import JointState as JointState
     from modalprep.multibody.evaluation.state import State as State
     from modalprep.multibody.free_body.free_flyer import Flight as Flight
     from modalprep.multibody.free_body.free_flyer import fly_free as fly_free
@@ -56,7 +58,8 @@ _NAMES = {
     "model.deployment": "Deployment",
     "deploying.system": "DeployingSystem",
     "deploying.simulate": "simulate_deployment",
-    "evaluation.state": "State JointState Frame",
+    "evaluation.state": "State Frame",
+    "evaluation.coordinates": "coordinates Coordinates JointState",
     "evaluation.feedback": "feedback",
     "evaluation.impact": "impact Impact",
     "free_body.free_flyer": "fly_free Flight",

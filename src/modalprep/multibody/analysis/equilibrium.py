@@ -30,7 +30,7 @@ class Equilibrium(Record):
     Attributes
     ----------
     y : (nx + nu,)
-        State as `layout` packs it, speeds zero.
+        State, speeds zero; `joints` and `modal` have its coordinates by name.
     stable : bool
         Whether the stiffness is positive in every direction; False also where it is indifferent.
     stiffness : (n, n)

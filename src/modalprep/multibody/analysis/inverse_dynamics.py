@@ -37,7 +37,7 @@ class InverseDynamics(Record):
     modal : dict of (nt, n)
         Modal coordinates of each body.
     y, udot : (nt, nx + nu), (nt, nu)
-        States and accelerations.
+        States, which `coordinates` reads by name, and accelerations.
     """
 
     time: np.ndarray

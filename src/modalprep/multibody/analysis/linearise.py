@@ -36,12 +36,15 @@ def linearise(
     Parameters
     ----------
     y : (nx + nu,)
-        State as `layout` packs it, such as `static_equilibrium(system).y`; default: the start of the joints. Loops
-        that it leaves open are closed.
+        State, such as `static_equilibrium(system).y`; default: the start of the joints. Loops that it leaves open
+        are closed.
     t : float
         s, at which functions of time are taken; prescribed hinges move as they do then.
     inputs, outputs : sequence of str
-        See `observe.Effort` and `observe.output`.
+        Inputs ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N) and
+        ``.torque.z`` (N m), inertial axes. Outputs ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed``
+        (``.angle.2`` the second), ``body.modal.3``, ``body.stress.point.xx``, ``body.interface.position.x``,
+        ``.rotation``, ``.velocity``, ``.spin``, ``.acceleration`` and ``.angular_acceleration``, inertial axes.
 
     Returns
     -------

@@ -29,7 +29,7 @@ class StateSpace(Record):
     R : (nu, n)
         Changes of all coordinates by those.
     y : (nx + nu,)
-        The state.
+        The state; `coordinates` reads it by name.
     udot : (nu,)
         Accelerations there; zero at rest or in a steady motion.
     error : float
@@ -55,6 +55,22 @@ class StateSpace(Record):
     udot: np.ndarray
     error: float
     doubt: np.ndarray
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the 2 n numbers of z: ``hinge``, ``ball.2``, ``arm.modal.1``, then ``hinge.rate`` and so on."""
+        number = [sum(each == of for each in self.owner[:k]) + 1 for k, of in enumerate(self.owner)]
+        counts = {of: self.owner.count(of) for of in self.owner}
+        names = [
+            f"{name}.modal.{number[k]}"
+            if kind == "body"
+            else name
+            if counts[kind, name] == 1
+            else f"{name}.{number[k]}"
+            for k, (kind, name) in enumerate(self.owner)
+        ]
+        kept = tuple(names[k] for k in self.independent)
+        return (*kept, *(f"{name}.rate" for name in kept))
 
 
 def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ class Impact(Record):
     t : float
         s.
     y : (nx + nu,)
-        State after it, as `layout` packs it; the coordinates are those before.
+        State after it; the coordinates are those before. `coordinates` reads it by name.
     impulse : dict
         ``name.force`` (3,) N s and ``name.torque`` (3,) N m s on b, at b, in a's axes; ``name.multiplier`` of couplers.
     lost : float
