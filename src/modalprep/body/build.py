@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressRecovery
 from modalprep.reduction.basis import Reduction
+from modalprep.suggest import refuse_other
 
 
 def flexible_body(
@@ -63,6 +64,8 @@ def flexible_body(
     >>> body.Kg_W[0, 0].shape, bool(abs(body.Kg_W[0, 0]).max() > 1)
     ((2, 2), True)
     """
+    refuse_other("flexible_body: the model", FEModel, model)
+    refuse_other("flexible_body: the reduction", Reduction, reduction)
     Phi = reduction.basis
     if damping < 0:
         raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")

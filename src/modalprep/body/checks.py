@@ -11,6 +11,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import mass_matrix, rigid_mass_matrix
 from modalprep.fe.assembly.model import FEModel
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
@@ -102,6 +103,7 @@ def check_model(model: FEModel) -> list[Check]:
     >>> all(check.passed for check in check_model(cantilever_model()))
     True
     """
+    refuse_other("check_model: the model", FEModel, model)
     R, r = model.rigid_body(), model.rigid
     T = R[:, :3]
     terms = abs(model.K) @ np.abs(R)
@@ -136,6 +138,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
     >>> [check.name for check in check_body(uniform_beam(modes=2)) if not check.passed]
     []
     """
+    refuse_other("check_body: the body", FlexibleBody, body)
     rigid = rigid_mass_matrix(body.m, body.s0, body.E0)
     Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T, *([] if body.T is None else [body.T])]
     asymmetry = max((relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)

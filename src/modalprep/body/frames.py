@@ -24,7 +24,7 @@ from modalprep.body.mass import cross_moment, rigid_mass_matrix
 from modalprep.errors import InputError
 from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_other, suggestion
 from modalprep.vectors import skew
 
 SKEW = skew(np.eye(3))  # SKEW[c, a, d] r_c x_d = (r x x)_a
@@ -74,6 +74,7 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     >>> in_frame(uniform_beam(modes=1), origin=np.array([10.0, 0, 0])).s0
     array([-60.,   0.,   0.])
     """
+    refuse_other("in_frame: the body", FlexibleBody, body)
     c = np.asarray(origin, dtype=float)
     Q = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     if Q.shape != (3, 3) or np.abs(Q.T @ Q - np.eye(3)).max() > 1e-9 or np.linalg.det(Q) < 0:
@@ -115,6 +116,7 @@ def at_centre_of_mass(body: FlexibleBody) -> FlexibleBody:
     >>> round(float(body.E0[0, 0]), 6), body.interface_position[:, 0]
     (100.0, array([-5.,  5.]))
     """
+    refuse_other("at_centre_of_mass: the body", FlexibleBody, body)
     return in_frame(body, origin=body.s0 / body.m, name="origin at the centre of mass")
 
 
@@ -133,6 +135,7 @@ def in_principal_axes(body: FlexibleBody) -> FlexibleBody:
     >>> body.frame
     'origin at the centre of mass, principal axes'
     """
+    refuse_other("in_principal_axes: the body", FlexibleBody, body)
     centred = at_centre_of_mass(body)
     _, axes = np.linalg.eigh(np.trace(centred.E0) * np.eye(3) - centred.E0)
     axes = axes * unique_signs(axes)
@@ -173,6 +176,7 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
     >>> bool(abs(body.S).max() < 1e-9), body.frame
     (True, 'mean axes at the centre of mass, axes of the mesh')
     """
+    refuse_other("in_mean_axes: the body", FlexibleBody, body)
     centred = at_centre_of_mass(body)
     rigid = rigid_mass_matrix(centred.m, np.zeros(3), centred.E0)
     moments = np.linalg.eigvalsh(rigid[3:, 3:])
@@ -222,6 +226,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     >>> body.interface_name, body.interface_position[:, 0].tolist(), float(abs(body.phi[0]).max())
     (('tip', 'root'), [0.0, -10.0], 0.0)
     """
+    refuse_other("reroot: the body", FlexibleBody, body)
     if interface not in body.interface_name:
         hint = suggestion(interface, body.interface_name, "it has")
         raise InputError(f"body {body.name!r} has no interface {interface!r}; {hint}")

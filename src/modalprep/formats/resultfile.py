@@ -13,6 +13,7 @@ from modalprep.atomic import write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.results.result import Result
+from modalprep.suggest import refuse_other
 
 
 def write_result(result: Result, path: str | Path, runs: dict[str, Result] | None = None) -> Path:
@@ -31,6 +32,7 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
     >>> read_result(file)["a.angle"]
     array([1., 1.])
     """
+    refuse_other("write_result: the result", Result, result)
     path = Path(path)
     with writing(path) as file:
         file.attrs.update(format="modalprep result", format_version=1, units="SI")
@@ -81,6 +83,7 @@ def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) ->
     Path
         The file.
     """
+    refuse_other("write_csv: the result", Result, result)
     columns = {"time": result.time} | result.table(channels)
     return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
 

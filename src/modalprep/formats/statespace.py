@@ -12,7 +12,7 @@ from scipy.io import savemat
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.multibody.analysis.state_space import StateSpace
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_other, suggestion
 
 
 def _mat(path: Path, data: dict[str, np.ndarray]) -> None:
@@ -66,6 +66,7 @@ def write_state_space(linear: StateSpace, path: str | Path) -> Path:
     ...     print(file["B"].ravel(), file["states"])
     [0.  0.5] ['joint slide' 'joint slide rate']
     """
+    refuse_other("write_state_space: the linear system", StateSpace, linear)
     path = Path(path)
     kind = path.suffix.removeprefix(".")
     if kind not in WRITERS:

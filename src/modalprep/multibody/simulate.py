@@ -19,14 +19,15 @@ from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result, output_times
+from modalprep.suggest import refuse_other
 
 MOST_OUTPUTS = 1e7
 
 
 def simulate(
     system: System,
-    *,
     t_end: float,
+    *,
     output_step: float = 0.01,
     rtol: float = 1e-5,
     atol: float = 1e-10,
@@ -100,6 +101,7 @@ def simulate(
     >>> bool(run["hinge.angle"][-1] < 0), run.stats["energy_error"] < 1e-8
     (True, True)
     """
+    refuse_other("simulate: the system", System, system)
     check_span(t_end, output_step, rtol, atol, method)
     if step is not None and not 0 < step < float("inf"):
         raise InputError(f"simulation step = {step:g} must be positive")
@@ -121,8 +123,8 @@ def simulate(
 def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:
     """Refuse times and tolerances that are not positive, too many outputs, an unknown method."""
     for name, value in (("t_end", t_end), ("output_step", output_step), ("rtol", rtol), ("atol", atol)):
-        if not 0 < value < float("inf"):
-            raise InputError(f"simulation {name} = {value:g} must be positive")
+        if not isinstance(value, int | float) or not 0 < value < float("inf"):
+            raise InputError(f"simulation {name} = {value} must be a positive number")
     if not t_end / output_step <= MOST_OUTPUTS:
         raise InputError(
             f"simulation t_end = {t_end:g} with output_step = {output_step:g} asks for more than {MOST_OUTPUTS:.0e} "

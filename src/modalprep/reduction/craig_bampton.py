@@ -16,7 +16,7 @@ from modalprep.reduction.participation import fixed_coupling, interface_shares, 
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_other, suggestion
 
 
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
@@ -38,6 +38,7 @@ def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) ->
     >>> guyan(cantilever_model(tip="fixed"))
     Reduction(guyan, 6 coordinates, 0.6073..133.2 Hz)
     """
+    refuse_other("guyan: the model", FEModel, model)
     held = clamp(model, solver, algebra)
     table = with_constraint_modes(ModeTable.empty(rigid_totals(model)), model)
     return reduced("guyan", held, held.constraint_shapes, table, ())
@@ -105,6 +106,7 @@ def craig_bampton(
     >>> red.table.kind[:2], red.table.reason[0]
     (('fixed-interface', 'fixed-interface'), 'effective mass 97.1% in rz > 1%')
     """
+    refuse_other("craig_bampton: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver, algebra)

@@ -14,6 +14,7 @@ from modalprep.reduction.notes import completeness, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
+from modalprep.suggest import refuse_other
 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body held at its root
 
@@ -66,6 +67,7 @@ def free_interface(
     >>> free_interface(cantilever_model(), modes=4).table.kind[:5]
     ('free-interface', 'free-interface', 'free-interface', 'free-interface', 'attachment')
     """
+    refuse_other("free_interface: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver, algebra)
@@ -147,6 +149,7 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     >>> guyan(model).frequency[0] > improved_guyan(model).frequency[0]
     np.True_
     """
+    refuse_other("improved_guyan: the model", FEModel, model)
     held = clamp(model, solver, algebra)
     T = np.zeros((held.K.shape[0], len(held.b)))
     T[held.b, np.arange(len(held.b))], T[held.i] = 1.0, held.Psi

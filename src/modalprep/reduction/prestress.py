@@ -15,6 +15,7 @@ from modalprep.linalg.factor import Factor, factorize
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.suggest import refuse_other
 
 MORE = 20  # modes beside those asked for, in whose span the mass moves
 QUOTIENT = 1e-3  # how far a Rayleigh quotient may be from its eigenvalue; 1e-5 and less where the factor is sound
@@ -55,6 +56,7 @@ def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0
     >>> interface_load(cantilever_model(), "tip", force=(0, -5.0, 0)).sum()
     np.float64(-5.0)
     """
+    refuse_other("interface_load: the model", FEModel, model)
     frames = {frame.name: frame for frame in model.interfaces}
     if name not in frames:
         raise InputError(f"the model has no interface {name!r}; it has {', '.join(frames)}")
@@ -85,6 +87,7 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     >>> bool(np.isclose(acceleration_load(model, (0, 0, -9.81))[2::6].sum(), -9.81 * model.rigid.m))
     True
     """
+    refuse_other("acceleration_load: the model", FEModel, model)
     return model.g @ np.asarray(acceleration, dtype=float)
 
 
@@ -126,6 +129,7 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     >>> round(float(P / (np.pi**2 * 1.4e4 / 400)), 3)  # Euler: pi^2 EI / (4 L^2)
     1.0
     """
+    refuse_other("buckling: the model", FEModel, model)
     held, Kg, _ = _prestress(model, load, gravity)
     mu, x = _largest(-Kg, held, modes)
     positive = mu > NO_BUCKLING
@@ -176,6 +180,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     >>> bool(pulled.value[0] > free.value[0])
     True
     """
+    refuse_other("prestressed_modes: the model", FEModel, model)
     held, Kg, x = _prestress(model, load, gravity)
     try:
         count = min(modes + MORE, len(held.i))

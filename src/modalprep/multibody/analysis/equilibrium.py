@@ -12,6 +12,7 @@ from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.evaluation.evaluator import Plant
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 LARGEST = 0.3  # step, in scales of the coordinates: a third of a radian, of a body's size
 CONVERGED = 1e-12  # step
@@ -102,6 +103,7 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     >>> round(float(20 * angle + 10 * np.cos(angle)), 12)
     0.0
     """
+    refuse_other("static_equilibrium: the system", System, system)
     plant = Plant(system, t)
     y = plant.start.copy()
     y[plant.nx :] = 0.0

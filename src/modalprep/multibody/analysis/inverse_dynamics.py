@@ -18,7 +18,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.tree import Packed, pack
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 MOST = 30  # Newton steps of a quasi-static instant
 CONVERGED = 1e-11  # of those, in scales of the coordinates
@@ -136,6 +136,7 @@ def inverse_dynamics(
     >>> found.force["hinge"][:, 0].tolist()
     [12.0, 12.0]
     """
+    refuse_other("inverse_dynamics: the system", System, system)
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or not len(times) or np.any(np.diff(times) <= 0):
         raise InputError("inverse dynamics: the times must ascend")

@@ -15,6 +15,7 @@ from modalprep.multibody.evaluation.evaluator import Plant
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import FREE, SPHERICAL, U
 from modalprep.multibody.model.system import System
+from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # first differences, in scales of the coordinates, and of them per second
@@ -76,6 +77,7 @@ def linearise(
     >>> linear.A.round(9).tolist(), linear.B.round(9).tolist(), linear.C.tolist()
     ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
     """
+    refuse_other("linearise: the system", System, system)
     plant = Plant(system, t)
     y = plant.start if y is None else np.array(y, dtype=float)
     if y.shape != (plant.nx + plant.nu,) or not np.all(np.isfinite(y)):

@@ -12,6 +12,7 @@ from modalprep.multibody.analysis.linearise import linearise
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 UNSURE = 10.0  # times its estimated error: a root below this counts as zero
 
@@ -73,6 +74,7 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
     ----------
     J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter 2.
     """
+    refuse_other("system_modes: the system", System, system)
     ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
     names = [f"{end}.{what}.{axis}" for end in ends for what in ("position", "rotation") for axis in AXES]
     linear = linearise(system, y, t, outputs=names)

@@ -10,7 +10,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.kernels.data import COORDINATES, MODES, PRESCRIBED, SPEEDS, UQ, XQ, U, X
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 
 class JointState(NamedTuple):
@@ -107,6 +107,7 @@ def coordinates(system: System, y: np.ndarray, t: float | np.ndarray = 0.0) -> C
     >>> state.joint("hinge").position, state.joint("hinge").rate, state.modal("arm")
     (array([0.1]), array([0.4]), array([2., 3.]))
     """
+    refuse_other("coordinates: the system", System, system)
     packed, y = pack(system), np.asarray(y, dtype=float)
     size = packed.nx + packed.nu
     if y.ndim == 0 or y.shape[-1] != size:

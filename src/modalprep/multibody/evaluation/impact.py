@@ -23,7 +23,7 @@ from modalprep.multibody.kernels.constraints import RANK_TOLERANCE
 from modalprep.multibody.kernels.data import Scratch
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 MOST_SWEEPS, SETTLED = 2000, 1e-13  # of friction and normal impulses against each other
 
@@ -113,6 +113,7 @@ def impact(
     >>> caught.impulse["pin.force"].round(12) + 0.0, round(caught.lost, 12)
     (array([0.  , 0.25, 0.  ]), 0.125)
     """
+    refuse_other("impact: the system", System, system)
     names = [closure.name for closure in system.closures]
     for name in hits:
         refuse_unknown(name, names, "impact: closure")

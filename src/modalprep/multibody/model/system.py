@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -17,7 +17,7 @@ from modalprep.multibody.model.environment import CentralGravity, Conductor, Orb
 from modalprep.multibody.model.joint import SCALARS, Joint
 from modalprep.multibody.model.loads import Load, check_loads, locate
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 LOSES_MASS = "body {0!r} loses mass: the second order of its modal mass (T) is left out"
 
@@ -64,6 +64,7 @@ class System(Record):
             raise InputError(f"gravity {self.gravity!r} is not three numbers in m/s^2")
         object.__setattr__(self, "gravity", gravity)
         super().__post_init__()
+        self._refuse_other_types()
         if not self.bodies:
             raise InputError("the system has no bodies; name at least one under [bodies]")
         carried = Counter(self.child(joint) for joint in self.joints)
@@ -83,6 +84,16 @@ class System(Record):
             object.__setattr__(self, "bodies", self.bodies | plain)
             object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
         self._check_orbit()
+
+    def _refuse_other_types(self) -> None:
+        refuse_other("System: bodies", Mapping, self.bodies)
+        for name, body in self.bodies.items():
+            refuse_other(f"System: body {name!r}", FlexibleBody, body)
+        for key in ("joints", "loads", "closures", "depletions"):
+            if not isinstance(getattr(self, key), Sequence):
+                raise InputError(f"System: {key} must be a list or tuple, not {type(getattr(self, key)).__name__}")
+        for joint in self.joints:
+            refuse_other("System: a joint", Joint, joint)
 
     def _check_orbit(self) -> None:
         conductors = [load.name for load in self.loads if isinstance(load, Conductor)]

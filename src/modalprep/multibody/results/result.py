@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 if TYPE_CHECKING:
     import pandas
@@ -77,6 +78,7 @@ class Result(Record):
         (nt,) or (nt, k) float
             In the unit of the channel.
         """
+        refuse_other("Result: the name of a channel", str, name)
         if name in self.channels:
             return self.channels[name]
         parent, _, component = name.rpartition(".")
@@ -85,6 +87,15 @@ class Result(Record):
             return self.channels[parent][:, columns.index(component)]
         known = ", ".join(sorted(self.channels))
         raise InputError(f"the result has no channel {name!r}; it has {known}")
+
+    def __contains__(self, name: object) -> bool:
+        """Say whether there is a channel, or a component of one, of this name."""
+        parent, _, component = str(name).rpartition(".")
+        return name in self.channels or component in self.columns().get(parent, ())
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names of the channels."""
+        return iter(self.channels)
 
     def columns(self) -> dict[str, list[str]]:
         """Return the component names of every channel with more than one column.
