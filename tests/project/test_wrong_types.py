@@ -22,9 +22,7 @@ def things():
 
 CALLS = {
     "assemble: the mesh must be of type Mesh, not str; read one with read_mesh": (
-        lambda o: mp.assemble(
-    ),
-        o["path"], {}, {}
+        lambda o: mp.assemble(o["path"], {}, {})
     ),
     "check_mesh: the mesh must be of type Mesh, not FEModel": lambda o: mp.check_mesh(o["model"]),
     "craig_bampton: the model must be of type FEModel, not Mesh; make one with assemble": (
@@ -38,9 +36,7 @@ CALLS = {
     "interface_load: the model must be of type FEModel": lambda o: mp.reduction.interface_load(o["mesh"], "root"),
     "acceleration_load: the model must": lambda o: mp.reduction.acceleration_load(o["mesh"], np.ones(3)),
     "nodal_load: the model must be of type FEModel": (
-        lambda o: mp.reduction.nodal_load(
-    ),
-        o["mesh"], o["mesh"], "push", None
+        lambda o: mp.reduction.nodal_load(o["mesh"], o["mesh"], "push", None)
     ),
     "reduction_error: the reduction must be of type Reduction, not FlexibleBody; make one with craig_bampton": (
         lambda o: mp.reduction.reduction_error(o["model"], o["body"], up_to=1.0)
@@ -57,9 +53,7 @@ CALLS = {
     "check_model: the model must be of type FEModel": lambda o: mp.body.check_model(o["mesh"]),
     "check_buckling: the body must be": lambda o: mp.body.check_buckling(o["model"], o["reduction"]),
     "check_projection: the reduction must be": (
-        lambda o: mp.body.check_projection(
-    ),
-        o["model"], o["body"], o["reduction"]
+        lambda o: mp.body.check_projection(o["model"], o["body"], o["reduction"])
     ),
     "reroot: the body must be of type FlexibleBody, not System": lambda o: mp.body.reroot(o["system"], "tip"),
     "in_mean_axes: the body must be of type FlexibleBody": lambda o: mp.body.in_mean_axes(o["path"]),
@@ -72,9 +66,7 @@ CALLS = {
         lambda o: mp.System(bodies={"a": o["reduction"]}, joints=(o["joint"],))
     ),
     "System: joints must be a list or tuple, not Joint": (
-        lambda o: mp.System(
-    ),
-        bodies={"a": o["body"]}, joints=o["joint"]
+        lambda o: mp.System(bodies={"a": o["body"]}, joints=o["joint"])
     ),
     "System: a joint must be of type Joint, not str": lambda o: mp.System(bodies={"a": o["body"]}, joints=("j",)),
     "simulate: the system must be of type System, not FlexibleBody": lambda o: mp.simulate(o["body"], 1.0),
