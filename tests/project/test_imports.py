@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-BASE = {"errors", "records", "suggest", "atomic", "vectors", "jit", "lazy"}
+BASE = {"errors", "records", "suggest", "atomic", "vectors", "jit", "lazy", "notebook"}
 MAY_IMPORT = {
     "linalg": BASE,
     "fe": BASE | {"linalg"},

@@ -202,8 +202,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     A mesh reduced with the other root gives the same body when it spans the same motions, as Craig-Bampton does with
     every interface fixed; its geometric stiffness and T too (1e-9 for solids). Loads inside beams and shells act on
     straight elements, so that Kg_A, Kg_W and T depend on the root by the square of the element's length: in the three
-    lowest modes of an arch by 0.5 % with 20 elements, 0.13 % with 40. Of those this function keeps what the former root
-    found.
+    lowest modes of an arch by 0.5 % with 20 elements, 0.13 % with 40. Those of the former root are kept.
 
     Returns
     -------

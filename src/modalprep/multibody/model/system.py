@@ -16,6 +16,7 @@ from modalprep.multibody.model.depletion import Depletion, check_depletions
 from modalprep.multibody.model.environment import CentralGravity, Conductor, Orbit
 from modalprep.multibody.model.joint import SCALARS, Joint
 from modalprep.multibody.model.loads import Load, check_loads, locate
+from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown
 
@@ -84,6 +85,22 @@ class System(Record):
             object.__setattr__(self, "bodies", self.bodies | plain)
             object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
         self._check_orbit()
+
+    def __repr__(self) -> str:
+        """Numbers of bodies, joints, loads and closures, and the number of modes."""
+        bodies, modes = len(self.bodies), sum(body.n for body in self.bodies.values())
+        parts = [f"{bodies} bod{'y' if bodies == 1 else 'ies'} with {modes} mode{'s' * (modes != 1)}"]
+        named = {"joint": self.joints, "load": self.loads, "closure": self.closures, "depletion": self.depletions}
+        parts += [f"{len(values)} {name}{'s' * (len(values) != 1)}" for name, values in named.items() if values]
+        return f"System({', '.join(parts)}{', in orbit' if self.orbit else ''})"
+
+    def _repr_html_(self) -> str:
+        """Return the joints with the bodies they carry as an HTML table."""
+        rows = []
+        for name in self.order:
+            joint, body = self.carrier(name), self.bodies[name]
+            rows.append([joint.name, joint.type, joint.parent, joint.child, float(body.m), body.n])
+        return html_table(repr(self), ["joint", "type", "parent", "child", "mass of the child, kg", "modes"], rows)
 
     def _refuse_other_types(self) -> None:
         refuse_other("System: bodies", Mapping, self.bodies)

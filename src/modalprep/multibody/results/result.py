@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
+from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
 
@@ -69,6 +70,16 @@ class Result(Record):
     stats: dict[str, float] = field(default_factory=dict)
     events: dict[str, np.ndarray] = field(default_factory=dict)
     impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """Status, span of time and number of channels."""
+        span = f"{self.time[0]:.4g}..{self.time[-1]:.4g} s in {len(self.time)} times" if len(self.time) else "no times"
+        return f"Result({self.status}, {span}, {len(self.channels)} channels)"
+
+    def _repr_html_(self) -> str:
+        """Return the channels with their smallest, largest and last values as an HTML table."""
+        rows = [[name, *_extremes(values)] for name, values in self.table().items()]
+        return html_table(repr(self), ["channel", "smallest", "largest", "last"], rows)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``.
@@ -176,6 +187,14 @@ class Result(Record):
             for name in channels or sorted(self.channels)
         ]
         return {part: self[part] for parts in names for part in parts}
+
+
+def _extremes(values: np.ndarray) -> list[float]:
+    """Return the smallest, the largest and the last value; NaN where there is none."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return [np.nan] * 3
+    return [float(known.min()), float(known.max()), float(values[-1])]
 
 
 def output_times(t_end: float, output_step: float) -> np.ndarray:
