@@ -11,7 +11,7 @@ def html_table(caption: str, header: Sequence[str], rows: Iterable[Sequence[obje
 
     Examples
     --------
-    >>> html_table("a & b", ["name"], [["<x>"], [0.123456]])[:66]
+    >>> html_table("a & b", ["name"], [["<x>"], [0.123456]])[:65]
     '<table><caption>a &amp; b</caption><tr><th>name</th></tr><tr><td>'
     """
     lines = [_row("th", header), *(_row("td", row) for row in rows)]

@@ -21,7 +21,7 @@ def planar():
 def beam_body(elements, modes, tip="free", **section):
     model = mp.assemble(
         beam_mesh(elements),
-        {"beam": spinup_section(shear=False, **section)},
+        {"beam": spinup_section(theory="euler-bernoulli", **section)},
         {
             "root": mp.Interface(group="root", kind="node"),
             "tip": mp.Interface(group="tip", kind="node", boundary=tip),

@@ -45,7 +45,7 @@ ELEMENTS = {
     ),
     "truss": line(TrussBlock, mp.Truss(material=METAL, A=0.1)),
     "truss with torque": line(TrussBlock, mp.Truss(material=METAL, A=0.1, J=0.02)),
-    "spring": line(SpringBlock, mp.Spring(k=(1.0, 2.0, 3.0, 0.4, 0.5, 0.6), location=0.3)),
+    "spring": line(SpringBlock, mp.Spring(translation=(1.0, 2.0, 3.0), rotation=(0.4, 0.5, 0.6), location=0.3)),
     "quad": shell("quad"),
     "eccentric quad": shell("quad", offset=0.2),
     "laminated quad": shell("quad", material=None, thickness=0.0, plies=PLIES),

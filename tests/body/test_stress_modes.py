@@ -105,7 +105,7 @@ def test_modes_without_strain_have_no_stress():
         groups={"hinge": {"line": np.array([0])}, "arm": {"line": np.array([1])}}
         | {name: {"vertex": np.array([k])} for k, name in enumerate(("root", "tip"))},
     )
-    hinge = mp.Spring(k=(1e8, 1e8, 1e8, 1e6, 0, 0), location=0.0)
+    hinge = mp.Spring(translation=(1e8, 1e8, 1e8), rotation=(1e6, 0, 0), location=0.0)
     parts = {"hinge": hinge, "arm": mp.fe.beam_section("rod", STEEL, diameter=0.05)}
     model = mp.assemble(mesh, parts, {name: mp.Interface(group=name, kind="node") for name in ("root", "tip")})
     recovery = mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=2)})

@@ -73,7 +73,7 @@ def test_floating_mechanism_is_named():
     points = np.concatenate([mesh.points, mesh.points + np.array([10.0, 0, 0])])
     groups = {"beam": {"line": np.arange(8)}, "ball": {"line": np.array([8])}, "root": {"vertex": np.array([0])}}
     both = mp.fe.Mesh(points=points, cells=cells, groups=groups)
-    ball = mp.Spring(k=(1e6, 1e6, 1e6, 0, 0, 0))
+    ball = mp.Spring(translation=(1e6, 1e6, 1e6), rotation=(0, 0, 0))
     held = {"root": mp.Interface(group="root", kind="node"), "tip": mp.Interface(near=(20.0, 0, 0), kind="node")}
     loose = mp.assemble(both, {"beam": spinup_section(), "ball": ball}, held)
     with pytest.raises(mp.MechanismError, match="motions without strain, not six"):

@@ -17,7 +17,7 @@ EULER = np.pi**2 * EI / (4 * L**2)
 def test_euler_loads_of_a_cantilever():
     """Modes 1, 3, 5 quarter waves in the soft plane; the stiff plane has four times the load."""
     model = cantilever_model(20)
-    model = mp.assemble(beam_mesh(20), {"beam": spinup_section(shear=False)}, {
+    model = mp.assemble(beam_mesh(20), {"beam": spinup_section(theory="euler-bernoulli")}, {
         "root": mp.Interface(group="root", kind="node"),
         "tip": mp.Interface(group="tip", kind="node", boundary="free")})  # fmt: skip
     found = mp.reduction.buckling(model, mp.reduction.interface_load(model, "tip", force=(-1.0, 0, 0)), 3)
@@ -36,7 +36,7 @@ def test_factor_times_load_is_what_matters():
 
 def test_lateral_torsional_buckling():
     """Cantilever, tip load across its stiff plane: P = 4.013 sqrt(EI GJ) / L^2 (Timoshenko and Gere, 6.3)."""
-    section = spinup_section(A=4e-3, Iy=1e-4, Iz=2e-7, J=5e-7, shear=False)
+    section = spinup_section(A=4e-3, Iy=1e-4, Iz=2e-7, J=5e-7, theory="euler-bernoulli")
     model = mp.assemble(beam_mesh(32), {"beam": section}, {
         "root": mp.Interface(group="root", kind="node"),
         "tip": mp.Interface(group="tip", kind="node", boundary="free")})  # fmt: skip
@@ -110,7 +110,7 @@ def loaded_cantilever(N, rho_A=1.2):
 
 @pytest.mark.parametrize("share", [-0.5, 0.5, 3.0])
 def test_frequency_of_a_loaded_column(share):
-    model = mp.assemble(beam_mesh(20), {"beam": spinup_section(shear=False)}, {
+    model = mp.assemble(beam_mesh(20), {"beam": spinup_section(theory="euler-bernoulli")}, {
         "root": mp.Interface(group="root", kind="node"),
         "tip": mp.Interface(group="tip", kind="node", boundary="free")})  # fmt: skip
     load = mp.reduction.interface_load(model, "tip", force=(share * EULER, 0, 0))

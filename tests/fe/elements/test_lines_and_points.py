@@ -118,7 +118,7 @@ def test_eccentric_column_buckles_where_its_centroid_is():
     """Euler load of the centroid line, whatever the nodes' offset, with the load on that line: needs Kg of the arms."""
     e, L = 0.5, 10.0
     mesh = beam_mesh(16, L)
-    model = mp.assemble(mesh, {"beam": spinup_section(offset=(e, 0.0), shear=False)}, ROOT)
+    model = mp.assemble(mesh, {"beam": spinup_section(offset=(e, 0.0), theory="euler-bernoulli")}, ROOT)
     load = np.zeros(model.n_dof)
     load[model.dof[16, 0]] = -1.0
     load[model.dof[16, 5]] = -e  # e2 = up x e1 = +y: moves the force to the centroid
@@ -150,8 +150,8 @@ def test_springs_in_series(gap):
     """Tip force through bushing and grounded spring: axial stiffness 1/(1/k1 + 1/k2) in parallel with EA/L."""
     k1, k2 = 3e6, 5e6
     model = mp.assemble(spring_mesh(gap), {
-        "beam": spinup_section(), "bush": mp.Spring(k=(k1, 1e5, 1e5, 1e3, 1e3, 1e3)),
-        "ground": mp.Spring(k=(k2, 1e5, 1e5, 1e3, 1e3, 1e3))}, ROOT)  # fmt: skip
+        "beam": spinup_section(), "bush": mp.Spring(translation=(k1, 1e5, 1e5), rotation=(1e3, 1e3, 1e3)),
+        "ground": mp.Spring(translation=(k2, 1e5, 1e5), rotation=(1e3, 1e3, 1e3))}, ROOT)  # fmt: skip
     load = np.zeros(model.n_dof)
     load[model.dof[4, 0]] = 100.0
     x = solve(model, load, model.interfaces[0].dofs)
@@ -163,7 +163,7 @@ def test_springs_in_series(gap):
 def test_long_bushing_turns_without_force(location):
     mesh, R = turned(spring_mesh(0.4), 3)
     up = tuple(R[:, 2])
-    bush = mp.Spring(k=(3e6, 1e5, 2e5, 1e3, 2e3, 3e3), up=up, location=location)
+    bush = mp.Spring(translation=(3e6, 1e5, 2e5), rotation=(1e3, 2e3, 3e3), up=up, location=location)
     model = mp.assemble(mesh, {"beam": spinup_section(up=up), "bush": bush}, ROOT)
     assert mp.body.check_model(model)[0].passed
     assert np.sum(eigh(model.K.toarray(), eigvals_only=True) < 1e-6) == 6
@@ -171,8 +171,8 @@ def test_long_bushing_turns_without_force(location):
 
 def test_pendulum_on_a_preloaded_bushing():
     """A bushing pulled by N between elastic centre and node at distance a: its arm adds N a to the rotation."""
-    model = mp.assemble(spring_mesh(0.4), {
-        "beam": spinup_section(), "bush": mp.Spring(k=(1e9, 1e9, 1e9, 1e6, 1e6, 1e6), location=0.0)}, ROOT)  # fmt: skip
+    bush = mp.Spring(translation=(1e9, 1e9, 1e9), rotation=(1e6, 1e6, 1e6), location=0.0)
+    model = mp.assemble(spring_mesh(0.4), {"beam": spinup_section(), "bush": bush}, ROOT)
     N, a = 50.0, 0.4
     x = np.zeros(model.n_dof)
     x[model.dof[5, 0]] = N / 1e9

@@ -140,9 +140,9 @@ def test_buckling_load_beyond_a_rigid_arm(kind):
             Link(kind="rbe3", node=17, nodes=np.array([18, 19, 20]), weights=np.ones(3))),
             cells={**mesh.cells, "line": np.concatenate([mesh.cells["line"], [[18, 19], [19, 20]]])},
             groups={**mesh.groups, "cross": {"line": np.array([16, 17])}})  # fmt: skip
-    sections = {"beam": spinup_section(shear=False)}
+    sections = {"beam": spinup_section(theory="euler-bernoulli")}
     if kind == "rbe3":
-        sections["cross"] = spinup_section(shear=False, up=(1.0, 0.0, 0.0))
+        sections["cross"] = spinup_section(theory="euler-bernoulli", up=(1.0, 0.0, 0.0))
     model = mp.assemble(mesh, sections, NODE)
     load = np.zeros(model.n_dof)
     load[model.dof[17, 0]] = -1.0

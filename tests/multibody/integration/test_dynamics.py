@@ -149,7 +149,7 @@ def test_two_welded_halves_are_the_cantilever(modes, error):
     """Relative frequency errors of component mode synthesis with 20 + 20 elements against 40 elements (CASES 7.3)."""
     from modalprep.examples import beam_mesh, spinup_section
 
-    section = spinup_section(shear=False, Iy=2e-3, J=2e-3)  # bending in the plane is far below all else
+    section = spinup_section(theory="euler-bernoulli", Iy=2e-3, J=2e-3)  # bending in the plane is far below all else
     root, tip = (mp.Interface(group=name, kind="node") for name in ("root", "tip"))
 
     def beam(elements, length, modes, **ends):
@@ -212,7 +212,7 @@ def test_rotating_beam_with_a_tip_mass(gamma, expected):
         "root": mp.Interface(group="root", kind="node"),
         "tip": mp.Interface(group="tip", kind="node", boundary="free"),
     }
-    model = mp.assemble(beam_mesh(40), {"beam": spinup_section(shear=False, Iy=2e-7, Iz=9e-7)}, ends)
+    model = mp.assemble(beam_mesh(40), {"beam": spinup_section(theory="euler-bernoulli", Iy=2e-7, Iz=9e-7)}, ends)
     beam = mp.flexible_body(model, mp.craig_bampton(model, modes=12, truncation=("interfaces",)), name="beam")
     mass = mp.rigid_body(
         "mass", mass=12.0, centre=np.zeros(3), inertia=1e-9 * np.eye(3), interfaces={"root": np.zeros(3)}

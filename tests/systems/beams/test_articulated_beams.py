@@ -47,7 +47,7 @@ def richer(modes):
     from modalprep.examples import beam_mesh
 
     slender = mp.Material(E=1e13, nu=0.3, rho=1000.0)
-    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, shear=False)
+    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, theory="euler-bernoulli")
     mesh, ends = beam_mesh(40), {"root": "fixed", "tip": "free"}
     ends = {name: mp.Interface(group=name, kind="node", boundary=what) for name, what in ends.items()}
     model = mp.assemble(mesh, {"beam": section}, ends)

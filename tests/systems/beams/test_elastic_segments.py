@@ -22,7 +22,7 @@ TIP = np.array([(9.782, -0.038), (6.669, -0.780), (6.080, 2.879), (1.901, 8.759)
 
 def segment(length, modes, truncation):
     slender = mp.Material(E=1e12, nu=0.3, rho=MU / 1e-3)
-    section = mp.Beam(material=slender, A=1e-3, Iy=1e-8, Iz=EI / 1e12, J=1e-8, shear=False)
+    section = mp.Beam(material=slender, A=1e-3, Iy=1e-8, Iz=EI / 1e12, J=1e-8, theory="euler-bernoulli")
     ends = {
         "root": mp.Interface(group="root", kind="node"),
         "tip": mp.Interface(group="tip", kind="node", boundary="free"),

@@ -68,7 +68,7 @@ def along(integrand):
 
 def one_mode(elements):
     slender = mp.Material(E=1e13, nu=0.3, rho=1000.0)
-    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, shear=False)
+    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, theory="euler-bernoulli")
     root = {"root": mp.Interface(group="root", kind="node")}
     model = mp.assemble(beam_mesh(elements, LENGTH), {"beam": section}, root)
     return mp.flexible_body(model, mp.craig_bampton(model, modes=1, truncation=()), name="beam")

@@ -102,7 +102,7 @@ def test_disc_on_an_arm(case, rate):
 def test_whirl_of_a_disc_on_a_massless_shaft():
     """Stiffness 12 EI/L^3, 6 EI/L^2, 4 EI/L of the tip; disc of polar inertia Jp: moment Jp w spin."""
     L, EI, GJ = LENGTH, E * np.pi * DIAMETER**4 / 64, E / (2 * (1 + NU)) * np.pi * DIAMETER**4 / 32
-    light = mp.fe.beam_section("rod", mp.Material(E=E, nu=NU, rho=1e-3), diameter=DIAMETER, shear=False)
+    light = mp.fe.beam_section("rod", mp.Material(E=E, nu=NU, rho=1e-3), diameter=DIAMETER, theory="euler-bernoulli")
     disc = mp.PointMass(mass=MASS, inertia=DISC)
     body = shaft(disc=disc, modes=0, section=light)
     K = EI / L**3 * np.array([[12, -6 * L], [-6 * L, 4 * L**2]])

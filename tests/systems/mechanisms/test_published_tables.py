@@ -35,7 +35,7 @@ HUB = {  # spin, over sqrt(EI / (mu L^4)): first two flap frequencies and first 
 
 @pytest.fixture(scope="module")
 def blade():
-    return body_of(spinup_section(shear=False, Iy=2e-4, J=2e-4))  # stiff out of the x-y plane
+    return body_of(spinup_section(theory="euler-bernoulli", Iy=2e-4, J=2e-4))  # stiff out of the x-y plane
 
 
 @pytest.mark.parametrize("gamma", HUB)
