@@ -32,7 +32,7 @@ WORKERS = 2
 RICHER = 6  # modes of a component, by those wanted of the whole over the components
 
 
-def component(bricks: int, k: int) -> mp.FEModel:
+def component(bricks: int, k: int) -> mp.fe.FEModel:
     """Return box k, its faces x = 0 and x = 1 rigid."""
     ends = {"root": mp.Interface(box=((0, 0, 0), (0, 1, 1))), "tip": mp.Interface(box=((1, 0, 0), (1, 1, 1)))}
     material = mp.Material(E=2.1e11 * (1 + 0.2 * k), nu=0.3, rho=7800.0)
@@ -59,7 +59,7 @@ def in_one_piece(count: int, bricks: int, modes: int) -> tuple[int, np.ndarray]:
     return last, np.sqrt(w2) / (2 * np.pi)
 
 
-def body_of(arguments: tuple[int, int, int]) -> mp.FlexibleBody:
+def body_of(arguments: tuple[int, int, int]) -> mp.body.FlexibleBody:
     """Return one component as a modal body without geometric stiffness."""
     bricks, k, modes = arguments
     model = component(bricks, k)
@@ -75,7 +75,7 @@ def in_components(count: int, bricks: int, modes: int) -> np.ndarray:
         found = list(pool.map(body_of, [(bricks, k, own) for k in range(count)]))
     bodies = {body.name: body for body in found}
     welds = [(f"box{k}.tip", f"box{k + 1}.root") for k in range(count - 1)]
-    return mp.synthesise(bodies, welds, ground=["box0.root"], modes=modes).frequency
+    return mp.reduction.synthesise(bodies, welds, ground=["box0.root"], modes=modes).frequency
 
 
 def resident(pid: int) -> int:

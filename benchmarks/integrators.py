@@ -10,7 +10,7 @@ import modalprep as mp
 from modalprep.examples import beam_mesh, spinup_section
 
 
-def link(length: float, modes: int, thickness: float) -> mp.FlexibleBody:
+def link(length: float, modes: int, thickness: float) -> mp.body.FlexibleBody:
     """Aluminium link of square section, interfaces root and tip."""
     a = thickness
     section = spinup_section(A=a**2, Iy=a**4 / 12, Iz=a**4 / 12, J=0.14 * a**4)
@@ -19,7 +19,7 @@ def link(length: float, modes: int, thickness: float) -> mp.FlexibleBody:
     return mp.flexible_body(model, mp.craig_bampton(model, modes=modes - 6, truncation=()), name="link")
 
 
-def chain(body: mp.FlexibleBody, count: int, angle: float = 0.0) -> mp.System:
+def chain(body: mp.body.FlexibleBody, count: int, angle: float = 0.0) -> mp.System:
     """Chain on the ground that starts straight and swings; level, it whips its modes out of their range after 3 s."""
     parents = ["ground", *(f"b{i}.tip" for i in range(count - 1))]
     joints = tuple(
@@ -46,7 +46,7 @@ def mounted(stiffness: float) -> mp.System:
         mp.Joint(name="free", type="free", parent="ground", child="b1", position=ends["end"]),
     )
     held = stiffness * np.array([1.0, 1, 1, 1, 1, 0])
-    elbow = mp.Bushing(name="elbow", between=("b0.end", "b1.root"), stiffness=held, damping=0 * held)
+    elbow = mp.multibody.Bushing(name="elbow", between=("b0.end", "b1.root"), stiffness=held, damping=0 * held)
     return mp.System(bodies={"b0": rod, "b1": rod}, joints=joints, loads=(elbow,), gravity=np.array([0, -9.81, 0]))
 
 

@@ -38,7 +38,7 @@ from modalprep.linalg.modes import count_below, lowest_modes
 from modalprep.reduction.clamped import clamp
 
 
-def matrices(mesh: mp.Mesh) -> tuple[csr_array, csr_array]:
+def matrices(mesh: mp.fe.Mesh) -> tuple[csr_array, csr_array]:
     """K and M with the root held."""
     section = mp.Solid(material=STEEL) if "tetra10" in mesh.cells else mp.Shell(material=STEEL, thickness=T)
     held = clamp(mp.assemble(mesh, {"body": section}, {"root": mp.Interface(group="root")}))
@@ -52,7 +52,7 @@ def timed(call: Callable) -> tuple[float, object]:
     return time.perf_counter() - start, result
 
 
-def compare(name: str, mesh: mp.Mesh, n: int, peers: tuple[str, ...] = ()) -> dict[str, float]:
+def compare(name: str, mesh: mp.fe.Mesh, n: int, peers: tuple[str, ...] = ()) -> dict[str, float]:
     """Ratios of one case; the eigenvalues must agree."""
     assembly, (K, M) = timed(lambda: matrices(mesh))
     setup, factor = timed(lambda: factorise(K))

@@ -27,7 +27,7 @@ BAYS = (4, 8, 16, 32)
 LENGTHS = (60, 180, 540)
 
 
-def bar(name: str, root: float) -> mp.FlexibleBody:
+def bar(name: str, root: float) -> mp.body.FlexibleBody:
     """Return a uniform bar of 1 m and 1 kg, its frame at a distance from its lower end."""
     ends = {"root": 0.0, "foot": -root, "middle": 0.5 - root, "top": 1 - root}
     interfaces = {key: np.array([x, 0, 0]) for key, x in ends.items()}

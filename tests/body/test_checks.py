@@ -43,7 +43,7 @@ def test_mass_matrix_is_that_of_the_equations_of_motion(body):
 @pytest.mark.parametrize("kind", ["hexahedron20", "tetra10"])
 def test_projection_of_solids(kind):
     model = horn_model(kind=kind, n=(3, 1, 1))
-    reduction = mp.free_interface(model, modes=3)
+    reduction = mp.reduction.free_interface(model, modes=3)
     assert failing(check_projection(model, reduction, mp.flexible_body(model, reduction, name="horn"))) == []
 
 
@@ -61,7 +61,7 @@ def test_projection_with_any_root_and_any_number_of_interfaces(root, names):
 
 def test_projection_of_beams():
     model = cantilever_model(tip="fixed")
-    reduction = mp.improved_guyan(model)
+    reduction = mp.reduction.improved_guyan(model)
     assert failing(check_projection(model, reduction, mp.flexible_body(model, reduction, name="beam"))) == []
 
 

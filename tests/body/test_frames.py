@@ -64,7 +64,7 @@ def arch(elements, root):
     a = np.linspace(0, np.pi / 3, elements + 1)
     line = np.stack([0.8 * np.sin(a), 0 * a, 0.8 * (1 - np.cos(a))], axis=1)
     ends = {name: mp.Interface(group=name, kind="node") for name in ("root", "tip")}
-    section = mp.beam_section(
+    section = mp.fe.beam_section(
         "rectangle", mp.Material(E=70e9, nu=0.3, rho=2700.0), width=0.06, height=0.03, up=(0, 1, 0)
     )
     model = mp.assemble(beam_mesh(elements).with_(points=line), {"beam": section}, ends, root=root)

@@ -168,4 +168,4 @@ class TestResults:
     def test_table(self, tmp_path, text):
         (tmp_path / "run.csv").write_text(text, encoding="latin-1")
         with pytest.raises(mp.InputError, match=r"run.csv is not a table of a result.*write it again"):
-            mp.read_csv(tmp_path / "run.csv")
+            mp.formats.read_csv(tmp_path / "run.csv")

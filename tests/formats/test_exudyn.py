@@ -217,7 +217,7 @@ def test_pendulum(beam, beam_file):
 
 
 def spinup(fraction):
-    return mp.TimeFunction([(15, f"{fraction}*0.4*(t**2/2 + (7.5/pi)**2*(cos(pi*t/7.5) - 1))"),
+    return mp.multibody.TimeFunction([(15, f"{fraction}*0.4*(t**2/2 + (7.5/pi)**2*(cos(pi*t/7.5) - 1))"),
                       (float("inf"), f"{fraction}*(6*t - 45)")])  # fmt: skip
 
 

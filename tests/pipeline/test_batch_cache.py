@@ -190,7 +190,7 @@ def model():
     return cantilever_model(100, tip="fixed")  # 594 DOFs inside: Lanczos and a sparse factor
 
 
-@pytest.mark.parametrize("reduce", [mp.craig_bampton, mp.free_interface])
+@pytest.mark.parametrize("reduce", [mp.craig_bampton, mp.reduction.free_interface])
 def test_reductions_come_back_to_the_last_bit(cache, model, monkeypatch, reduce):
     """Nothing is factorised the second time; each array is the one computed without a cache."""
     plain, first = reduce(model, modes=8), reduce(model, modes=8, algebra=caching_algebra(cache))
@@ -220,10 +220,10 @@ def test_more_modes_are_computed(cache, model):
 
 def test_measured_errors_come_back(cache, model, monkeypatch):
     reduction = mp.craig_bampton(model, modes=8)
-    plain = mp.reduction_error(model, reduction, up_to=50.0)
-    mp.reduction_error(model, reduction, up_to=50.0, algebra=caching_algebra(cache))
+    plain = mp.reduction.reduction_error(model, reduction, up_to=50.0)
+    mp.reduction.reduction_error(model, reduction, up_to=50.0, algebra=caching_algebra(cache))
     monkeypatch.setattr(stages, "DIRECT", None)
-    found = mp.reduction_error(model, reduction, up_to=50.0, algebra=caching_algebra(cache))
+    found = mp.reduction.reduction_error(model, reduction, up_to=50.0, algebra=caching_algebra(cache))
     assert np.array_equal(found.full, plain.full)
     assert np.array_equal(found.dynamic, plain.dynamic)
 

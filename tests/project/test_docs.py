@@ -6,9 +6,9 @@ import shutil
 import numpy as np
 import pytest
 
-import modalprep
 from modalprep.cli import main
 from modalprep.cli.commands import app
+from modalprep.lazy import public_homes
 from modalprep.pipeline.console import COMPILING
 from modalprep.report.pictures.render import drawing_problem
 
@@ -66,7 +66,7 @@ def test_every_public_name_is_on_one_page(project):
     listed = []
     for page in (project / "docs" / "api").glob("*.md"):
         listed += [package for line in re.findall(r"<!-- api (.+) -->", page.read_text()) for package in line.split()]
-    assert sorted(listed) == sorted({home.split(".")[0] for home in modalprep._HOME.values()})
+    assert sorted(listed) == sorted({home.split(".")[1] for home in public_homes().values()})
 
 
 def test_every_page_is_in_the_navigation(project):

@@ -19,7 +19,7 @@ def bracket(project):
 
 def plate(kind, points, nodes):
     """A group of faces alone, on a shell, as a mesh and its model."""
-    mesh = mp.Mesh(points=points, cells={kind: nodes}, groups={"face": {kind: np.arange(len(nodes))}})
+    mesh = mp.fe.Mesh(points=points, cells={kind: nodes}, groups={"face": {kind: np.arange(len(nodes))}})
     shell = mp.Shell(material=mp.Material(E=7e10, nu=0.3, rho=2700.0), thickness=1e-3)
     return mp.assemble(mesh, {"face": shell}, {"root": mp.Interface(node=1, kind="node")}), mesh
 
@@ -28,7 +28,7 @@ def static_error(model, reduction, F):
     """Strain energy of the error of the static response over that of the answer, by a direct solution."""
     rows = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
     C = model.C[:, rows]
-    exact = C @ mp.factorise((C.T @ model.K @ C).tocsr()).solve(C.T @ F)
+    exact = C @ mp.linalg.factorise((C.T @ model.K @ C).tocsr()).solve(C.T @ F)
     found = reduction.basis @ ((reduction.basis.T @ F) / (2 * np.pi * reduction.frequency) ** 2)
     error = found - exact
     return (error @ (model.K @ error)) / (exact @ (model.K @ exact))

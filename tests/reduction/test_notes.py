@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 import modalprep as mp
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
 from modalprep.reduction.clamped import clamp
-from modalprep.reduction.free_interface import free_interface
+from modalprep.reduction.free_interface_basis import free_interface
 from modalprep.reduction.notes import dropped_in_band
 from modalprep.reduction.selection import select
 

@@ -54,7 +54,7 @@ def pipe(unit=SI):
         offset=tuple(np.array([0.05, 0.1, -0.08]) / length),
     )
     ends = {name: mp.Interface(group=name, kind="node") for name in ("root", "saddle", "tip")}
-    return mp.assemble(mp.Mesh(points=points, cells=cells, groups=groups), {"pipe": section, "pump": pump}, ends)
+    return mp.assemble(mp.fe.Mesh(points=points, cells=cells, groups=groups), {"pipe": section, "pump": pump}, ends)
 
 
 def craig_bampton_matrices(model, modes=MODES):
@@ -227,7 +227,7 @@ def test_free_interface_modes(cb, n2p):
     every = len(model.free) - 18
     mass, stiffness = craig_bampton_matrices(model, every - 1)  # ARPACK finds all but one
     theirs = free_free(checked(cb, n2p, model, mass, stiffness).text)
-    ours = mp.free_interface(model, modes=12).table.frequency[:12]
+    ours = mp.reduction.free_interface(model, modes=12).table.frequency[:12]
     np.testing.assert_allclose(ours, theirs[6:18], rtol=1e-6)
 
 

@@ -52,7 +52,9 @@ def test_mesh_points_move_with_their_interfaces(swing):
 
 
 def test_a_diverging_run_is_shown_while_it_means_something():
-    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="arm", motion=mp.TimeFunction("5*t**2"))
+    hub = mp.Joint(
+        name="hub", type="revolute", parent="ground", child="arm", motion=mp.multibody.TimeFunction("5*t**2")
+    )
     system = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(hub,)).conventional()
     run = mp.simulate(system, t_end=5.0, output_step=0.05)
     film = system_animation._Animation(system, run, 10)

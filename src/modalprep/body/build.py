@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressRecovery
 from modalprep.reduction.basis import Reduction
+from modalprep.suggest import refuse_other
 
 
 def flexible_body(
@@ -42,10 +43,19 @@ def flexible_body(
     provenance : dict of str
         Added to the source of the mesh.
 
+    Returns
+    -------
+    FlexibleBody
+        In SI units, its frame at the root interface and parallel to the axes of the mesh.
+
     Raises
     ------
     InputError
         When the damping is negative or the basis belongs to another model.
+
+    References
+    ----------
+    Theory 4.1 and 4.2.
 
     Examples
     --------
@@ -54,6 +64,8 @@ def flexible_body(
     >>> body.Kg_W[0, 0].shape, bool(abs(body.Kg_W[0, 0]).max() > 1)
     ((2, 2), True)
     """
+    refuse_other("flexible_body: the model", FEModel, model)
+    refuse_other("flexible_body: the reduction", Reduction, reduction)
     Phi = reduction.basis
     if damping < 0:
         raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")

@@ -11,6 +11,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import mass_matrix, rigid_mass_matrix
 from modalprep.fe.assembly.model import FEModel
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
@@ -73,7 +74,13 @@ class CheckReport(Record):
         return not self.failed
 
     def summary(self) -> dict[str, Any]:
-        """Return the report as plain JSON; a value that is not finite becomes null."""
+        """Return the report as plain JSON; a value that is not finite becomes null.
+
+        Returns
+        -------
+        dict
+            Plain JSON, by the names of the fields.
+        """
         rows = [vars(c) | {"passed": c.passed, "value": c.value if np.isfinite(c.value) else None} for c in self.checks]
         return {"subject": self.subject, "passed": self.passed, "checks": rows}
 
@@ -81,12 +88,22 @@ class CheckReport(Record):
 def check_model(model: FEModel) -> list[Check]:
     """Check an assembled model against the identities of theory 1.
 
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 1.5 and 6.1.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
     >>> all(check.passed for check in check_model(cantilever_model()))
     True
     """
+    refuse_other("check_model: the model", FEModel, model)
     R, r = model.rigid_body(), model.rigid
     T = R[:, :3]
     terms = abs(model.K) @ np.abs(R)
@@ -106,12 +123,22 @@ def check_model(model: FEModel) -> list[Check]:
 def check_body(body: FlexibleBody) -> list[Check]:
     """Check a modal body, also one read from a file.
 
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 6.2.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> [check.name for check in check_body(uniform_beam(modes=2)) if not check.passed]
     []
     """
+    refuse_other("check_body: the body", FlexibleBody, body)
     rigid = rigid_mass_matrix(body.m, body.s0, body.E0)
     Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T, *([] if body.T is None else [body.T])]
     asymmetry = max((relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)

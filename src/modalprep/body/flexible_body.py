@@ -141,6 +141,11 @@ class FlexibleBody(Record):
         """Return a copy with the named fields changed.
 
         New modes (`K`) have no `energy`, no `stress` and no `T`, and mass 1, unless given.
+
+        Returns
+        -------
+        FlexibleBody
+            The changed copy.
         """
         new_modes = {"energy": {}, "stress": {}, "modal_mass": None, "T": None} if "K" in changes else {}
         return super().with_(**(new_modes | changes))
@@ -150,6 +155,15 @@ class FlexibleBody(Record):
 
         Each point has its components and ``von_mises``. Stress is linear in q: second-order displacements, represented
         by the geometric stiffness, cause no strain.
+
+        Returns
+        -------
+        dict of (...) float
+            Pa, in the axes of the point's element or fibre.
+
+        References
+        ----------
+        Theory 7.6.
 
         Examples
         --------
@@ -164,7 +178,17 @@ class FlexibleBody(Record):
         }
 
     def conventional(self) -> FlexibleBody:
-        """Return the body without geometric stiffness and T: the conventional, prematurely linearised theory."""
+        """Return the body without geometric stiffness and T: the prematurely linearised theory.
+
+        Returns
+        -------
+        FlexibleBody
+            In the same modes.
+
+        References
+        ----------
+        Theory 4.5.
+        """
         names = ("Kg_A", "Kg_W", "Kg_F", "Kg_T")
         return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names}, T=None)
 
@@ -173,8 +197,17 @@ class FlexibleBody(Record):
 
         Without P the moment of inertia is of first order in q, the angular-elastic coupling is constant, and the modes
         feel neither centrifugal softening nor Coriolis forces: ``q'' + D q' + K q = -(S_a A_a + W_ab H_ab)``. The mass
-        matrix remains that of a kinetic energy, so that energy balances close. Valid for spins well below the first
-        frequency, where stress stiffening is negligible (book section 6.7).
+        matrix stays that of an energy, so balances close. For spins well below the first frequency, where stress
+        stiffening does not matter.
+
+        Returns
+        -------
+        FlexibleBody
+            In the same modes.
+
+        References
+        ----------
+        A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 6.7; theory 4.5.
         """
         return self.conventional().with_(P=np.zeros_like(self.P))
 

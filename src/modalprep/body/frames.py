@@ -25,7 +25,7 @@ from modalprep.body.mass import cross_moment, rigid_mass_matrix
 from modalprep.errors import InputError
 from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, suggestion
 from modalprep.vectors import skew
 
 SKEW = skew(np.eye(3))  # SKEW[c, a, d] r_c x_d = (r x x)_a
@@ -59,6 +59,11 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     name : str
         Description of the new origin for `FlexibleBody.frame`; default its old coordinates.
 
+    Returns
+    -------
+    FlexibleBody
+        Of the same coordinates, vectors and places in the new axes.
+
     Raises
     ------
     InputError
@@ -70,6 +75,7 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     >>> in_frame(uniform_beam(modes=1), origin=np.array([10.0, 0, 0])).s0
     array([-60.,   0.,   0.])
     """
+    refuse_other("in_frame: the body", FlexibleBody, body)
     c = np.asarray(origin, dtype=float)
     Q = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     if Q.shape != (3, 3) or np.abs(Q.T @ Q - np.eye(3)).max() > 1e-9 or np.linalg.det(Q) < 0:
@@ -99,6 +105,11 @@ def _shifted(body: FlexibleBody, c: np.ndarray) -> tuple[np.ndarray, ...]:
 def at_centre_of_mass(body: FlexibleBody) -> FlexibleBody:
     """Move the origin to the centre of mass of the undeformed body; the frame still moves with the root interface.
 
+    Returns
+    -------
+    FlexibleBody
+        Of the same modal coordinates, axes parallel to the former ones.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -106,11 +117,17 @@ def at_centre_of_mass(body: FlexibleBody) -> FlexibleBody:
     >>> round(float(body.E0[0, 0]), 6), body.interface_position[:, 0]
     (100.0, array([-5.,  5.]))
     """
+    refuse_other("at_centre_of_mass: the body", FlexibleBody, body)
     return in_frame(body, origin=body.s0 / body.m, name="origin at the centre of mass")
 
 
 def in_principal_axes(body: FlexibleBody) -> FlexibleBody:
     """Move the frame to the centre of mass and rotate it to the principal axes, smallest moment first.
+
+    Returns
+    -------
+    FlexibleBody
+        Of the same modal coordinates.
 
     Examples
     --------
@@ -119,6 +136,7 @@ def in_principal_axes(body: FlexibleBody) -> FlexibleBody:
     >>> body.frame
     'origin at the centre of mass, principal axes'
     """
+    refuse_other("in_principal_axes: the body", FlexibleBody, body)
     centred = at_centre_of_mass(body)
     _, axes = np.linalg.eigh(np.trace(centred.E0) * np.eye(3) - centred.E0)
     axes = axes * unique_signs(axes)
@@ -138,6 +156,11 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
     diagonal of the transformed damping matrix. The reduction's table of modes loses its effective masses, which are
     those of the former root.
 
+    Returns
+    -------
+    FlexibleBody
+        Its frame at the centre of mass, parallel to the former one.
+
     Raises
     ------
     InputError
@@ -154,6 +177,7 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
     >>> bool(abs(body.S).max() < 1e-9), body.frame
     (True, 'mean axes at the centre of mass, axes of the mesh')
     """
+    refuse_other("in_mean_axes: the body", FlexibleBody, body)
     centred = at_centre_of_mass(body)
     rigid = rigid_mass_matrix(centred.m, np.zeros(3), centred.E0)
     moments = np.linalg.eigvalsh(rigid[3:, 3:])
@@ -179,13 +203,21 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     A mesh reduced with the other root gives the same body when it spans the same motions, as Craig-Bampton does with
     every interface fixed; its geometric stiffness and T too (1e-9 for solids). Loads inside beams and shells act on
     straight elements, so that Kg_A, Kg_W and T depend on the root by the square of the element's length: in the three
-    lowest modes of an arch by 0.5 % with 20 elements, 0.13 % with 40. This function keeps the values of the former
-    root.
+    lowest modes of an arch by 0.5 % with 20 elements, 0.13 % with 40. Those of the former root are kept.
+
+    Returns
+    -------
+    FlexibleBody
+        Its frame at that interface, parallel to the former one.
 
     Raises
     ------
     InputError
         When the body has no such interface.
+
+    References
+    ----------
+    Theory 3.5.
 
     Examples
     --------
@@ -194,7 +226,10 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     >>> body.interface_name, body.interface_position[:, 0].tolist(), float(abs(body.phi[0]).max())
     (('tip', 'root'), [0.0, -10.0], 0.0)
     """
-    refuse_unknown(interface, body.interface_name, f"body {body.name!r}: interface")
+    refuse_other("reroot: the body", FlexibleBody, body)
+    if interface not in body.interface_name:
+        hint = suggestion(interface, body.interface_name, "it has")
+        raise InputError(f"body {body.name!r} has no interface {interface!r}; {hint}")
     k = body.interface_name.index(interface)
     at = body.interface_position[k]
 

@@ -15,6 +15,11 @@ SAME = 1e-9  # relative to the largest entry
 def with_density_factor(body: FlexibleBody, factor: float) -> FlexibleBody:
     """Return the body with all densities times a factor, in the same modes.
 
+    Returns
+    -------
+    FlexibleBody
+        Of the same stiffness.
+
     Raises
     ------
     InputError

@@ -27,10 +27,19 @@ def linearised_geometric_stiffness(
     acceleration : (3,)
         Specific acceleration of the root in the body frame, m/s^2.
 
+    Returns
+    -------
+    FlexibleBody
+        In the modes under that motion, with constant stiffness.
+
     Raises
     ------
     InputError
         When the body buckles under the motion.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 6; theory 4.4 and 4.7.
 
     Examples
     --------

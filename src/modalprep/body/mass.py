@@ -289,6 +289,15 @@ def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     q : (n,)
         Modal coordinates, m sqrt(kg).
 
+    Returns
+    -------
+    (6 + n, 6 + n) float
+        Symmetric; kg, kg m, kg m^2 of the rigid part, without unit of the modal one.
+
+    References
+    ----------
+    Theory 4.3 and 4.6.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam

@@ -43,12 +43,28 @@ class StressModes(Record):
     modes: np.ndarray
 
     def histories(self, q: np.ndarray) -> dict[str, np.ndarray]:
-        """Return components and ``von_mises`` (Pa) at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``."""
+        """Return components and ``von_mises`` (Pa) at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``.
+
+        Returns
+        -------
+        dict of (...) float
+            Pa, by the component's name.
+
+        References
+        ----------
+        Theory 7.6.
+        """
         found = dict(zip(self.components, np.moveaxis(q @ self.modes.T, -1, 0), strict=True))
         return found | {VON_MISES: von_mises(found)}
 
     def in_basis(self, Y: np.ndarray) -> StressModes:
-        """Return the stress in the coordinates p of ``q = Y p``, ``Y (n, r)``."""
+        """Return the stress in the coordinates p of ``q = Y p``, ``Y (n, r)``.
+
+        Returns
+        -------
+        StressModes
+            Of r coordinates.
+        """
         return self.with_(modes=self.modes @ Y)
 
 

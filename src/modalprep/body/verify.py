@@ -18,6 +18,7 @@ from modalprep.linalg.modes import DENSE
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.prestress import NO_BUCKLING
+from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 ENERGY = 1e-10  # sums of positive terms, each to 1e-13
@@ -36,6 +37,15 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
     Mass, momentum, the energy of a random motion, the static responses and the prestress of a random combination of
     loads, each evaluated with the matrices of the model.
 
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 6.2.
+
     Examples
     --------
     >>> from modalprep.body.build import flexible_body
@@ -46,6 +56,9 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
     >>> all(check.within for check in check_projection(model, reduction, flexible_body(model, reduction, name="beam")))
     True
     """
+    refuse_other("check_projection: the model", FEModel, model)
+    refuse_other("check_projection: the reduction", Reduction, reduction)
+    refuse_other("check_projection: the body", FlexibleBody, body)
     R, rng = model.rigid_body(), np.random.default_rng(0)
     MR = model.M @ R
     mass = relative(rigid_mass_matrix(body.m, body.s0, body.E0), R.T @ MR)
@@ -173,6 +186,15 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
     By Rayleigh and Ritz the body's load is the higher one; the excess measures the quality of the basis. Bodies that
     their root does not constrain and interfaces whose compression does not buckle the model are skipped.
 
+    Returns
+    -------
+    list of Check
+        One for each interface that can be pushed.
+
+    References
+    ----------
+    Theory 6.2.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model, uniform_beam
@@ -181,6 +203,8 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
     the body does not buckle below the mesh when 'tip' is pushed towards the root
     347.4 N on 'tip', of the mesh 345.4 N
     """
+    refuse_other("check_buckling: the model", FEModel, model)
+    refuse_other("check_buckling: the body", FlexibleBody, body)
     held = clamp(model)
     if held.mechanisms.shape[1]:
         return []

@@ -48,6 +48,11 @@ def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | 
     options : str or None
         ``dialect`` of sid, ``version`` of mbdyn; None: the writer's default.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

@@ -48,10 +48,21 @@ def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
     path : str or Path
         Must end in ``.npz``.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the body has no modes, the name does not end in ``.npz``, or the folder cannot be written.
+
+    References
+    ----------
+    J. Gerstmayr, Exudyn - a C++-based Python package for flexible multibody systems, Multibody Syst. Dyn. 60 (2024)
+    533.
+    Theory 4.4.
 
     Examples
     --------

@@ -32,11 +32,20 @@ def write_mbdyn(body: FlexibleBody, path: str | Path, version: str = "full", mes
     mesh_nodes : sequence of int
         Further nodes, rows of ``body.points`` from 0; they have no rotation.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the version is unknown, a node does not exist, two interfaces get one label, the body has no modes
         or the folder cannot be written.
+
+    References
+    ----------
+    P. Masarati and others, MBDyn input manual: joint ``modal``, and its file of modal data.
 
     Examples
     --------

@@ -16,6 +16,7 @@ from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.reduction.table import ModeTable
+from modalprep.suggest import refuse_other
 
 FORMAT, VERSION = "modalprep", 1
 UNIT = 1e-9  # tolerance of orthogonal unit vectors
@@ -59,6 +60,11 @@ TABLE = np.dtype(
 def write_body(body: FlexibleBody, path: str | Path) -> Path:
     """Write a body to a modal file; the file is written completely or not at all.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     OutputError
@@ -72,6 +78,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
     >>> read_body(file)
     FlexibleBody('beam', m=12 kg, 2 modes, 0.6044..1.209 Hz)
     """
+    refuse_other("write_body: the body", FlexibleBody, body)
     path = Path(path)
     with writing(path) as file:
         from modalprep import __version__
@@ -118,6 +125,11 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
 
 def read_body(path: str | Path) -> FlexibleBody:
     """Read a modal file.
+
+    Returns
+    -------
+    FlexibleBody
+        In SI units, as it was written.
 
     Raises
     ------

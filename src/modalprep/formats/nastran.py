@@ -153,10 +153,19 @@ def write_output4(body: FlexibleBody, path: str | Path) -> Path:
     Lost: the geometric stiffness and all terms of large rotation; the linear body about its rest position
     remains.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the body has no modes or the folder cannot be written.
+
+    References
+    ----------
+    Theory 8.2.
 
     Examples
     --------
@@ -207,10 +216,19 @@ def write_dmig(body: FlexibleBody, path: str | Path, *, first_grid: int = 1, fir
 
     Lost: as in `write_output4`, and the recovery of interfaces that are no grid points and of the mesh.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the body has no modes, the numbers overlap or are not of eight digits, or the folder cannot be written.
+
+    References
+    ----------
+    Theory 8.1.
 
     Examples
     --------

@@ -86,10 +86,20 @@ def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh
     mesh_nodes : sequence of int
         Further nodes, rows of ``body.points`` from 0.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the dialect is unknown, a node does not exist, the body has no modes or the folder cannot be written.
+
+    References
+    ----------
+    O. Wallrapp, Standardization of flexible body modeling in multibody system codes, part I: definition of standard
+    input data, Mech. Struct. Mach. 22 (1994) 283.
 
     Examples
     --------

@@ -42,6 +42,11 @@ def write_uff(body: FlexibleBody, path: str | Path) -> Path:
     path : str or Path
         Usually ``.unv`` or ``.uff``.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

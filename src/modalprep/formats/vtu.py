@@ -36,6 +36,11 @@ def write_vtu(body: FlexibleBody, path: str | Path) -> Path:
     path : str or Path
         Usually ``.vtu``.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

@@ -26,7 +26,13 @@ class Factor(Protocol):
     negative: int | None
 
     def solve(self, B: np.ndarray) -> np.ndarray:
-        """Return ``A^-1 B`` for ``B (n,)`` or ``(n, k)``."""
+        """Return ``A^-1 B`` for ``B (n,)`` or ``(n, k)``.
+
+        Returns
+        -------
+        (n,) or (n, k) float
+            Of the shape of B.
+        """
         ...
 
 
@@ -58,12 +64,23 @@ def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
         Whether A is positive definite: then a factor in single precision serves where one in double precision does
         not fit into the memory (`MixedFactor`).
 
+    Returns
+    -------
+    Factor
+        With a method ``solve(B)``.
+
     Raises
     ------
     AccuracyError
         When the matrix is singular to the last digit.
     InputError
         When the factor does not fit into the memory.
+
+    References
+    ----------
+    O. Schenk, K. Gärtner, Solving unsymmetric sparse systems of linear equations with PARDISO, Future Gener. Comput.
+    Syst. 20 (2004) 475.
+    X. S. Li, An overview of SuperLU, ACM Trans. Math. Softw. 31 (2005) 302.
 
     Examples
     --------

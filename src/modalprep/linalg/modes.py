@@ -63,10 +63,20 @@ def lowest_modes(
         (rad/s)^2; negative for a body with rigid motions, whose K is singular.
     solver : {"auto", "pardiso", "superlu"}
 
+    Returns
+    -------
+    Modes
+        ``w^2`` (n,), (rad/s)^2, ascending, and the shapes (n_dof, n), orthonormal in M.
+
     Raises
     ------
     AccuracyError
         When a mode does not satisfy the equation, or one is missing.
+
+    References
+    ----------
+    R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted block Lanczos algorithm for solving sparse symmetric generalized
+    eigenproblems, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
 
     Examples
     --------

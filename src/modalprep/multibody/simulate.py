@@ -19,14 +19,15 @@ from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result, output_times
+from modalprep.suggest import refuse_other
 
 MAX_OUTPUTS = 1e7
 
 
 def simulate(
     system: System,
-    *,
     t_end: float,
+    *,
     output_step: float = 0.01,
     rtol: float = 1e-5,
     atol: float = 1e-10,
@@ -81,6 +82,15 @@ def simulate(
     SimulationError
         When the run cannot continue; the message names time, body and cause.
 
+    References
+    ----------
+    E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993 (DOP853).
+    J. Chung, G. M. Hulbert, A time integration algorithm for structural dynamics with improved numerical dissipation:
+    the generalized-alpha method, J. Appl. Mech. 60 (1993) 371.
+    J. Rang, L. Angermann, New Rosenbrock W-methods of order 3 for partial differential algebraic equations of index 1,
+    BIT 45 (2005) 761 (ROS34PW2).
+    Theory 5.2 and 5.3.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -91,6 +101,7 @@ def simulate(
     >>> bool(run["hinge.angle"][-1] < 0), run.stats["energy_error"] < 1e-8
     (True, True)
     """
+    refuse_other("simulate: the system", System, system)
     check_span(t_end, output_step, rtol, atol, method)
     if step is not None and not 0 < step < float("inf"):
         raise InputError(f"simulation step = {step:g} must be positive")
@@ -112,8 +123,8 @@ def simulate(
 def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:
     """Refuse times and tolerances that are not positive, too many outputs, an unknown method."""
     for name, value in (("t_end", t_end), ("output_step", output_step), ("rtol", rtol), ("atol", atol)):
-        if not 0 < value < float("inf"):
-            raise InputError(f"simulation {name} = {value:g} must be positive")
+        if not isinstance(value, int | float) or not 0 < value < float("inf"):
+            raise InputError(f"simulation {name} = {value} must be a positive number")
     if not t_end / output_step <= MAX_OUTPUTS:
         raise InputError(
             f"simulation t_end = {t_end:g} with output_step = {output_step:g} gives more than {MAX_OUTPUTS:.0e} "

@@ -34,7 +34,11 @@ class Reduction(Record):
     table : ModeTable
     method : str
     notes : tuple of str
-        Notes for the user on the choice of modes.
+        What the user should know about the choice of modes.
+
+    References
+    ----------
+    Theory 3.2 and 3.5.
     """
 
     basis: np.ndarray

@@ -16,11 +16,21 @@ from modalprep.reduction.participation import fixed_coupling, interface_shares, 
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
     """Reduce to the constraint modes of the fixed interfaces: exact in statics, approximate in dynamics.
+
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) of unit displacements (m) and rotations (rad) of the interfaces, in modal form.
+
+    References
+    ----------
+    R. J. Guyan, Reduction of stiffness and mass matrices, AIAA J. 3 (1965) 380.
+    Theory 3.2.
 
     Examples
     --------
@@ -28,6 +38,7 @@ def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) ->
     >>> guyan(cantilever_model(tip="fixed"))
     Reduction(guyan, 6 coordinates, 0.6073..133.2 Hz)
     """
+    refuse_other("guyan: the model", FEModel, model)
     held = clamp(model, solver, algebra)
     table = with_constraint_modes(ModeTable.empty(rigid_totals(model)), model)
     return reduced("guyan", held, held.constraint_shapes, table, ())
@@ -71,12 +82,22 @@ def craig_bampton(
     algebra : Algebra
         Functions for factorisation and eigensolution.
 
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) in SI units, in the frame of the root, and the table of all candidates.
+
     Raises
     ------
     InputError
         When the mode count is negative, a load or selection is unknown, or a load does nothing.
     MechanismError
         When the structure can move without strain.
+
+    References
+    ----------
+    R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA J. 6 (1968) 1313.
+    Theory 3.2 and 3.4.
 
     Examples
     --------
@@ -85,6 +106,7 @@ def craig_bampton(
     >>> red.table.kind[:2], red.table.reason[0]
     (('fixed-interface', 'fixed-interface'), 'effective mass 97.1% in rz > 1%')
     """
+    refuse_other("craig_bampton: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver, algebra)

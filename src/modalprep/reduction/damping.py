@@ -38,6 +38,10 @@ class Rayleigh(Record):
     InputError
         When one of them is negative.
 
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 10.3.
+
     Examples
     --------
     >>> Rayleigh(alpha=0.0, beta=0.01).ratio(np.array([1.0])).round(4)
@@ -54,25 +58,46 @@ class Rayleigh(Record):
         super().__post_init__()
 
     def ratio(self, frequency: np.ndarray) -> np.ndarray:
-        """Return the damping ratios (n,) at frequencies (n,) in Hz, above 0."""
+        """Return the damping ratios (n,) at frequencies (n,) in Hz, above 0.
+
+        Returns
+        -------
+        (n,) float
+            Fractions of critical damping.
+        """
         w = 2 * np.pi * np.asarray(frequency, dtype=float)
         return self.alpha / (2 * w) + self.beta * w / 2
 
     def damping(self, body: ModalBody) -> np.ndarray:
-        """Return the body's D (n,): ``alpha + beta K``; `alpha` damps its deformation, not its rigid motion."""
+        """Return the body's D (n,): ``alpha + beta K``; `alpha` damps its deformation, not its rigid motion.
+
+        Returns
+        -------
+        (n,) float
+            1/s, in the body's modal coordinates.
+        """
         return self.alpha + self.beta * body.K
 
 
 def rayleigh(frequency: tuple[float, float], ratio: tuple[float, float]) -> Rayleigh:
     """Return the Rayleigh damping with two given ratios at two frequencies (Hz).
 
-    ``beta = 2 (z2 w2 - z1 w1) / (w2^2 - w1^2)``, ``alpha = 2 w1 w2 (z1 w2 - z2 w1) / (w2^2 - w1^2)``: Craig & Kurdila,
-    Fundamentals of Structural Dynamics, 2nd ed., section 10.3 (proportional damping).
+    ``beta = 2 (z2 w2 - z1 w1) / (w2^2 - w1^2)``, ``alpha = 2 w1 w2 (z1 w2 - z2 w1) / (w2^2 - w1^2)``.
+
+    Returns
+    -------
+    Rayleigh
+        With alpha (1/s) and beta (s).
 
     Raises
     ------
     InputError
         When the frequencies are equal or not positive, or the ratios need a negative constant.
+
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 10.3
+    (proportional damping).
 
     Examples
     --------
@@ -137,6 +162,15 @@ def _checked(ratio: float | np.ndarray) -> np.ndarray:
 def modal_damping(body: ModalBody, target: Ratio) -> np.ndarray:
     """Return ``D = 2 zeta w`` (n,) of a body: ``body.with_(D=modal_damping(body, 0.01))``; Rayleigh's is `damping`.
 
+    Returns
+    -------
+    (n,) float
+        1/s.
+
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 10.3.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -175,7 +209,13 @@ class ComponentDamping(Record):
     coupling: float
 
     def applied(self, bodies: Mapping[str, ModalBody]) -> dict[str, ModalBody]:
-        """Return the bodies with this damping; of a full matrix the diagonal is used."""
+        """Return the bodies with this damping; of a full matrix they take the diagonal.
+
+        Returns
+        -------
+        dict of ModalBody
+            By the names of the components.
+        """
         D = {name: d if d.ndim == 1 else np.diag(d) for name, d in self.damping.items()}
         return {name: body.with_(D=D.get(name, body.D)) for name, body in bodies.items()}
 
@@ -215,9 +255,9 @@ def component_damping(
 
     Back projection: ``C = Phi^-T diag(2 zeta w) Phi^-1`` with the inverse ``Phi^-1 = diag(w^-2) Phi^T K`` of modes
     that ``Phi^T K Phi = diag(w^2)``, so that no rigid motion is damped, restricted to the block of each body:
-    ``C_i = K_i Phi_i diag(2 zeta / w^3) Phi_i^T K_i``, full and positive semidefinite. The blocks between bodies are
-    lost, unless C is proportional to K: then ``C_i = beta K_i``, exact with all modes and no redundant
-    condition. Craig & Kurdila, sections 10.3 and 17; book chapter 7.
+    ``C_i = K_i Phi_i diag(2 zeta / w^3) Phi_i^T K_i``, full and positive semidefinite. What the blocks between bodies
+    held is lost, unless C is proportional to K: then ``C_i = beta K_i``, exact with all modes and no redundant
+    condition.
 
     Parameters
     ----------
@@ -226,10 +266,21 @@ def component_damping(
     target : float, {frequency in Hz: ratio}, Rayleigh or (s,)
         As in `damping_ratio`; an array has one for each elastic mode.
 
+    Returns
+    -------
+    ComponentDamping
+        Damping of each component, by its name, and the ratios that the system then has.
+
     Raises
     ------
     InputError
         When a ratio is negative, the method is unknown, or the system has no elastic mode.
+
+    References
+    ----------
+    C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, SIAM 1995, chapter 23; theory 3.8.
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, sections 10.3 and 17.
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7.
 
     Examples
     --------

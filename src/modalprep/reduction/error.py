@@ -13,6 +13,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction, unit_loads
+from modalprep.suggest import refuse_other
 
 MOST = 300  # modes compared, at most
 GROWTH = 1.5
@@ -71,6 +72,11 @@ def reduction_error(
     algebra : Algebra
         Functions for factorisation and eigensolution.
 
+    Returns
+    -------
+    ReductionError
+        Relative errors of frequencies, static responses and compliance.
+
     Raises
     ------
     InputError
@@ -85,6 +91,8 @@ def reduction_error(
     >>> len(found.full), bool(found.worst < 1e-3)
     (3, True)
     """
+    refuse_other("reduction_error: the model", FEModel, model)
+    refuse_other("reduction_error: the reduction", Reduction, reduction)
     return _Reference.of(model, up_to, points, algebra).compare(reduction)
 
 

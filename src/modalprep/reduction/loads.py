@@ -13,6 +13,7 @@ from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.mesh.cell_geometry import cell_of
 from modalprep.fe.mesh.mesh import Mesh, cell_dimension
 from modalprep.fe.mesh.select import NodeSet
+from modalprep.suggest import refuse_other
 
 Vector = tuple[float, float, float]
 NONE = (0.0, 0.0, 0.0)
@@ -64,6 +65,11 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
         For messages.
     load : Load
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
     Raises
     ------
     InputError
@@ -76,6 +82,8 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
     >>> F.shape, float(F[-5])
     ((66,), 3.0)
     """
+    refuse_other("nodal_load: the model", FEModel, model)
+    refuse_other("nodal_load: the mesh", Mesh, mesh)
     used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
     nodes = np.intersect1d(load.nodes(mesh, used), used)
     if not len(nodes):

@@ -15,7 +15,7 @@ from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 MORE = 20  # further modes that span the second-order motion of the mass
 QUOTIENT = 1e-3  # largest deviation of a Rayleigh quotient from its eigenvalue; at most 1e-5 with an accurate factor
@@ -40,6 +40,11 @@ class Modes(Record):
 def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> np.ndarray:
     """Return the nodal load ``(n_dof,)`` of a force (N) and a moment (N m), mesh axes, on an interface.
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
     Raises
     ------
     InputError
@@ -51,6 +56,7 @@ def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0
     >>> interface_load(cantilever_model(), "tip", force=(0, -5.0, 0)).sum()
     np.float64(-5.0)
     """
+    refuse_other("interface_load: the model", FEModel, model)
     frames = {frame.name: frame for frame in model.interfaces}
     refuse_unknown(name, frames, "interface")
     load = np.zeros(model.n_dof)
@@ -64,6 +70,15 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     For `buckling` and `prestressed_modes` use their `gravity` instead: nodal forces do not include the motion of
     eccentric mass, such as an offset, when its node rotates.
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
+    References
+    ----------
+    Theory 2.2.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
@@ -71,6 +86,7 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     >>> bool(np.isclose(acceleration_load(model, (0, 0, -9.81))[2::6].sum(), -9.81 * model.rigid.m))
     True
     """
+    refuse_other("acceleration_load: the model", FEModel, model)
     return model.g @ np.asarray(acceleration, dtype=float)
 
 
@@ -88,12 +104,21 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
+    Returns
+    -------
+    Modes
+        Factors on the load, ascending, and the shapes (n_dof, modes).
+
     Raises
     ------
     InputError
         When no multiple of the load makes the structure buckle.
     MechanismError
         When the held structure can move without strain.
+
+    References
+    ----------
+    Theory 1.3.
 
     Examples
     --------
@@ -103,6 +128,7 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     >>> round(float(P / (np.pi**2 * 1.4e4 / 400)), 3)  # Euler: pi^2 EI / (4 L^2)
     1.0
     """
+    refuse_other("buckling: the model", FEModel, model)
     held, Kg, _ = _prestress(model, load, gravity)
     mu, x = _largest(-Kg, held, modes)
     positive = mu > NO_BUCKLING
@@ -128,12 +154,21 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
+    Returns
+    -------
+    Modes
+        Frequencies (Hz), ascending, and the shapes (n_dof, modes).
+
     Raises
     ------
     InputError
         When the load is beyond the buckling load.
     MechanismError
         When the held structure can move without strain.
+
+    References
+    ----------
+    Theory 1.3 and 4.7.
 
     Examples
     --------
@@ -144,6 +179,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     >>> bool(pulled.value[0] > free.value[0])
     True
     """
+    refuse_other("prestressed_modes: the model", FEModel, model)
     held, Kg, x = _prestress(model, load, gravity)
     try:
         count = min(modes + MORE, len(held.i))

@@ -67,6 +67,10 @@ class ProjectedBasis(Record):
     kept : (k,) bool
     reason : tuple of str, length k
         Why a direction was kept or dropped, and which system mode needs it most.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7; theory 3.7.
     """
 
     basis: np.ndarray
@@ -96,10 +100,10 @@ def projected_basis(
 ) -> ProjectedBasis:
     """Reduce system modes, restricted to a component, to a basis of the component.
 
-    With ``M = L L^T`` the singular value decomposition ``L^T X = U diag(sigma) V^T`` orders the directions ``L^-T U``
-    by the mass they move in all system modes together: ``sigma_k^2`` of ``trace X^T M X``. L is not formed: X = Q R is
-    orthonormalised by Gram-Schmidt in the inner product of M and R decomposed. The kept directions are diagonalised
-    with K and M (`linalg.ritz`). Book chapter 7 (singular value decomposition of projected system modes); theory 3.7.
+    With ``M = L L^T`` the singular value decomposition ``L^T X = U diag(sigma) V^T`` orders the directions
+    ``L^-T U`` by the mass they move in all system modes together: ``sigma_k^2`` of ``trace X^T M X``. L is not formed:
+    X = Q R is orthonormalised by Gram-Schmidt in the inner product of M and R decomposed. What is kept is diagonalised
+    with K and M (`linalg.ritz`).
 
     Parameters
     ----------
@@ -116,10 +120,20 @@ def projected_basis(
     keep : (n_dof, c) or None
         Shapes always kept, such as `interface_shapes`: a coarse tolerance drops little mass but much flexibility.
 
+    Returns
+    -------
+    ProjectedBasis
+        The basis (n_dof, r), orthonormal in M, and the singular values.
+
     Raises
     ------
     InputError
         When sizes differ, the tolerance or fraction is out of range, or the shapes move without strain.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7 (singular value decomposition of projected
+    system modes); theory 3.7.
 
     Examples
     --------
@@ -156,6 +170,15 @@ def reduced_body(body: ModalBody, projected: ProjectedBasis) -> ModalBody:
 
     Its damping is the diagonal of ``basis^T diag(D) basis``. Its table lists the singular directions with their
     Rayleigh quotients as frequencies and their effective masses about the root.
+
+    Returns
+    -------
+    ModalBody
+        Of the type of `body`, with the modes of the basis.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7; theory 3.7.
 
     Examples
     --------

@@ -60,11 +60,23 @@ class SystemModes(Record):
         return int(np.count_nonzero(self.frequency == 0))
 
     def points(self, name: str) -> np.ndarray:
-        """Mesh nodes ``(n_points, 3)`` of a body, m in system axes."""
+        """Mesh nodes ``(n_points, 3)`` of a body, m in system axes.
+
+        Returns
+        -------
+        (n_points, 3) float
+            m, system axes.
+        """
         return self.position[name] + self.bodies[name].points @ self.rotation[name].T
 
     def nodal_shape(self, name: str) -> np.ndarray:
-        """Displacement ``(n_points, 3, s)`` of a body's mesh nodes in each mode, system axes."""
+        """Displacement ``(n_points, 3, s)`` of a body's mesh nodes in each mode, system axes.
+
+        Returns
+        -------
+        (n_points, 3, s) float
+            1/sqrt(kg), system axes.
+        """
         body, x = self.bodies[name], self.coordinates[name]
         moved = x[:3] - skew(body.points) @ x[3:6] + body.shape @ x[6:]
         return self.rotation[name] @ moved
@@ -95,13 +107,12 @@ def synthesise(
 ) -> SystemModes:
     """Weld modal bodies at their interfaces and return the modes of the system at rest.
 
-    Each body moves by ``x = (d, theta, q)``, its root and its modal coordinates, with the mass matrix of theory 4 at q
-    = 0 and the stiffness ``diag(0, K)``. An interface moves by ``(d + theta x r + phi q, theta + psi q)``; a weld makes
-    two of them equal: ``G x = 0``. With G split into rigid-body columns (z) and elastic ones in units of strain energy
-    (y), the singular value decomposition of ``G_z`` gives the rigid motions (its null space) and the conditions left
-    for y (its left null space), whose orthonormal null space has unit strain energy: `linalg.ritz` diagonalises its
-    flexibility, accurate for soft modes in the presence of stiff ones. Craig & Kurdila, Fundamentals of Structural
-    Dynamics, 2nd ed., chapter 17; theory 3; book chapter 7.
+    Each body moves by ``x = (d, theta, q)``, its root and its modal coordinates, with the mass matrix of
+    theory 4 at q = 0 and the stiffness ``diag(0, K)``. An interface moves by
+    ``(d + theta x r + phi q, theta + psi q)``; a weld makes two of them equal: ``G x = 0``. With G split into columns
+    without strain (z) and elastic ones in units of strain energy (y), the singular value decomposition of ``G_z`` gives
+    the rigid motions (its null space) and the conditions left for y (its left null space), whose orthonormal null
+    space has unit strain energy: `linalg.ritz` diagonalises its flexibility, accurate for soft modes beside stiff ones.
 
     Parameters
     ----------
@@ -117,10 +128,20 @@ def synthesise(
     modes : int or None
         How many modes to return; None returns all.
 
+    Returns
+    -------
+    SystemModes
+        Frequencies (Hz) and, for each body, motion of its root and modal coordinates in each mode.
+
     Raises
     ------
     InputError
         When a name is unknown, a weld does not meet, or a rotation is none.
+
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, chapter 17.
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7; theory 3.7.
 
     Examples
     --------

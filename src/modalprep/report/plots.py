@@ -27,6 +27,11 @@ DPI = 180
 def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
     """Draw, per direction, the effective mass of each kept vector, stacked.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Examples
     --------
     >>> import tempfile
@@ -87,6 +92,11 @@ def history_plot(
         Reference points, drawn as markers.
     ylim : (low, high), optional
         Limits instead of the chosen ones.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------

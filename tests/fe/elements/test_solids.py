@@ -40,7 +40,7 @@ def test_rigid_motions_and_mass(kind):
     np.testing.assert_allclose(model.rigid.s0 / m, centre, atol=1e-13)
     second = R @ np.diag(np.array([1.0, 0.8, 0.6]) ** 2 / 12) @ R.T + np.outer(centre, centre)
     np.testing.assert_allclose(model.rigid.E0 / m, second, atol=1e-12)
-    assert [check.name for check in mp.check_model(model) if not check.passed] == []
+    assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -164,7 +164,7 @@ def test_rigid_motions_and_mass_of_bars():
     assert rigid_residual(model, keep) < 1e-15
     length = np.linalg.norm(points[bars[:, 0]] - points[bars[:, 1]], axis=1).sum()
     assert model.rigid.m == pytest.approx((RHO * 1e-4 + 0.2) * length, rel=1e-14)
-    assert [check.name for check in mp.check_model(model) if not check.passed] == []
+    assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
 
 
 def test_taut_string():

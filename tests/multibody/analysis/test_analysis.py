@@ -28,7 +28,7 @@ def weld(child="beam"):
 
 @pytest.mark.parametrize("start", [0.0, 1.0, -2.5])
 def test_pendulum_with_a_torsion_spring_rests_where_moments_balance(start):
-    spring = mp.HingeElement(stiffness=30.0, free_position=0.2)
+    spring = mp.multibody.HingeElement(stiffness=30.0, free_position=0.2)
     found = static_equilibrium(carried(rigid(), type="revolute", angle=start, elements=spring))
     angle = found.joints["joint"][0]
     assert 30 * (angle - 0.2) + 10 * np.cos(angle) == pytest.approx(0, abs=1e-11)  # 2 kg at 0.5 m; of 10 N m
@@ -80,7 +80,10 @@ def test_column_beyond_buckling_is_not_stable():
     ("joint", "words"),
     [
         ({"type": "prismatic", "axis": -DOWN}, "20 N in joint 'joint'"),
-        ({"type": "revolute", "axis": DOWN, "elements": mp.HingeElement(drive=3.0)}, "3 N m in joint 'joint'"),
+        (
+            {"type": "revolute", "axis": DOWN, "elements": mp.multibody.HingeElement(drive=3.0)},
+            "3 N m in joint 'joint'",
+        ),
         ({"type": "free"}, r"(20|19\.\d) N in joint 'joint'"),  # in its own axes, before it hangs straight
     ],
 )
@@ -97,10 +100,10 @@ def test_modes_about_a_steady_spin_are_those_of_the_body(spin):
     body, rate = uniform_beam(modes=6), float(np.linalg.norm(spin))
     axis = np.array(spin) / rate if rate else np.array([0, 0, 1.0])
     hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam", axis=axis,
-                   motion=mp.TimeFunction(f"{rate}*t"))  # fmt: skip
+                   motion=mp.multibody.TimeFunction(f"{rate}*t"))  # fmt: skip
     system = mp.System(bodies={"beam": body}, joints=(hub,))
     rest = static_equilibrium(system, steady=True)
-    expected = mp.spin_modes(body, np.array(spin))
+    expected = mp.multibody.spin_modes(body, np.array(spin))
     np.testing.assert_allclose(rest.modal["beam"], expected.q0, rtol=1e-9, atol=1e-12)
     # round-off of the highest root, which is 60 times the lowest, squared
     np.testing.assert_allclose(system_modes(system, rest.y).frequency, expected.frequency, rtol=1e-9)
@@ -168,9 +171,9 @@ def test_two_masses_answer_as_in_the_book():
     x = np.array([1.0, 0, 0])
     joints = (
         mp.Joint(name="one", type="prismatic", parent="ground", child="a", axis=x,
-                 elements=mp.HingeElement(stiffness=k1, damping=c1)),
+                 elements=mp.multibody.HingeElement(stiffness=k1, damping=c1)),
         mp.Joint(name="two", type="prismatic", parent="a.root", child="b", axis=x,
-                 elements=mp.HingeElement(stiffness=k2, damping=c2)),
+                 elements=mp.multibody.HingeElement(stiffness=k2, damping=c2)),
     )  # fmt: skip
     system = mp.System(bodies={"a": rigid(m1), "b": rigid(m2)}, joints=joints)
     outputs = ["a.root.position.x", "b.root.position.x", "b.root.acceleration.x", "two.displacement"]
@@ -277,14 +280,14 @@ def test_prescribed_history_asks_for_the_torque_that_simulation_reports():
     system = mp.System(bodies={"beam": uniform_beam(modes=1)}, joints=(joint,), gravity=DOWN)
     times = np.linspace(0, 1, 6)
     found = inverse_dynamics(system, {"joint": law}, times)
-    driven = system.with_(joints=(joint.with_(motion=mp.TimeFunction(law)),))
+    driven = system.with_(joints=(joint.with_(motion=mp.multibody.TimeFunction(law)),))
     run = mp.simulate(driven, t_end=1.0, output_step=0.2, rtol=1e-10, atol=1e-13, method="explicit")
     # both integrate the mode at 1e-9; the torque holds its acceleration, 1e2 times larger
     np.testing.assert_allclose(found.force["joint"][:, 0], run["joint.drive"], rtol=1e-6)
     np.testing.assert_allclose(found.modal["beam"], run["beam.modal"], atol=1e-7)
     # quasi-static: for a slow motion, what is left out is of the order of (2 / omega)^2 = 0.28; at rest it is exact
     still = inverse_dynamics(system, {"joint": "0.3"}, np.array([0.0]), modes="quasi_static")
-    rest = static_equilibrium(system.with_(joints=(joint.with_(motion=mp.TimeFunction(0.3)),)))
+    rest = static_equilibrium(system.with_(joints=(joint.with_(motion=mp.multibody.TimeFunction(0.3)),)))
     np.testing.assert_allclose(still.modal["beam"][0], rest.modal["beam"], rtol=1e-9, atol=1e-12)
 
 

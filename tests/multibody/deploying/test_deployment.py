@@ -31,8 +31,8 @@ def flying(spin=(0.0, 0.0, 0.5)):
 
 
 def run(deployment, base=None, t_end=3.0, **options):
-    system = mp.DeployingSystem(**(base or flying()), deployments=(deployment,))
-    return mp.simulate_deployment(system, t_end=t_end, output_step=0.05, rtol=1e-9, **options)
+    system = mp.multibody.DeployingSystem(**(base or flying()), deployments=(deployment,))
+    return mp.multibody.simulate_deployment(system, t_end=t_end, output_step=0.05, rtol=1e-9, **options)
 
 
 def drift(history):
@@ -42,25 +42,25 @@ def drift(history):
 OUT, IN = "1.2 + t/2", "3.7 - 0.6*t"
 TURNED = [(1.0, "1.2 + t/2"), (FOREVER, "1.7 - 0.3*(t - 1)")]
 CASES = {
-    "beam out": (mp.Deployment(**BEAM, deployed_length=OUT), {"insert"}),
-    "beam in": (mp.Deployment(**BEAM, deployed_length=IN), {"remove"}),
-    "beam out and in": (mp.Deployment(**BEAM, deployed_length="2 + sin(1.5*t)"), {"insert", "remove"}),
-    "beam jams": (mp.Deployment(**BEAM, deployed_length=OUT, stop_time=1.7), {"insert", "stop"}),
-    "beam turns back": (mp.Deployment(**BEAM, deployed_length=TURNED), {"insert", "kink", "remove"}),
-    "cable out": (mp.Deployment(**CABLE, deployed_length=OUT), {"insert", "unlock"}),
-    "cable in": (mp.Deployment(**CABLE, deployed_length=IN), {"lock", "remove"}),
-    "tether out": (mp.Deployment(**TETHER, deployed_length=OUT), {"insert", "unlock"}),
-    "tether in": (mp.Deployment(**TETHER, deployed_length=IN), {"lock", "remove"}),
+    "beam out": (mp.multibody.Deployment(**BEAM, deployed_length=OUT), {"insert"}),
+    "beam in": (mp.multibody.Deployment(**BEAM, deployed_length=IN), {"remove"}),
+    "beam out and in": (mp.multibody.Deployment(**BEAM, deployed_length="2 + sin(1.5*t)"), {"insert", "remove"}),
+    "beam jams": (mp.multibody.Deployment(**BEAM, deployed_length=OUT, stop_time=1.7), {"insert", "stop"}),
+    "beam turns back": (mp.multibody.Deployment(**BEAM, deployed_length=TURNED), {"insert", "kink", "remove"}),
+    "cable out": (mp.multibody.Deployment(**CABLE, deployed_length=OUT), {"insert", "unlock"}),
+    "cable in": (mp.multibody.Deployment(**CABLE, deployed_length=IN), {"lock", "remove"}),
+    "tether out": (mp.multibody.Deployment(**TETHER, deployed_length=OUT), {"insert", "unlock"}),
+    "tether in": (mp.multibody.Deployment(**TETHER, deployed_length=IN), {"lock", "remove"}),
     "reel out": (
-        mp.Deployment(**CABLE, tension=0.2, brake=0.1, initial_length=1.2, initial_speed=0.3),
+        mp.multibody.Deployment(**CABLE, tension=0.2, brake=0.1, initial_length=1.2, initial_speed=0.3),
         {"insert", "unlock"},
     ),
     "reel in": (
-        mp.Deployment(**CABLE, tension=4.0, brake=0.1, initial_length=3.2, initial_speed=-0.1),
+        mp.multibody.Deployment(**CABLE, tension=4.0, brake=0.1, initial_length=3.2, initial_speed=-0.1),
         {"lock", "remove"},
     ),
     "beam on a reel": (
-        mp.Deployment(**BEAM, tension=0.2, brake=0.1, initial_length=1.2, initial_speed=0.3),
+        mp.multibody.Deployment(**BEAM, tension=0.2, brake=0.1, initial_length=1.2, initial_speed=0.3),
         {"insert"},
     ),
 }
@@ -87,7 +87,7 @@ def test_momentum_and_energy(case):
 
 def test_events_of_a_law_are_at_its_levels():
     """Rods of half a metre join and leave where the length says so; a cable's turn from LEAST of a rod on."""
-    law = mp.Deployment(**CABLE, deployed_length="1.2 + t/2")
+    law = mp.multibody.Deployment(**CABLE, deployed_length="1.2 + t/2")
     found = run(law).events
     np.testing.assert_allclose(1.2 + found["boom.insert"] / 2, [1.5, 2.0, 2.5], rtol=1e-12)
     np.testing.assert_allclose(1.2 + found["boom.unlock"] / 2, np.array([1.5, 2.0, 2.5]) + LEAST / 2, rtol=1e-12)
@@ -100,7 +100,7 @@ def test_rigid_beam_takes_angular_momentum():
     """A single rod out of a free hub: ``(I + m L^3 / 3) Omega`` stays, exactly (the beam does not bend)."""
     hub = mp.rigid_body("hub", mass=1.0, centre=np.zeros(3), inertia=5 * np.eye(3), interfaces={"root": np.zeros(3)})
     pivot = mp.Joint(name="pivot", type="revolute", parent="ground", child="hub", rate=2.0)
-    one = mp.Deployment(
+    one = mp.multibody.Deployment(
         name="boom",
         parent="hub.root",
         length=4.0,
@@ -120,8 +120,10 @@ def test_reel_drawn_out_by_spin():
     What is still stowed is not accelerated by the rod outside, but by the reel.
     """
     hub = mp.rigid_body("hub", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
-    drive = mp.Joint(name="drive", type="revolute", parent="ground", child="hub", motion=mp.TimeFunction("2*t"))
-    one = mp.Deployment(
+    drive = mp.Joint(
+        name="drive", type="revolute", parent="ground", child="hub", motion=mp.multibody.TimeFunction("2*t")
+    )
+    one = mp.multibody.Deployment(
         name="boom",
         parent="hub.root",
         length=9.0,
@@ -147,7 +149,9 @@ def test_jam_takes_the_energy_of_relative_motion():
         interfaces={"root": np.zeros(3), "exit": np.zeros(3)},
     )
     assert body.m == centred.m
-    found = run(mp.Deployment(**BEAM, deployed_length=OUT, stop_time=1.7), straight | {"bodies": {"bus": centred}})
+    found = run(
+        mp.multibody.Deployment(**BEAM, deployed_length=OUT, stop_time=1.7), straight | {"bodies": {"bus": centred}}
+    )
     outside, total = 1.2 + 0.85, 40.0 + 4.0
     assert found["energy.events"][-1] == pytest.approx(-0.5 * outside * (total - outside) / total * 0.25, rel=1e-9)
     assert np.ptp(found["boom.length"][found.time > 1.7]) == 0
@@ -155,7 +159,7 @@ def test_jam_takes_the_energy_of_relative_motion():
 
 def test_hanging_cable_carries_its_weight():
     """Paid out downwards at constant speed, no rod swings: the tension at the exit is the weight outside."""
-    cable = mp.Deployment(
+    cable = mp.multibody.Deployment(
         name="rope", parent="ground", length=5.0, segments=10, mass_per_length=0.7, deployed_length="1 + t",
         axis=np.array([0, -1.0, 0]),
     )  # fmt: skip
@@ -167,7 +171,7 @@ def test_hanging_cable_carries_its_weight():
 def test_all_in_and_out_again():
     """Nothing is out for a moment: no rods, the tip in the exit; at the end all of it."""
     law = [(2.0, "2*(1 - t/2)**2"), (4.0, "(t - 2)**2"), (FOREVER, "4")]
-    found = run(mp.Deployment(**BEAM, deployed_length=law), t_end=5.0)
+    found = run(mp.multibody.Deployment(**BEAM, deployed_length=law), t_end=5.0)
     inside = np.argmin(found["boom.length"])
     assert found["boom.rods"][inside] == 0
     np.testing.assert_allclose(found["boom1.tip.position"][inside], found["bus.exit.position"][inside], atol=1e-9)
@@ -190,7 +194,7 @@ def test_all_in_and_out_again():
 )
 def test_bad_input(changes, words):
     with pytest.raises(mp.InputError, match=words):
-        run(mp.Deployment(**(BEAM | changes)))
+        run(mp.multibody.Deployment(**(BEAM | changes)))
 
 
 def test_base_with_modes_is_refused():
@@ -198,8 +202,8 @@ def test_base_with_modes_is_refused():
 
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="bus")
     with pytest.raises(mp.InputError, match="body 'bus' has modes"):
-        mp.DeployingSystem(
+        mp.multibody.DeployingSystem(
             bodies={"bus": uniform_beam(modes=2)},
             joints=(hinge,),
-            deployments=(mp.Deployment(**BEAM, deployed_length="1"),),
+            deployments=(mp.multibody.Deployment(**BEAM, deployed_length="1"),),
         )

@@ -9,6 +9,7 @@ from multibody.trees import random_body, random_state, random_tree
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
+from modalprep.multibody import Closure
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.impact import Contact, impulses
 from modalprep.multibody.packing.tree import pack
@@ -49,7 +50,7 @@ def test_impact_equals_the_dense_one_on_random_trees(seed):
     system, y, rows, motion = struck_tree(seed)
     restitution = 0.3 * (seed % 2)
     jump, condition = dense_impact(system, y, rows, motion, restitution)
-    found = mp.impact(system, y, closures=[c.name for c in system.closures], restitution=restitution)
+    found = mp.multibody.impact(system, y, closures=[c.name for c in system.closures], restitution=restitution)
     nx = pack(system).nx
     np.testing.assert_array_equal(found.y[:nx], y[:nx])
     scale = np.abs(jump).max()
@@ -71,11 +72,11 @@ def test_a_sudden_weld_of_two_free_bodies_keeps_all_momentum_and_loses_what_theo
     rng = np.random.default_rng(seed)
     one, two = random_body(rng, 4), random_body(rng, 3)
     joints = tuple(mp.Joint(name=name, type="free", parent="ground", child=name) for name in ("one", "two"))
-    weld = mp.Closure(name="weld", type="weld", a="one.a", b="two.b", active=False)
+    weld = Closure(name="weld", type="weld", a="one.a", b="two.b", active=False)
     system = mp.System(bodies={"one": one, "two": two}, joints=joints, closures=(weld,))
     y, packed = random_state(system, seed), pack(system)
     still = np.zeros((len(packed.links), 3))
-    found = mp.impact(system, y, closures=["weld"])
+    found = mp.multibody.impact(system, y, closures=["weld"])
     sums = [energy_and_momentum(np.zeros(3), body_states(system, packed, state, still)) for state in (y, found.y)]
     for name in ("linear", "angular"):
         np.testing.assert_allclose(sums[1][name], sums[0][name], atol=1e-12 * np.abs(sums[0][name]).max())
@@ -91,10 +92,12 @@ def test_conditions_that_follow_from_others_change_nothing():
     """Two equal welds act as one."""
     system = falling_rod(0.7)
     welds = [
-        mp.Closure(name=name, type="weld", a="ground", b="rod.end", active=False, position=np.array([1.0, 2, 0]))
+        Closure(name=name, type="weld", a="ground", b="rod.end", active=False, position=np.array([1.0, 2, 0]))
         for name in ("one", "two")
     ]
-    once, twice = (mp.impact(system.with_(closures=tuple(welds)), closures=hits) for hits in (["one"], ["one", "two"]))
+    once, twice = (
+        mp.multibody.impact(system.with_(closures=tuple(welds)), closures=hits) for hits in (["one"], ["one", "two"])
+    )
     np.testing.assert_allclose(twice.y, once.y, atol=1e-14)
     assert twice.energy_loss == pytest.approx(once.energy_loss, rel=1e-13)
 
@@ -109,7 +112,7 @@ def falling_rod(angle, friction=0.0, speed=(0.4, -3.0)):
     """A rod in the plane that comes down on its end, on a floor y = 0."""
     fall = mp.Joint(name="fall", type="planar", parent="ground", child="rod", second_axis=np.array([1.0, 0, 0]),
                     angle=angle, speed=np.array(speed))  # fmt: skip
-    floor = mp.Closure(name="floor", type="point_on_plane", a="ground", b="rod.end", axis=np.array([0, 1.0, 0]),
+    floor = Closure(name="floor", type="point_on_plane", a="ground", b="rod.end", axis=np.array([0, 1.0, 0]),
                        friction_coefficient=friction, active=False)  # fmt: skip
     return mp.System(bodies={"rod": rod()}, joints=(fall,), closures=(floor,), gravity=np.array([0, -G, 0]))
 
@@ -118,7 +121,7 @@ def falling_rod(angle, friction=0.0, speed=(0.4, -3.0)):
 def test_a_rod_falls_on_its_end(restitution):
     """Smooth floor: ``p = (1 + e) m v / (1 + 3 cos^2 a)`` for a rod of mass m at angle a to the floor."""
     m, v, a = 2.0, 3.0, 0.7
-    found = mp.impact(falling_rod(a, speed=(0.0, -v)), closures=["floor"], restitution=restitution)
+    found = mp.multibody.impact(falling_rod(a, speed=(0.0, -v)), closures=["floor"], restitution=restitution)
     p = (1 + restitution) * m * v / (1 + 3 * np.cos(a) ** 2)
     assert found.impulse["floor.force"] == pytest.approx([0, p, 0], rel=1e-13, abs=1e-13)
     assert found.energy_loss == pytest.approx((1 - restitution**2) * m * v**2 / (1 + 3 * np.cos(a) ** 2) / 2, rel=1e-13)
@@ -133,7 +136,7 @@ def test_friction_of_a_blow_slides_or_sticks(friction):
     lever = np.array([-r[1], r[0]])
     S = np.eye(2) / m + np.outer(lever, lever) / J
     stuck = np.linalg.solve(S, -v)
-    found = mp.impact(falling_rod(a, friction, v), closures=["floor"])
+    found = mp.multibody.impact(falling_rod(a, friction, v), closures=["floor"])
     sticks = abs(stuck[0]) <= friction * stuck[1]
     push = np.array([np.sign(stuck[0]) * friction, 1.0])
     p = stuck if sticks else push * (-v[1] / (S[1] @ push))
@@ -143,7 +146,9 @@ def test_friction_of_a_blow_slides_or_sticks(friction):
 
 
 def test_both_branches_of_friction_were_taken():
-    sticks = [mp.impact(falling_rod(0.7, f, (2.5, -3.0)), closures=["floor"]).sticks["floor"] for f in (0.05, 2.0)]
+    sticks = [
+        mp.multibody.impact(falling_rod(0.7, f, (2.5, -3.0)), closures=["floor"]).sticks["floor"] for f in (0.05, 2.0)
+    ]
     assert sticks == [False, True]
 
 
@@ -174,7 +179,7 @@ def ball(height=1.0, friction=0.0, speed=0.0, **options):
     )
     fall = mp.Joint(name="fall", type="free", parent="ground", child="ball", position=np.array([0, height, 0]),
                     velocity=np.array([speed, 0, 0]))  # fmt: skip
-    floor = mp.Closure(name="floor", type="point_on_plane", a="ground", b="ball.centre", axis=np.array([0, 1.0, 0]),
+    floor = Closure(name="floor", type="point_on_plane", a="ground", b="ball.centre", axis=np.array([0, 1.0, 0]),
                        friction_coefficient=friction, active=False, **options)  # fmt: skip
     return mp.System(bodies={"ball": point}, joints=(fall,), closures=(floor,), gravity=np.array([0, -G, 0]))
 
@@ -201,10 +206,10 @@ def test_a_blow_is_in_the_balance_of_a_turning_ground_and_of_a_mass_that_changes
     """What the blow took is that of the relative motion, and of the mass of the moment."""
     system = ball().with_(gravity=np.zeros(3), joints=(ball(speed=-0.5).joints[0].with_(velocity=[0.3, -2.0, 0]),))
     if change == "orbit":
-        system = system.with_(orbit=mp.Orbit(rate=0.3))
+        system = system.with_(orbit=mp.multibody.Orbit(rate=0.3))
     else:
-        fuel = mp.Depletion(
-            name="fuel", body="ball", levels=(mp.with_density_factor(system.bodies["ball"], 0.4),), mass="0.5-0.1*t"
+        fuel = mp.multibody.Depletion(
+            name="fuel", body="ball", levels=(mp.body.scaled(system.bodies["ball"], 0.4),), mass="0.5-0.1*t"
         )
         system = system.with_(depletions=(fuel,))
     bounce = mp.Event(name="bounce", when="floor.gap", direction=-1, impacts=("floor",), restitution=0.5)
@@ -231,8 +236,8 @@ def test_bounces_without_end_are_refused(e, rtol):
 def test_capture_friction_and_release(method):
     """A ball falls on the floor, sticks not, slides with ``mu g``, and flies off where the floor ends."""
     mu, v = 0.3, 4.0
-    system = ball(friction=mu, speed=v, transition_velocity=1e-4)
-    edge = mp.Closure(name="edge", type="point_on_plane", a="ground", b="ball.centre", axis=np.array([1.0, 0, 0]),
+    system = ball(friction=mu, speed=v, sliding=1e-4)
+    edge = Closure(name="edge", type="point_on_plane", a="ground", b="ball.centre", axis=np.array([1.0, 0, 0]),
                       position=np.array([3.0, 0, 0]), active=False)  # fmt: skip
     system = system.with_(closures=(*system.closures, edge))
     events = (
@@ -259,9 +264,8 @@ def test_capture_friction_and_release(method):
 def test_a_bead_slides_down_a_wire():
     """On a line at a to the horizontal: ``g (sin a - mu cos a) t^2 / 2``; the force across is ``m g cos a``."""
     a, mu = 0.6, 0.25
-    wire = mp.Closure(name="wire", type="point_on_line", a="ground", b="ball.centre", friction_coefficient=mu,
-                      transition_velocity=1e-5,
-                      axis=np.array([np.cos(a), -np.sin(a), 0]))  # fmt: skip
+    wire = Closure(name="wire", type="point_on_line", a="ground", b="ball.centre", friction_coefficient=mu,
+                      transition_velocity=1e-5, axis=np.array([np.cos(a), -np.sin(a), 0]))  # fmt: skip
     run = mp.simulate(ball(height=0.0).with_(closures=(wire,)), t_end=1.0, rtol=1e-9)
     travel = np.linalg.norm(run["ball.centre.position"], axis=1)
     np.testing.assert_allclose(travel, G * (np.sin(a) - mu * np.cos(a)) * run.time**2 / 2, atol=1e-4)  # it starts loose
@@ -286,7 +290,7 @@ def test_a_particle_leaves_a_sphere_where_it_pulls():
     a, R = 0.2, 2.0
     system = ball(height=0.0)
     joint = system.joints[0].with_(position=R * np.array([np.sin(a), np.cos(a), 0]))
-    sphere = mp.Closure(name="sphere", type="distance", a="ground", b="ball.centre", length=R)
+    sphere = Closure(name="sphere", type="distance", a="ground", b="ball.centre", length=R)
     system = system.with_(joints=(joint,), closures=(sphere,))
     off = mp.Event(name="off", when="sphere.multiplier", direction=-1, deactivates=("sphere",))
     run = mp.simulate(system, t_end=1.6, output_step=0.01, rtol=1e-10, events=(off,))
@@ -306,7 +310,7 @@ def test_a_latch_holds_the_angle_at_its_event():
         mp.Joint(name="turn", type="revolute", parent="ground", child="hub", rate=1.0),
         mp.Joint(name="wing", type="revolute", parent="hub.root", child="rod", angle=-1.0, rate=2.0),
     )
-    latch = mp.Coupler(name="latch", factors={"wing": 1.0}, active=False)
+    latch = mp.multibody.Coupler(name="latch", factors={"wing": 1.0}, active=False)
     system = mp.System(bodies={"hub": hub, "rod": rod()}, joints=joints, closures=(latch,))
     stop = mp.Event(name="stop", when="wing.angle - 0.3", activates=("latch",))
     run = mp.simulate(system, t_end=2.0, output_step=0.1, events=(stop,))
@@ -324,10 +328,10 @@ def test_a_drive_that_goes_on_through_a_blow_does_work():
     """The latch of a wing on a hub whose turn is prescribed: the drive's impulse counts in the energy balance."""
     hub = rigid_body("hub", mass=3.0, centre=np.zeros(3), inertia=0.4 * np.eye(3), interfaces={"root": np.zeros(3)})
     joints = (
-        mp.Joint(name="turn", type="revolute", parent="ground", child="hub", motion=mp.TimeFunction("1.5*t")),
+        mp.Joint(name="turn", type="revolute", parent="ground", child="hub", motion=mp.multibody.TimeFunction("1.5*t")),
         mp.Joint(name="wing", type="revolute", parent="hub.root", child="rod", angle=-1.0, rate=2.0),
     )
-    latch = mp.Coupler(name="latch", factors={"wing": 1.0}, active=False)
+    latch = mp.multibody.Coupler(name="latch", factors={"wing": 1.0}, active=False)
     stop = mp.Event(name="stop", when="wing.angle - 0.3", activates=("latch",))
     run = mp.simulate(mp.System(bodies={"hub": hub, "rod": rod()}, joints=joints, closures=(latch,)), t_end=2.0,
                       events=(stop,))  # fmt: skip
@@ -342,12 +346,10 @@ def test_friction_equals_the_dense_solution_on_random_trees(seed):
     system = random_tree(seed, root="free", most=1 if seed % 3 == 0 else 5)
     axis = np.random.default_rng(seed).normal(size=3)
     closures = [
-        mp.Closure(
-            name=kind, type=kind, a="ground", b=end, axis=axis, friction_coefficient=0.1, transition_velocity=0.3
-        )
+        Closure(name=kind, type=kind, a="ground", b=end, axis=axis, friction_coefficient=0.1, transition_velocity=0.3)
         for kind, end in (("point_on_line", "b0.a"), ("point_on_plane", "b1.b"))
     ]
-    gone = mp.Closure(name="gone", type="spherical", a="b0.b", b="b1.a", active=False)
+    gone = Closure(name="gone", type="spherical", a="b0.b", b="b1.a", active=False)
     system = system.with_(closures=(*closures, gone))
     y, motion = random_state(system, seed), np.zeros((len(pack(system).links), 3))
     run = Evaluation(system, y, motion)
@@ -362,10 +364,14 @@ def test_friction_equals_the_dense_solution_on_random_trees(seed):
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: mp.impact(ball(), closures=["flor"]), "closure 'flor' does not exist; did you mean 'floor'"),
-        (lambda: mp.impact(ball(), closures=["floor"], restitution=1.5), "restitution = 1.5"),
+        (lambda: mp.multibody.impact(ball(), closures=["flor"]), "closure 'flor' does not exist; did you mean 'floor'"),
+        (lambda: mp.multibody.impact(ball(), closures=["floor"], restitution=1.5), "restitution = 1.5"),
         (lambda: mp.Event(name="e", when="t", restitution=-1.0), "restitution = -1"),
-        (lambda: ball(transition_velocity=0.0), "transition_velocity = 0 must be positive"),
+        (lambda: ball(sliding=0.0), "sliding = 0 positive"),
+        (
+            lambda: Closure(name="c", type="weld", a="a.b", b="ground", friction_coefficient=0.1),
+            "weld closure has no friction",
+        ),
         (
             lambda: mp.Closure(name="c", type="weld", a="a.b", b="ground", friction_coefficient=0.1),
             "weld closure has no friction",

@@ -202,7 +202,7 @@ def test_stiff_swing_needs_few_implicit_steps():
 def test_methods_agree_under_prescribed_motion():
     """Spin-up of the beam: work of the motor, restart at the end of the ramp."""
     law = [(0.5, "t**2"), (float("inf"), "t - 0.25")]
-    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.TimeFunction(law))
+    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.multibody.TimeFunction(law))
     system = mp.System(bodies={"beam": uniform_beam(modes=3)}, joints=(hub,))
     runs = [mp.simulate(system, t_end=1.0, output_step=0.1, method=m, rtol=1e-8) for m in METHODS]
     for run in runs:
@@ -213,7 +213,7 @@ def test_methods_agree_under_prescribed_motion():
 
 def test_damped_hinge_is_the_oscillator():
     """A spring and damper in a hinge, treated implicitly, against the closed form."""
-    element = mp.HingeElement(stiffness=40.0, damping=0.6)
+    element = mp.multibody.HingeElement(stiffness=40.0, damping=0.6)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="rod", angle=0.3, elements=element)
     system = mp.System(bodies={"rod": rigid_rod()}, joints=(hinge,))
     J = 1 / 3
@@ -244,7 +244,7 @@ def test_time_of_a_zero_crossing(method):
 
 def test_event_of_a_function_and_of_a_stop():
     """Free fall of a slider onto its limit, and the rebound: ``sqrt(2 h / g)``."""
-    stop = mp.HingeElement(lower=0.0, limit_stiffness=1e6)
+    stop = mp.multibody.HingeElement(lower=0.0, limit_stiffness=1e6)
     slide = mp.Joint(
         name="slide", type="prismatic", parent="ground", child="rod", axis=np.array([0, 1.0, 0]), displacement=0.2,
         elements=stop,
@@ -259,8 +259,8 @@ def test_event_of_a_function_and_of_a_stop():
 
 def test_callbacks_run_in_the_same_loop():
     """A damper as a Python function equals the packed one, in every method."""
-    brake = mp.Callback(name="brake", function=lambda t, state: {"hinge": -0.7 * state.joint("hinge").rate})
-    packed = pendulum(elements=mp.HingeElement(damping=0.7))
+    brake = mp.multibody.Callback(name="brake", function=lambda t, state: {"hinge": -0.7 * state.joint("hinge").rate})
+    packed = pendulum(elements=mp.multibody.HingeElement(damping=0.7))
     for method in METHODS:
         options = {"t_end": 0.3, "output_step": 0.1, "method": method, "rtol": 1e-6}
         called = mp.simulate(pendulum().with_(loads=(brake,)), **options)
@@ -274,7 +274,7 @@ def test_what_a_callback_raises_comes_through():
         return {}
 
     with pytest.raises(ZeroDivisionError, match="no gain"):
-        mp.simulate(pendulum().with_(loads=(mp.Callback(name="broken", function=broken),)), t_end=1.0)
+        mp.simulate(pendulum().with_(loads=(mp.multibody.Callback(name="broken", function=broken),)), t_end=1.0)
 
 
 def test_infinite_load_names_body_and_time():

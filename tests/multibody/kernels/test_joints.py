@@ -89,7 +89,7 @@ def test_steady_conical_pendulum(kind):
 
 def test_driven_slide_gives_its_force():
     """A prismatic joint moved as sin(t) along z bears weight and inertia."""
-    system = single(type="prismatic", motion=mp.TimeFunction("sin(t)"))
+    system = single(type="prismatic", motion=mp.multibody.TimeFunction("sin(t)"))
     run = mp.simulate(system, t_end=2.0)
     np.testing.assert_allclose(run["j.displacement"], np.sin(run.time), atol=1e-9)
     np.testing.assert_allclose(run["j.drive"], 2 * (9.81 - np.sin(run.time)), rtol=1e-8)

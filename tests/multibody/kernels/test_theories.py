@@ -21,7 +21,7 @@ def test_errors_of_simpler_theories_are_of_second_order_in_the_spin():
     for e in (0.05, 0.1):
         spin = np.array([0, 0, e * 2 * np.pi * still])
         theories = {"consistent": body, "conventional": body.conventional(), "ruthless": body.ruthless()}
-        found[e] = {name: mp.spin_modes(b, spin).frequency[0] / still - 1 for name, b in theories.items()}
+        found[e] = {name: mp.multibody.spin_modes(b, spin).frequency[0] / still - 1 for name, b in theories.items()}
     assert found[0.05]["consistent"] / 0.05**2 == pytest.approx(0.0967, rel=0.02)  # e^4 and stretch
     assert found[0.05]["conventional"] / 0.05**2 == pytest.approx(-0.5, rel=0.02)
     assert abs(found[0.1]["ruthless"]) < 1e-12
@@ -49,8 +49,8 @@ def test_ruthless_system_keeps_its_energy():
 def test_frozen_stiffness_is_right_at_its_spin_alone():
     body, spin = uniform_beam(modes=5), np.array([0, 0, 6.0])
     frozen = linearised_geometric_stiffness(body, spin)
-    same = [mp.spin_modes(b, spin).frequency for b in (body, frozen)]
-    other = [mp.spin_modes(b, spin / 3).frequency for b in (body, frozen)]
+    same = [mp.multibody.spin_modes(b, spin).frequency for b in (body, frozen)]
+    other = [mp.multibody.spin_modes(b, spin / 3).frequency for b in (body, frozen)]
     np.testing.assert_allclose(*same, rtol=1e-10)
     assert other[1][0] > 1.3 * other[0][0]
     with pytest.raises(mp.InputError, match="buckles"):

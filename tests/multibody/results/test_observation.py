@@ -15,7 +15,7 @@ from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.joint import TRANSLATIONS
-from modalprep.multibody.model.loads import AxialSpring
+from modalprep.multibody.model.loads import AxialSpring, locate
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import dense_constraints
 from modalprep.multibody.reference.equations import body_equations, body_states, energy_and_momentum, node_motion
@@ -191,7 +191,7 @@ def test_channels_of_random_trees(seed, most):
 @pytest.mark.parametrize("seed", range(8))
 def test_channels_of_loaded_trees(seed):
     system = loaded_tree(seed)
-    system = system.with_(loads=tuple(load for load in system.loads if not isinstance(load, mp.Callback)))
+    system = system.with_(loads=tuple(load for load in system.loads if not isinstance(load, mp.multibody.Callback)))
     o = Observed(system, random_state(system, seed))
     agrees_with_the_dense_twin(o)
     power = dense_loads(system, o.packed, o.y, o.motion, T).power
@@ -227,7 +227,7 @@ def test_channels_of_closed_loops(seed):
 
 def generalised(o, closure):
     """Generalised forces (nu,) of a closure's channels: on b at b, the opposite on a at the same place."""
-    one, two = (mp.multibody.loads.locate(o.system.bodies, end, closure.name) for end in (closure.a, closure.b))
+    one, two = (locate(o.system.bodies, end, closure.name) for end in (closure.a, closure.b))
     turn = o.turn(*one) if one else np.eye(3)
     wrench = np.append(turn @ o.found[f"{closure.name}.force"], turn @ o.found[f"{closure.name}.torque"])
     place = closure.position

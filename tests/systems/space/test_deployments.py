@@ -33,12 +33,12 @@ def test_beam_that_goes_in():
     """Case B, order two: 20 rods are out by the square of what 10 are."""
     worst = []
     for segments in (10, 20):
-        boom = mp.Deployment(
+        boom = mp.multibody.Deployment(
             name="boom", parent="ground", length=10.0, segments=segments, mass_per_length=1.2, EI=1.4e4,
             deployed_length="10 - t/2", deflection=0.1,
         )  # fmt: skip
-        system = mp.DeployingSystem(bodies={}, joints=(), deployments=(boom,))
-        run = mp.simulate_deployment(system, t_end=10.0, output_step=0.1, rtol=1e-6, method="explicit")
+        system = mp.multibody.DeployingSystem(bodies={}, joints=(), deployments=(boom,))
+        run = mp.multibody.simulate_deployment(system, t_end=10.0, output_step=0.1, rtol=1e-6, method="explicit")
         worst.append(np.sqrt(np.mean((at(run, run["boom1.tip.position.y"]) - IN) ** 2)))
     assert worst[1] < 4e-3
     assert 3.0 < worst[0] / worst[1]
@@ -104,5 +104,5 @@ def test_command_line(tmp_path):
     file = tmp_path / "boom.toml"
     file.write_text(BOOM.format(key='deployed_length = "0.6 + t"', more='output = ["boom.rods", "boom1.tip.position"]'))
     assert main(["simulate", str(file), "--output", str(tmp_path)]) == 0
-    assert mp.read_csv(tmp_path / "boom" / "boom-run.csv")["boom.rods"][-1] == 4
+    assert mp.formats.read_csv(tmp_path / "boom" / "boom-run.csv")["boom.rods"][-1] == 4
     assert main(["simulate", str(file), "--animate", str(tmp_path / "film.gif")]) == 2

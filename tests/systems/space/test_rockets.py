@@ -80,7 +80,7 @@ def test_commanded_nozzle_turns_the_rocket():
     nozzle = mp.rigid_body("nozzle", mass=1e-2, centre=np.zeros(3), inertia=1e-2 * np.eye(3),
                            interfaces={"hinge": np.zeros(3)})  # fmt: skip
     command = 1e-3
-    motion = (mp.TimeFunction(command), mp.TimeFunction(0))
+    motion = (mp.multibody.TimeFunction(command), mp.multibody.TimeFunction(0))
     gimbal = mp.Joint(name="gimbal", type="universal", parent="rocket.tail", child="nozzle",
                       second_axis=np.array([0, 1.0, 0]), motion=motion)  # fmt: skip
     flight = mp.Joint(name="flight", type="free", parent="ground", child="rocket")

@@ -12,6 +12,7 @@ from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 LARGEST = 0.3  # step, in scales of the coordinates: a third of a radian, of a body's size
 CONVERGED = 1e-12  # step
@@ -30,7 +31,7 @@ class Equilibrium(Record):
     Attributes
     ----------
     y : (nx + nu,)
-        State as `layout` packs it, speeds zero.
+        State, speeds zero; `joints` and `modal` have its coordinates by name.
     stable : bool
         Whether the stiffness is positive definite; False also for a neutral equilibrium.
     stiffness : (n, n)
@@ -72,12 +73,22 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     steady : bool
         Whether prescribed hinges move at their rate: equilibrium relative to a steady motion. Otherwise they are fixed.
 
+    Returns
+    -------
+    Equilibrium
+        The state, whether it is stable, and its coordinates by name.
+
     Raises
     ------
     SimulationError
         When no equilibrium is found; the message names the joint. When closed loops move in the steady motion.
     InputError
         When a loop cannot be closed.
+
+    References
+    ----------
+    Theory 5.6.
+    J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., Springer 2006, chapters 3 and 11.
 
     Examples
     --------
@@ -93,6 +104,7 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     >>> round(float(20 * angle + 10 * np.cos(angle)), 12)
     0.0
     """
+    refuse_other("static_equilibrium: the system", System, system)
     evaluator = Evaluator(system, t)
     y = evaluator.start.copy()
     y[evaluator.nx :] = 0.0

@@ -18,7 +18,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.tree import Packed, pack
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 MAX_STEPS = 30  # Newton steps of a quasi-static solution
 CONVERGED = 1e-11  # Newton step, in scales of the coordinates
@@ -37,7 +37,7 @@ class InverseDynamics(Record):
     modal : dict of (nt, n)
         Modal coordinates of each body.
     y, udot : (nt, nx + nu), (nt, nu)
-        States and accelerations.
+        States, which `coordinates` reads by name, and accelerations.
     """
 
     time: np.ndarray
@@ -51,6 +51,17 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
     """Return the generalised forces (nu,) that a state and its accelerations require besides the loads, in O(n).
 
     The inverse of forward dynamics: the modal rows vanish where the modal accelerations are those of the motion.
+
+    Returns
+    -------
+    (nu,) float
+        N, N m, and the modal rows in m sqrt(kg) / s^2.
+
+    References
+    ----------
+    J. Y. S. Luh, M. W. Walker, R. P. C. Paul, On-line computational scheme for mechanical manipulators,
+    J. Dyn. Syst. Meas. Control 102 (1980) 69.
+    Theory 5.2.
 
     Examples
     --------
@@ -97,6 +108,11 @@ def inverse_dynamics(
     rtol : float
         Relative tolerance of the integration of modes and joints without a history.
 
+    Returns
+    -------
+    InverseDynamics
+        Forces (N) and torques (N m) over the times, by joint, and all coordinates.
+
     Raises
     ------
     InputError
@@ -104,6 +120,10 @@ def inverse_dynamics(
         more histories than degrees of freedom.
     SimulationError
         When the integration fails, the loops cannot be closed, or no quasi-static deflection is found.
+
+    References
+    ----------
+    Theory 5.2.
 
     Examples
     --------
@@ -116,6 +136,7 @@ def inverse_dynamics(
     >>> found.force["hinge"][:, 0].tolist()
     [12.0, 12.0]
     """
+    refuse_other("inverse_dynamics: the system", System, system)
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or not len(times) or np.any(np.diff(times) <= 0):
         raise InputError("inverse dynamics: the times must ascend")

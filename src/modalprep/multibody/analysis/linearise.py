@@ -15,6 +15,7 @@ from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import FREE, SPHERICAL, U
 from modalprep.multibody.model.system import System
+from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 PLACE_STEP, SPEED_STEP = 0.05, 1.0  # initial steps, in scales of the coordinates and of their rates
@@ -36,12 +37,21 @@ def linearise(
     Parameters
     ----------
     y : (nx + nu,)
-        State as `layout` packs it, such as `static_equilibrium(system).y`; default: the start values of the joints.
-        Open loops are closed.
+        State, such as `static_equilibrium(system).y`; default: the start of the joints. Loops that it leaves open
+        are closed.
     t : float
         s, at which functions of time are taken; prescribed hinges move as they do then.
     inputs, outputs : sequence of str
-        See `inputs_outputs.Input` and `inputs_outputs.output`.
+        Inputs ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N) and
+        ``.torque.z`` (N m), inertial axes. Outputs ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed``
+        (``.angle.2`` the second), ``body.modal.3``, ``body.stress.point.xx``, ``body.interface.position.x``,
+        ``.rotation``, ``.velocity``, ``.angular_velocity``, ``.acceleration`` and
+        ``.angular_acceleration``, inertial axes.
+
+    Returns
+    -------
+    StateSpace
+        The four matrices in the independent coordinates, with estimates of their errors.
 
     Raises
     ------
@@ -49,6 +59,12 @@ def linearise(
         When a name is not known in the system, the state has another size, or a loop cannot be closed.
     SimulationError
         When the mass matrix is not positive, or closed loops are in a singular position.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 9.4 (independent coordinates of closed loops);
+    theory 5.6.
+    L. F. Richardson, The deferred approach to the limit, Phil. Trans. R. Soc. A 226 (1927) 299.
 
     Examples
     --------
@@ -62,6 +78,7 @@ def linearise(
     >>> linear.A.round(9).tolist(), linear.B.round(9).tolist(), linear.C.tolist()
     ([[0.0, 1.0], [-9.0, -0.2]], [[0.0], [0.5]], [[1.0, 0.0]])
     """
+    refuse_other("linearise: the system", System, system)
     evaluator = Evaluator(system, t)
     y = evaluator.start if y is None else np.array(y, dtype=float)
     if y.shape != (evaluator.nx + evaluator.nu,) or not np.all(np.isfinite(y)):

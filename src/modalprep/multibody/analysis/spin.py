@@ -10,6 +10,7 @@ from scipy.linalg import eigvals
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import steady_mass
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 
@@ -36,6 +37,15 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     acceleration : (3,)
         Steady specific acceleration A of the root in the body frame, m/s^2.
 
+    Returns
+    -------
+    SpinModes
+        Eigenvalues (1/s), frequencies (Hz), damping ratios and shapes.
+
+    References
+    ----------
+    Theory 4.4.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -44,6 +54,7 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     >>> bool(np.allclose(still.frequency, body.frequency)), bool(spinning.frequency[0] > still.frequency[0])
     (True, True)
     """
+    refuse_other("spin_modes: the body", FlexibleBody, body)
     A = np.zeros(3) if acceleration is None else np.asarray(acceleration, dtype=float)
     w = skew(np.asarray(spin, dtype=float))
     W = w @ w

@@ -29,13 +29,17 @@ class StateSpace(Record):
     R : (nu, n)
         Derivative of all coordinates by the independent ones.
     y : (nx + nu,)
-        The state.
+        The state; `coordinates` reads it by name.
     udot : (nu,)
         Accelerations there; zero at rest or in a steady motion.
     error : float
         Largest estimated error of an entry, relative to the largest entry of its matrix.
     error_estimate : (2 n, 2 n)
         Estimated error of each entry of A.
+
+    References
+    ----------
+    Theory 5.6.
     """
 
     A: np.ndarray
@@ -52,6 +56,22 @@ class StateSpace(Record):
     error: float
     error_estimate: np.ndarray
 
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the 2 n numbers of z: ``hinge``, ``ball.2``, ``arm.modal.1``, then ``hinge.rate`` and so on."""
+        number = [sum(each == of for each in self.owner[:k]) + 1 for k, of in enumerate(self.owner)]
+        counts = {of: self.owner.count(of) for of in self.owner}
+        names = [
+            f"{name}.modal.{number[k]}"
+            if kind == "body"
+            else name
+            if counts[kind, name] == 1
+            else f"{name}.{number[k]}"
+            for k, (kind, name) in enumerate(self.owner)
+        ]
+        kept = tuple(names[k] for k in self.independent)
+        return (*kept, *(f"{name}.rate" for name in kept))
+
 
 def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     """Return ``C (i omega - A)^-1 B + D`` (nf, no, ni): outputs per unit of harmonic inputs.
@@ -61,10 +81,19 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     frequency : (nf,)
         Hz.
 
+    Returns
+    -------
+    (nf, no, ni) complex
+        Unit of the output per unit of the input.
+
     Raises
     ------
     InputError
         When there are no inputs or outputs, or a frequency is an undamped pole.
+
+    References
+    ----------
+    Theory 5.6.
 
     Examples
     --------

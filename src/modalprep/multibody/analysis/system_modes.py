@@ -12,6 +12,7 @@ from modalprep.multibody.analysis.linearise import linearise
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 UNCERTAIN = 10.0  # a root below this multiple of its estimated error counts as zero
 
@@ -62,8 +63,18 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
 
     About a steady motion the shapes are relative to the moving reference. Rigid-body motions have double zero roots,
     which round-off splits; a root within its first-order error (Wilkinson 1965, chapter 2: ``y E x / y x``, E the error
-    of A) is set to zero, and a pair of them counts once.
+    of A) counts as zero, and a pair of them once.
+
+    Returns
+    -------
+    SystemModes
+        Eigenvalues (1/s) and mode shapes by ascending frequency (Hz).
+
+    References
+    ----------
+    J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter 2.
     """
+    refuse_other("system_modes: the system", System, system)
     ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
     names = [f"{end}.{what}.{axis}" for end in ends for what in ("position", "rotation") for axis in AXES]
     linear = linearise(system, y, t, outputs=names)

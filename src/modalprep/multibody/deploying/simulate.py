@@ -48,12 +48,21 @@ def simulate_deployment(
     are NaN. The root of the innermost rod lies on the straight continuation of the rod behind the exit. `Result.events`
     has the times of ``<deployment>.insert``, ``.remove``, ``.unlock``, ``.lock``, ``.kink`` and ``.stop``.
 
+    Returns
+    -------
+    Result
+        As of `simulate`, with the channels above.
+
     Raises
     ------
     InputError
         When a deployed length exceeds the total length, or a time or tolerance is not positive.
     SimulationError
         When the run cannot go on.
+
+    References
+    ----------
+    Theory 9.3.
 
     Examples
     --------

@@ -56,7 +56,13 @@ class DeployingSystem(Record):
         self.full()
 
     def at(self, stages: list[Stage], start: dict[str, dict] | None = None) -> System:
-        """Return the system with the rods of these stages; `start` has initial values of joints by name."""
+        """Return the system with the rods of these stages; `start` has initial values of joints by name.
+
+        Returns
+        -------
+        System
+            With the rods that are deployed then.
+        """
         bodies, joints = dict(self.bodies), list(self.joints)
         for d, stage in zip(self.deployments, stages, strict=True):
             new = _bodies(d, stage)
@@ -73,6 +79,11 @@ class DeployingSystem(Record):
 
         rotation : (3, 3) of that rod in the exit's frame; velocity, spin : (3,) of its root, relative to the exit, in
         its own frame.
+
+        Returns
+        -------
+        System
+            Of one rod less.
         """
         full, stage = self.at(stages), stages[self.deployments.index(d)]
         removed = {d.exit_body, f"{d.name}{stage.rods}"}
@@ -86,8 +97,14 @@ class DeployingSystem(Record):
         return full.with_(bodies=bodies, joints=(*kept, free))
 
     def full(self) -> System:
-        """Return the system with everything deployed."""
-        return self.at([Stage(rods=d.segments, locked=False, length=TimeFunction(d.length)) for d in self.deployments])
+        """Return the system with everything out.
+
+        Returns
+        -------
+        System
+            Of all rods.
+        """
+        return self.at([Stage(rods=d.segments, locked=False, law=TimeFunction(d.length)) for d in self.deployments])
 
 
 def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:

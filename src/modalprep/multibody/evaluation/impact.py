@@ -23,7 +23,7 @@ from modalprep.multibody.kernels.constraints import RANK_TOLERANCE
 from modalprep.multibody.kernels.data import Scratch
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 MOST_SWEEPS, SETTLED = 2000, 1e-13  # of friction and normal impulses against each other
 
@@ -37,7 +37,7 @@ class Impact(Record):
     t : float
         s.
     y : (nx + nu,)
-        State after it, as `layout` packs it; the coordinates are those before.
+        State after it; the coordinates are those before. `coordinates` reads it by name.
     impulse : dict
         ``name.force`` (3,) N s and ``name.torque`` (3,) N m s on b, at b, in a's axes; ``name.multiplier`` of couplers.
     energy_loss : float
@@ -80,12 +80,21 @@ def impact(
     t : float
         s, at which functions of time are taken.
 
+    Returns
+    -------
+    Impact
+        Speeds after, impulses (N s, N m s) and the energy lost (J).
+
     Raises
     ------
     InputError
         When a name is unknown, or the restitution is not between 0 and 1.
     SimulationError
         When no impulse is found that satisfies Coulomb's law.
+
+    References
+    ----------
+    F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8; theory 9.4.
 
     Examples
     --------
@@ -104,6 +113,7 @@ def impact(
     >>> caught.impulse["pin.force"].round(12) + 0.0, round(caught.energy_loss, 12)
     (array([0.  , 0.25, 0.  ]), 0.125)
     """
+    refuse_other("impact: the system", System, system)
     names = [closure.name for closure in system.closures]
     for name in closures:
         refuse_unknown(name, names, "impact: closure")

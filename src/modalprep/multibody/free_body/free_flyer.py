@@ -128,12 +128,21 @@ def simulate_free_body(
         Momenta are exact for every body; efficient variables have a constant mass matrix and need modes closed under
         rotation, without geometric stiffness.
 
+    Returns
+    -------
+    FreeBodyMotion
+        Places, orientations, modal coordinates and momenta over the times.
+
     Raises
     ------
     InputError
         When the variables are unknown, or efficient variables do not apply to the body.
     SimulationError
         When the integration stops.
+
+    References
+    ----------
+    Theory 4.4 and 4.8.
 
     Examples
     --------

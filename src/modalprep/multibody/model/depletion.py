@@ -64,11 +64,27 @@ class Depletion(Record):
         super().__post_init__()
 
     def by_mass(self, body: FlexibleBody) -> list[FlexibleBody]:
-        """Return all levels, the lightest first; `body` is that of the system."""
+        """Return all levels, the lightest first; `body` is that of the system.
+
+        Returns
+        -------
+        list of FlexibleBody
+            In the order of their masses.
+        """
         return sorted((body, *self.levels), key=lambda level: level.m)
 
     def at(self, body: FlexibleBody, t: float) -> FlexibleBody:
-        """Return the body as it is at time t (s)."""
+        """Return the body as it is at time t (s).
+
+        Returns
+        -------
+        FlexibleBody
+            Of the mass that the function of time has then.
+
+        References
+        ----------
+        Theory 9.2.
+        """
         levels, m = self.by_mass(body), self.mass(t)[0]
         k = next((k for k in range(1, len(levels)) if m <= levels[k].m), len(levels) - 1)
         return interpolate(levels[k - 1], levels[k], m)
@@ -81,6 +97,11 @@ def deplete(full: float, empty: float, rates: float | Sequence[tuple[float, floa
     ----------
     rates : float or sequence of (until, rate)
         kg/s; of a throttled engine the rate of each interval up to its end (s), and none after the last interval.
+
+    Returns
+    -------
+    TimeFunction
+        kg over s.
 
     Raises
     ------
@@ -181,11 +202,23 @@ class ExpelledGas(Record):
         return (*self.flow_path, self.at)
 
     def flow(self, t: float) -> float:
-        """Return the mass flow rate through this exit, kg/s."""
-        return -self.mass_fraction * self.source(t)[1]
+        """Return the mass that leaves here, kg/s.
+
+        Returns
+        -------
+        float
+            kg/s.
+        """
+        return -self.share * self.source(t)[1]
 
     def thrust(self, t: float) -> float:
-        """Return the thrust, N."""
+        """Return the thrust, N.
+
+        Returns
+        -------
+        float
+            N, against the direction of the jet.
+        """
         flow = self.flow(t)
         return flow * self.speed + (self.pressure if flow > 0 else 0.0)
 

@@ -31,6 +31,10 @@ class CentralGravity(Record):
     centre : (3,)
         m, inertial.
 
+    References
+    ----------
+    P. C. Hughes, Spacecraft Attitude Dynamics, Wiley 1986, section 8.1.
+
     Examples
     --------
     >>> CentralGravity(mu=3.986004418e14).centre
@@ -133,13 +137,32 @@ class Orbit(Record):
 
     @classmethod
     def circular(cls, radius: float, mu: float = EARTH_MU, **others) -> Orbit:
-        """Return the orbit of a radius (m) about a planet of gravitational constant times mass mu (m^3/s^2)."""
+        """Return the orbit of a radius (m) about a planet of gravitational constant times mass mu (m^3/s^2).
+
+        Returns
+        -------
+        Orbit
+            With the rate ``sqrt(mu / radius^3)`` (rad/s).
+
+        References
+        ----------
+        Theory 9.1.
+        """
         if not (0 < radius < float("inf") and 0 < mu < float("inf")):
             raise InputError(f"orbit: radius = {radius:g} and mu = {mu:g} must be positive (m and m^3/s^2)")
         return cls(rate=float(np.sqrt(mu / radius**3)), radius=radius, **others)
 
     def semi_major_axis(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
         """Return the semi-major axis (m) of the osculating orbits of points, from positions and velocities (..., 3).
+
+        Returns
+        -------
+        (...) float
+            m; negative on a hyperbola.
+
+        References
+        ----------
+        Theory 9.1.
 
         Examples
         --------

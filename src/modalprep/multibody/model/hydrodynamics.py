@@ -67,7 +67,13 @@ class Water(Record):
         super().__post_init__()
 
     def at(self, depth: float) -> np.ndarray:
-        """Return the current (3,) at a depth (m)."""
+        """Return the current (3,) at a depth (m).
+
+        Returns
+        -------
+        (3,) float
+            m/s, inertial axes.
+        """
         return np.array([np.interp(depth, self.depths, column) for column in self.current.T])
 
 

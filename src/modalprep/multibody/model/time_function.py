@@ -65,7 +65,13 @@ class TimeFunction:
 
     @classmethod
     def of(cls, value: Any) -> TimeFunction:
-        """Return `value` if it is one already, else a new one of a number, an expression or pieces."""
+        """Return `value` if it is one already, else a new one of a number, an expression or pieces.
+
+        Returns
+        -------
+        TimeFunction
+            The function.
+        """
         return value if isinstance(value, cls) else cls(value)
 
     @classmethod
@@ -77,6 +83,11 @@ class TimeFunction:
         t : (n,)
             s, from 0 or earlier to the end of the simulation or later.
         values : (n,)
+
+        Returns
+        -------
+        TimeFunction
+            A piece between each two jumps.
 
         Raises
         ------
@@ -106,6 +117,11 @@ class TimeFunction:
     def sampled(cls, function: Callable[[float], float], until: float) -> TimeFunction:
         """Return the quintic spline of a Python function on [0, until], refined to a relative error of 1e-11.
 
+        Returns
+        -------
+        TimeFunction
+            Of one piece, with four continuous derivatives.
+
         Raises
         ------
         InputError
@@ -134,7 +150,13 @@ class TimeFunction:
         )
 
     def __call__(self, t: float) -> tuple[float, float, float]:
-        """Return value, rate and acceleration at time t; an `InputError` where they are not finite."""
+        """Return value, rate and acceleration at time t; an `InputError` where they are not finite.
+
+        Returns
+        -------
+        (3,) float
+            Unit of the value, that per s, per s^2.
+        """
         piece = next((p for p in self.pieces if t < p.until), self.pieces[-1])
         value, rate, acceleration = checked(piece, np.array([t]))[:, 0].tolist()
         return value, rate, acceleration

@@ -142,13 +142,13 @@ def _find(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
 
 
 def _beam(table: Any, materials: Materials) -> Beam:
-    material, shear = _find(table.material, materials, (Material,)), table.theory == "timoshenko"
+    material = _find(table.material, materials, (Material,))
     more = {"offset": tuple(table.offset), "nsm": table.nsm}
     if table.section is not None:
         sizes = table.section.model_dump(exclude={"shape"}, exclude_none=True)
-        return beam_section(table.section.shape, material, up=tuple(table.up), shear=shear, **sizes, **more)
+        return beam_section(table.section.shape, material, up=tuple(table.up), theory=table.theory, **sizes, **more)
     values = table.model_dump(include={"A", "Iy", "Iz", "J", "ky", "kz"}, exclude_none=True)
-    return Beam(material=material, up=tuple(table.up), shear=shear, **values, **more)
+    return Beam(material=material, up=tuple(table.up), theory=table.theory, **values, **more)
 
 
 def _truss(table: Any, materials: Materials) -> Truss:
@@ -178,7 +178,9 @@ def _mass(table: Any, materials: Materials) -> PointMass:
 
 
 def _spring(table: Any, materials: Materials) -> Spring:
-    return Spring(k=(*table.translation, *table.rotation), up=tuple(table.up), location=table.location)
+    return Spring(
+        translation=tuple(table.translation), rotation=tuple(table.rotation), up=tuple(table.up), location=table.location
+    )
 
 
 SECTIONS = {"beam": _beam, "truss": _truss, "shell": _shell, "solid": _solid, "mass": _mass, "spring": _spring}

@@ -18,7 +18,7 @@ from modalprep.reduction.basis import Reduction
 from modalprep.reduction.craig_bampton import craig_bampton, guyan
 from modalprep.reduction.damping import Ratio, Rayleigh
 from modalprep.reduction.error import ReductionError, reduction_error, to_target
-from modalprep.reduction.free_interface import free_interface, improved_guyan
+from modalprep.reduction.free_interface_basis import free_interface, improved_guyan
 from modalprep.reduction.loads import Load, nodal_load
 from modalprep.reduction.notes import dropped_in_band
 

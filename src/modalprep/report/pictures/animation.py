@@ -48,6 +48,11 @@ def animate_mode(
     size : (int, int)
         Width and height in pixels; even numbers for an .mp4.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

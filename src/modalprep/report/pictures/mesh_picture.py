@@ -53,6 +53,11 @@ def render_findings(
     path : path
         A .png or .jpg file.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

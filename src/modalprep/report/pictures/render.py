@@ -87,6 +87,11 @@ def render_mode(
     ----------
     colour : {"displacement", "energy"}
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
@@ -105,6 +110,11 @@ def render_mode(
 
 def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
     """Draw the undeformed mesh with its interfaces.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------

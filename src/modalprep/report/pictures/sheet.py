@@ -32,6 +32,11 @@ def contact_sheet(
     columns : int, optional
         Pictures in a row; by default the sheet is slightly wider than high.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

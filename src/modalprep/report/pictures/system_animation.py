@@ -48,6 +48,11 @@ def animate_system(
     frames : int
         Number of frames.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError

@@ -14,6 +14,7 @@ from modalprep.reduction.notes import completeness, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
+from modalprep.suggest import refuse_other
 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
 
@@ -29,8 +30,7 @@ def free_interface(
     """Reduce to free-free modes and the residual attachment modes of every interface (MacNeal, Rubin, Craig-Chang).
 
     The static response to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
-    those of the free body, as measured in a modal test. The basis is then transformed to the frame of the root.
-    Craig and Kurdila, Fundamentals of Structural Dynamics (2006), section 17.4.
+    those of the floating body, as a ground test measures them. The basis is then moved to the frame of the root.
 
     Parameters
     ----------
@@ -43,6 +43,11 @@ def free_interface(
     algebra : Algebra
         Functions for factorisation and eigensolution.
 
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) in SI units, in the frame of the root, and the table of all candidates.
+
     Raises
     ------
     InputError
@@ -50,12 +55,19 @@ def free_interface(
     MechanismError
         When the floating body has more than six rigid-body motions.
 
+    References
+    ----------
+    R. H. MacNeal, A hybrid method of component mode synthesis, Comput. Struct. 1 (1971) 581.
+    S. Rubin, Improved component-mode representation for structural dynamic analysis, AIAA J. 13 (1975) 995.
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 17.4.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
     >>> free_interface(cantilever_model(), modes=4).table.kind[:5]
     ('free-interface', 'free-interface', 'free-interface', 'free-interface', 'attachment')
     """
+    refuse_other("free_interface: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver, algebra)
@@ -114,11 +126,20 @@ def _candidates(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | lis
 
 
 def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
-    """Guyan's reduction with the interior's inertia to first order (IRS, O'Callahan, IMAC 1989): same size, better.
+    """Guyan's reduction with the interior's inertia to first order (IRS): same size, better.
 
     In the body's frame: the root is locked, the other fixed interfaces are the coordinates.
 
     ``T = [1; Psi + K_ii^-1 (M_ib + M_ii Psi) M_R^-1 K_R]`` with Guyan's ``K_R``, ``M_R``; exact in statics still.
+
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n), as many vectors as `guyan` has.
+
+    References
+    ----------
+    J. O'Callahan, A procedure for an improved reduced system (IRS) model, Proc. 7th IMAC (1989) 17.
 
     Examples
     --------
@@ -128,6 +149,7 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     >>> guyan(model).frequency[0] > improved_guyan(model).frequency[0]
     np.True_
     """
+    refuse_other("improved_guyan: the model", FEModel, model)
     held = clamp(model, solver, algebra)
     T = np.zeros((held.K.shape[0], len(held.b)))
     T[held.b, np.arange(len(held.b))], T[held.i] = 1.0, held.Psi
