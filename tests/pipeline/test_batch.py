@@ -373,7 +373,7 @@ def test_time_left(monkeypatch):
     monkeypatch.setattr("modalprep.pipeline.batch.console.time.perf_counter", lambda: now[0])
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=120)
-    jobs = [Job(Path(f"{name}.toml"), None) for name in "abcdef"]
+    jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
     with Progress(reporter, 6, 2) as progress:
         for job, seconds in zip(jobs, (3.0, 5.0), strict=False):
             progress.started(job)
@@ -395,7 +395,7 @@ def test_bar_on_a_terminal():
     """The bar names what runs, counts, and says what is left."""
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=100, force_terminal=True, color_system=None)
-    jobs = [Job(Path(f"{name}.toml"), None) for name in "abcdef"]
+    jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
     with Progress(reporter, 6, 5) as progress:
         for job in jobs[:5]:
             progress.started(job)
@@ -403,7 +403,7 @@ def test_bar_on_a_terminal():
         progress.ended(jobs[0], {"status": "done", "seconds": 10.0, "cause": ""})
         progress.tick()
     shown = reporter.console.file.getvalue()
-    assert "b, c, d and 1 more" in shown
+    assert "[b], c, d and 1 more" in shown
     assert "1/6" in shown
     assert "about 10 s left" in shown
 
