@@ -408,16 +408,16 @@ def test_bar_on_a_terminal():
     assert "about 10 s left" in shown
 
 
-def test_readme(project, tmp_path):
-    """The grid of the README makes four valid jobs of the bracket, and its command is known."""
-    readme = (project / "README.md").read_text()
-    (block,) = (text for text in re.findall(r"```toml\n(.*?)```", readme, re.DOTALL) if "[grid]" in text)
+def test_page(project, tmp_path):
+    """The grid of its page makes four valid jobs of the bracket, and its command is known."""
+    page = (project / "docs" / "how-to" / "batch.md").read_text()
+    (block,) = (text for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[grid]" in text)
     (tmp_path / "pipelines").mkdir()
     (tmp_path / "meshes").symlink_to(project / "meshes")
     file = tmp_path / "pipelines" / "bracket.toml"
     file.write_text((project / "pipelines" / "bracket.toml").read_text() + block)
     jobs = find_jobs([str(file)], None)
     assert [load_pipeline(job.file).reduction.modes for job in jobs] == [10, 10, 20, 20]
-    named = set(re.findall(r"`(bracket-\w+=[\w=.-]+)`", readme))
+    named = set(re.findall(r"`(bracket-\w+=[\w=.-]+)`", page))
     assert named
     assert named <= {job.name for job in jobs}

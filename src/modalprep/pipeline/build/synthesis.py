@@ -12,11 +12,11 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.build.reduce import wanted_damping
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline, naming
-from modalprep.pipeline.build.reduce import wanted_damping
-from modalprep.pipeline.schema.reduction import PlaceTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.reduction import PlaceTable, SynthesisTable, WeldTable
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
 from modalprep.reduction.synthesis import Placement, SystemModes, synthesize
