@@ -137,3 +137,11 @@ def test_element_page(page, capsys):
 def test_element_page_names_every_type(page):
     families = page("reference/elements.md").split("## Node sets")[0]
     assert set(re.findall(r"^\| `(\w+)` \|", families, re.MULTILINE)) - {"type"} == set(SECTIONS)
+
+
+def test_page_of_meshes_has_every_mesh(page, project):
+    text = page("reference/meshes.md")
+    files = {file.name for file in (project / "meshes").glob("*.msh")}
+    assert set(re.findall(r"`([\w-]+\.msh)`", text)) == files
+    for script in re.findall(r"(meshes/\w+\.py)", text):
+        assert (project / script).exists(), script
