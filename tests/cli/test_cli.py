@@ -5,12 +5,14 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import pytest
 from bad.good import BEAM, HINGE
 
 import modalprep as mp
 from modalprep.cli import main
+from modalprep.cli.commands import app
 from modalprep.examples import uniform_beam
 from modalprep.report.pictures.render import drawing_problem
 
@@ -57,10 +59,29 @@ def test_version(capsys):
     assert capsys.readouterr().out.strip() == f"modalprep {mp.__version__}"
 
 
-@pytest.mark.parametrize("command", ["run", "modes", "render", "simulate", "check", "mesh", "quality", "schema"])
+COMMANDS = {command.name or command.callback.__name__: command.callback for command in app.registered_commands}
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_every_command_explains_itself(command, capsys):
+    """The help has every word of the docstring and of the options' texts, brackets such as [grid] included."""
     assert main([command, "--help"]) == 0
-    assert "Usage" in capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "Usage" in printed
+    function = COMMANDS[command]
+    hints = get_type_hints(function, include_extras=True)
+    texts = [function.__doc__, *(get_args(hint)[1].help for name, hint in hints.items() if name != "return")]
+    for word in " ".join(texts).split():
+        assert word in printed
+
+
+def test_list_of_commands_cuts_no_sentence(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["--help"]) == 0
+    printed = capsys.readouterr().out
+    assert "[grid]" in printed
+    assert "[analysis]" in printed
+    assert "..." not in printed.replace("[ARGS]...", "")
 
 
 def test_run_as_json(job, capsys):

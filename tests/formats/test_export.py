@@ -143,7 +143,7 @@ def test_schema_lists_the_formats():
 
 @pytest.fixture(scope="module")
 def page(project):
-    return (project / "src" / "modalprep" / "formats" / "README.md").read_text()
+    return (project / "docs" / "reference" / "formats.md").read_text()
 
 
 def test_page_reads_the_modal_file_with_h5py(page, body, tmp_path, monkeypatch, capsys):
@@ -151,7 +151,7 @@ def test_page_reads_the_modal_file_with_h5py(page, body, tmp_path, monkeypatch, 
     assert len(block.splitlines()) <= 10
     mp.write_body(body, tmp_path / "beam.h5")
     monkeypatch.chdir(tmp_path)
-    exec(compile(block, "formats/README.md", "exec"), scope := {})
+    exec(compile(block, "formats.md", "exec"), scope := {})
     assert capsys.readouterr().out == f"beam {body.frequency}\n"
     stiffening = scope["stiffening"]  # of a cantilever spinning about z: both bending planes get stiffer
     assert np.array_equal(stiffening, -body.Kg_W[0, 0] - body.Kg_W[1, 1])

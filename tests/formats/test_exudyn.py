@@ -90,7 +90,7 @@ def test_nodes_around_an_interface_turn_with_it(bracket_body, tmp_path):
 
 
 def test_skin_of_the_bracket_encloses_its_volume(bracket_body):
-    """Divergence theorem over the triangles through the corners; the drawing's volume, README of meshes."""
+    """Divergence theorem over the triangles through the corners; the drawing's volume, docs/reference/meshes.md."""
     triangles = surface_triangles({"tetra10": bracket_body.cells["tetra10"]})
     volume = np.linalg.det(bracket_body.points[triangles]).sum() / 6
     assert volume == pytest.approx(27808.46e-9, rel=5e-3)  # straight sides cut the holes and the round ends

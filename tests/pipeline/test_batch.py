@@ -358,7 +358,7 @@ def test_time_left(monkeypatch):
     monkeypatch.setattr("modalprep.pipeline.batch.console.time.perf_counter", lambda: now[0])
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=120)
-    jobs = [Job(Path(f"{name}.toml"), None) for name in "abcdef"]
+    jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
     with Progress(reporter, 6, 2) as progress:
         for job, seconds in zip(jobs, (3.0, 5.0), strict=False):
             progress.started(job)
@@ -380,7 +380,7 @@ def test_bar_on_a_terminal():
     """The bar names what runs, counts, and says what is left."""
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=100, force_terminal=True, color_system=None)
-    jobs = [Job(Path(f"{name}.toml"), None) for name in "abcdef"]
+    jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
     with Progress(reporter, 6, 5) as progress:
         for job in jobs[:5]:
             progress.started(job)
@@ -388,21 +388,21 @@ def test_bar_on_a_terminal():
         progress.ended(jobs[0], {"status": "done", "seconds": 10.0, "cause": ""})
         progress.tick()
     shown = reporter.console.file.getvalue()
-    assert "b, c, d and 1 more" in shown
+    assert "[b], c, d and 1 more" in shown
     assert "1/6" in shown
     assert "about 10 s left" in shown
 
 
-def test_readme(project, tmp_path):
-    """The grid of the README makes four valid jobs of the bracket, and its command is known."""
-    readme = (project / "README.md").read_text()
-    (block,) = (text for text in re.findall(r"```toml\n(.*?)```", readme, re.DOTALL) if "[grid]" in text)
+def test_page(project, tmp_path):
+    """The grid of its page makes four valid jobs of the bracket, and its command is known."""
+    page = (project / "docs" / "how-to" / "batch.md").read_text()
+    (block,) = (text for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[grid]" in text)
     (tmp_path / "pipelines").mkdir()
     (tmp_path / "meshes").symlink_to(project / "meshes")
     file = tmp_path / "pipelines" / "bracket.toml"
     file.write_text((project / "pipelines" / "bracket.toml").read_text() + block)
     jobs = find_jobs([str(file)], None)
     assert [load_pipeline(job.file).reduction.modes for job in jobs] == [10, 10, 20, 20]
-    named = set(re.findall(r"`(bracket-\w+=[\w=.-]+)`", readme))
+    named = set(re.findall(r"`(bracket-\w+=[\w=.-]+)`", page))
     assert named
     assert named <= {job.name for job in jobs}

@@ -13,7 +13,10 @@ from modalprep.report import summary
 
 @app.command()
 def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
-    """Run a pipeline file: modal file, report and pictures, then its analysis and simulation."""
+    """Build the body of a pipeline file, analyse and simulate it.
+
+    Each part is done when the file asks for it. The body comes with a report page and pictures.
+    """
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import run_pipeline
 
@@ -28,20 +31,26 @@ def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> Non
 @app.command()
 def batch(
     files: Annotated[list[str], typer.Argument(help="Pipeline files or patterns, such as 'pipelines/*.toml'.")],
-    jobs: Annotated[int | None, typer.Option("-j", "--jobs", help="Number of local processes; default 1.")] = None,
+    jobs: Annotated[
+        int | None, typer.Option("-j", "--jobs", help="Number of processes on this machine; the default is 1.")
+    ] = None,
     output: Output = None,
-    cache: Annotated[Path | None, typer.Option("--cache", help="Cache folder; default .cache in the outputs.")] = None,
-    cache_size: Annotated[float, typer.Option("--cache-size", help="Maximum cache size, GiB.")] = 5.0,
-    no_cache: Annotated[bool, typer.Option("--no-cache", help="Use no cache.")] = False,
+    cache: Annotated[
+        Path | None, typer.Option("--cache", help="Folder of the cache; the default is .cache among the outputs.")
+    ] = None,
+    cache_size: Annotated[float, typer.Option("--cache-size", help="Largest size of the cache in GiB.")] = 5.0,
+    no_cache: Annotated[bool, typer.Option("--no-cache", help="Use no cache and compute everything.")] = False,
     scheduler: Annotated[
-        str | None, typer.Option("--scheduler", help="Dask scheduler to use instead, such as tcp://host:8786.")
+        str | None,
+        typer.Option("--scheduler", help="Dask scheduler that runs the jobs instead, such as tcp://host:8786."),
     ] = None,
     listing: Annotated[bool, typer.Option("--list", help="Print the jobs and run none.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Many pipeline files, or every combination of a file's [grid]; finished jobs are not run again.
+    """Run many pipeline files, and every combination of a [grid].
 
-    A failed job is reported and the others continue; the exit code is then 1, or 2 if files could not be written.
+    Finished jobs are not run again. When one job fails, it is reported and the others go on; the exit code is then
+    1, or 2 when files could not be written.
     """
     from modalprep.errors import InputError, OutputError
     from modalprep.pipeline.batch.batch import list_batch, plan_batch, run_batch
@@ -78,9 +87,11 @@ def simulate(
     ] = None,
     output: Output = None,
     geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
-    reference: Annotated[bool, typer.Option("--reference", help="Use the slow reference implementation.")] = False,
+    reference: Annotated[
+        bool, typer.Option("--reference", help="Use the reference implementation with a full mass matrix (slow).")
+    ] = False,
     animate: Annotated[
-        Path | None, typer.Option("--animate", help="Animation of the system to write (.gif, .mp4).")
+        Path | None, typer.Option("--animate", help="Also write an animation of the moving system (.gif or .mp4).")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -116,7 +127,11 @@ def simulate(
 
 @app.command()
 def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
-    """Run the [analysis] of a pipeline file: equilibrium, modes, linear equations, frequency response, hinge forces."""
+    """Compute what the [analysis] table of a pipeline file asks for.
+
+    This can be the equilibrium, the modes, the linearised equations, the frequency response, and the joint forces of a
+    prescribed motion.
+    """
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.systems.analysis import analyse_pipeline
 
@@ -128,7 +143,7 @@ def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) ->
 
 @app.command()
 def warmup() -> None:
-    """Compile the solver for all kinds of systems; needed once after installation, takes a few minutes."""
+    """Compile the solver for all kinds of systems (a few minutes)."""
     from modalprep.examples import small_systems
     from modalprep.jit import when_compiling
     from modalprep.multibody.simulate import simulate as integrate

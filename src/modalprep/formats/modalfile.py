@@ -1,4 +1,4 @@
-"""The modal file: one HDF5 file per body, readable without modalprep (see the README for the layout)."""
+"""The modal file: one HDF5 file per body, readable without modalprep; docs/reference/formats.md has the layout."""
 
 from __future__ import annotations
 

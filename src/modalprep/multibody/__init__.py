@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.model.constraints import Coupler as Coupler
     from modalprep.multibody.model.depletion import Depletion as Depletion
     from modalprep.multibody.model.depletion import ExpelledGas as ExpelledGas
-    from modalprep.multibody.model.depletion import deplete as burn
+    from modalprep.multibody.model.depletion import deplete as deplete
     from modalprep.multibody.model.deployment import Deployment as Deployment
     from modalprep.multibody.model.environment import CentralGravity as CentralGravity
     from modalprep.multibody.model.environment import Conductor as Conductor

@@ -18,14 +18,14 @@ class Reporter:
     """Prints messages and progress to standard output."""
 
     def __init__(self, quiet: bool = False) -> None:
-        self.console = Console(quiet=quiet, highlight=False)
+        self.console = Console(quiet=quiet, highlight=False, markup=False, emoji=False)
         if not self.console.is_terminal:
             self.console.width = LOG_WIDTH
         self.files: list[Path] = []
 
     def say(self, text: str) -> None:
         """Print one plain line."""
-        self.console.print(text, markup=False, soft_wrap=True)
+        self.console.print(text, soft_wrap=True)
 
     def wrote(self, path: Path) -> Path:
         """Record and announce a written file."""
@@ -41,7 +41,7 @@ class Reporter:
             yield lambda value: None
             return
         columns = (
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             TextColumn("{task.percentage:3.0f}%"),
             TimeElapsedColumn(),

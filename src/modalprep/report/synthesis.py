@@ -64,7 +64,7 @@ def synthesis_table(
     """
     rich = plain_table()
     for name in ("", "Hz", *fractions, *(["damping"] if damping is not None else [])):
-        rich.add_column(name, justify="right")
+        rich.add_column(Text(name), justify="right")
     for k, frequency in enumerate(modes.frequency):
         elastic = k >= modes.rigid
         cells = [percent(share[k]) if elastic else "" for share in fractions.values()]

@@ -210,9 +210,9 @@ def shapes_table(generators: Iterable[Any], console: Console) -> None:
     """Print the parametric shapes of `modalprep mesh`: parameters with units and defaults, and the groups they make."""
     table = Table("shape", "parameter", "default", "meaning", box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for g in generators:
-        table.add_row(f"[bold]{g.name}", "", "", f"[bold]{g.meaning}; groups {', '.join(g.groups)}")
+        table.add_row(Text(g.name), "", "", Text(f"{g.meaning}; groups {', '.join(g.groups)}"), style="bold")
         for p in g.parameters.values():
             choices = f" ({', '.join(map(str, p.choices))})" if p.choices else ""
-            table.add_row("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)
+            table.add_row(*map(Text, ("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)))
         table.add_section()
     console.print(table)

@@ -373,7 +373,7 @@ def test_friction_equals_the_dense_solution_on_random_trees(seed):
             "weld closure has no friction",
         ),
         (
-            lambda: mp.Closure(name="c", type="weld", a="a.b", b="ground", friction_coefficient=0.1),
+            lambda: mp.multibody.Closure(name="c", type="weld", a="a.b", b="ground", friction_coefficient=0.1),
             "weld closure has no friction",
         ),
         (

@@ -37,7 +37,12 @@ class Progress:
         self._begun: dict[str, float] = {}
         self._taken: list[float] = []
         live = reporter.console.is_terminal and not reporter.console.quiet
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+        )
         self._bar = Bar(*columns, TextColumn("{task.fields[left]}"), console=reporter.console, disable=not live)
         self._task = self._bar.add_task("jobs", total=total, left="")
 
@@ -107,7 +112,7 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     keys = list(dict.fromkeys(key for row in rows for key in row["values"]))
     table = Table(box=box.SIMPLE)
     for head in ("job", *keys, "state", "time", "saved"):
-        table.add_column(head, overflow="fold", justify="right" if head in ("time", "saved") else "left")
+        table.add_column(Text(head), overflow="fold", justify="right" if head in ("time", "saved") else "left")
     for row in rows:
         table.add_row(*map(Text, [row["job"], *(row["values"].get(key, "") for key in keys)]), *_ending(row))
     console.print(table)

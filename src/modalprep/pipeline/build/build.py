@@ -21,19 +21,20 @@ from modalprep.errors import AccuracyError, InputError
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.depletion import LevelTable
-from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh, source_digest
 from modalprep.pipeline.build.reduce import reduce_model, target_damping
-from modalprep.pipeline.schema.reduction import RotationTable
-from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
 from modalprep.pipeline.build.stages import caching_algebra
-from modalprep.pipeline.schema.system import inertia_tensor
+from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import Vector
+from modalprep.pipeline.schema.depletion import LevelTable
+from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
+from modalprep.pipeline.schema.reduction import RotationTable
+from modalprep.pipeline.schema.system import inertia_tensor
 from modalprep.reduction.damping import modal_damping
 
-LIGHT, HEAVY = 1e-6, 2.3e4  # plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
+# plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
+LIGHT, HEAVY = 1e-6, 2.3e4
 GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m has 1e9 times its mass
 
 

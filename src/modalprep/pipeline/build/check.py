@@ -9,10 +9,10 @@ from modalprep.body.checks import CheckReport, check_body, check_model
 from modalprep.body.verify import check_buckling, check_geometric_stiffness, check_projection
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
-from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.build.reduce import reduce_model
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.load import load_pipeline, naming
 
 
 def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckReport:

@@ -10,16 +10,16 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.assemble import assemble
-from modalprep.fe.links.interface import Connection, Interface, connect
-from modalprep.fe.properties.materials import Material, Orthotropic
-from modalprep.fe.external.files import Matrices, matrices_digest, read_matrices
-from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
+from modalprep.fe.external.files import Matrices, matrices_digest, read_matrices
+from modalprep.fe.links.interface import Connection, Interface, connect
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Beam, Ply, PointMass, Property, Shell, Solid, Spring, Truss
+from modalprep.fe.properties.sections import beam_section
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import mesh_digest, read_mesh
-from modalprep.fe.properties.sections import beam_section
-from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
 from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.suggest import refuse_unknown
@@ -179,7 +179,10 @@ def _mass(table: Any, materials: Materials) -> PointMass:
 
 def _spring(table: Any, materials: Materials) -> Spring:
     return Spring(
-        translation=tuple(table.translation), rotation=tuple(table.rotation), up=tuple(table.up), location=table.location
+        translation=tuple(table.translation),
+        rotation=tuple(table.rotation),
+        up=tuple(table.up),
+        location=table.location,
     )
 
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.mesh.mesh import Mesh
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.pipeline.schema.load import naming
 from modalprep.pipeline.build.model import connected_mesh, node_set
-from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
+from modalprep.pipeline.schema.load import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.craig_bampton import craig_bampton, guyan
 from modalprep.reduction.damping import Ratio, Rayleigh

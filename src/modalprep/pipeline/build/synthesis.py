@@ -12,11 +12,11 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline, naming
-from modalprep.pipeline.build.reduce import target_damping
-from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
 from modalprep.reduction.synthesis import Placement, SystemModes, synthesise
@@ -49,8 +49,8 @@ class Synthesised:
         said = [f"redundant: {text}" for text in self.modes.redundant]
         for name, found in self.projected.items():
             said.append(
-                f"{name}: {len(found.frequency)} of {self.modes.bodies[name].n} coordinates are kept; they represent at least "
-                f"{100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
+                f"{name}: {len(found.frequency)} of {self.modes.bodies[name].n} coordinates are kept; they represent at "
+                f"least {100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
             )
         if self.damping is not None:
             given = self.damping.target > 0
