@@ -55,7 +55,7 @@ Call = Callable[[], object]
 # --- meshes -------------------------------------------------------------------------------------------------------
 
 
-def tet_mesh(bricks: tuple[int, int, int]) -> mp.Mesh:
+def tet_mesh(bricks: tuple[int, int, int]) -> mp.fe.Mesh:
     """Unit-size box, each brick cut into Kuhn's six tetrahedra; every point of the grid of half bricks is a node."""
     fine = [2 * k + 1 for k in bricks]
     points = np.stack(np.meshgrid(*[np.linspace(0, 1, k) for k in fine], indexing="ij"), axis=-1).reshape(-1, 3)
@@ -73,7 +73,7 @@ def tet_mesh(bricks: tuple[int, int, int]) -> mp.Mesh:
     return _mesh(points, "tetra10", np.stack(cells, axis=1).reshape(-1, 10), number[0].ravel())
 
 
-def quad_mesh(n: int) -> mp.Mesh:
+def quad_mesh(n: int) -> mp.fe.Mesh:
     """Unit square of n x n quads in the plane z = 0."""
     points = np.stack(np.meshgrid(*[np.linspace(0, 1, n + 1)] * 2, [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
     number = np.arange(len(points)).reshape(n + 1, n + 1)
@@ -81,8 +81,8 @@ def quad_mesh(n: int) -> mp.Mesh:
     return _mesh(points, "quad", cells, number[0])
 
 
-def _mesh(points: np.ndarray, kind: str, cells: np.ndarray, root: np.ndarray) -> mp.Mesh:
-    return mp.Mesh(
+def _mesh(points: np.ndarray, kind: str, cells: np.ndarray, root: np.ndarray) -> mp.fe.Mesh:
+    return mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": root[:, None]},
         groups={"body": {kind: np.arange(len(cells))}, "root": {"vertex": np.arange(len(root))}},
@@ -92,20 +92,20 @@ def _mesh(points: np.ndarray, kind: str, cells: np.ndarray, root: np.ndarray) ->
 # --- the programs -------------------------------------------------------------------------------------------------
 
 
-def ours(mesh: mp.Mesh) -> Call:
+def ours(mesh: mp.fe.Mesh) -> Call:
     """From Mesh to FEModel."""
     section = mp.Shell(material=STEEL, thickness=T) if "quad" in mesh.cells else mp.Solid(material=STEEL)
     return lambda: mp.assemble(mesh, {"body": section}, {"root": mp.Interface(group="root")})
 
 
-def energies(model: mp.FEModel) -> list[float]:
+def energies(model: mp.fe.FEModel) -> list[float]:
     """Twice the strain and the kinetic energy of `field`."""
     d = np.zeros(model.n_dof)
     d[model.dof[: len(model.points), :3]] = np.stack(field(*(model.points + model.origin).T), axis=1)
     return [d @ (A @ d) for A in (model.K, model.M)]
 
 
-def ngsolve_mesh(mesh: mp.Mesh):
+def ngsolve_mesh(mesh: mp.fe.Mesh):
     """NGSolve's mesh of the same points and cells; it makes the mid nodes itself."""
     import netgen.meshing as netgen
     import ngsolve as ng
@@ -117,7 +117,7 @@ def ngsolve_mesh(mesh: mp.Mesh):
     return ng.Mesh(raw)
 
 
-def ngsolve_tets(mesh: mp.Mesh) -> tuple[Call, list[float]] | None:
+def ngsolve_tets(mesh: mp.fe.Mesh) -> tuple[Call, list[float]] | None:
     """NGSolve in the faster of its ways."""
     try:
         import ngsolve as ng
@@ -145,7 +145,7 @@ def ngsolve_tets(mesh: mp.Mesh) -> tuple[Call, list[float]] | None:
     return call, [ng.InnerProduct(d.vec, (A.mat * d.vec).Evaluate()) for A in (K, M)]
 
 
-def skfem_tets(mesh: mp.Mesh) -> tuple[Call, list[float]]:
+def skfem_tets(mesh: mp.fe.Mesh) -> tuple[Call, list[float]]:
     """Plain scikit-fem; the matrices in its own numbering."""
     points, corners = _corners(mesh)
     domain = skfem.MeshTet(np.ascontiguousarray(points.T), np.ascontiguousarray(corners.T, dtype=np.int32))
@@ -163,7 +163,7 @@ def skfem_tets(mesh: mp.Mesh) -> tuple[Call, list[float]]:
     return call, [d @ A @ d for A in (K, M)]
 
 
-def skfem_quads(mesh: mp.Mesh) -> Call:
+def skfem_quads(mesh: mp.fe.Mesh) -> Call:
     """The flat shell that a user of plain scikit-fem would write; components u, v, w, tx, ty, tz."""
     cells = np.ascontiguousarray(mesh.cells["quad"].T, dtype=np.int32)
     domain, E, nu, G = skfem.MeshQuad(np.ascontiguousarray(mesh.points[:, :2].T), cells), STEEL.E, STEEL.nu, STEEL.G
@@ -214,7 +214,7 @@ def _moment(k: int) -> skfem.LinearForm:
     return skfem.LinearForm(lambda v, w: STEEL.rho * w.x[k] * v)
 
 
-def _corners(mesh: mp.Mesh) -> tuple[np.ndarray, np.ndarray]:
+def _corners(mesh: mp.fe.Mesh) -> tuple[np.ndarray, np.ndarray]:
     used, cells = np.unique(mesh.cells["tetra10"][:, :4], return_inverse=True)
     return mesh.points[used], cells.reshape(-1, 4)
 

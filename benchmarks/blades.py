@@ -95,10 +95,10 @@ def grid(*cells):
 # --- models, clamped at the root ------------------------------------------------------------------------------------
 
 
-def model_of(points, kind, cells, root, section, data=None) -> tuple[mp.FEModel, np.ndarray]:
+def model_of(points, kind, cells, root, section, data=None) -> tuple[mp.fe.FEModel, np.ndarray]:
     """Return the model and the nodes of its root."""
     groups = {"all": {kind: np.arange(len(cells))}, "root": {"vertex": np.arange(len(root))}}
-    mesh = mp.Mesh(points=points, cells={kind: cells, "vertex": root[:, None]}, groups=groups, data=data or {})
+    mesh = mp.fe.Mesh(points=points, cells={kind: cells, "vertex": root[:, None]}, groups=groups, data=data or {})
     face = {"kind": "rbe2", "position": (0.0, 0.0, 0.0)}
     held = mp.Interface(group="root", **({"kind": "node"} if kind == "line" else face))
     return mp.assemble(mesh, {"all": section}, {"root": held}), root
@@ -133,16 +133,16 @@ def beams(surface, width, thickness, fine):
     points = surface(width, np.linspace(0, 1, n + 1), np.zeros(n + 1))
     up = normals(surface, width, (np.arange(n) + 0.5) / n, np.zeros(n))
     cells = np.stack([np.arange(n), np.arange(1, n + 1)], axis=-1)
-    section = mp.beam_section("rectangle", ALUMINIUM, width=width, height=thickness)
+    section = mp.fe.beam_section("rectangle", ALUMINIUM, width=width, height=thickness)
     return model_of(points, "line", cells, np.array([0]), section, {"up": {"line": up}})
 
 
-def modal(model: mp.FEModel) -> mp.FlexibleBody:
+def modal(model: mp.fe.FEModel) -> mp.body.FlexibleBody:
     reduction = mp.craig_bampton(model, modes=MODES, truncation=("inertia",))
     return mp.flexible_body(model, reduction, name="blade", second_order_mass=True)
 
 
-def shifts(body: mp.FlexibleBody, spin: np.ndarray) -> np.ndarray:
+def shifts(body: mp.body.FlexibleBody, spin: np.ndarray) -> np.ndarray:
     """Shift of the lowest squared circular frequencies over the squared spin, without gyroscopic terms."""
     W = skew(spin) @ skew(spin)
     stiffness = np.diag(body.K) + np.einsum("ab,abij->ij", W, body.P + body.Kg_W)
@@ -155,7 +155,7 @@ def shifts(body: mp.FlexibleBody, spin: np.ndarray) -> np.ndarray:
 # --- CalculiX -------------------------------------------------------------------------------------------------------
 
 
-def calculix(model: mp.FEModel, root: np.ndarray, spin: np.ndarray, nonlinear: bool = False) -> np.ndarray:
+def calculix(model: mp.fe.FEModel, root: np.ndarray, spin: np.ndarray, nonlinear: bool = False) -> np.ndarray:
     """Lowest squared circular frequencies of a model of HEX20 about the centrifugal load."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "blade.inp").write_text("\n".join(_deck(model, root, spin, nonlinear)))
@@ -166,7 +166,7 @@ def calculix(model: mp.FEModel, root: np.ndarray, spin: np.ndarray, nonlinear: b
     return np.array([float(row[1]) for row in rows])[:SHIFTS]
 
 
-def _deck(model: mp.FEModel, root: np.ndarray, spin: np.ndarray, nonlinear: bool) -> list[str]:
+def _deck(model: mp.fe.FEModel, root: np.ndarray, spin: np.ndarray, nonlinear: bool) -> list[str]:
     rate = np.linalg.norm(spin)
     axis = ", ".join(f"{x:.12g}" for x in (spin / rate if rate else AXES["z"]))
     lines = ["*NODE, NSET=ALL", *(f"{i + 1}, {x:.14g}, {y:.14g}, {z:.14g}" for i, (x, y, z) in enumerate(model.points))]

@@ -33,14 +33,14 @@ def seconds(call: Callable) -> float:
     return time.perf_counter() - start
 
 
-def integrals(model: mp.FEModel, Phi: np.ndarray) -> None:
+def integrals(model: mp.fe.FEModel, Phi: np.ndarray) -> None:
     """Every integral of the modal body but the geometric stiffness."""
     _ = model.g.T @ Phi
     np.einsum("dab,dn->abn", model.h, Phi, optimize=True)
     model.M_ab.project(Phi)
 
 
-def exudyn(model: mp.FEModel, Phi: np.ndarray) -> Callable | None:
+def exudyn(model: mp.fe.FEModel, Phi: np.ndarray) -> Callable | None:
     """Exudyn's integrals of the same model and modes."""
     try:
         from exudyn.FEM import FEMinterface, ObjectFFRFreducedOrderInterface

@@ -4,7 +4,7 @@
 
 Boxes of quadratic tetrahedra, each of its own stiffness, in a row: they meet in rigid interfaces (rbe2), the first is
 clamped. In one piece: the matrices of all boxes with their common interfaces, and the lowest modes of the whole. In
-components: each box to a Craig-Bampton body in processes of two, one thread each, and `synthesize`. Each way runs in a
+components: each box to a Craig-Bampton body in processes of two, one thread each, and `synthesise`. Each way runs in a
 process of its own, mesh to frequencies; memory is the largest sum over its processes that was resident at a time.
 Eight boxes, 440 000 DOFs, 40 modes; `--quick`: four, 74 000 DOFs, 10 modes. The last line is JSON: `dofs`,
 `time_ratio` and `memory_ratio` (in one piece over in components), `worst_frequency_error`.
@@ -32,7 +32,7 @@ WORKERS = 2
 RICHER = 6  # modes of a component, by those wanted of the whole over the components
 
 
-def component(bricks: int, k: int) -> mp.FEModel:
+def component(bricks: int, k: int) -> mp.fe.FEModel:
     """Return box k, its faces x = 0 and x = 1 rigid."""
     ends = {"root": mp.Interface(box=((0, 0, 0), (0, 1, 1))), "tip": mp.Interface(box=((1, 0, 0), (1, 1, 1)))}
     material = mp.Material(E=2.1e11 * (1 + 0.2 * k), nu=0.3, rho=7800.0)
@@ -59,7 +59,7 @@ def in_one_piece(count: int, bricks: int, modes: int) -> tuple[int, np.ndarray]:
     return last, np.sqrt(w2) / (2 * np.pi)
 
 
-def body_of(arguments: tuple[int, int, int]) -> mp.FlexibleBody:
+def body_of(arguments: tuple[int, int, int]) -> mp.body.FlexibleBody:
     """Return one component as a modal body without geometric stiffness."""
     bricks, k, modes = arguments
     model = component(bricks, k)
@@ -75,7 +75,7 @@ def in_components(count: int, bricks: int, modes: int) -> np.ndarray:
         found = list(pool.map(body_of, [(bricks, k, own) for k in range(count)]))
     bodies = {body.name: body for body in found}
     welds = [(f"box{k}.tip", f"box{k + 1}.root") for k in range(count - 1)]
-    return mp.synthesize(bodies, welds, ground=["box0.root"], modes=modes).frequency
+    return mp.reduction.synthesise(bodies, welds, ground=["box0.root"], modes=modes).frequency
 
 
 def resident(pid: int) -> int:

@@ -46,10 +46,10 @@ def clocked(spent: dict[str, float]) -> Algebra:
 
         return run
 
-    return Algebra(timed(DIRECT.factorize, "factor"), timed(DIRECT.lowest_modes, "eigen"), DIRECT.count_below)
+    return Algebra(timed(DIRECT.factorise, "factor"), timed(DIRECT.lowest_modes, "eigen"), DIRECT.count_below)
 
 
-def road(mesh: mp.Mesh, count: int, folder: Path) -> dict[str, float]:
+def road(mesh: mp.fe.Mesh, count: int, folder: Path) -> dict[str, float]:
     """Seconds of each stage."""
     spent: dict[str, float] = {}
     marks = [time.perf_counter()]

@@ -30,12 +30,12 @@ TOTAL = 1000
 def run(rods: int) -> Run:
     """Return a run that begins with some rods out of a free base, the last of them half out."""
     bus = mp.rigid_body("bus", mass=9.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
-    fly = mp.Joint(name="fly", type="free", parent="ground", child="bus", spin=np.array([0, 0, 0.1]))
-    boom = mp.Deployment(
+    fly = mp.Joint(name="fly", type="free", parent="ground", child="bus", angular_velocity=np.array([0, 0, 0.1]))
+    boom = mp.multibody.Deployment(
         name="boom", parent="bus.root", length=float(TOTAL), segments=TOTAL, mass_per_length=1.0, EI=1.0,
-        law=f"{rods - 0.5} + t/100",
+        deployed_length=f"{rods - 0.5} + t/100",
     )  # fmt: skip
-    system = mp.DeployingSystem(bodies={"bus": bus}, joints=(fly,), deployments=(boom,))
+    system = mp.multibody.DeployingSystem(bodies={"bus": bus}, joints=(fly,), deployments=(boom,))
     return Run(system, np.array([0.0, 1.0]), {"rtol": 1e-7, "atol": 1e-10}, "explicit")
 
 

@@ -60,7 +60,7 @@ def layered(name: str, shape: str, shares, quick: bool, found: dict[str, list[fl
     """A laminate of one shape."""
     width = WIDTH.get(shape, 0.1)
     surface, layers = SURFACES[shape](width), [(material, share * width / 10) for material, share in shares]
-    plies = tuple(mp.Ply(material=material, thickness=t) for material, t in layers)
+    plies = tuple(mp.fe.Ply(material=material, thickness=t) for material, t in layers)
     solid = modal(solids(surface, layers, (50, 8), each=1 if quick else 2), surface)
     own = modal(shells(surface, mp.Shell(plies=plies), (60, 12)), surface)
     found[name].append(compare(f"{shape}, {name}, quad 60 x 12", own, solid))

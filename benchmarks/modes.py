@@ -5,9 +5,9 @@
 A box of quadratic tetrahedra and a square of shells, one edge or face held. In one run:
 
 - ours: `lowest_modes`, block Lanczos on PARDISO's factor, with the check of residuals and the count by inertia (a
-  second factorization) that nobody else does;
+  second factorisation) that nobody else does;
 - `eigsh` on the same factor, one right-hand side at a time as ARPACK asks for them: the time of the solve alone;
-- whole, with the factorization: `eigsh` on pypardiso's solver, on SuperLU with its options for symmetric matrices, and
+- whole, with the factorisation: `eigsh` on pypardiso's solver, on SuperLU with its options for symmetric matrices, and
   as it comes (150 modes only, but `--quick`); mesh to modes: CalculiX and NGSolve, where installed (150 modes of the
   box, full run only).
 
@@ -33,12 +33,12 @@ from modes_peers import arpack, calculix, ngsolve, pypardiso
 from scipy.sparse import csr_array
 
 import modalprep as mp
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 from modalprep.linalg.modes import count_below, lowest_modes
 from modalprep.reduction.clamped import clamp
 
 
-def matrices(mesh: mp.Mesh) -> tuple[csr_array, csr_array]:
+def matrices(mesh: mp.fe.Mesh) -> tuple[csr_array, csr_array]:
     """K and M with the root held."""
     section = mp.Solid(material=STEEL) if "tetra10" in mesh.cells else mp.Shell(material=STEEL, thickness=T)
     held = clamp(mp.assemble(mesh, {"body": section}, {"root": mp.Interface(group="root")}))
@@ -52,10 +52,10 @@ def timed(call: Callable) -> tuple[float, object]:
     return time.perf_counter() - start, result
 
 
-def compare(name: str, mesh: mp.Mesh, n: int, peers: tuple[str, ...] = ()) -> dict[str, float]:
+def compare(name: str, mesh: mp.fe.Mesh, n: int, peers: tuple[str, ...] = ()) -> dict[str, float]:
     """Ratios of one case; the eigenvalues must agree."""
     assembly, (K, M) = timed(lambda: matrices(mesh))
-    setup, factor = timed(lambda: factorize(K))
+    setup, factor = timed(lambda: factorise(K))
     solve, (w2, phi, _) = timed(lambda: lowest_modes(K, M, n, factor=factor))
     count, _ = timed(lambda: count_below(K, M, 0.999 * w2[-1]))
     same, other = timed(lambda: arpack(K, M, n, factor.solve))
@@ -65,7 +65,7 @@ def compare(name: str, mesh: mp.Mesh, n: int, peers: tuple[str, ...] = ()) -> di
     np.testing.assert_allclose(w2, other, rtol=1e-7)
     calls = {
         "eigsh_pypardiso": lambda: pypardiso(K, M, n),
-        "eigsh_superlu": lambda: arpack(K, M, n, factorize(K, "superlu").solve),
+        "eigsh_superlu": lambda: arpack(K, M, n, factorise(K, "superlu").solve),
         "eigsh_default": lambda: arpack(K, M, n),
         "calculix": lambda: calculix(mesh, n),
         "ngsolve": lambda: ngsolve(mesh, n),

@@ -41,7 +41,7 @@ def pypardiso(K: csr_array, M: csr_array, n: int) -> np.ndarray:
     return arpack(K, M, n, lambda b: solver.solve(upper, b.ravel()))
 
 
-def ngsolve(mesh: mp.Mesh, n: int) -> np.ndarray:
+def ngsolve(mesh: mp.fe.Mesh, n: int) -> np.ndarray:
     """NGSolve's shift-invert Arnoldi on its sparse Cholesky factor, assembly included."""
     import ngsolve as ng
 
@@ -68,7 +68,7 @@ def _free(space):
     return free
 
 
-def calculix(mesh: mp.Mesh, n: int) -> np.ndarray:
+def calculix(mesh: mp.fe.Mesh, n: int) -> np.ndarray:
     """CalculiX (ARPACK on SPOOLES), reading and assembly included."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "box.inp").write_text("\n".join(_deck(mesh, n)))
@@ -78,7 +78,7 @@ def calculix(mesh: mp.Mesh, n: int) -> np.ndarray:
     return np.array([float(row.split()[1]) for row in table.splitlines() if re.match(r"\s*\d+\s+\S+\s+\S+", row)])
 
 
-def _deck(mesh: mp.Mesh, n: int) -> list[str]:
+def _deck(mesh: mp.fe.Mesh, n: int) -> list[str]:
     lines = ["*NODE, NSET=ALL", *(f"{i + 1}, {x:.12g}, {y:.12g}, {z:.12g}" for i, (x, y, z) in enumerate(mesh.points))]
     lines.append("*ELEMENT, TYPE=C3D10, ELSET=BODY")
     lines += [f"{i + 1}, " + ", ".join(map(str, cell + 1)) for i, cell in enumerate(mesh.cells["tetra10"])]

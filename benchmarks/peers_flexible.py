@@ -36,14 +36,14 @@ class Case(NamedTuple):
     """A mechanism of equal theory in both programs: revolute joints about z, beams from root to tip."""
 
     name: str
-    bodies: tuple[mp.FlexibleBody, ...]
+    bodies: tuple[mp.body.FlexibleBody, ...]
     angles: tuple[float, ...]  # rad, of each joint
     slides: bool  # the last tip on the x axis through the origin
     watched: int  # body whose tip is followed
     t_end: float  # s
 
 
-def beam(length: float, modes: int) -> mp.FlexibleBody:
+def beam(length: float, modes: int) -> mp.body.FlexibleBody:
     """Aluminium beam of square section, 20 mm: six constraint modes of its tip, the others with the tip fixed."""
     a = 0.02
     section = spinup_section(A=a**2, Iy=a**4 / 12, Iz=a**4 / 12, J=0.14 * a**4)
@@ -75,7 +75,7 @@ def system(case: Case) -> mp.System:
         for i, (parent, angle) in enumerate(zip(parents, case.angles, strict=True))
     )
     last = f"b{len(case.bodies) - 1}.tip"
-    slide = mp.Closure(name="slide", type="point_on_line", a="ground", b=last, axis=np.array([1.0, 0, 0]))
+    slide = mp.multibody.Closure(name="slide", type="point_on_line", a="ground", b=last, axis=np.array([1.0, 0, 0]))
     bodies = {f"b{i}": body for i, body in enumerate(case.bodies)}
     return mp.System(bodies=bodies, joints=joints, closures=(slide,) if case.slides else (), gravity=GRAVITY)
 
@@ -200,9 +200,9 @@ def ladders(quick: bool) -> Iterator[list[dict]]:
 
 def own_ladders(case: Case, quick: bool) -> Iterator[list[dict]]:
     """Yield series of our settings: the default method first."""
-    for method in ("auto", "generalized_alpha", "rosenbrock", *(() if quick else ("explicit",))):  # half decades
+    for method in ("auto", "generalised_alpha", "rosenbrock", *(() if quick else ("explicit",))):  # half decades
         yield [{"method": method, "rtol": 10.0 ** (-k / 2)} for k in range(3, 16)]
-    for method in ("generalized_alpha", "rosenbrock"):
+    for method in ("generalised_alpha", "rosenbrock"):
         yield [{"method": method, "step": case.t_end / n, "rtol": 1e-3} for n in STEPS]
 
 

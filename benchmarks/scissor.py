@@ -19,7 +19,7 @@ import numpy as np
 from chains import medians
 
 import modalprep as mp
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.constraints import Closure
 
 ANGLE = np.radians(40)  # of the bars from the base
@@ -27,7 +27,7 @@ BAYS = (4, 8, 16, 32)
 LENGTHS = (60, 180, 540)
 
 
-def bar(name: str, root: float) -> mp.FlexibleBody:
+def bar(name: str, root: float) -> mp.body.FlexibleBody:
     """Return a uniform bar of 1 m and 1 kg, its frame at a distance from its lower end."""
     ends = {"root": 0.0, "foot": -root, "middle": 0.5 - root, "top": 1 - root}
     interfaces = {key: np.array([x, 0, 0]) for key, x in ends.items()}
@@ -65,13 +65,13 @@ def pinned(n: int) -> mp.System:
 
 def evaluation(system: mp.System) -> Callable[[int], None]:
     """Return a call that evaluates the accelerations a number of times at the start."""
-    plant = Plant(system)
-    y, tau = plant.start, np.zeros(plant.nu)
+    evaluator = Evaluator(system)
+    y, tau = evaluator.start, np.zeros(evaluator.nu)
 
     def call(count: int) -> None:
         for _ in range(count):
-            plant.load(y)
-            plant.accelerations(tau)
+            evaluator.load(y)
+            evaluator.accelerations(tau)
 
     return call
 

@@ -31,17 +31,17 @@ ALUMINIUM = mp.Material(E=70e9, nu=0.3, rho=2700.0)
 MODES = (3, 6, 12, 24)
 
 
-def arch(modes: int) -> mp.FlexibleBody:
+def arch(modes: int) -> mp.body.FlexibleBody:
     """Beams bent to 60 degrees, radius .8 m, 60 x 30 mm."""
     a = np.linspace(0, np.pi / 3, 31)
     line = np.stack([0.8 * np.sin(a), 0 * a, 0.8 * (1 - np.cos(a))], axis=1)
-    section = mp.beam_section("rectangle", ALUMINIUM, width=0.06, height=0.03, up=(0, 1, 0))
+    section = mp.fe.beam_section("rectangle", ALUMINIUM, width=0.06, height=0.03, up=(0, 1, 0))
     ends = {name: mp.Interface(group=name, kind="node", boundary="free") for name in ("root", "tip")}
     model = mp.assemble(beam_mesh(30).with_(points=line), {"beam": section}, ends, root="root")
     return mp.flexible_body(model, mp.craig_bampton(model, modes=modes, truncation=()), name="arch")
 
 
-def chain(body: mp.FlexibleBody, count: int = 10) -> mp.System:
+def chain(body: mp.body.FlexibleBody, count: int = 10) -> mp.System:
     """Return equal links with hinges along y."""
     parents = ["ground", *(f"l{i}.tip" for i in range(count - 1))]
     joints = tuple(
@@ -71,7 +71,7 @@ def bodies(quick: bool) -> dict[str, float]:
         0.8 * np.sin(s), 0.1 * t, 0.8 - 0.8 * np.cos(s)))  # fmt: skip
     root = np.flatnonzero(points[:, 0] < 1e-9)
     groups = {"skin": {"quad": np.arange(len(cells))}, "root": {"vertex": np.arange(len(root))}}
-    mesh = mp.Mesh(points=points, cells={"quad": cells, "vertex": root[:, None]}, groups=groups)
+    mesh = mp.fe.Mesh(points=points, cells={"quad": cells, "vertex": root[:, None]}, groups=groups)
     skin = {"skin": mp.Shell(material=ALUMINIUM, thickness=0.01)}
     model = mp.assemble(mesh, skin, {"root": mp.Interface(group="root")})
     reduction, spent = mp.craig_bampton(model, modes=30), {False: [], "auto": [], True: []}

@@ -108,12 +108,12 @@ def ends_of(surface: Surface, kind: str = "rbe2") -> dict[str, mp.Interface]:
     }
 
 
-def model_of(points, kind, groups, properties, root, tip, interfaces, data=None) -> mp.FEModel:
+def model_of(points, kind, groups, properties, root, tip, interfaces, data=None) -> mp.fe.FEModel:
     """Assemble ``groups {name: cells}`` of one kind between the nodes `root` and `tip`."""
     cells = np.concatenate(list(groups.values()))
     rows = np.split(np.arange(len(cells)), np.cumsum([len(c) for c in groups.values()])[:-1])
     held = {"root": np.arange(len(root)), "tip": len(root) + np.arange(len(tip))}
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": np.append(root, tip)[:, None]},
         groups={name: {kind: k} for name, k in zip(groups, rows, strict=True)}
@@ -123,7 +123,9 @@ def model_of(points, kind, groups, properties, root, tip, interfaces, data=None)
     return mp.assemble(mesh, properties, interfaces)
 
 
-def shells(surface: Surface, section: mp.Shell, cells=(60, 6), kind="quad", below=0.0, fine_edges=False) -> mp.FEModel:
+def shells(
+    surface: Surface, section: mp.Shell, cells=(60, 6), kind="quad", below=0.0, fine_edges=False
+) -> mp.fe.FEModel:
     """Quads or triangles with their nodes at the distance `below` under the middle surface.
 
     At free edges twisting moments turn into transverse shear within a third of the thickness; equal cells wider than
@@ -137,7 +139,7 @@ def shells(surface: Surface, section: mp.Shell, cells=(60, 6), kind="quad", belo
     return model_of(points.reshape(-1, 3), kind, {"all": net}, {"all": section}, k[0], k[-1], ends_of(surface))
 
 
-def solids(surface: Surface, layers: Layers, cells=(40, 4), each: int = 2) -> mp.FEModel:
+def solids(surface: Surface, layers: Layers, cells=(40, 4), each: int = 2) -> mp.fe.FEModel:
     """HEX20, `each` of them through the thickness of each of the layers (material, thickness), bottom first."""
     n = (*cells, each * len(layers))
     u, v, w = grid(*(2 * k for k in n))
@@ -156,12 +158,12 @@ def solids(surface: Surface, layers: Layers, cells=(40, 4), each: int = 2) -> mp
     return model_of(points.reshape(-1, 3)[used], "hexahedron20", groups, properties, root, tip, ends_of(surface))
 
 
-def beams(surface: Surface, width: float, thickness: float, elements: int = 60, material=ALUMINIUM) -> mp.FEModel:
+def beams(surface: Surface, width: float, thickness: float, elements: int = 60, material=ALUMINIUM) -> mp.fe.FEModel:
     """A line of beams whose sections turn with the surface."""
     points = surface(np.linspace(0, 1, elements + 1), np.zeros(elements + 1))
     up = normals(surface, (np.arange(elements) + 0.5) / elements, np.zeros(elements))
     net = np.stack([np.arange(elements), np.arange(1, elements + 1)], axis=-1)
-    section = mp.beam_section("rectangle", material, width=width, height=thickness)
+    section = mp.fe.beam_section("rectangle", material, width=width, height=thickness)
     ends = np.array([0]), np.array([elements])
     return model_of(
         points, "line", {"all": net}, {"all": section}, *ends, ends_of(surface, "node"), {"up": {"line": up}}
@@ -175,11 +177,11 @@ def beams(surface: Surface, width: float, thickness: float, elements: int = 60, 
 class Modal:
     """A modal body with the motion ``(3k, n)`` of k points of the middle surface that all kinds share."""
 
-    body: mp.FlexibleBody
+    body: mp.body.FlexibleBody
     motion: np.ndarray
 
 
-def modal(model: mp.FEModel, surface: Surface, modes: int = 16) -> Modal:
+def modal(model: mp.fe.FEModel, surface: Surface, modes: int = 16) -> Modal:
     """Reduce a model; points between the nodes of a beam move with its sections."""
     reduction = mp.craig_bampton(model, modes=modes, truncation=())
     at = surface(*grid(10, 2)).reshape(-1, 3)

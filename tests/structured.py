@@ -11,7 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 from modalprep.linalg.modes import lowest_modes
 
 Map = Callable[[np.ndarray, np.ndarray], Iterable[np.ndarray]]
@@ -135,10 +135,10 @@ def _with_middles(points: np.ndarray, cells: np.ndarray, middles: list) -> tuple
 # --- models -------------------------------------------------------------------------------------------------------
 
 
-def shell_model(points: np.ndarray, cells: np.ndarray, section, corner: int = 0) -> mp.FEModel:
+def shell_model(points: np.ndarray, cells: np.ndarray, section, corner: int = 0) -> mp.fe.FEModel:
     """Assemble a shell whose root is its node `corner`; no DOF is held."""
     kind = {3: "triangle", 4: "quad"}[cells.shape[1]]
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": np.array([[corner]])},
         groups={"shell": {kind: np.arange(len(cells))}, "corner": {"vertex": np.array([0])}},
@@ -149,7 +149,7 @@ def shell_model(points: np.ndarray, cells: np.ndarray, section, corner: int = 0)
 def solid_model(points: np.ndarray, cells: np.ndarray, kind: str, section, face: np.ndarray | None = None):
     """Assemble a body without nodal rotations whose root frame is tied to the nodes `face` (default: all)."""
     face = np.arange(len(points)) if face is None else face
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": face[:, None]},
         groups={"body": {kind: np.arange(len(cells))}, "face": {"vertex": np.arange(len(face))}},
@@ -157,7 +157,7 @@ def solid_model(points: np.ndarray, cells: np.ndarray, kind: str, section, face:
     return mp.assemble(mesh, {"body": section}, {"root": mp.Interface(group="face")})
 
 
-def local_axes(model: mp.FEModel, R: np.ndarray) -> csr_array:
+def local_axes(model: mp.fe.FEModel, R: np.ndarray) -> csr_array:
     """Q with ``d = Q d_local``: every translation and rotation in axes that R turns into those of the mesh."""
     Q = np.zeros((model.n_dof, 3))
     cols = np.zeros((model.n_dof, 3), dtype=int)
@@ -169,7 +169,7 @@ def local_axes(model: mp.FEModel, R: np.ndarray) -> csr_array:
     return csr_array((Q.ravel(), cols.ravel(), np.arange(0, 3 * model.n_dof + 1, 3)), shape=(model.n_dof,) * 2)
 
 
-def free_dofs(model: mp.FEModel, *held: np.ndarray, components: Iterable[int] = range(6)) -> np.ndarray:
+def free_dofs(model: mp.fe.FEModel, *held: np.ndarray, components: Iterable[int] = range(6)) -> np.ndarray:
     """DOFs of the listed components at mesh nodes, without those `held`."""
     dof = model.dof[: len(model.points), list(components)].ravel()
     return np.setdiff1d(dof[dof >= 0], np.concatenate([np.zeros(0, dtype=int), *[np.ravel(h) for h in held]]))
@@ -185,43 +185,43 @@ def submatrix(A, keep: np.ndarray) -> csr_array:
 SOLVER = "superlu"  # quicker than PARDISO at these sizes
 
 
-def static(model: mp.FEModel, keep: np.ndarray, load: np.ndarray) -> np.ndarray:
+def static(model: mp.fe.FEModel, keep: np.ndarray, load: np.ndarray) -> np.ndarray:
     """Displacements under the nodal loads (n_dof,) or (n_dof, k) with all DOFs but `keep` held."""
     d = np.zeros(load.shape)
-    d[keep] = factorize(submatrix(model.K, keep), SOLVER).solve(load[keep])
+    d[keep] = factorise(submatrix(model.K, keep), SOLVER).solve(load[keep])
     return d
 
 
-def frequencies(model: mp.FEModel, keep: np.ndarray, n: int) -> np.ndarray:
+def frequencies(model: mp.fe.FEModel, keep: np.ndarray, n: int) -> np.ndarray:
     """Lowest n frequencies (rad/s) of the DOFs `keep`."""
     K, M = (submatrix(A, keep) for A in (model.K, model.M))
-    return np.sqrt(lowest_modes(K, M, n, factor=factorize(K, SOLVER))[0])
+    return np.sqrt(lowest_modes(K, M, n, factor=factorise(K, SOLVER))[0])
 
 
-def buckling_factors(model: mp.FEModel, keep: np.ndarray, d: np.ndarray, load: np.ndarray, n: int = 1) -> np.ndarray:
+def buckling_factors(model: mp.fe.FEModel, keep: np.ndarray, d: np.ndarray, load: np.ndarray, n: int = 1) -> np.ndarray:
     """Lowest n factors (ascending) by which the prestress of `d` buckles the DOFs `keep`."""
     K, Kg = submatrix(model.K, keep), submatrix(model.geometric_stiffness(d, load), keep)
-    factor = factorize(K, SOLVER)
+    factor = factorise(K, SOLVER)
     inverse = LinearOperator(K.shape, matvec=factor.solve, matmat=factor.solve, dtype=float)
     start = np.random.default_rng(0).standard_normal(len(keep))
     mu = eigsh(-Kg, n, K, Minv=inverse, which="LA", v0=start, ncv=max(40, 4 * n), return_eigenvectors=False)
     return np.sort(1 / mu)
 
 
-def free_spectrum(model: mp.FEModel, keep: np.ndarray, n: int) -> np.ndarray:
+def free_spectrum(model: mp.fe.FEModel, keep: np.ndarray, n: int) -> np.ndarray:
     """Lowest n eigenvalues (rad/s)^2, rigid motions too; M may be singular (drilling carries no mass)."""
     K, M = (submatrix(A, keep).toarray() for A in (model.K, model.M))
     shift = 1e-3 * K.diagonal().mean() / M.diagonal().mean()
     return 1 / eigh(M, K + shift * M, eigvals_only=True)[::-1][:n] - shift
 
 
-def zero_modes(model: mp.FEModel, keep: np.ndarray) -> np.ndarray:
+def zero_modes(model: mp.fe.FEModel, keep: np.ndarray) -> np.ndarray:
     """Seven lowest eigenvalues of the free body over the seventh."""
     w2 = free_spectrum(model, keep, 7)
     return w2 / w2[6]
 
 
-def rigid_residual(model: mp.FEModel, keep: np.ndarray) -> float:
+def rigid_residual(model: mp.fe.FEModel, keep: np.ndarray) -> float:
     """``|K R| / |K|`` of the rigid motions, scaled to unit size."""
     R = model.rigid_body()
     return float(np.abs(model.K @ R)[keep].max() / (abs(model.K).max() * np.abs(R).max()))

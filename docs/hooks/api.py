@@ -9,7 +9,7 @@ import re
 
 from mkdocs.exceptions import PluginError
 
-import modalprep
+from modalprep.lazy import public_homes
 
 PACKAGES = re.compile(r"^<!-- api (.+) -->$", re.MULTILINE)
 NAMES = re.compile(r"^<!-- names (.+) -->$", re.MULTILINE)
@@ -42,8 +42,8 @@ def on_page_content(content, page, config, files):
 
 def public(packages):
     """Return the full names of the public names that live in some packages, in the order of the package's list."""
-    homes = modalprep._HOME.items()
-    return [f"modalprep.{home}.{name}" for name, home in homes if home.split(".")[0] in packages]
+    homes = [(name.rpartition(".")[2], home) for name, home in public_homes().items()]
+    return [f"{home}.{name}" for name, home in homes if home.split(".")[1] in packages]
 
 
 def _entries(names):

@@ -1,89 +1,86 @@
 """modalprep: finite-element meshes to flexible bodies for multibody dynamics, and their simulation.
 
-The public names are loaded on first use, so that ``import modalprep`` costs nothing.
+The names of the tour stand here, the others in `modalprep.fe`, `reduction`, `body`, `multibody`, `formats`, `report`
+and `linalg`. A name is loaded on first use, so that ``import modalprep`` costs nothing.
 """
 
 from __future__ import annotations
 
-from importlib import import_module
+from modalprep.lazy import lazy
 
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
-    from typing import Any
+    from modalprep import body as body
+    from modalprep import fe as fe
+    from modalprep import formats as formats
+    from modalprep import linalg as linalg
+    from modalprep import multibody as multibody
+    from modalprep import reduction as reduction
+    from modalprep import report as report
+    from modalprep.body.build import flexible_body as flexible_body
+    from modalprep.body.checks import check_body as check_body
+    from modalprep.body.rigid import rigid_body as rigid_body
+    from modalprep.errors import AccuracyError as AccuracyError
+    from modalprep.errors import InputError as InputError
+    from modalprep.errors import MechanismError as MechanismError
+    from modalprep.errors import ModalprepError as ModalprepError
+    from modalprep.errors import OutputError as OutputError
+    from modalprep.errors import RenderError as RenderError
+    from modalprep.errors import SimulationError as SimulationError
+    from modalprep.fe.assembly.assemble import assemble as assemble
+    from modalprep.fe.generation.generate import make_mesh as make_mesh
+    from modalprep.fe.links.interface import Connection as Connection
+    from modalprep.fe.links.interface import Interface as Interface
+    from modalprep.fe.properties.materials import Material as Material
+    from modalprep.fe.properties.properties import Beam as Beam
+    from modalprep.fe.properties.properties import PointMass as PointMass
+    from modalprep.fe.properties.properties import Shell as Shell
+    from modalprep.fe.properties.properties import Solid as Solid
+    from modalprep.fe.properties.properties import Spring as Spring
+    from modalprep.fe.properties.properties import Truss as Truss
+    from modalprep.fe.quality.quality import check_mesh as check_mesh
+    from modalprep.fe.readers.read import read_mesh as read_mesh
+    from modalprep.formats.modalfile import read_body as read_body
+    from modalprep.formats.modalfile import write_body as write_body
+    from modalprep.formats.resultfile import read_result as read_result
+    from modalprep.formats.resultfile import write_result as write_result
+    from modalprep.multibody.analysis.equilibrium import static_equilibrium as static_equilibrium
+    from modalprep.multibody.analysis.linearise import linearise as linearise
+    from modalprep.multibody.analysis.system_modes import system_modes as system_modes
+    from modalprep.multibody.model.events import Event as Event
+    from modalprep.multibody.model.joint import Joint as Joint
+    from modalprep.multibody.model.loads import PointForce as PointForce
+    from modalprep.multibody.model.system import System as System
+    from modalprep.multibody.results.result import Result as Result
+    from modalprep.multibody.simulate import simulate as simulate
+    from modalprep.reduction.craig_bampton import craig_bampton as craig_bampton
+    from modalprep.reduction.craig_bampton import guyan as guyan
 
 __version__ = "0.1.0"
 
 _NAMES = {
     "fe.readers.read": "read_mesh",
-    "fe.mesh.mesh": "Mesh",
-    "fe.external.files": "read_matrices",
-    "fe.properties.materials": "Material Orthotropic",
-    "fe.properties.properties": "Beam Truss Ply Shell Solid PointMass Spring",
-    "fe.properties.sections": "beam_section",
-    "fe.quality.quality": "check_mesh",
     "fe.generation.generate": "make_mesh",
-    "fe.links.interface": "Connection Interface",
-    "reduction.prestress": "buckling prestressed_modes interface_load acceleration_load",
-    "fe.assembly.model": "FEModel",
+    "fe.quality.quality": "check_mesh",
+    "fe.properties.materials": "Material",
+    "fe.properties.properties": "Beam Truss Shell Solid PointMass Spring",
+    "fe.links.interface": "Interface Connection",
     "fe.assembly.assemble": "assemble",
-    "linalg.factor": "factorize",
-    "linalg.modes": "lowest_modes",
-    "fe.assembly.stress_recovery": "StressPoint stress_recovery",
     "reduction.craig_bampton": "craig_bampton guyan",
-    "reduction.basis": "Reduction",
-    "reduction.table": "ModeTable",
-    "reduction.free_interface": "free_interface improved_guyan",
-    "reduction.error": "reduction_error",
-    "reduction.loads": "Load nodal_load",
-    "reduction.synthesis": "synthesize",
-    "reduction.projected": "projected_basis reduced_body",
-    "reduction.damping": "component_damping modal_damping rayleigh",
     "body.build": "flexible_body",
-    "body.flexible_body": "FlexibleBody",
     "body.rigid": "rigid_body",
-    "body.checks": "check_body check_model CheckReport",
-    "body.verify": "check_projection check_buckling",
-    "body.mass": "mass_matrix",
-    "body.frames": "reroot in_frame in_mean_axes in_principal_axes at_centre_of_mass",
+    "body.checks": "check_body",
     "formats.modalfile": "write_body read_body",
-    "formats.resultfile": "write_result read_result write_csv read_csv",
-    "formats.statespace": "write_state_space",
-    "multibody.model.joint": "Joint",
     "multibody.model.system": "System",
-    "multibody.model.time_function": "TimeFunction",
-    "multibody.model.joint_element": "HingeElement",
-    "multibody.model.loads": "PointForce DistributedForce AxialSpring Bushing Callback",
-    "multibody.model.environment": "CentralGravity Orbit Dipole Conductor",
-    "multibody.model.hydrodynamics": "ImmersedRod Water",
-    "multibody.evaluation.impact": "Impact impact",
-    "multibody.evaluation.feedback": "feedback",
-    "multibody.model.constraints": "Closure Coupler",
+    "multibody.model.joint": "Joint",
+    "multibody.model.loads": "PointForce",
     "multibody.model.events": "Event",
-    "multibody.results.result": "Result",
     "multibody.simulate": "simulate",
-    "multibody.model.deployment": "Deployment",
-    "multibody.deploying.system": "DeployingSystem",
-    "multibody.deploying.simulate": "simulate_deployment",
-    "multibody.analysis.spin": "spin_modes",
+    "multibody.results.result": "Result",
     "multibody.analysis.equilibrium": "static_equilibrium",
     "multibody.analysis.linearise": "linearise",
-    "multibody.analysis.state_space": "frequency_response",
     "multibody.analysis.system_modes": "system_modes",
-    "multibody.analysis.inverse_dynamics": "inverse_dynamics hinge_forces",
-    "multibody.free_body.free_flyer": "fly_free",
-    "multibody.model.depletion": "Depletion ExpelledGas burn",
-    "body.levels": "scaled",
-    "body.stress": "StressModes",
-    "body.frozen": "frozen_stiffness",
-    "report.pictures.system_animation": "animate_system",
+    "formats.resultfile": "write_result read_result",
     "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError",
-    "fe.external.model": "model_from_matrices",
 }
-_HOME = {name: home for home, names in _NAMES.items() for name in names.split()}
-__all__ = sorted(_HOME)
-
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"modalprep has no {name!r}; it has {', '.join(__all__)}")
-    return getattr(import_module(f"modalprep.{_HOME[name]}"), name)
+__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

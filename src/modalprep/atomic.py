@@ -1,4 +1,4 @@
-"""Files that are whole or absent: write to a temporary name, rename when finished."""
+"""Atomic writing of files: write to a temporary name, rename when finished."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
 
 
 def remove_temporary(folder: Path, process: int) -> None:
-    """Remove what a process that was ended left of the files that it was writing in a folder and the folders in it.
+    """Remove incomplete files of a terminated process in a folder and its subfolders.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def remove_temporary(folder: Path, process: int) -> None:
 
 
 def write_json(data: dict[str, Any], path: Path) -> Path:
-    """Write one JSON object; the file is whole or absent.
+    """Write one JSON object; the file is written completely or not at all.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def write_json(data: dict[str, Any], path: Path) -> Path:
 
 
 def write_table(header: Iterable[str], rows: Iterable[Sequence[float]], path: str | Path) -> Path:
-    """Write numbers to ten digits as a CSV file; the file is whole or absent.
+    """Write numbers to ten digits as a CSV file; the file is written completely or not at all.
 
     Raises
     ------

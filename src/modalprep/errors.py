@@ -1,8 +1,8 @@
-"""Errors of modalprep: what arrived, where, and what to do about it, in one sentence."""
+"""Errors of modalprep; a message tells what is wrong, where, and what to do."""
 
 
 class ModalprepError(Exception):
-    """Base of every error raised on purpose; its text is one sentence for the user."""
+    """Base of all errors raised by modalprep; its text is a message for the user."""
 
     exit_code = 1
 
@@ -14,15 +14,15 @@ class InputError(ModalprepError, ValueError):
 
 
 class OutputError(InputError):
-    """A file cannot be written: the disk is full, or the folder closed (exit code 2)."""
+    """A file cannot be written: the disk is full or the folder not writable (exit code 2)."""
 
 
 class MechanismError(InputError):
-    """The clamped structure can still move without strain: something is not attached."""
+    """The clamped structure can still move without strain: a part is not connected."""
 
 
 class AccuracyError(ModalprepError, RuntimeError):
-    """A numerical result did not pass its own check (exit code 1)."""
+    """A numerical result failed its check (exit code 1)."""
 
 
 class SimulationError(ModalprepError, RuntimeError):

@@ -25,7 +25,7 @@ def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:
 def spinup_section(**changes: float) -> Beam:
     """Return the section of the spin-up beam of Simo and Vu-Quoc (1986): EA 2.8e7, EI 1.4e4, GA 1e7, 1.2 kg/m.
 
-    Bending is in the x-y plane; out of it the beam is four times as stiff.
+    Bending is in the x-y plane; out of plane the beam is four times as stiff.
     """
     values = {"A": 4e-4, "Iy": 8e-7, "Iz": 2e-7, "J": 5e-7, "ky": 1.0, "kz": 1.0} | changes
     return Beam(material=Material(E=7e10, nu=0.4, rho=3000.0), **values)

@@ -34,9 +34,8 @@ def compile_kernel(function: Callable, **options: Any) -> Callable:
         kernel = njit(cache=True, **(OPTIONS | options))(function)
     except RuntimeError:  # numba: "no locator available"
         kernel = njit(cache=False, **(OPTIONS | options))(function)
-    numbered = getattr(getattr(kernel, "_cache", None), "_cache_file", None)
-    if numbered is not None:
-        kernel._cache._cache_file = CompiledFiles(numbered, stamp)
+    if isinstance(getattr(kernel, "_cache", None), core.caching.Cache):  # not without a cache or a compiler
+        kernel._cache._cache_file = CompiledFiles(kernel._cache._cache_file, stamp)
     return kernel
 
 
@@ -103,7 +102,9 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
     """One whole file for each compiled signature, which says itself what it holds.
 
     Numba keeps an index beside numbered files. After a kill between the two, or when two processes compile for
-    different types at the same moment, a number may belong to other code: wrong results, or a crash.
+    different types at the same moment, a number may belong to other code: wrong results, or a crash. Numba lets a
+    program choose the folder and the stamp of its files (NUMBA_CACHE_LOCATOR_CLASSES, for all functions of the
+    process) but not how they are kept, so this takes the place of a private attribute: pyproject.toml bounds numba.
     """
 
     def __init__(self, numbered: core.caching.IndexDataCacheFile, stamp: str) -> None:

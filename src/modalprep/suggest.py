@@ -8,6 +8,16 @@ from typing import Any
 
 from modalprep.errors import InputError
 
+MADE_BY = {
+    "Mesh": "read one with read_mesh(path), or make one with make_mesh",
+    "FEModel": "make one with assemble(mesh, properties, interfaces)",
+    "Reduction": "make one with craig_bampton(model, modes=...)",
+    "FlexibleBody": "make one with flexible_body(model, reduction) or rigid_body, or read one with read_body(path)",
+    "System": "make one with System(bodies=..., joints=...)",
+    "Result": "simulate returns one",
+    "StateSpace": "linearise returns one",
+}
+
 
 def suggestion(wrong: str, known: Iterable[str], intro: str) -> str:
     """Say which names exist, the closest first when one is close.
@@ -21,6 +31,21 @@ def suggestion(wrong: str, known: Iterable[str], intro: str) -> str:
     close = difflib.get_close_matches(wrong, known, n=1)
     guess = f"did you mean {close[0]!r}? " if close else ""
     return f"{guess}{intro} {', '.join(known) or 'none'}"
+
+
+def refuse_other(call: str, kind: type, value: object) -> None:
+    """Raise an `InputError` when a value is of another type than the call needs, with a word on how to make one.
+
+    Examples
+    --------
+    >>> refuse_other("repeat: the text", str, "a")
+    >>> refuse_other("repeat: the text", str, 3)
+    Traceback (most recent call last):
+    modalprep.errors.InputError: repeat: the text must be of type str, not int
+    """
+    if not isinstance(value, kind):
+        advice = f"; {MADE_BY[kind.__name__]}" if kind.__name__ in MADE_BY else ""
+        raise InputError(f"{call} must be of type {kind.__name__}, not {type(value).__name__}{advice}")
 
 
 def refuse_unknown(name: str, known: Iterable[str], what: str) -> None:

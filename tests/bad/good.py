@@ -179,7 +179,7 @@ def write_good(folder: Path) -> Path:
     (folder / "deck.bdf").write_text(BDF)
     write_plate(folder / "plate.vtu")
     root = {"position": np.zeros(3), "axes": np.eye(3), "components": ("xx", "torsion"), "modes": np.ones((2, 2))}
-    mp.write_body(uniform_beam(modes=2).with_(stress={"root": mp.StressModes(**root)}), folder / "body.h5")
+    mp.write_body(uniform_beam(modes=2).with_(stress={"root": mp.body.StressModes(**root)}), folder / "body.h5")
     run = mp.Result(time=np.arange(3.0), channels={"a.angle": np.ones(3)}, status="done", message="")
     mp.write_result(run, folder / "run.h5")
     write_matrices(folder)

@@ -21,7 +21,7 @@ def planar():
 def beam_body(elements, modes, tip="free", **section):
     model = mp.assemble(
         beam_mesh(elements),
-        {"beam": spinup_section(shear=False, **section)},
+        {"beam": spinup_section(theory="euler-bernoulli", **section)},
         {
             "root": mp.Interface(group="root", kind="node"),
             "tip": mp.Interface(group="tip", kind="node", boundary=tip),
@@ -123,7 +123,7 @@ def test_body_does_not_depend_on_where_the_mesh_lies():
 
 
 def test_checks_pass_and_catch_a_wrong_mass(bracket_body, bracket_model):
-    assert [c.name for c in mp.check_body(bracket_body) + mp.check_model(bracket_model) if not c.passed] == []
+    assert [c.name for c in mp.check_body(bracket_body) + mp.body.check_model(bracket_model) if not c.passed] == []
     wrong = {
         "mass and inertia": bracket_body.with_(m=bracket_body.m * 1.001),
         "modal mass": bracket_body.with_(P=bracket_body.P * 1.01),

@@ -49,7 +49,7 @@ def strip_mesh(kind):
     ends = [np.flatnonzero(np.abs(points[:, 0] - x) < 1e-9) for x in (0.0, LENGTH)]
     groups = {"strip": {cell: np.arange(len(cells))}, "root": {"vertex": np.arange(len(ends[0]))},
               "tip": {"vertex": len(ends[0]) + np.arange(len(ends[1]))}}  # fmt: skip
-    return mp.Mesh(points=points, cells={cell: cells, "vertex": np.concatenate(ends)[:, None]}, groups=groups)
+    return mp.fe.Mesh(points=points, cells={cell: cells, "vertex": np.concatenate(ends)[:, None]}, groups=groups)
 
 
 def _renamed(groups):

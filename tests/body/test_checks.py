@@ -43,7 +43,7 @@ def test_mass_matrix_is_that_of_the_equations_of_motion(body):
 @pytest.mark.parametrize("kind", ["hexahedron20", "tetra10"])
 def test_projection_of_solids(kind):
     model = horn_model(kind=kind, n=(3, 1, 1))
-    reduction = mp.free_interface(model, modes=3)
+    reduction = mp.reduction.free_interface(model, modes=3)
     assert failing(check_projection(model, reduction, mp.flexible_body(model, reduction, name="horn"))) == []
 
 
@@ -61,7 +61,7 @@ def test_projection_with_any_root_and_any_number_of_interfaces(root, names):
 
 def test_projection_of_beams():
     model = cantilever_model(tip="fixed")
-    reduction = mp.improved_guyan(model)
+    reduction = mp.reduction.improved_guyan(model)
     assert failing(check_projection(model, reduction, mp.flexible_body(model, reduction, name="beam"))) == []
 
 
@@ -76,7 +76,7 @@ def test_projection_catches_every_wrong_array(model, reduction, body):
     for name, change in wrong.items():
         assert name in failing(check_projection(model, reduction, body.with_(**change))), name
     bent = reduction.with_(static=reduction.static * 1.0001)
-    assert "static answers" in failing(check_projection(model, bent, body))
+    assert "static responses" in failing(check_projection(model, bent, body))
     for name in ("Kg_A", "Kg_F", "Kg_T"):
         changed = body.with_(**{name: getattr(body, name) * 1.0001})
         assert failing(check_projection(model, reduction, changed)) == ["prestress"], name

@@ -71,7 +71,7 @@ def section_four(body, q):
     return np.block([[rigid_mass_matrix(body.m, s, body.E0 + half + half.T), cross], [cross.T, np.eye(body.n)]])
 
 
-@pytest.fixture(scope="module", params=["beam", "beam with static answers", "panel", "bracket", "horn"])
+@pytest.fixture(scope="module", params=["beam", "beam with static responses", "panel", "bracket", "horn"])
 def body(request, project, bracket_body):
     if request.param == "bracket":
         return bracket_body

@@ -64,7 +64,7 @@ def arch(elements, root):
     a = np.linspace(0, np.pi / 3, elements + 1)
     line = np.stack([0.8 * np.sin(a), 0 * a, 0.8 * (1 - np.cos(a))], axis=1)
     ends = {name: mp.Interface(group=name, kind="node") for name in ("root", "tip")}
-    section = mp.beam_section(
+    section = mp.fe.beam_section(
         "rectangle", mp.Material(E=70e9, nu=0.3, rho=2700.0), width=0.06, height=0.03, up=(0, 1, 0)
     )
     model = mp.assemble(beam_mesh(elements).with_(points=line), {"beam": section}, ends, root=root)
@@ -218,7 +218,7 @@ def test_mean_axes_of_a_rigid_body_are_its_centre():
 
 
 def test_refusals(body):
-    with pytest.raises(mp.InputError, match="no interface 'top'; it has left, right, side"):
+    with pytest.raises(mp.InputError, match="body 'horn': interface 'top' does not exist; known are left, right, side"):
         reroot(body, "top")
     with pytest.raises(mp.InputError, match="axes are not a rotation"):
         in_frame(body, origin=np.zeros(3), axes=np.diag([1.0, 1, -1]))

@@ -22,7 +22,7 @@ RELATIVE = (
 def body():
     points, cells = surface(20, 20, "quad", lambda s, t: (s, t - 0.5, 0 * s))
     root = np.flatnonzero(points[:, 0] == 0)
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"quad": cells, "vertex": root[:, None]},
         groups={"plate": {"quad": np.arange(len(cells))}, "root": {"vertex": np.arange(len(root))}},

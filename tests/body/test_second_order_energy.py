@@ -17,8 +17,8 @@ from modalprep.vectors import skew
 
 METAL = mp.Material(E=1.0, nu=0.3, rho=1.0)
 STIFF = mp.Material(E=3.0, nu=0.2, rho=0.5)
-PLIES = tuple(mp.Ply(material=m, thickness=0.05) for m in (METAL, STIFF))  # stretching bends it
-BOX = mp.beam_section("rectangle", METAL, width=0.2, height=0.1)
+PLIES = tuple(mp.fe.Ply(material=m, thickness=0.05) for m in (METAL, STIFF))  # stretching bends it
+BOX = mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1)
 LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
 WARPED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [-0.1, 1.0, -0.1]])
 
@@ -40,10 +40,12 @@ def solid(kind):
 
 ELEMENTS = {
     "beam": line(BeamBlock, BOX),
-    "eccentric beam": line(BeamBlock, mp.beam_section("rectangle", METAL, width=0.2, height=0.1, offset=(0.1, -0.2))),
+    "eccentric beam": line(
+        BeamBlock, mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1, offset=(0.1, -0.2))
+    ),
     "truss": line(TrussBlock, mp.Truss(material=METAL, A=0.1)),
     "truss with torque": line(TrussBlock, mp.Truss(material=METAL, A=0.1, J=0.02)),
-    "spring": line(SpringBlock, mp.Spring(k=(1.0, 2.0, 3.0, 0.4, 0.5, 0.6), location=0.3)),
+    "spring": line(SpringBlock, mp.Spring(translation=(1.0, 2.0, 3.0), rotation=(0.4, 0.5, 0.6), location=0.3)),
     "quad": shell("quad"),
     "eccentric quad": shell("quad", offset=0.2),
     "laminated quad": shell("quad", material=None, thickness=0.0, plies=PLIES),
@@ -106,8 +108,10 @@ def mast(links=(), extra=(), section=None, **masses):
     groups = {"beam": {"line": np.arange(12)}, "root": {"vertex": [0]}, "tip": {"vertex": [1]}}
     groups |= {"ends": {"vertex": np.arange(2, len(vertices))}} if len(extra) else {}
     cells = {"line": np.stack([np.arange(12), np.arange(1, 13)], axis=1), "vertex": vertices[:, None]}
-    mesh = mp.Mesh(points=points, cells=cells, groups=groups, links=tuple(links))
-    section = section or mp.beam_section("rectangle", STIFF, width=0.06, height=0.03, up=(0, 0, 1), offset=(0.02, 0.01))
+    mesh = mp.fe.Mesh(points=points, cells=cells, groups=groups, links=tuple(links))
+    section = section or mp.fe.beam_section(
+        "rectangle", STIFF, width=0.06, height=0.03, up=(0, 0, 1), offset=(0.02, 0.01)
+    )
     ends = {"root": mp.Interface(group="root", kind="node")}
     return mp.assemble(mesh, {"beam": section} | masses, ends)
 
@@ -120,7 +124,7 @@ def panel(tip):
     groups = {"skin": {"quad": np.arange(len(cells))}}
     groups |= {"root": {"vertex": np.arange(4)}, "tip": {"vertex": 4 + np.arange(len(ends["tip"]))}}
     vertices = np.concatenate(list(ends.values()))[:, None]
-    mesh = mp.Mesh(points=points, cells={"quad": cells, "vertex": vertices}, groups=groups)
+    mesh = mp.fe.Mesh(points=points, cells={"quad": cells, "vertex": vertices}, groups=groups)
     held = {"root": mp.Interface(group="root"), "tip": mp.Interface(group="tip", kind=tip, boundary="free")}
     return mp.assemble(mesh, {"skin": mp.Shell(material=METAL, thickness=0.02, offset=0.01)}, held)
 

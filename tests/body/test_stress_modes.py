@@ -14,7 +14,7 @@ import modalprep as mp
 from modalprep.body.difference import compare_bodies
 from modalprep.examples import beam_mesh
 from modalprep.multibody.deploying.simulate import deployment_channels
-from modalprep.multibody.free_body.flight import fly_system
+from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.simulate import start_channels
 from modalprep.reduction.projected import projected_basis
 
@@ -31,18 +31,18 @@ def beam(modes=6, elements=20, truncation=("inertia",), loads=None):
         "root": mp.Interface(group="root", kind="node"),
         "tip": mp.Interface(group="tip", kind="node", boundary="free"),
     }
-    model = mp.assemble(mesh, {"beam": mp.beam_section("rectangle", STEEL, width=B, height=H)}, ends)
-    load = {name: mp.nodal_load(model, mesh, name, each) for name, each in (loads or {}).items()}
+    model = mp.assemble(mesh, {"beam": mp.fe.beam_section("rectangle", STEEL, width=B, height=H)}, ends)
+    load = {name: mp.reduction.nodal_load(model, mesh, name, each) for name, each in (loads or {}).items()}
     reduction = mp.craig_bampton(model, modes=modes, truncation=truncation, loads=load)
-    points = {"root": mp.StressPoint(group="root"), "middle": mp.StressPoint(near=(LENGTH / 2, 0, 0))}
-    return mp.flexible_body(model, reduction, name="beam", stress=mp.stress_recovery(model, mesh, points))
+    points = {"root": mp.fe.StressPoint(group="root"), "middle": mp.fe.StressPoint(near=(LENGTH / 2, 0, 0))}
+    return mp.flexible_body(model, reduction, name="beam", stress=mp.fe.stress_recovery(model, mesh, points))
 
 
 @pytest.fixture(scope="module")
 def horn():
     """All modes of a small solid, with the stress at every node, and its model."""
     model, mesh = horn_model(), horn_mesh()
-    recovery = mp.stress_recovery(model, mesh, {"all": mp.StressPoint(group="body")})
+    recovery = mp.fe.stress_recovery(model, mesh, {"all": mp.fe.StressPoint(group="body")})
     reduction = mp.craig_bampton(model, modes=10_000, truncation=())
     return model, recovery, mp.flexible_body(model, reduction, name="horn", stress=recovery)
 
@@ -68,7 +68,7 @@ def test_all_modes_have_the_static_stress_of_the_full_model(horn):
     """Force on an interface: the modal sum is the recovery of the finite-element solution."""
     model, recovery, body = horn
     force = np.array([30.0, -50.0, 20.0])
-    load = mp.interface_load(model, "right", force=tuple(force))
+    load = mp.reduction.interface_load(model, "right", force=tuple(force))
     held = model.interfaces[0].dofs
     K = (model.C.T @ model.K @ model.C).toarray()
     keep = np.setdiff1d(np.arange(len(K)), np.searchsorted(model.free, held))
@@ -99,16 +99,16 @@ def test_von_mises_is_the_second_invariant(horn):
 
 def test_modes_without_strain_have_no_stress():
     """A bar on a universal joint: the modes in which it swings have exactly none, not round-off."""
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=np.array([[0.0, 0, 0], [0.5, 0, 0], [1, 0, 0]]),
         cells={"line": np.array([[0, 1], [1, 2]]), "vertex": np.array([[0], [2]])},
         groups={"hinge": {"line": np.array([0])}, "arm": {"line": np.array([1])}}
         | {name: {"vertex": np.array([k])} for k, name in enumerate(("root", "tip"))},
     )
-    hinge = mp.Spring(k=(1e8, 1e8, 1e8, 1e6, 0, 0), location=0.0)
-    parts = {"hinge": hinge, "arm": mp.beam_section("rod", STEEL, diameter=0.05)}
+    hinge = mp.Spring(translation=(1e8, 1e8, 1e8), rotation=(1e6, 0, 0), location=0.0)
+    parts = {"hinge": hinge, "arm": mp.fe.beam_section("rod", STEEL, diameter=0.05)}
     model = mp.assemble(mesh, parts, {name: mp.Interface(group=name, kind="node") for name in ("root", "tip")})
-    recovery = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=2)})
+    recovery = mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=2)})
     body = mp.flexible_body(model, mp.craig_bampton(model, modes=2, truncation=()), name="arm", stress=recovery)
     loose = body.frequency == 0
     assert loose.sum() == 2
@@ -135,13 +135,13 @@ def test_the_stress_of_a_state_does_not_depend_on_its_description(horn):
     expected = squeezed(body)
     answers = np.concatenate([body.phi[1:].reshape(-1, body.n), body.psi[1:].reshape(-1, body.n)]).T / body.K[:, None]
     others = {
-        "rooted elsewhere": mp.reroot(body, "right"),
-        "mean axes": mp.in_mean_axes(body),
-        "centre of mass": mp.at_centre_of_mass(body),
-        "its static answers": mp.reduced_body(
+        "rooted elsewhere": mp.body.reroot(body, "right"),
+        "mean axes": mp.body.in_mean_axes(body),
+        "centre of mass": mp.body.at_centre_of_mass(body),
+        "its static responses": mp.reduction.reduced_body(
             body, projected_basis(answers, np.diag(body.K), np.eye(body.n), tolerance=0)
         ),
-        "frozen at rest": mp.frozen_stiffness(body, np.zeros(3)),
+        "frozen at rest": mp.body.linearised_geometric_stiffness(body, np.zeros(3)),
     }
     for name, other in others.items():
         np.testing.assert_allclose(squeezed(other), expected, rtol=0, atol=1e-6 * np.abs(expected).max(), err_msg=name)
@@ -152,7 +152,7 @@ def test_axes_and_places_turn_with_the_frame(horn):
     body, rng = horn[2], np.random.default_rng(2)
     Q = np.linalg.qr(rng.standard_normal((3, 3)))[0]
     Q *= np.linalg.det(Q)
-    moved = mp.in_frame(body, origin=np.array([0.1, -0.2, 0.3]), axes=Q)
+    moved = mp.body.in_frame(body, origin=np.array([0.1, -0.2, 0.3]), axes=Q)
     before, after = body.stress["all.3"], moved.stress["all.3"]
     assert np.array_equal(before.modes, after.modes)
     np.testing.assert_allclose(after.axes, before.axes @ Q, atol=1e-15)
@@ -161,7 +161,7 @@ def test_axes_and_places_turn_with_the_frame(horn):
 
 def test_stress_belongs_to_the_modes(horn):
     body = horn[2]
-    for same in (body.with_(D=0 * body.D), body.conventional(), mp.scaled(body, 2.0)):
+    for same in (body.with_(D=0 * body.D), body.conventional(), mp.body.scaled(body, 2.0)):
         assert np.array_equal(same.stress["all.1"].modes, body.stress["all.1"].modes)
     assert body.with_(K=2 * body.K).stress == {}
 
@@ -169,7 +169,7 @@ def test_stress_belongs_to_the_modes(horn):
 def test_differences_of_stress_are_found(horn):
     body = horn[2]
     signs = np.random.default_rng(0).choice([-1.0, 1.0], body.n)
-    flipped = mp.reduced_body(body, projected_basis(np.diag(signs), np.diag(body.K), np.eye(body.n)))
+    flipped = mp.reduction.reduced_body(body, projected_basis(np.diag(signs), np.diag(body.K), np.eye(body.n)))
     assert all(check.passed for check in compare_bodies(body, flipped))
     some = {name: body.stress[name] for name in ("all.1", "all.2")}
     wrong = {
@@ -269,7 +269,9 @@ def test_weight_of_a_cantilever_at_rest():
 def test_steady_spin_pulls_a_rod():
     """``rho w^2 (L^2 - x^2) / 2`` in all fibres of a beam that turns about z; elements have their mean."""
     body, w, n = beam(), 3.0, 20  # the stretch adds 6e-7, (w / w_axial)^2
-    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.TimeFunction(f"{w}*t"))
+    hub = mp.Joint(
+        name="hub", type="revolute", parent="ground", child="beam", motion=mp.multibody.TimeFunction(f"{w}*t")
+    )
     system = mp.System(bodies={"beam": body}, joints=(hub,))
     found = body.stresses(mp.static_equilibrium(system, steady=True).modal["beam"])
     middle = STEEL.rho * w**2 / 2 * (LENGTH**2 - (LENGTH / 2) ** 2 - (LENGTH / n) ** 2 / 3)
@@ -280,9 +282,9 @@ def test_steady_spin_pulls_a_rod():
 
 
 def test_sudden_load_doubles_the_static_stress():
-    """One coordinate, the static answer to a tip force: ``sigma = F L / W (1 - cos w t)`` at the root."""
+    """One coordinate, the static response to a tip force: ``sigma = F L / W (1 - cos w t)`` at the root."""
     force = 0.05
-    push = mp.Load(group="tip", force=(0, 0, 1.0))
+    push = mp.reduction.Load(group="tip", force=(0, 0, 1.0))
     body = beam(modes=0, truncation=("push",), loads={"push": push}).ruthless()
     assert body.n == 1
     load = mp.PointForce(name="push", at="beam.tip", force=np.array([0, 0, force]))
@@ -300,7 +302,9 @@ def test_sudden_load_doubles_the_static_stress():
 def test_a_run_ends_where_the_stress_is_too_high():
     """Under a sudden load a single mode has its static stress after a quarter of its period: an event."""
     force = 0.05
-    body = beam(modes=0, truncation=("push",), loads={"push": mp.Load(group="tip", force=(0, 0, 1.0))}).ruthless()
+    body = beam(
+        modes=0, truncation=("push",), loads={"push": mp.reduction.Load(group="tip", force=(0, 0, 1.0))}
+    ).ruthless()
     load = mp.PointForce(name="push", at="beam.tip", force=np.array([0, 0, force]))
     when = f"beam.stress.root.6.von_mises - {force * LENGTH / W!r}"
     period = 1 / body.frequency[0]
@@ -325,20 +329,20 @@ def test_every_way_to_run_has_the_channels():
 def fly_and_deploy():
     """A free flight in momenta and a deployment at the tip: stress by the modal coordinates of the same row."""
     body = beam(modes=2)
-    spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", spin=np.array([0, 0.5, 1.0]))
+    spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", angular_velocity=np.array([0, 0.5, 1.0]))
     fixed = mp.Joint(name="wall", type="weld", parent="ground", child="beam")
     tip = mp.Joint(name="tip", type="weld", parent="beam.tip", child="hub")
     places = {"root": np.zeros(3), "exit": np.array([0.1, 0, 0])}
     hub = mp.rigid_body("hub", mass=0.1, centre=np.zeros(3), inertia=1e-4 * np.eye(3), interfaces=places)
-    boom = mp.Deployment(
-        name="boom", parent="hub.exit", length=0.5, segments=2, mass_per_length=0.1, EI=100.0, law="0.1 + t"
+    boom = mp.multibody.Deployment(
+        name="boom", parent="hub.exit", length=0.5, segments=2, mass_per_length=0.1, EI=100.0, deployed_length="0.1 + t"
     )
-    deploying = mp.DeployingSystem(
+    deploying = mp.multibody.DeployingSystem(
         bodies={"beam": body, "hub": hub}, joints=(fixed, tip), deployments=(boom,), gravity=np.array([0, 0, -G])
     )
     runs = [
-        fly_system(mp.System(bodies={"beam": body}, joints=(spin,)), t_end=0.02),
-        mp.simulate_deployment(deploying, t_end=0.02),
+        simulate_free_system(mp.System(bodies={"beam": body}, joints=(spin,)), t_end=0.02),
+        mp.multibody.simulate_deployment(deploying, t_end=0.02),
     ]
     expected = {f"beam.stress.{name}" for name in body.stresses(np.zeros(body.n))}
     at = body.stress["root.1"]

@@ -5,12 +5,14 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import pytest
 from bad.good import BEAM, HINGE
 
 import modalprep as mp
 from modalprep.cli import main
+from modalprep.cli.commands import app
 from modalprep.examples import uniform_beam
 from modalprep.report.pictures.render import drawing_problem
 
@@ -57,10 +59,29 @@ def test_version(capsys):
     assert capsys.readouterr().out.strip() == f"modalprep {mp.__version__}"
 
 
-@pytest.mark.parametrize("command", ["run", "modes", "render", "simulate", "check", "mesh", "quality", "schema"])
+COMMANDS = {command.name or command.callback.__name__: command.callback for command in app.registered_commands}
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_every_command_explains_itself(command, capsys):
+    """The help has every word of the docstring and of the options' texts, brackets such as [grid] included."""
     assert main([command, "--help"]) == 0
-    assert "Usage" in capsys.readouterr().out
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "Usage" in printed
+    function = COMMANDS[command]
+    hints = get_type_hints(function, include_extras=True)
+    texts = [function.__doc__, *(get_args(hint)[1].help for name, hint in hints.items() if name != "return")]
+    for word in " ".join(texts).split():
+        assert word in printed
+
+
+def test_list_of_commands_cuts_no_sentence(capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["--help"]) == 0
+    printed = capsys.readouterr().out
+    assert "[grid]" in printed
+    assert "[analysis]" in printed
+    assert "..." not in printed.replace("[ARGS]...", "")
 
 
 def test_run_as_json(job, capsys):
@@ -97,11 +118,11 @@ def test_check(body, tmp_path, capsys):
 
 def test_simulate_variants(job, tmp_path, capsys):
     ends = {}
-    for option in ("", "--dense", "--no-geometric-stiffness"):
+    for option in ("", "--reference", "--no-geometric-stiffness"):
         target = tmp_path / f"run{option}.h5"
         assert main(["simulate", str(job), "-o", str(target), *filter(None, [option])]) == 0
         ends[option] = mp.read_result(target)["hinge.angle"][-1]
-    assert ends["--dense"] == pytest.approx(ends[""], rel=1e-8)
+    assert ends["--reference"] == pytest.approx(ends[""], rel=1e-8)
     assert ends["--no-geometric-stiffness"] != ends[""]
     assert (tmp_path / "run.csv").read_text().startswith("time,")
 
@@ -189,12 +210,12 @@ def test_geometric_stiffness_is_felt(tmp_path, project):
     hinge = HINGE.replace('"job.root"', '"job.root"\nstart = { rate = 3.0 }').replace("0.01", "0.2\nrtol = 1e-7")
     (tmp_path / "job.toml").write_text(text + hinge)
     ends = {}
-    for option in ("", "--dense", "--no-geometric-stiffness"):
+    for option in ("", "--reference", "--no-geometric-stiffness"):
         target = tmp_path / f"run{option}.h5"
         assert main(["simulate", str(tmp_path / "job.toml"), "-o", str(target), *filter(None, [option])]) == 0
         ends[option] = mp.read_result(target)["job.modal"][-1]
     size = abs(ends[""]).max()
-    assert abs(ends["--dense"] - ends[""]).max() < 1e-6 * size  # two integrations of relative tolerance 1e-7
+    assert abs(ends["--reference"] - ends[""]).max() < 1e-6 * size  # two integrations of relative tolerance 1e-7
     assert abs(ends["--no-geometric-stiffness"] - ends[""]).max() > 0.1 * size  # (rate / frequency)^2 is 0.6
 
 

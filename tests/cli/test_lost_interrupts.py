@@ -48,7 +48,7 @@ def in_a_library_that_fails_then():
 
 
 @pytest.fixture
-def heeded():
+def handled():
     """A shell that starts the tests in the background has them ignore Ctrl-C."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
@@ -61,7 +61,7 @@ def interrupted(work, monkeypatch, capsys) -> bool:
     return (main(["run", "job.toml"]), *capsys.readouterr()) == (130, "", "modalprep: interrupted\n")
 
 
-@pytest.mark.usefixtures("heeded")
+@pytest.mark.usefixtures("handled")
 @pytest.mark.parametrize(
     "where", [in_a_finaliser, in_a_weak_reference, in_a_library_that_swallows_it, in_a_library_that_fails_then]
 )
@@ -80,7 +80,7 @@ def test_lost_interrupts_are_repeated(where, tmp_path, monkeypatch, capsys):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.usefixtures("heeded")
+@pytest.mark.usefixtures("handled")
 def test_the_repetition_leaves_the_cleaning_up_alone(monkeypatch, capsys):
     cleaned = []
 
@@ -97,12 +97,12 @@ def test_the_repetition_leaves_the_cleaning_up_alone(monkeypatch, capsys):
     assert cleaned
 
 
-@pytest.mark.usefixtures("heeded")
+@pytest.mark.usefixtures("handled")
 def test_an_interrupt_that_was_lost_at_the_very_end(monkeypatch, capsys):
     assert interrupted(in_a_finaliser, monkeypatch, capsys)
 
 
-@pytest.mark.usefixtures("heeded")
+@pytest.mark.usefixtures("handled")
 def test_other_exceptions_of_finalisers_are_still_reported(monkeypatch):
     class Faulty:
         def __del__(self):

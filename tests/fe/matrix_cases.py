@@ -140,7 +140,7 @@ pictures = "none"
 def solid():
     """K, M of the nodes of a distorted bar, its points and cells, and its direct model."""
     points, cells = box("hexahedron", (5, 2, 2), (1.0, 0.2, 0.1), distort=0.2)
-    mesh = mp.Mesh(points=points, cells={"hexahedron": cells}, groups={"b": {"hexahedron": np.arange(len(cells))}})
+    mesh = mp.fe.Mesh(points=points, cells={"hexahedron": cells}, groups={"b": {"hexahedron": np.arange(len(cells))}})
     alloy = mp.Solid(material=mp.Material(E=7e10, nu=0.3, rho=2700.0))
     model = mp.assemble(mesh, {"b": alloy}, FACES)
     n = 3 * len(points)

@@ -83,10 +83,10 @@ KNOWN = ", ".join(EXPORTS)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (["--to", "adams"], f"unknown format 'adams'; known are {KNOWN}"),
-        (["--to", "sids"], f"unknown format 'sids'; did you mean 'sid'? known are {KNOWN}"),
-        (["--to", "sid", "--dialect", "x"], "unknown SID dialect 'x'; known are fembs, pysid, fembeam"),
-        (["--to", "mbdyn", "--version", "x"], "unknown version 'x' of the MBDyn file; known are full, classic"),
+        (["--to", "adams"], f"format 'adams' does not exist; known are {KNOWN}"),
+        (["--to", "sids"], f"format 'sids' does not exist; did you mean 'sid'? known are {KNOWN}"),
+        (["--to", "sid", "--dialect", "x"], "SID dialect 'x' does not exist; known are fembs, pysid, fembeam"),
+        (["--to", "mbdyn", "--version", "x"], "MBDyn version 'x' does not exist; known are full, classic"),
         (["--to", "vtu", "--dialect", "x"], "format 'vtu' has no dialect; leave --dialect out, it is for sid"),
         (["--to", "sid", "--version", "x"], "format 'sid' has no version; leave --version out, it is for mbdyn"),
     ],
@@ -143,7 +143,7 @@ def test_schema_lists_the_formats():
 
 @pytest.fixture(scope="module")
 def page(project):
-    return (project / "src" / "modalprep" / "formats" / "README.md").read_text()
+    return (project / "docs" / "reference" / "formats.md").read_text()
 
 
 def test_page_reads_the_modal_file_with_h5py(page, body, tmp_path, monkeypatch, capsys):
@@ -151,7 +151,7 @@ def test_page_reads_the_modal_file_with_h5py(page, body, tmp_path, monkeypatch, 
     assert len(block.splitlines()) <= 10
     mp.write_body(body, tmp_path / "beam.h5")
     monkeypatch.chdir(tmp_path)
-    exec(compile(block, "formats/README.md", "exec"), scope := {})
+    exec(compile(block, "formats.md", "exec"), scope := {})
     assert capsys.readouterr().out == f"beam {body.frequency}\n"
     stiffening = scope["stiffening"]  # of a cantilever spinning about z: both bending planes get stiffer
     assert np.array_equal(stiffening, -body.Kg_W[0, 0] - body.Kg_W[1, 1])
@@ -180,7 +180,7 @@ def test_page_names_every_format_and_variant(page):
 @pytest.mark.parametrize("to", ["sid", "mbdyn", "exudyn"])
 def test_half_full_bodies_are_refused(to, tmp_path):
     """Programs take the modal mass as 1; at another fill level it is not."""
-    half = mp.scaled(uniform_beam(modes=2), 0.5)
+    half = mp.body.scaled(uniform_beam(modes=2), 0.5)
     with pytest.raises(mp.InputError, match="modal mass is not 1"):
         export_body(half, to, tmp_path / "half.npz")
     assert not list(tmp_path.iterdir())
@@ -189,5 +189,5 @@ def test_half_full_bodies_are_refused(to, tmp_path):
 def test_synthesis_of_a_half_full_body():
     """Half the mass everywhere: frequencies times sqrt(2)."""
     full = uniform_beam(modes=3)
-    half = mp.synthesize({"a": mp.scaled(full, 0.5)}, ground=["a.root"])
+    half = mp.reduction.synthesise({"a": mp.body.scaled(full, 0.5)}, ground=["a.root"])
     np.testing.assert_allclose(half.frequency, np.sqrt(2) * full.frequency, rtol=1e-12)

@@ -90,7 +90,7 @@ def test_nodes_around_an_interface_turn_with_it(bracket_body, tmp_path):
 
 
 def test_skin_of_the_bracket_encloses_its_volume(bracket_body):
-    """Divergence theorem over the triangles through the corners; the drawing's volume, README of meshes."""
+    """Divergence theorem over the triangles through the corners; the drawing's volume, docs/reference/meshes.md."""
     triangles = surface_triangles({"tetra10": bracket_body.cells["tetra10"]})
     volume = np.linalg.det(bracket_body.points[triangles]).sum() / 6
     assert volume == pytest.approx(27808.46e-9, rel=5e-3)  # straight sides cut the holes and the round ends
@@ -217,7 +217,7 @@ def test_pendulum(beam, beam_file):
 
 
 def spinup(fraction):
-    return mp.TimeFunction([(15, f"{fraction}*0.4*(t**2/2 + (7.5/pi)**2*(cos(pi*t/7.5) - 1))"),
+    return mp.multibody.TimeFunction([(15, f"{fraction}*0.4*(t**2/2 + (7.5/pi)**2*(cos(pi*t/7.5) - 1))"),
                       (float("inf"), f"{fraction}*(6*t - 45)")])  # fmt: skip
 
 
@@ -253,7 +253,7 @@ def test_tumbling_solid(bracket_body, tmp_path):
     body = bracket_body.with_(K=soft, D=0 * soft, frequency=np.sqrt(soft) / (2 * np.pi)).conventional()
     file = write_exudyn(body, tmp_path / "soft.npz")
     spin = [0.3, -0.4, 0.5]
-    run = ours(body, 1.0, type="free", spin=np.array(spin))
+    run = ours(body, 1.0, type="free", angular_velocity=np.array(spin))
     fine, best = converged(lambda: Run(file, initialAngularVelocity=spin), 1.0, 1e-3, 0.1)
     size = np.ptp(body.points, axis=0).max()
     assert np.abs(run["arm.bolt_b.deflection"]).max() > 0.05 * size  # far from rigid: 7.6 mm of 104 mm

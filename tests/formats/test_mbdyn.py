@@ -203,7 +203,7 @@ def test_mesh_nodes_follow_the_interfaces(body, tmp_path):
 
 
 def test_input_errors(bracket_body, tmp_path):
-    with pytest.raises(mp.InputError, match="unknown version 'ful' of the MBDyn file; did you mean 'full'\\?"):
+    with pytest.raises(mp.InputError, match="MBDyn version 'ful' does not exist; did you mean 'full'\\?"):
         write_mbdyn(bracket_body, tmp_path / "a", "ful")
     twins = bracket_body.with_(interface_name=("a b", "a_b"))
     with pytest.raises(mp.InputError, match="two nodes would have the label 'a_b'"):

@@ -65,7 +65,7 @@ def test_result_files(tmp_path):
     )
     back = mp.read_result(mp.write_result(run, tmp_path / "r.h5", {"other": run}))
     assert np.array_equal(back["b.tip.position.y"], np.ones(3))
-    lines = mp.write_csv(run, tmp_path / "r.csv").read_text().splitlines()
+    lines = mp.formats.write_csv(run, tmp_path / "r.csv").read_text().splitlines()
     assert lines[0] == "time,a.angle,b.tip.position.x,b.tip.position.y,b.tip.position.z"
     assert lines[3] == "2,2,1,1,1"
 

@@ -272,7 +272,7 @@ def test_lines_look_like_those_of_fembs(name, tmp_path):
 
 def test_input_errors(tmp_path):
     beam = uniform_beam(modes=2)
-    with pytest.raises(mp.InputError, match="unknown SID dialect 'fems'; did you mean 'fembs'\\? known are"):
+    with pytest.raises(mp.InputError, match="SID dialect 'fems' does not exist; did you mean 'fembs'\\? known are"):
         write_sid(beam, tmp_path / "a", "fems")
     with pytest.raises(mp.InputError, match="mesh node 99 does not exist; 'beam' has 0 to 40"):
         write_sid(beam, tmp_path / "a", mesh_nodes=[99])

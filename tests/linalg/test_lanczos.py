@@ -7,7 +7,7 @@ from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron
 
 from modalprep.errors import AccuracyError
 from modalprep.linalg import modes
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.modes import count_below, lowest_modes, unique_modes
 
@@ -37,13 +37,13 @@ def test_repeated_roots_are_all_found(solver):
 def test_a_block_narrower_than_a_repeated_root(block):
     """Round-off brings the copies in, later: the answer must not depend on the block."""
     K, M, exact = membrane()
-    w2, _ = block_lanczos(factorize(K), M, 20, shift=0.0, block=block)
+    w2, _ = block_lanczos(factorise(K), M, 20, shift=0.0, block=block)
     np.testing.assert_allclose(w2, exact[:20], rtol=1e-9)
 
 
 def test_thick_restart_gives_the_same():
     K, M, exact = membrane()
-    w2, phi = block_lanczos(factorize(K), M, 20, shift=0.0, block=4, capacity=44)
+    w2, phi = block_lanczos(factorise(K), M, 20, shift=0.0, block=4, capacity=44)
     np.testing.assert_allclose(w2, exact[:20], rtol=1e-10)
     np.testing.assert_allclose(phi.T @ phi, np.eye(20), atol=1e-10)
 
@@ -94,7 +94,7 @@ def test_a_missed_mode_is_noticed(monkeypatch):
 def test_a_missed_mode_is_fetched(monkeypatch):
     """The second run starts orthogonal to the modes of the first and brings what the count says is missing."""
     K, M, exact = membrane()
-    whole = block_lanczos(factorize(K), M, 11, shift=0.0)
+    whole = block_lanczos(factorise(K), M, 11, shift=0.0)
     first = [tuple(np.delete(a, 4, axis=-1) for a in whole)]
     real = lambda f, M, n, shift, known: (  # noqa: E731
         first.pop() if known is None else block_lanczos(f, M, n, shift=shift, known=known)

@@ -6,7 +6,7 @@ from scipy.sparse import csr_array, diags_array
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg import modes
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 from modalprep.linalg.memory import available_memory
 from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.modes import count_below, lowest_modes
@@ -26,14 +26,14 @@ def test_pardiso_and_superlu_agree(bracket_model):
     C = bracket_model.C
     A = (C.T @ (bracket_model.K + 1e9 * bracket_model.M) @ C).tocsr()
     b = np.random.default_rng(0).standard_normal((A.shape[0], 3))
-    x, y = (factorize(A, solver).solve(b) for solver in ("pardiso", "superlu"))
+    x, y = (factorise(A, solver).solve(b) for solver in ("pardiso", "superlu"))
     np.testing.assert_allclose(x, y, atol=1e-8 * np.abs(y).max())  # condition 1e8 of round-off 1e-16
 
 
 def test_inertia_counts_negative_eigenvalues():
     K, M = chain(50)
     w2 = 4 * np.sin(np.arange(1, 51) * np.pi / 102) ** 2
-    assert factorize((K - 0.5 * (w2[6] + w2[7]) * M).tocsr(), "pardiso").negative == 7
+    assert factorise((K - 0.5 * (w2[6] + w2[7]) * M).tocsr(), "pardiso").negative == 7
 
 
 @pytest.mark.parametrize("n", [100, 2000])  # dense and Lanczos
@@ -51,7 +51,7 @@ def test_result_does_not_depend_on_the_run():
 
 def test_singular_matrix_is_named():
     with pytest.raises(AccuracyError, match="2 x 2 matrix is singular"):
-        factorize(csr_array(np.array([[1.0, 1.0], [1.0, 1.0]])), "superlu")
+        factorise(csr_array(np.array([[1.0, 1.0], [1.0, 1.0]])), "superlu")
 
 
 def test_a_wrong_mode_does_not_pass(monkeypatch):
@@ -78,9 +78,9 @@ def test_single_precision_where_double_does_not_fit(bracket_model, small_memory)
     A = (C.T @ (bracket_model.K + 1e9 * bracket_model.M) @ C).tocsr()
     b = np.random.default_rng(0).standard_normal((A.shape[0], 3))
     b[:, 1] = 0.0
-    exact = factorize(A).solve(b)
+    exact = factorise(A).solve(b)
     small_memory(_needed(A) * 0.9)
-    mixed = factorize(A)
+    mixed = factorise(A)
     assert isinstance(mixed, MixedFactor)
     np.testing.assert_allclose(mixed.solve(b), exact, atol=1e-8 * np.abs(exact).max())  # as between two factors
     np.testing.assert_allclose(mixed.solve(b[:, 0]), exact[:, 0], atol=1e-8 * np.abs(exact).max())
@@ -98,7 +98,7 @@ def test_modes_in_single_precision(bracket_model, small_memory):
 def test_a_factor_beyond_all_memory_is_refused_before_it_starts(small_memory):
     small_memory(1e-5)
     with pytest.raises(InputError, match=r"needs .* GiB of memory and 1e-05 GiB may be used: take a coarser mesh"):
-        factorize(chain(2000)[0])
+        factorise(chain(2000)[0])
 
 
 def test_a_memory_that_is_no_number(monkeypatch):

@@ -10,14 +10,16 @@ from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.model.joint import SPEEDS
 from modalprep.multibody.packing.tree import pack
 
-WAVE = mp.TimeFunction([(0.4, "2 + sin(3*t)"), (float("inf"), "t")])
+WAVE = mp.multibody.TimeFunction([(0.4, "2 + sin(3*t)"), (float("inf"), "t")])
 
 
 def element(rng, by_place):
     """Everything a hinge can have; its limits are narrow, so that random states are beyond them."""
-    place = dict(stiffness=rng.uniform(), rest=rng.normal(), lower=-0.05, upper=0.05, limit_stiffness=5.0,
+    place = dict(stiffness=rng.uniform(), free_position=rng.normal(), lower=-0.05, upper=0.05, limit_stiffness=5.0,
                  limit_damping=0.7) if by_place else {}  # fmt: skip
-    return mp.HingeElement(damping=rng.uniform(), friction=rng.uniform(), sliding=0.3, drive=WAVE, **place)
+    return mp.multibody.HingeElement(
+        damping=rng.uniform(), friction=rng.uniform(), transition_velocity=0.3, drive=WAVE, **place
+    )
 
 
 def braked(joint, rng):
@@ -35,32 +37,40 @@ def every_load(system, rng):
     six = dict(stiffness=rng.uniform(0, 2, 6), damping=rng.uniform(0, 1, 6))
     points = system.bodies["b0"].points.shape
     ground = dict(position=rng.normal(size=3), rotation=turn())
-    rest = dict(rest_position=rng.normal(size=3), rest_rotation=turn())
+    rest = dict(free_position=rng.normal(size=3), free_rotation=turn())
     forces = [
         mp.PointForce(name=axes, at=at, force=("sin(t)", WAVE, 0), torque=(0, "t", 2), axes=axes)
         for axes, at in (("inertial", one), ("body", two))
     ]
     spread = [
-        mp.DistributedForce(name=axes, body="b0", force=rng.normal(size=points), factor=WAVE, axes=axes)
+        mp.multibody.DistributedForce(name=axes, body="b0", force=rng.normal(size=points), factor=WAVE, axes=axes)
         for axes in ("inertial", "body")
     ]
     springs = [
-        mp.AxialSpring(name="s1", between=(one, two), stiffness=2.0, damping=0.3, length=0.5, pull=WAVE),
-        mp.AxialSpring(name="s2", between=("ground", three), stiffness=1.0, position=rng.normal(size=3)),
-        mp.AxialSpring(name="slack", between=(two, three), stiffness=1.0, damping=0.4, length=9.0, tension_only=True),
-        mp.AxialSpring(name="taut", between=(one, "ground"), stiffness=1.0, damping=0.4, length=0.1, tension_only=True),
-        mp.AxialSpring(name="s3", between=(one, "ground"), damping=1.0, position=rng.normal(size=3)),
+        mp.multibody.AxialSpring(
+            name="s1", between=(one, two), stiffness=2.0, damping=0.3, free_length=0.5, actuator_force=WAVE
+        ),
+        mp.multibody.AxialSpring(name="s2", between=("ground", three), stiffness=1.0, position=rng.normal(size=3)),
+        mp.multibody.AxialSpring(
+            name="slack", between=(two, three), stiffness=1.0, damping=0.4, free_length=9.0, tension_only=True
+        ),
+        mp.multibody.AxialSpring(
+            name="taut", between=(one, "ground"), stiffness=1.0, damping=0.4, free_length=0.1, tension_only=True
+        ),
+        mp.multibody.AxialSpring(name="s3", between=(one, "ground"), damping=1.0, position=rng.normal(size=3)),
     ]
     bushings = [
-        mp.Bushing(name="k1", between=(one, three) if one != three else (one, two), **six, **rest),
-        mp.Bushing(name="k2", between=("ground", two), **six, **rest, **ground),
-        mp.Bushing(name="k3", between=(three, "ground"), **six, **rest, **ground),
+        mp.multibody.Bushing(name="k1", between=(one, three) if one != three else (one, two), **six, **rest),
+        mp.multibody.Bushing(name="k2", between=("ground", two), **six, **rest, **ground),
+        mp.multibody.Bushing(name="k3", between=(three, "ground"), **six, **rest, **ground),
     ]
-    planet = mp.CentralGravity(mu=40.0, centre=np.array([9.0, -4.0, 6.0]))
+    planet = mp.multibody.CentralGravity(mu=40.0, centre=np.array([9.0, -4.0, 6.0]))
     pulled = names[-1] + ".b"
-    control = mp.Callback(
+    control = mp.multibody.Callback(
         name="control",
-        function=lambda t, state: {pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].spin)},
+        function=lambda t, state: {
+            pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].angular_velocity)
+        },
     )
     return (*forces, *spread, *springs, *bushings, planet, control)
 

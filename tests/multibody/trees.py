@@ -90,7 +90,7 @@ def _joint(rng, name, kind, parent, child):
         axis=rng.standard_normal(3),
         second_axis=rng.standard_normal(3),
         rotation=Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
-        motion=mp.TimeFunction("sin(t)") if kind in driven else None,
+        motion=mp.multibody.TimeFunction("sin(t)") if kind in driven else None,
     )
 
 

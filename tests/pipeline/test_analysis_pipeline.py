@@ -25,7 +25,7 @@ type = "revolute"
 child = "arm.root"
 stiffness = 30
 damping = 0.7
-rest = 0.2
+free_position = 0.2
 """
 ANALYSIS = """
 [environment]
@@ -99,7 +99,7 @@ def test_pendulum_with_a_spring(folder, capsys, command):
     np.testing.assert_allclose(rows[:, place] + 1j * rows[:, place + 1], gain, rtol=1e-8)
     assert (rows[0, 0], rows[-1, 0], len(rows)) == (0.1, 10, 30)
     run = mp.read_result(files / "job-inverse.h5")
-    law = mp.TimeFunction("0.5*(1 - cos(2*t))")
+    law = mp.multibody.TimeFunction("0.5*(1 - cos(2*t))")
     angle, rate, acceleration = np.array([law(t) for t in run.time]).T
     torque = INERTIA * acceleration + 0.7 * rate + 30 * (angle - 0.2) + 10 * np.cos(angle)
     np.testing.assert_allclose(run["hinge.drive"], torque, rtol=1e-10)
@@ -116,7 +116,7 @@ def test_start_and_steady_are_other_states(folder):
     spin = '[bodies.b]\nfile = "beam.h5"\n[joints.hub]\ntype = "revolute"\nchild = "b.root"\nmotion = "6*t"\n'
     assert job(folder, f'{spin}[analysis]\nabout = "steady"\nmodes = 2\n', "analyse") == 0
     frequency = json.loads((folder / "output/job/job-analysis.json").read_text())["modes"]["frequency"]
-    expected = mp.spin_modes(uniform_beam(modes=3), np.array([0, 0, 6.0])).frequency[:2]
+    expected = mp.multibody.spin_modes(uniform_beam(modes=3), np.array([0, 0, 6.0])).frequency[:2]
     np.testing.assert_allclose(frequency, expected, rtol=1e-9)  # two are listed
 
 
@@ -143,7 +143,7 @@ file = "arm.h5"
 type = "revolute"
 child = "crank.root"
 stiffness = 90
-hold = true
+keep_start = true
 start = { angle = 0.4 }
 [joints.b]
 type = "revolute"
@@ -260,7 +260,9 @@ method = "explicit"
 def test_theories_of_a_run(folder, capsys):
     """`theory`, the older key and the flag of the command line name the same three systems."""
     bodies = {"b": uniform_beam(modes=3)}
-    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="b", motion=mp.TimeFunction("0.5*t**2"))
+    hub = mp.Joint(
+        name="hub", type="revolute", parent="ground", child="b", motion=mp.multibody.TimeFunction("0.5*t**2")
+    )
     system = mp.System(bodies=bodies, joints=(hub,))
     expected = {
         name: mp.simulate(each, t_end=0.5, output_step=0.1, rtol=1e-9, method="explicit")["b.modal"]
@@ -303,7 +305,7 @@ type = "free"
 child = "a.root"
 position = [1, 2, 3]
 rotation = { axis = [1, 2, 3], angle = "40 deg" }
-start = { velocity = [0.3, -0.2, 0.5], spin = [0.6, -0.4, 0.8] }
+start = { velocity = [0.3, -0.2, 0.5], angular_velocity = [0.6, -0.4, 0.8] }
 [environment]
 gravity = [0, -1, 2]
 [simulation]
@@ -352,13 +354,13 @@ def test_interfaces_of_a_flexible_body_in_momenta(folder):
         (('type = "free"', 'type = "spherical"'), "joint 'flight' is spherical, not free"),
         (("[environment]", '[forces.f]\nat = "a.root"\nforce = [1, 0, 0]\n[environment]'), "here is a load"),
         (("[environment]", "[environment]\n"), "has geometric stiffness"),
-        (("t_end = 2", 't_end = 2\ntheory = "ruthless"'), "modes miss a share"),
+        (("t_end = 2", 't_end = 2\ntheory = "ruthless"'), "modes do not represent a fraction"),
     ],
 )
 def test_flights_that_cannot_be(folder, capsys, change, words):
     mp.write_body(uniform_beam(modes=2), folder / "cloud.h5")
     text = (
-        FLIGHT.replace("start = { velocity = [0.3, -0.2, 0.5], spin", "start = { spin")
+        FLIGHT.replace("start = { velocity = [0.3, -0.2, 0.5], angular_velocity", "start = { angular_velocity")
         if "spherical" in words
         else FLIGHT
     )

@@ -6,7 +6,6 @@ import json
 import multiprocessing
 import re
 import tomllib
-from datetime import date
 from pathlib import Path
 
 import pytest
@@ -20,7 +19,6 @@ from modalprep.errors import OutputError
 from modalprep.pipeline.batch.console import Progress
 from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import Job, Setting
-from modalprep.pipeline.batch.toml_text import toml_text
 from modalprep.pipeline.batch.work import work
 from modalprep.pipeline.batch.workers import Processes
 from modalprep.pipeline.build.program import program
@@ -286,7 +284,7 @@ GRIDS = {
     '[grid]\n"reduction.modes" = []': "needs a list of values",
     '[grid]\n"reduction.modes" = [3, 3]': "lists a value twice",
     '[grid]\n"reduction.modez" = [3, 4]': "unknown key 'modez'",
-    '[grid]\n"reduction.modes.x" = [3]': "which is no table",
+    '[grid]\n"reduction.modes.x" = [3]': "which is not a table",
 }
 
 
@@ -304,8 +302,8 @@ def test_bad_grids(project, tmp_path, capsys, grid):
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        (["{folder}/no-*.toml"], "no pipeline file fits"),
-        (["{folder}"], "no pipeline file fits"),
+        (["{folder}/no-*.toml"], "no pipeline file matches"),
+        (["{folder}"], "no pipeline file matches"),
         (["{folder}/a.toml", "-j", "0"], "at least 1"),
         (["{folder}/a.toml", "-j", "2", "--scheduler", "tcp://127.0.0.1:1"], "leave it out with --scheduler"),
         (["{folder}/a.toml", "--cache", "x", "--no-cache"], "contradict"),
@@ -354,26 +352,13 @@ def test_folders_are_named_by_the_values(project, tmp_path):
         find_jobs([str(alike)], None)
 
 
-def test_toml_text():
-    """What is written is read again as it was."""
-    data = {
-        "name": 'a "quoted" \\ line\n\ttab \x7f é',
-        "flag": True,
-        "day": date(2024, 2, 29),
-        "grid key.with dots": [1, -2.5, 1e-300, float("inf"), "x", [True, []]],
-        "mesh": {"file": "a.msh", "deep": {"empty": {}, "x": {"y": 1}}},
-        "plots": [{"y": "a", "more": {"z": [1.5]}}, {"y": "b"}],
-    }
-    assert tomllib.loads(toml_text(data)) == data
-
-
 def test_time_left(monkeypatch):
     """Two of six jobs took 4 s in the mean, two workers: eight seconds, less what runs already."""
     now = [0.0]
     monkeypatch.setattr("modalprep.pipeline.batch.console.time.perf_counter", lambda: now[0])
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=120)
-    jobs = [Job(Path(f"{name}.toml"), None) for name in "abcdef"]
+    jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
     with Progress(reporter, 6, 2) as progress:
         for job, seconds in zip(jobs, (3.0, 5.0), strict=False):
             progress.started(job)
@@ -395,7 +380,7 @@ def test_bar_on_a_terminal():
     """The bar names what runs, counts, and says what is left."""
     reporter = Reporter()
     reporter.console = Console(file=io.StringIO(), width=100, force_terminal=True, color_system=None)
-    jobs = [Job(Path(f"{name}.toml"), None) for name in "abcdef"]
+    jobs = [Job(Path(f"{name}.toml"), None) for name in ("a", "[b]", *"cdef")]
     with Progress(reporter, 6, 5) as progress:
         for job in jobs[:5]:
             progress.started(job)
@@ -403,21 +388,21 @@ def test_bar_on_a_terminal():
         progress.ended(jobs[0], {"status": "done", "seconds": 10.0, "cause": ""})
         progress.tick()
     shown = reporter.console.file.getvalue()
-    assert "b, c, d and 1 more" in shown
+    assert "[b], c, d and 1 more" in shown
     assert "1/6" in shown
     assert "about 10 s left" in shown
 
 
-def test_readme(project, tmp_path):
-    """The grid of the README makes four valid jobs of the bracket, and its command is known."""
-    readme = (project / "README.md").read_text()
-    (block,) = (text for text in re.findall(r"```toml\n(.*?)```", readme, re.DOTALL) if "[grid]" in text)
+def test_page(project, tmp_path):
+    """The grid of its page makes four valid jobs of the bracket, and its command is known."""
+    page = (project / "docs" / "how-to" / "batch.md").read_text()
+    (block,) = (text for text in re.findall(r"```toml\n(.*?)```", page, re.DOTALL) if "[grid]" in text)
     (tmp_path / "pipelines").mkdir()
     (tmp_path / "meshes").symlink_to(project / "meshes")
     file = tmp_path / "pipelines" / "bracket.toml"
     file.write_text((project / "pipelines" / "bracket.toml").read_text() + block)
     jobs = find_jobs([str(file)], None)
     assert [load_pipeline(job.file).reduction.modes for job in jobs] == [10, 10, 20, 20]
-    named = set(re.findall(r"`(bracket-\w+=[\w=.-]+)`", readme))
+    named = set(re.findall(r"`(bracket-\w+=[\w=.-]+)`", page))
     assert named
     assert named <= {job.name for job in jobs}

@@ -16,7 +16,7 @@ from modalprep.pipeline.build import cache as cache_module
 from modalprep.pipeline.build import stages
 from modalprep.pipeline.build.build import build_body
 from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.stages import remembering
+from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.console import Reporter
 
 SQUARE = {"y": np.array([0.0, 1.0, 4.0])}
@@ -190,12 +190,12 @@ def model():
     return cantilever_model(100, tip="fixed")  # 594 DOFs inside: Lanczos and a sparse factor
 
 
-@pytest.mark.parametrize("reduce", [mp.craig_bampton, mp.free_interface])
+@pytest.mark.parametrize("reduce", [mp.craig_bampton, mp.reduction.free_interface])
 def test_reductions_come_back_to_the_last_bit(cache, model, monkeypatch, reduce):
-    """Nothing is factorized the second time; each array is the one computed without a cache."""
-    plain, first = reduce(model, modes=8), reduce(model, modes=8, algebra=remembering(cache))
+    """Nothing is factorised the second time; each array is the one computed without a cache."""
+    plain, first = reduce(model, modes=8), reduce(model, modes=8, algebra=caching_algebra(cache))
     monkeypatch.setattr(stages, "DIRECT", None)
-    for found in (first, reduce(model, modes=8, algebra=remembering(cache))):
+    for found in (first, reduce(model, modes=8, algebra=caching_algebra(cache))):
         assert np.array_equal(found.basis, plain.basis)
         assert np.array_equal(found.static, plain.static)
         assert np.array_equal(found.frequency, plain.frequency)
@@ -203,9 +203,9 @@ def test_reductions_come_back_to_the_last_bit(cache, model, monkeypatch, reduce)
 
 def test_fewer_modes_need_no_factor(cache, model, monkeypatch):
     """They are the lowest of those stored: the eigensolver's tolerance, 1e-10 of w^2, is all that differs."""
-    mp.craig_bampton(model, modes=12, truncation=(), algebra=remembering(cache))
+    mp.craig_bampton(model, modes=12, truncation=(), algebra=caching_algebra(cache))
     monkeypatch.setattr(stages, "DIRECT", None)
-    fewer = mp.craig_bampton(model, modes=5, truncation=(), algebra=remembering(cache))
+    fewer = mp.craig_bampton(model, modes=5, truncation=(), algebra=caching_algebra(cache))
     alone = mp.craig_bampton(model, modes=5, truncation=())
     assert np.allclose(fewer.frequency, alone.frequency, rtol=1e-9, atol=0)
     overlap = np.abs(fewer.basis.T @ (model.M @ alone.basis))
@@ -213,17 +213,17 @@ def test_fewer_modes_need_no_factor(cache, model, monkeypatch):
 
 
 def test_more_modes_are_computed(cache, model):
-    mp.craig_bampton(model, modes=5, algebra=remembering(cache))
-    more = mp.craig_bampton(model, modes=12, algebra=remembering(cache))
+    mp.craig_bampton(model, modes=5, algebra=caching_algebra(cache))
+    more = mp.craig_bampton(model, modes=12, algebra=caching_algebra(cache))
     assert np.array_equal(more.basis, mp.craig_bampton(model, modes=12).basis)
 
 
 def test_measured_errors_come_back(cache, model, monkeypatch):
     reduction = mp.craig_bampton(model, modes=8)
-    plain = mp.reduction_error(model, reduction, up_to=50.0)
-    mp.reduction_error(model, reduction, up_to=50.0, algebra=remembering(cache))
+    plain = mp.reduction.reduction_error(model, reduction, up_to=50.0)
+    mp.reduction.reduction_error(model, reduction, up_to=50.0, algebra=caching_algebra(cache))
     monkeypatch.setattr(stages, "DIRECT", None)
-    found = mp.reduction_error(model, reduction, up_to=50.0, algebra=remembering(cache))
+    found = mp.reduction.reduction_error(model, reduction, up_to=50.0, algebra=caching_algebra(cache))
     assert np.array_equal(found.full, plain.full)
     assert np.array_equal(found.dynamic, plain.dynamic)
 
@@ -232,7 +232,7 @@ def test_a_singular_matrix_is_refused_each_time(cache):
     A = csr_array(np.array([[1.0, -1.0], [-1.0, 1.0]]))
     for _ in range(2):
         with pytest.raises(AccuracyError, match="singular"):
-            remembering(cache).factorize(A, "superlu")
+            caching_algebra(cache).factorise(A, "superlu")
     assert entries(cache) == []
 
 

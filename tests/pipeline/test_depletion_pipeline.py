@@ -32,20 +32,20 @@ second_axis = [0, 1, 0]
 body = "rocket"
 rate = [{ until = 1, value = 2 }, { value = 0.5 }]
 empty = { mass = 5, centre = [1.5, 0, 0], inertia = [1, 1, 1] }
-between = [{ mass = 8, centre = [1, 0, 0], inertia = [2, 2, 2] }]
+intermediate = [{ mass = 8, centre = [1, 0, 0], inertia = [2, 2, 2] }]
 [depletions.coolant]
 body = "fin"
 mass = "12 - t"
-empty = { density = 0.5 }
+empty = { density_factor = 0.5 }
 
 [jets.main]
 at = "rocket.base"
 depletion = "fuel"
 speed = 100
 axis = [-2, 0, 0]
-share = 0.5
+mass_fraction = 0.5
 pressure = 3
-way = ["rocket.nose"]
+flow_path = ["rocket.nose"]
 
 [controls.damper]
 at = "root"
@@ -78,7 +78,7 @@ def test_what_each_key_becomes(folder):
     assert fuel.mass(3.0)[0] == pytest.approx(7.0, rel=1e-15)
     assert coolant.levels[0].modal_mass[0, 0] == 0.5
     _, jet = system.loads
-    assert jet.passes == ("rocket.nose", "rocket.base")
+    assert jet.flow_points == ("rocket.nose", "rocket.base")
     assert (jet.thrust(0.5), jet.thrust(2.0), jet.thrust(8.0)) == pytest.approx((103.0, 28.0, 0.0), rel=1e-12)
     at = system.at(3.0).bodies["rocket"]
     np.testing.assert_allclose(at.s0[0], (1 * 5.0 + 2 * 4.0) / 3)  # a third of the way from 8 kg to 5 kg
@@ -88,14 +88,18 @@ def test_what_each_key_becomes(folder):
     ("old", "new", "sentence"),
     [
         ('mass = "12 - t"', 'mass = "12 - t"\nrate = 1.0', "either 'rate' or 'mass'"),
-        ("{ density = 0.5 }", "{ density = 0.5, mass = 3 }", "either 'mass', 'density' or 'file'"),
-        ("{ density = 0.5 }", "{ density = 0.5, centre = [0, 0, 0] }", "a rigid body, which has a 'mass'"),
-        ("{ density = 0.5 }", "{ mass = 3 }", "for rigid bodies"),
-        ("{ density = 0.5 }", '{ file = "no.h5" }', "no.h5 does not exist"),
+        ("{ density_factor = 0.5 }", "{ density_factor = 0.5, mass = 3 }", "either 'mass', 'density_factor' or 'file'"),
+        (
+            "{ density_factor = 0.5 }",
+            "{ density_factor = 0.5, centre = [0, 0, 0] }",
+            "a rigid body, which has a 'mass'",
+        ),
+        ("{ density_factor = 0.5 }", "{ mass = 3 }", "for rigid bodies"),
+        ("{ density_factor = 0.5 }", '{ file = "no.h5" }', "no.h5 does not exist"),
         ('body = "fin"', 'body = "fan"', "did you mean 'fin'"),
         ("value = 2 }", 'value = "t" }', "pieces of a rate are numbers"),
         ('depletion = "fuel"', 'depletion = "duel"', "did you mean 'fuel'"),
-        ('way = ["rocket.nose"]', 'way = ["rocket.knows"]', "rocket.knows"),
+        ('flow_path = ["rocket.nose"]', 'flow_path = ["rocket.knows"]', "rocket.knows"),
         ("root.rate.1", "root.rate", "no channel 'root.rate'"),
         ("root.rate.1", "root.rate.3", "no channel 'root.rate.3'"),
         ("2*root", "2*k*root", "unknown name k"),
@@ -113,7 +117,7 @@ def test_sweep_of_modes(folder):
     """A clamped beam that burns half of its mass: frequencies of the CSV file are sqrt(m0 / m) times the first."""
     text = FILE.partition("[depletions.fuel]")[0].replace("free", "weld").replace("universal", "weld")
     text = text.replace("second_axis = [0, 1, 0]\n", "")
-    text += '[depletions.coolant]\nbody = "fin"\nmass = "12 - 2*t"\nempty = { density = 0.2 }\n'
+    text += '[depletions.coolant]\nbody = "fin"\nmass = "12 - 2*t"\nempty = { density_factor = 0.2 }\n'
     text += '[analysis]\nabout = "start"\n[analysis.sweep]\nuntil = 3\npoints = 4\nmodes = 1\n'
     path = folder / "sweep.toml"
     path.write_text(text)

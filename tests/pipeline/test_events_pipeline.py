@@ -32,8 +32,8 @@ child = "other"
 type = "point_on_plane"
 a = "ground"
 b = "one.tip"
-friction = 0.2
-sliding = 0.01
+friction_coefficient = 0.2
+transition_velocity = 0.01
 active = false
 
 [immersed.hull]
@@ -44,7 +44,7 @@ normal_drag = 0.9
 [events.down]
 when = "floor.gap"
 direction = "falling"
-begins = ["floor"]
+activates = ["floor"]
 
 [environment]
 gravity = [0, 0, -9.81]
@@ -75,9 +75,9 @@ def test_every_key_arrives(tmp_path):
     assert (rod.water.density, rod.water.surface) == (1000.0, 2.0)
     np.testing.assert_array_equal(rod.water.at(5.0), [0.75, 0, 0])
     (floor,) = system.closures
-    assert (floor.friction, floor.sliding, floor.active) == (0.2, 0.01, False)
+    assert (floor.friction_coefficient, floor.transition_velocity, floor.active) == (0.2, 0.01, False)
     (event,) = read_events(pipeline.events)
-    assert (event.name, event.when, event.direction, event.begins) == ("down", "floor.gap", -1, ("floor",))
+    assert (event.name, event.when, event.direction, event.activates) == ("down", "floor.gap", -1, ("floor",))
 
 
 @pytest.mark.parametrize(
@@ -85,10 +85,10 @@ def test_every_key_arrives(tmp_path):
     [
         ('bodies = "on*"', 'bodies = "un*"', "immersed 'hull': no body is called 'un.'"),
         ("water = {", "# water = {", "there is no water; add .environment.water."),
-        ('begins = ["floor"]', 'begins = ["flor"]', "closure 'flor' does not exist; did you mean 'floor'"),
+        ('activates = ["floor"]', 'activates = ["flor"]', "closure 'flor' does not exist; did you mean 'floor'"),
         ('"floor.gap"', '"flor.gap"', "event 'down': no channel 'flor.gap'"),
         ("t_end = 0.1", 't_end = 0.1\nvariables = "momentum"', "events. happen in a .simulation."),
-        ('bodies = "on*"', 'bodies = "other"', "'other' has no interface 'tip'"),
+        ('bodies = "on*"', 'bodies = "other"', "body 'other': interface 'tip' does not exist"),
     ],
 )
 def test_mistakes_are_one_sentence(tmp_path, old, new, match):

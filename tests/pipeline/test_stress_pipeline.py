@@ -45,7 +45,7 @@ gravity = [0, 0, -9.81]
 [simulation]
 t_end = {t_end}
 output_step = 0.5
-method = "generalized_alpha"
+method = "generalised_alpha"
 output = ["job.stress.clamp.1.xx"]
 
 [[plots]]
@@ -121,4 +121,4 @@ def test_matrices_have_no_stress(tmp_path, capsys):
     text = '[matrices]\nfile = "a.npz"\n[interfaces.a]\nnode = 1\n[stress.a]\nnode = 1\n'
     (tmp_path / "job.toml").write_text(text)
     assert main(["modes", str(tmp_path / "job.toml")]) == 2
-    assert "[stress] is that of elements" in " ".join(capsys.readouterr().err.split())
+    assert "[stress] needs the elements of a [mesh]" in " ".join(capsys.readouterr().err.split())

@@ -22,9 +22,9 @@ file = "arm.h5"
 type = "revolute"
 child = "a.root"
 stiffness = 4
-rest = "90 deg"
+free_position = "90 deg"
 damping = 0.1
-friction = { level = 2, sliding = 0.01 }
+friction = { coulomb = 2, transition_velocity = 0.01 }
 limits = { upper = "120 deg", stiffness = 100, damping = 0.3 }
 torque = "5*t"
 
@@ -53,14 +53,14 @@ factor = "t**2"
 [springs.stay]
 between = ["ground", "b.tip"]
 stiffness = 3
-length = 0.5
+free_length = 0.5
 position = [1, 2, 3]
-pull = 7
+actuator_force = 7
 
 [bushings.mount]
 between = ["a.tip", "b.tip"]
 stiffness = [1, 2, 3, 4, 5, 6]
-rest_rotation = { axis = [0, 0, 1], angle = "90 deg" }
+free_rotation = { axis = [0, 0, 1], angle = "90 deg" }
 
 [environment]
 gravity = { mu = 2.0, centre = [0, 0, -9] }
@@ -104,10 +104,15 @@ def test_loads(system):
     assert (push.at, push.axes) == ("b.tip", "body")
     np.testing.assert_array_equal(gust.force, [[0, 0, 0], [0, 6, 0]])  # of the two points only the tip is in the box
     assert gust.factor(3.0)[0] == 9
-    assert (stay.between, stay.stiffness, stay.length, stay.pull(0.0)[0]) == (("ground", "b.tip"), 3, 0.5, 7)
+    assert (stay.between, stay.stiffness, stay.free_length, stay.actuator_force(0.0)[0]) == (
+        ("ground", "b.tip"),
+        3,
+        0.5,
+        7,
+    )
     np.testing.assert_array_equal(stay.position, [1, 2, 3])
     np.testing.assert_array_equal(mount.stiffness, np.arange(1, 7))
-    np.testing.assert_allclose(mount.rest_rotation @ [1, 0, 0], [0, 1, 0], atol=1e-15)
+    np.testing.assert_allclose(mount.free_rotation @ [1, 0, 0], [0, 1, 0], atol=1e-15)
     assert planet.mu == 2
     np.testing.assert_array_equal(planet.centre, [0, 0, -9])
     np.testing.assert_array_equal(system.gravity, np.zeros(3))
@@ -151,7 +156,7 @@ def test_it_runs(folder):
         (('body = "a"', 'body = "c"'), ["force 'gust'", "body 'c' does not exist", "known are a, b"]),
         (("[2, -1, -1]", "[9, -1, -1]"), []),
         (("[0.5, 1, 1]", "[1.5, 1, 1]"), ["force 'gust'", "no point of body 'a' lies in the box"]),
-        (("force = [0, 6, 0]", 'force = [0, "t", 0]'), ["[forces.gust]", "let 'factor' say how it changes"]),
+        (("force = [0, 6, 0]", 'force = [0, "t", 0]'), ["[forces.gust]", "give its time dependence by 'factor'"]),
         (('["ground", "b.tip"]', '["ground", "ground"]'), ["spring 'stay'", "name two different ends"]),
         (('["ground", "b.tip"]', '["ground", "d.tip"]'), ["spring 'stay'", "body 'd' does not exist"]),
         (("[1, 2, 3, 4, 5, 6]", "[1, 2, 3]"), ["[bushings.mount.stiffness]", "at least 6 items"]),

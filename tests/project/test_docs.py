@@ -6,9 +6,9 @@ import shutil
 import numpy as np
 import pytest
 
-import modalprep
 from modalprep.cli import main
 from modalprep.cli.commands import app
+from modalprep.lazy import public_homes
 from modalprep.pipeline.console import COMPILING
 from modalprep.report.pictures.render import drawing_problem
 
@@ -66,7 +66,7 @@ def test_every_public_name_is_on_one_page(project):
     listed = []
     for page in (project / "docs" / "api").glob("*.md"):
         listed += [package for line in re.findall(r"<!-- api (.+) -->", page.read_text()) for package in line.split()]
-    assert sorted(listed) == sorted({home.split(".")[0] for home in modalprep._HOME.values()})
+    assert sorted(listed) == sorted({home.split(".")[1] for home in public_homes().values()})
 
 
 def test_every_page_is_in_the_navigation(project):
@@ -75,7 +75,7 @@ def test_every_page_is_in_the_navigation(project):
     assert shown == {str(file.relative_to(docs)) for file in docs.rglob("*.md")}
 
 
-@pytest.mark.parametrize("page", ["element", "joint", "format"])
+@pytest.mark.parametrize("page", ["element", "joint", "force-element", "format", "reader"])
 def test_how_to_names_files_that_exist(page, project):
     text = (project / "docs" / "how-to" / f"{page}.md").read_text()
     tests = [file.name for file in (project / "tests").rglob("*.py")]
@@ -90,6 +90,51 @@ def test_how_to_names_what_the_code_has(project):
     for page in (project / "docs" / "how-to").glob("*.md"):
         for name in re.findall(r"`(_?[A-Za-z]\w+)`", page.read_text()):
             assert re.search(rf"\b{name}\b", text), f"{page.name}: {name}"
+
+
+def equation_rows(project):
+    """Return (sections, files, tests) of each row of the table of equations."""
+    text = (project / "docs" / "architecture.md").read_text().split("## Equations, files, tests")[1]
+    rows = [line.split(" | ") for line in text.splitlines() if line.startswith("| [")]
+    return [(row[0], *(re.findall(r"`([\w/.]+\.py)`", cell) for cell in row[2:])) for row in rows]
+
+
+def test_architecture_names_files_that_exist(project):
+    rows = equation_rows(project)
+    assert len(rows) > 40
+    for sections, files, tests in rows:
+        assert files, sections
+        assert tests, sections
+        for name in files:
+            assert (project / "src" / "modalprep" / name).exists(), name
+        for name in tests:
+            assert (project / "tests" / name).exists(), name
+            assert (project / "tests" / name).name.startswith("test_"), name
+
+
+def test_architecture_has_every_equation(project):
+    """Each section of the theory that has a numbered equation is in a row, with a link that leads there."""
+    cited = "".join(sections for sections, _, _ in equation_rows(project))
+    known = set()
+    for file in (project / "docs" / "theory").glob("*.md"):
+        for number, anchor, body in re.findall(
+            r"^## (\d\.\d) [^\n]*\{ #(\S+) \}$(.*?)(?=^## |\Z)", file.read_text(), re.MULTILINE | re.DOTALL
+        ):
+            known.add(f"theory/{file.name}#{anchor}")
+            if "\\tag{" in body:
+                assert f"[{number}](theory/{file.name}#{anchor})" in cited, number
+    assert set(re.findall(r"\]\((\S+?)\)", cited)) <= known
+
+
+def test_architecture_has_every_layer(project):
+    """Its packages, and the folders of two of them, in the order that the imports hold to."""
+    text = (project / "docs" / "architecture.md").read_text()
+    first = re.findall(r"^\| `(\w+)` \| [^|]+ \| [^|]+ \|$", text.split("## What flows")[0], re.MULTILINE)
+    packages = {path.parent.name for path in (project / "src" / "modalprep").glob("*/__init__.py")}
+    assert set(first) == packages
+    for package in ("fe", "multibody"):
+        for folder in (project / "src" / "modalprep" / package).glob("*/__init__.py"):
+            assert f"`{folder.parent.name}`" in text, folder
 
 
 COMMANDS = sorted(command.name or command.callback.__name__ for command in app.registered_commands)

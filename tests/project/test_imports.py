@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-BASE = {"errors", "records", "suggest", "atomic", "vectors", "jit"}
+BASE = {"errors", "records", "suggest", "atomic", "vectors", "jit", "lazy", "notebook"}
 MAY_IMPORT = {
     "linalg": BASE,
     "fe": BASE | {"linalg"},
@@ -43,16 +43,18 @@ ONLY_IN = {  # third parties with one home
     "pydantic": {"pipeline"},
     "symengine": {"multibody"},
     "h5py": {"formats"},
+    "tomli_w": {"pipeline"},
+    "psutil": {"linalg"},
 }
 ONLY_FROM = {  # finer than packages: what a package may take from another, module by module
     # what files hold, nothing of the solver
     ("formats", "multibody"): {"multibody.results.result", "multibody.analysis.state_space"},
     # the solver sees bodies and their mass at a deflection and a fill level; of its own it makes only rigid rods
     ("multibody", "body"): {"body.flexible_body", "body.levels", "body.mass", "body.rigid"},
-    ("linalg", ""): {"errors"},  # numbers in, numbers out
+    ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out
 }
 KERNELS_TAKE = {"modalprep.jit", "modalprep.body", "modalprep.body.mass"}  # of mass.py, formulas of numbers
-MOST_FILES, MOST_LINES, MOST_KERNEL_LINES = 16, 310, 660
+MOST_FILES, MOST_LINES, MOST_KERNEL_LINES = 16, 330, 660
 
 
 def source(project):

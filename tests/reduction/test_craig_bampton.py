@@ -13,7 +13,7 @@ from modalprep.reduction.selection import select
 
 
 def slender_cantilever(elements=40):
-    section = spinup_section(shear=False)
+    section = spinup_section(theory="euler-bernoulli")
     return mp.assemble(beam_mesh(elements), {"beam": section}, {"root": mp.Interface(group="root", kind="node")})
 
 

@@ -17,7 +17,7 @@ from modalprep.reduction.damping import (
     rayleigh,
     system_damping,
 )
-from modalprep.reduction.synthesis import synthesize
+from modalprep.reduction.synthesis import synthesise
 
 
 def body(elements, tip="fixed", modes=40):
@@ -27,7 +27,7 @@ def body(elements, tip="fixed", modes=40):
 
 def halves(modes=None, ground=("a.root",)):
     parts = {"a": body(6), "b": body(8, "free")}
-    return synthesize(parts, [("a.tip", "b.root")], ground=ground, modes=modes)
+    return synthesise(parts, [("a.tip", "b.root")], ground=ground, modes=modes)
 
 
 @pytest.fixture(scope="module")
@@ -78,9 +78,9 @@ def test_damping_arrays_of_a_body():
 def test_stiffness_proportional_damping_comes_back_exactly(method, ground):
     """``C = beta K`` of the bodies is beta K of the system: ratios beta w / 2, no coupling, ground or none."""
     modes = halves(ground=ground)
-    wanted = Rayleigh(alpha=0.0, beta=1e-4)
-    found = component_damping(modes, wanted, method)
-    np.testing.assert_allclose(found.achieved, wanted.ratio(found.frequency), rtol=1e-7)
+    target = Rayleigh(alpha=0.0, beta=1e-4)
+    found = component_damping(modes, target, method)
+    np.testing.assert_allclose(found.achieved, target.ratio(found.frequency), rtol=1e-7)
     assert found.coupling < 1e-6
     for name, d in found.damping.items():
         exact = 1e-4 * modes.bodies[name].K
@@ -90,13 +90,13 @@ def test_stiffness_proportional_damping_comes_back_exactly(method, ground):
 
 
 @pytest.mark.parametrize("method", ["least_squares", "back_projection"])
-@pytest.mark.parametrize("wanted", [0.02, {0.1: 0.01, 5.0: 0.03}, np.linspace(0.0, 0.05, 41)])
-def test_one_body_on_the_ground_has_what_was_wanted(method, wanted):
+@pytest.mark.parametrize("target", [0.02, {0.1: 0.01, 5.0: 0.03}, np.linspace(0.0, 0.05, 41)])
+def test_one_body_on_the_ground_has_the_target(method, target):
     one = body(8, "free", modes=41)
-    modes = synthesize({"a": one}, ground=["a.root"])
-    found = component_damping(modes, wanted, method)
-    np.testing.assert_allclose(found.achieved, damping_ratio(wanted, modes.frequency), rtol=1e-7, atol=1e-12)
-    np.testing.assert_allclose(found.applied({"a": one})["a"].D, modal_damping(one, wanted), rtol=1e-6, atol=1e-9)
+    modes = synthesise({"a": one}, ground=["a.root"])
+    found = component_damping(modes, target, method)
+    np.testing.assert_allclose(found.achieved, damping_ratio(target, modes.frequency), rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(found.applied({"a": one})["a"].D, modal_damping(one, target), rtol=1e-6, atol=1e-9)
 
 
 def test_least_squares_find_ratios_that_some_component_damping_gives():
@@ -104,9 +104,9 @@ def test_least_squares_find_ratios_that_some_component_damping_gives():
     modes = halves(modes=6)
     rng = np.random.default_rng(0)
     true = {name: 2 * np.sqrt(part.K) * rng.uniform(0.001, 0.1, part.n) for name, part in modes.bodies.items()}
-    wanted = np.diag(system_damping(modes, true)) / (4 * np.pi * modes.frequency)
-    found = component_damping(modes, wanted)
-    np.testing.assert_allclose(found.achieved, wanted, rtol=1e-9)
+    target = np.diag(system_damping(modes, true)) / (4 * np.pi * modes.frequency)
+    found = component_damping(modes, target)
+    np.testing.assert_allclose(found.achieved, target, rtol=1e-9)
     assert all(np.all(d >= 0) for d in found.damping.values())
 
 
@@ -126,19 +126,19 @@ def test_least_squares_are_the_best_where_no_damping_fits():
     assert np.linalg.norm(error) < 0.5 * np.linalg.norm(naive / 0.02 - 1)
 
 
-def test_component_modes_that_no_system_mode_needs_have_the_wanted_ratio():
+def test_component_modes_that_no_system_mode_needs_have_the_target_ratio():
     one = body(8, "free", modes=20)
-    modes = synthesize({"a": one}, ground=["a.root"], modes=2)
-    wanted = {0.1: 0.01, 5.0: 0.03}
-    d = component_damping(modes, wanted).damping["a"]
-    np.testing.assert_allclose(d, modal_damping(one, wanted), rtol=1e-6)
+    modes = synthesise({"a": one}, ground=["a.root"], modes=2)
+    target = {0.1: 0.01, 5.0: 0.03}
+    d = component_damping(modes, target).damping["a"]
+    np.testing.assert_allclose(d, modal_damping(one, target), rtol=1e-6)
 
 
 def test_least_squares_never_feed_energy_where_no_damping_fits():
-    wanted = np.array([0.2, 0.0, 0.0, 0.2, 0.0, 0.0])
-    found = component_damping(halves(modes=6), wanted)
+    target = np.array([0.2, 0.0, 0.0, 0.2, 0.0, 0.0])
+    found = component_damping(halves(modes=6), target)
     assert all(np.all(d >= 0) for d in found.damping.values())
-    assert np.abs(found.achieved - wanted).max() > 1e-6  # and the report says so
+    assert np.abs(found.achieved - target).max() > 1e-6  # and the report says so
 
 
 def test_back_projection_is_positive_and_reports_what_the_blocks_lose(system):
@@ -169,9 +169,9 @@ def test_achieved_ratios_are_those_of_the_multibody_system():
     """Complex roots ``-zeta w + i w sqrt(1 - zeta^2)`` of the simulated equations, the second body turned."""
     parts, turn = {"a": body(6), "b": body(8, "free")}, random_rotation(2)
     place = {"a": (np.zeros(3), np.eye(3)), "b": (np.array([10.0, 0, 0]), turn)}
-    modes = synthesize(parts, [("a.tip", "b.root")], place, ["a.root"])
-    wanted = Rayleigh(alpha=0.0, beta=2e-3)
-    bodies = component_damping(modes, wanted).applied(parts)
+    modes = synthesise(parts, [("a.tip", "b.root")], place, ["a.root"])
+    target = Rayleigh(alpha=0.0, beta=2e-3)
+    bodies = component_damping(modes, target).applied(parts)
     joints = (mp.Joint(name="0", type="weld", parent="ground", child="a"),
               mp.Joint(name="1", type="weld", parent="a.tip", child="b", rotation=turn))  # fmt: skip
     n = sum(part.n for part in parts.values())
@@ -182,7 +182,7 @@ def test_achieved_ratios_are_those_of_the_multibody_system():
     roots = roots[roots.imag > 0]
     roots = roots[np.argsort(np.abs(roots))][:8]
     np.testing.assert_allclose(np.abs(roots) / (2 * np.pi), modes.frequency[:8], rtol=1e-7)
-    np.testing.assert_allclose(-roots.real / np.abs(roots), wanted.ratio(modes.frequency[:8]), rtol=1e-6)
+    np.testing.assert_allclose(-roots.real / np.abs(roots), target.ratio(modes.frequency[:8]), rtol=1e-6)
 
 
 def test_rigid_motion_is_not_damped():
@@ -198,7 +198,7 @@ def test_undamped_is_undamped(system):
 
 
 @pytest.mark.parametrize(
-    ("wanted", "sentence"),
+    ("target", "sentence"),
     [
         (-0.01, "damping ratio -0.01 must not be negative"),
         ({1.0: 0.01, 2.0: -0.02}, "damping ratio -0.02 must not be negative"),
@@ -207,9 +207,9 @@ def test_undamped_is_undamped(system):
         (float("nan"), "damping ratio nan"),
     ],
 )
-def test_bad_ratios_are_refused(wanted, sentence):
+def test_bad_ratios_are_refused(target, sentence):
     with pytest.raises(InputError, match=sentence):
-        component_damping(halves(modes=6), wanted)
+        component_damping(halves(modes=6), target)
 
 
 def test_unknown_method_and_rigid_systems_are_refused(system):

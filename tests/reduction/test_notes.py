@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 import modalprep as mp
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
 from modalprep.reduction.clamped import clamp
-from modalprep.reduction.free_interface import free_interface
+from modalprep.reduction.free_interface_basis import free_interface
 from modalprep.reduction.notes import dropped_in_band
 from modalprep.reduction.selection import select
 
@@ -50,7 +50,7 @@ def test_floating_modes_are_claimed_without_rigid_motions():
 
 
 def test_nothing_is_claimed_where_nothing_was_counted(monkeypatch):
-    """A factorization may not tell: SuperLU with exchanged rows, or one more that the memory has no room for."""
+    """A factorisation may not tell: SuperLU with exchanged rows, or one more that the memory has no room for."""
     large = cantilever_model(120)
     assert [n for n in mp.craig_bampton(large, modes=4, solver="superlu").notes if "found" in n]
     monkeypatch.setattr("modalprep.linalg.modes.count_below", lambda *arguments: None)

@@ -11,7 +11,7 @@ from modalprep.body.checks import check_body
 from modalprep.errors import InputError
 from modalprep.examples import cantilever_model
 from modalprep.reduction.projected import body_matrices, interface_shapes, projected_basis, reduced_body
-from modalprep.reduction.synthesis import synthesize
+from modalprep.reduction.synthesis import synthesise
 
 
 @pytest.fixture
@@ -30,7 +30,7 @@ def body(elements, tip="fixed"):
 def system():
     """Two unequal halves, clamped."""
     parts = {"a": body(6), "b": body(8, "free")}
-    return synthesize(parts, [("a.tip", "b.root")], ground=["a.root"])
+    return synthesise(parts, [("a.tip", "b.root")], ground=["a.root"])
 
 
 def projected(system, name, count, **options):
@@ -40,7 +40,7 @@ def projected(system, name, count, **options):
 
 
 def again(system, smaller):
-    return synthesize(smaller, [("a.tip", "b.root")], ground=["a.root"])
+    return synthesise(smaller, [("a.tip", "b.root")], ground=["a.root"])
 
 
 @pytest.mark.parametrize("count", [1, 4, 9])
@@ -60,10 +60,10 @@ def test_bodies_of_the_projected_modes_reproduce_the_system(system, count):
 
 
 def test_frequencies_of_simple_modes_come_back_with_their_shapes(bracket_body):
-    pair = synthesize({"a": bracket_body, "b": bracket_body}, [("a.bolt_b", "b.bolt_a")], ground=["a.bolt_a"])
+    pair = synthesise({"a": bracket_body, "b": bracket_body}, [("a.bolt_b", "b.bolt_a")], ground=["a.bolt_a"])
     count = 5
     smaller = {n: reduced_body(bracket_body, projected(pair, n, count, tolerance=1e-10)) for n in pair.bodies}
-    found = synthesize(smaller, [("a.bolt_b", "b.bolt_a")], ground=["a.bolt_a"])
+    found = synthesise(smaller, [("a.bolt_b", "b.bolt_a")], ground=["a.bolt_a"])
     np.testing.assert_allclose(found.frequency[:count], pair.frequency[:count], rtol=1e-9)
     for name in pair.bodies:
         exact, shape = (s.nodal_shape(name)[..., :count] for s in (pair, found))
@@ -122,11 +122,11 @@ def test_dropped_directions_and_their_reasons(system):
 
 
 def test_a_share_keeps_the_fewest_directions_that_hold_it(system):
-    found = projected(system, "a", 9, share=0.9)
+    found = projected(system, "a", 9, fraction=0.9)
     held = np.cumsum(found.singular**2) / np.sum(found.singular**2)
     assert held[found.kept.sum() - 1] >= 0.9
     assert held[found.kept.sum() - 2] < 0.9
-    assert projected(system, "a", 9, share=1.0).kept.all()
+    assert projected(system, "a", 9, fraction=1.0).kept.all()
 
 
 def test_interface_shapes_keep_the_static_answer_of_an_interface(system):
@@ -138,7 +138,7 @@ def test_interface_shapes_keep_the_static_answer_of_an_interface(system):
 
 
 def test_a_reduced_body_passes_the_checks_of_a_body(bracket_body):
-    pair = synthesize({"a": bracket_body, "b": bracket_body}, [("a.bolt_b", "b.bolt_a")], ground=["a.bolt_a"])
+    pair = synthesise({"a": bracket_body, "b": bracket_body}, [("a.bolt_b", "b.bolt_a")], ground=["a.bolt_a"])
     smaller = reduced_body(bracket_body, projected(pair, "a", 6))
     assert [check for check in check_body(smaller) if not check.passed] == []
     basis = projected(pair, "a", 6).basis
@@ -192,7 +192,7 @@ def test_units_of_the_matrices_are_those_of_pyyeti(cb, bracket_body):
     b = np.arange(6)
     M_inch, K_inch = (cb.cbconvert(A, b, "m2e") for A in (M, np.diag(K)))
     w2 = eigh(K_inch, M_inch, eigvals_only=True)[6:]
-    np.testing.assert_allclose(np.sqrt(w2) / (2 * np.pi), synthesize({"a": bracket_body}).frequency[6:], rtol=1e-8)
+    np.testing.assert_allclose(np.sqrt(w2) / (2 * np.pi), synthesise({"a": bracket_body}).frequency[6:], rtol=1e-8)
     mass = (M_inch[:6, :6] + M_inch[:6, :6].T) / 2
     centre = bracket_body.s0 / bracket_body.m / 0.0254
     np.testing.assert_allclose(cb.cgmass(mass)[1], centre, rtol=1e-9, atol=1e-9)
@@ -203,8 +203,8 @@ def test_units_of_the_matrices_are_those_of_pyyeti(cb, bracket_body):
     [
         (dict(tolerance=-0.1), "tolerance = -0.1"),
         (dict(tolerance=1.0), "tolerance = 1"),
-        (dict(share=0.0), "share = 0 "),
-        (dict(share=1.1), "share = 1.1"),
+        (dict(fraction=0.0), "fraction = 0 "),
+        (dict(fraction=1.1), "fraction = 1.1"),
         (dict(rigid=np.ones((3, 1))), "differ in size"),
         (dict(keep=np.ones((3, 1))), "differ in size"),
     ],
@@ -216,7 +216,7 @@ def test_bad_options_are_refused(options, sentence):
 
 def test_names_and_sizes_that_do_not_fit_are_refused(system):
     component = system.bodies["a"]
-    with pytest.raises(InputError, match="there is no interface 'top'; did you mean 'tip'"):
+    with pytest.raises(InputError, match="interface 'top' does not exist; did you mean 'tip'"):
         interface_shapes(component, "top")
     with pytest.raises(InputError, match="2 rows but the body"):
         reduced_body(component, projected_basis(np.eye(2), np.eye(2), np.eye(2)))

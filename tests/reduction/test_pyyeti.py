@@ -14,7 +14,7 @@ from scipy.sparse.linalg import eigsh, splu
 
 import modalprep as mp
 from modalprep.reduction.projected import body_matrices, interface_motion
-from modalprep.reduction.synthesis import synthesize
+from modalprep.reduction.synthesis import synthesise
 
 MODES = 16
 SI = (1.0, 1.0)
@@ -54,7 +54,7 @@ def pipe(unit=SI):
         offset=tuple(np.array([0.05, 0.1, -0.08]) / length),
     )
     ends = {name: mp.Interface(group=name, kind="node") for name in ("root", "saddle", "tip")}
-    return mp.assemble(mp.Mesh(points=points, cells=cells, groups=groups), {"pipe": section, "pump": pump}, ends)
+    return mp.assemble(mp.fe.Mesh(points=points, cells=cells, groups=groups), {"pipe": section, "pump": pump}, ends)
 
 
 def craig_bampton_matrices(model, modes=MODES):
@@ -153,7 +153,7 @@ def test_interface_positions_from_the_stiffness_alone(cb, case):
 
 def test_frequencies_of_the_floating_body(case):
     """The body stands in the frame of its root; afloat, it has the frequencies that pyYeti finds."""
-    ours = synthesize({"a": case.body}).frequency[6:]
+    ours = synthesise({"a": case.body}).frequency[6:]
     full = np.sqrt(eigh(case.pyyeti.k, case.pyyeti.m, eigvals_only=True)[6:]) / (2 * np.pi)
     np.testing.assert_allclose(ours, full, rtol=1e-7)
     theirs = free_free(case.pyyeti.text)
@@ -227,7 +227,7 @@ def test_free_interface_modes(cb, n2p):
     every = len(model.free) - 18
     mass, stiffness = craig_bampton_matrices(model, every - 1)  # ARPACK finds all but one
     theirs = free_free(checked(cb, n2p, model, mass, stiffness).text)
-    ours = mp.free_interface(model, modes=12).table.frequency[:12]
+    ours = mp.reduction.free_interface(model, modes=12).table.frequency[:12]
     np.testing.assert_allclose(ours, theirs[6:18], rtol=1e-6)
 
 

@@ -42,7 +42,7 @@ def make_table(candidates: int) -> ModeTable:
         kept=np.array([*kept, True, True, True]),
         reason=(*[f"effective mass of candidate {k + 1} compared with 0.1%" for k in range(candidates)],
                 "unit displacement x of interface tip", "unit displacement y of interface tip",
-                "static answer of dropped modes"),
+                "static response of dropped modes"),
     )  # fmt: skip
 
 

@@ -44,7 +44,7 @@ def test_gif_repeats_in_its_period_and_does_not_flicker(block, tmp_path):
 @needs_drawing
 def test_mp4_without_its_package_is_refused_in_a_sentence(block, tmp_path, monkeypatch):
     monkeypatch.setattr(animation, "find_spec", lambda name: None)
-    with pytest.raises(RenderError, match=r"needs the package imageio-ffmpeg .* a \.gif needs nothing more"):
+    with pytest.raises(RenderError, match=r"needs the package imageio-ffmpeg .* a \.gif needs no other package"):
         animate_mode(block, 1, tmp_path / "a.mp4")
     assert list(tmp_path.iterdir()) == []
 

@@ -117,7 +117,7 @@ def test_table_sorts_and_filters(cantilever, pages):
     assert (out["all"], out["kept"], out["dropped"]) == (9, table.kept.sum(), (~table.kept).sum())
     assert out["said"] == "9 of 9 rows"
     assert out["constraint"] == 2
-    assert out["words"] == 1  # static answer of dropped modes, in any case
+    assert out["words"] == 1  # static response of dropped modes, in any case
     assert (out["none"], out["saidNone"]) == (0, "0 of 9 rows")
     assert out["up"] == out["down"][::-1]
     known = np.sort(table.frequency[np.isfinite(table.frequency)])

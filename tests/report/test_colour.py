@@ -169,4 +169,4 @@ def test_body_of_other_modes_loses_its_energy(beam):
 
     smaller = reduced_body(beam, projected_basis(np.eye(3)[:, :2], np.diag(beam.K), np.eye(3)))
     assert smaller.energy == {}
-    assert mp.FlexibleBody.conventional(beam).energy
+    assert mp.body.FlexibleBody.conventional(beam).energy

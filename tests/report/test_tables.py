@@ -2,13 +2,16 @@
 
 import io
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from rich.console import Console
 
 from modalprep.body.stress import StressModes
-from modalprep.report.tables import body_summary, hertz, mode_table, summary_rows
+from modalprep.pipeline.batch.console import jobs_table
+from modalprep.pipeline.console import Reporter
+from modalprep.report.tables import body_summary, hertz, mode_table, shapes_table, summary_rows
 
 
 def printed(show, thing, width) -> str:
@@ -65,6 +68,34 @@ def test_names_are_not_markup(cantilever):
     text = printed(body_summary, named, 100) + printed(mode_table, table, 120)
     for name in ("[red]arm[/]", "[/b]", "tip [1]", "[link=x]why[/link]"):
         assert name in text
+
+
+def test_names_of_shapes_jobs_and_bodies_are_not_markup():
+    parameter = SimpleNamespace(name="[b]size[/b]", default=1.0, unit="m", meaning="[i]mean[/i] edge", choices=("[x]",))
+    shape = SimpleNamespace(name="[red]plate", meaning="[/] flat", groups=("[u]",), parameters={"size": parameter})
+    text = printed(shapes_table, [shape], 120)
+    job = {
+        "job": "[red]a",
+        "pipeline": "a.toml",
+        "values": {"[b]key": "[/]1"},
+        "ran": False,
+        "status": "done",
+        "cause": "",
+    }
+    text += printed(jobs_table, [job], 120)
+    for name in ("[b]size[/b]", "[i]mean[/i] edge", "[x]", "[red]plate", "[/] flat", "[u]", "[red]a", "[b]key", "[/]1"):
+        assert name in text
+
+
+def test_reporter_prints_text_as_it_is(capsys):
+    reporter = Reporter()
+    reporter.say("[grid] of :warning:.toml")
+    reporter.console.print("[analysis]")
+    assert capsys.readouterr().out == "[grid] of :warning:.toml\n[analysis]\n"
+    reporter.console = Console(file=io.StringIO(), width=100, force_terminal=True, color_system=None)
+    with reporter.progress("[grid]", 1.0) as reach:
+        reach(1.0)
+    assert "[grid]" in reporter.console.file.getvalue()
 
 
 @pytest.mark.parametrize("width", [60, 80, 120])

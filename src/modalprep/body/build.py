@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressRecovery
 from modalprep.reduction.basis import Reduction
+from modalprep.suggest import refuse_other
 
 
 def flexible_body(
@@ -35,17 +36,26 @@ def flexible_body(
     damping : float
         Modal damping ratio (fraction of critical) of every mode.
     stress : StressRecovery
-        Points whose stress the body carries, of `stress_recovery` on this model.
+        Points with stress modes, from `stress_recovery` on this model.
     second_order_mass : bool or "auto"
         Whether the body has T, the second order of its modal mass (second_order.py); "auto" takes it where it matters,
         and the provenance says how much.
     provenance : dict of str
         Added to the source of the mesh.
 
+    Returns
+    -------
+    FlexibleBody
+        In SI units, its frame at the root interface and parallel to the axes of the mesh.
+
     Raises
     ------
     InputError
         When the damping is negative or the basis belongs to another model.
+
+    References
+    ----------
+    Theory 4.1 and 4.2.
 
     Examples
     --------
@@ -54,6 +64,8 @@ def flexible_body(
     >>> body.Kg_W[0, 0].shape, bool(abs(body.Kg_W[0, 0]).max() > 1)
     ((2, 2), True)
     """
+    refuse_other("flexible_body: the model", FEModel, model)
+    refuse_other("flexible_body: the reduction", Reduction, reduction)
     Phi = reduction.basis
     if damping < 0:
         raise InputError(f"damping = {damping:g} must not be negative; it is a fraction of critical")
@@ -98,13 +110,13 @@ def flexible_body(
 
 
 def _strain_energy(model: FEModel, Phi: np.ndarray, strained: np.ndarray) -> dict[str, np.ndarray]:
-    """Strain energy of the cells, without the round-off of modes that do not strain."""
+    """Return the strain energy of the cells, zero for rigid-body modes."""
     found = model.strain_energy(Phi) if model.strain_energy else {}
     return {kind: np.where(strained, energy, 0) for kind, energy in found.items()}
 
 
 def _stress_modes(recovery: StressRecovery, Phi: np.ndarray, strained: np.ndarray) -> dict[str, StressModes]:
-    """Stress of the points, without the round-off of modes that do not strain."""
+    """Return the stress at the points, zero for rigid-body modes."""
     found = {name: StressModes(**at._asdict()) for name, at in recovery(Phi).items()}
     return {name: at.with_(modes=np.where(strained, at.modes, 0)) for name, at in found.items()}
 

@@ -1,4 +1,4 @@
-"""Physics checks of a model and of its modal body, each by itself: identities that a wrong sign or unit breaks."""
+"""Physics checks of a model and of its modal body: identities that a wrong sign or unit violates."""
 
 from __future__ import annotations
 
@@ -11,18 +11,19 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import mass_matrix, rigid_mass_matrix
 from modalprep.fe.assembly.model import FEModel
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
-NOISE = 1e-6  # of the largest row: rows that are nothing but round-off, such as a rod's rotation across its axis
-RIGID = 1e-8  # strain force of a rigid motion over that of its absolute terms
-BENT = 0.2  # of the body's size: beyond what a theory of small strains is used for
+NOISE = 1e-6  # relative to the largest row: rows of round-off only, such as a rod's rotation across its axis
+RIGID = 1e-8  # strain force of a rigid motion over its absolute terms
+BENT = 0.2  # of the body's size: beyond the range of small strains
 TRIALS = 16  # random deflections, beside the answer to each load
 
 
 @dataclass(frozen=True)
 class Check:
-    """One check: a relative error `value` that must stay below `limit`, unless it only informs (`required`)."""
+    """One check: a relative error `value` that must stay below `limit` if `required`, else for information."""
 
     name: str
     value: float
@@ -32,12 +33,12 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether the value is a number within the limit, or only informs."""
+        """Whether the value is within the limit, or the check is not required."""
         return self.within or not self.required
 
     @property
     def within(self) -> bool:
-        """Whether the value is a number within the limit."""
+        """Whether the value is finite and within the limit."""
         return bool(self.value <= self.limit)
 
 
@@ -48,7 +49,7 @@ class CheckReport(Record):
     Attributes
     ----------
     subject : str
-        What was checked: a file.
+        The checked file.
     checks : tuple of Check
 
     Examples
@@ -73,7 +74,13 @@ class CheckReport(Record):
         return not self.failed
 
     def summary(self) -> dict[str, Any]:
-        """Return the report as plain JSON; a value that is not finite becomes null."""
+        """Return the report as plain JSON; a value that is not finite becomes null.
+
+        Returns
+        -------
+        dict
+            Plain JSON, by the names of the fields.
+        """
         rows = [vars(c) | {"passed": c.passed, "value": c.value if np.isfinite(c.value) else None} for c in self.checks]
         return {"subject": self.subject, "passed": self.passed, "checks": rows}
 
@@ -81,12 +88,22 @@ class CheckReport(Record):
 def check_model(model: FEModel) -> list[Check]:
     """Check an assembled model against the identities of theory 1.
 
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 1.5 and 6.1.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
     >>> all(check.passed for check in check_model(cantilever_model()))
     True
     """
+    refuse_other("check_model: the model", FEModel, model)
     R, r = model.rigid_body(), model.rigid
     T = R[:, :3]
     terms = abs(model.K) @ np.abs(R)
@@ -106,12 +123,22 @@ def check_model(model: FEModel) -> list[Check]:
 def check_body(body: FlexibleBody) -> list[Check]:
     """Check a modal body, also one read from a file.
 
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 6.2.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> [check.name for check in check_body(uniform_beam(modes=2)) if not check.passed]
     []
     """
+    refuse_other("check_body: the body", FlexibleBody, body)
     rigid = rigid_mass_matrix(body.m, body.s0, body.E0)
     Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T, *([] if body.T is None else [body.T])]
     asymmetry = max((relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)
@@ -153,9 +180,9 @@ def _inertia_defect(J: np.ndarray) -> float:
 
 
 def deflections(body: FlexibleBody) -> np.ndarray:
-    """Return static answers (k, n) to accelerations, spins and interface loads, both ways, and to mixtures of them.
+    """Return static responses (k, n) to accelerations, spins and interface loads of both signs, and combinations.
 
-    One level of load for all: an acceleration a, ``a / size`` of spin, forces of ``m a`` and moments of
+    All loads have the same magnitude: an acceleration a, ``a / size`` of spin, forces of ``m a`` and moments of
     ``m a size``, such that the largest displacement is the body's size.
 
     Examples

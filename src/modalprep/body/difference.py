@@ -1,4 +1,4 @@
-"""How much two bodies differ as physical systems, whatever basis their modes are written in."""
+"""Comparison of two bodies as physical systems, independent of their modal bases."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ SAME_POINT = 1e-9  # of the body's size
 def compare_bodies(a: FlexibleBody, b: FlexibleBody, tolerance: float = 1e-6) -> list[Check]:
     """Return the relative difference of every property that does not depend on the choice of modal coordinates.
 
-    Signs of modes, their order and rotations within a repeated root do not count. Quadratic forms of the modes (modal
-    integrals, geometric stiffness, damping) are compared in the static answers of the body to forces and moments on
+    Signs and order of modes and rotations within a repeated root do not matter. Quadratic forms of the modes (modal
+    integrals, geometric stiffness, damping) are compared in the static responses of the body to forces and moments on
     its interfaces, ``X = K^-1 [phi; psi]^T``; where both bodies have the same points, the largest angle between the
     spaces of their mode shapes is compared too.
 
@@ -67,7 +67,7 @@ def _frequencies(a: FlexibleBody, b: FlexibleBody) -> float:
 
 def _elastic(a: FlexibleBody, b: FlexibleBody) -> list[tuple[str, float, str]]:
     forms = {
-        "flexibility": "static answers of the interfaces to forces and moments on them",
+        "flexibility": "static responses of the interfaces to forces and moments on them",
         "inertia coupling": "momentum of these answers, S and H",
         "damping": "of these answers",
         "mass integrals": "P in these answers",
@@ -85,7 +85,7 @@ def _elastic(a: FlexibleBody, b: FlexibleBody) -> list[tuple[str, float, str]]:
 
 
 def _stress(a: FlexibleBody, b: FlexibleBody, points: list[str]) -> float:
-    """Largest difference over that of the point's largest stress; infinite where the components are others."""
+    """Largest difference over that of the point's largest stress; infinite where the components differ."""
     found = []
     for one, other in ((a.stress[name], b.stress[name]) for name in points):
         if one.components != other.components:

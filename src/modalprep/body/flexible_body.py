@@ -1,4 +1,4 @@
-"""The modal body: every array a multibody program needs of one flexible body."""
+"""The modal body: all arrays of one flexible body for multibody simulation."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class FlexibleBody(Record):
     K, D : (n,)
         Modal stiffness ``(2 pi frequency)^2`` and modal damping ``2 zeta omega``.
     frequency : (n,)
-        Hz, with the root interface clamped; in mean axes with nothing held.
+        Hz, with the root interface clamped; in mean axes free-free.
     interface_name : tuple of str
         The root is the first.
     interface_position : (n_if, 3)
@@ -54,18 +54,18 @@ class FlexibleBody(Record):
     points, cells, shape : (n_points, 3), {type: (n_cells, nodes)}, (n_points, 3, n)
         The mesh in B and its nodal displacement per modal coordinate, for pictures.
     energy : {type: (n_cells, n)}
-        Strain energy (J) of each cell at unit modal coordinate; its sum over all cells is ``K / 2``. Empty where it
-        is not known: a body from bare matrices, or in other modes than those of its reduction.
+        Strain energy (J) of each cell at unit modal coordinate; its sum over all cells is ``K / 2``. Empty if
+        unknown: a body from bare matrices, or in other modes than those of its reduction.
     volume : {type: (n_cells,)}
         m^3 of each cell, 0 for springs and masses; with `energy`, to draw its density.
     stress : {point: StressModes}
         Stress at chosen points; as `energy`, in the modes of the reduction and those that follow from them.
     modal_mass : (n, n)
-        ``int rho phi^T phi``; 1 but for a body that has the modes of another fill level (levels.py).
+        ``int rho phi^T phi``; the identity, except for a body with the modes of another fill level (levels.py).
     modes : ModeTable
-        The candidates of the reduction and the reason each was kept or dropped.
+        The candidates of the reduction with the reason for keeping or dropping each.
     provenance : dict of str
-        Where the body comes from: sources and their hashes.
+        Sources of the body and their hashes.
 
     Examples
     --------
@@ -107,7 +107,7 @@ class FlexibleBody(Record):
     T: np.ndarray | None = None
 
     def __post_init__(self) -> None:
-        """Take modes as normalised where nothing else is said."""
+        """Assume normalised modes unless a modal mass is given."""
         if self.modal_mass is None:
             object.__setattr__(self, "modal_mass", np.eye(len(self.K)))
         super().__post_init__()
@@ -124,12 +124,12 @@ class FlexibleBody(Record):
 
     @property
     def frame(self) -> str:
-        """What B is: its origin and its axes."""
+        """Origin and axes of B."""
         return f"{self.provenance.get('origin', ORIGIN)}, {self.provenance.get('axes', AXES)}"
 
     @property
     def at_root(self) -> bool:
-        """Whether B sits on the root interface and moves with it, as every joint but a free one needs."""
+        """Whether B sits on the root interface and moves with it, as all joints except a free one need."""
         return not any(np.any(x[0]) for x in (self.interface_position, self.phi, self.psi))
 
     @property
@@ -141,6 +141,11 @@ class FlexibleBody(Record):
         """Return a copy with the named fields changed.
 
         New modes (`K`) have no `energy`, no `stress` and no `T`, and mass 1, unless given.
+
+        Returns
+        -------
+        FlexibleBody
+            The changed copy.
         """
         new_modes = {"energy": {}, "stress": {}, "modal_mass": None, "T": None} if "K" in changes else {}
         return super().with_(**(new_modes | changes))
@@ -148,8 +153,17 @@ class FlexibleBody(Record):
     def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:
         """Return the stress (Pa) by ``point.component`` at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``.
 
-        Each point has its components and ``von_mises``. Stress is linear in q: displacements of second order, which
-        the geometric stiffness stands for, strain nothing.
+        Each point has its components and ``von_mises``. Stress is linear in q: second-order displacements, represented
+        by the geometric stiffness, cause no strain.
+
+        Returns
+        -------
+        dict of (...) float
+            Pa, in the axes of the point's element or fibre.
+
+        References
+        ----------
+        Theory 7.6.
 
         Examples
         --------
@@ -164,17 +178,36 @@ class FlexibleBody(Record):
         }
 
     def conventional(self) -> FlexibleBody:
-        """Return the body without geometric stiffness and T: the prematurely linearised theory."""
+        """Return the body without geometric stiffness and T: the prematurely linearised theory.
+
+        Returns
+        -------
+        FlexibleBody
+            In the same modes.
+
+        References
+        ----------
+        Theory 4.5.
+        """
         names = ("Kg_A", "Kg_W", "Kg_F", "Kg_T")
         return self.with_(**{name: np.zeros_like(getattr(self, name)) for name in names}, T=None)
 
     def ruthless(self) -> FlexibleBody:
-        """Return the ruthlessly linearised body: no second order of q in its inertia, no geometric stiffness.
+        """Return the body linearised in the modes ("ruthless" in the book), without geometric stiffness.
 
         Without P the moment of inertia is of first order in q, the angular-elastic coupling is constant, and the modes
         feel neither centrifugal softening nor Coriolis forces: ``q'' + D q' + K q = -(S_a A_a + W_ab H_ab)``. The mass
         matrix stays that of an energy, so balances close. For spins well below the first frequency, where stress
-        stiffening does not matter (book section 6.7).
+        stiffening does not matter.
+
+        Returns
+        -------
+        FlexibleBody
+            In the same modes.
+
+        References
+        ----------
+        A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 6.7; theory 4.5.
         """
         return self.conventional().with_(P=np.zeros_like(self.P))
 

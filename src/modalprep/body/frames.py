@@ -1,14 +1,15 @@
-"""The same modal body in other frames: shifted and turned, mean axes, or carried by another of its interfaces.
+"""A modal body in other frames: shifted and rotated, in mean axes, or with another root interface.
 
-Every function returns a body that describes the same motions. Shifting and turning is exact. A frame that moves
-against the old one (`in_mean_axes`, `reroot`) follows a rigid motion ``-a q`` of it, so that ``phi' = phi + R a`` with
-``R = [1, -x~]``. A turning frame also sees displacements of second order (u the first order in the new frame),
+Every function returns a body that describes the same motions. Shift and rotation are exact. A frame that moves
+relative to the old one (`in_mean_axes`, `reroot`) follows a rigid motion ``-a q`` of it, so that ``phi' = phi + R a``
+with ``R = [1, -x~]``. A rotating frame also has displacements of second order (u the first order in the new frame),
 
 ``u2' = u2 + (a_r q) x u - (a_r q) x ((a_r q) x x) / 2 - d2 - theta2 x x``,
 
 which is what the geometric stiffness stores: ``int rho u2``, ``int rho x_b u2`` and ``u2`` at the interfaces
 (theory 4). d2 and theta2 are the frame's own motion of second order, found as its first order is: the new
-root stays at rest, or the mean axes stay mean. A load is then reacted there, and no static answer is needed again.
+root remains at rest, or the mean axes remain mean axes. A load is then reacted there, and no further static response is
+needed.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ from modalprep.body.mass import cross_moment, rigid_mass_matrix
 from modalprep.errors import InputError
 from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_other, suggestion
 from modalprep.vectors import skew
 
 SKEW = skew(np.eye(3))  # SKEW[c, a, d] r_c x_d = (r x x)_a
 
 
 class Moments(NamedTuple):
-    """What the body knows of a displacement field per coordinate, or per pair of them: ``(...)`` is (n,) or (n, n).
+    """Moments of a displacement field per coordinate, or per pair of coordinates: ``(...)`` is (n,) or (n, n).
 
     ``int rho u_a (3, ...)``, ``int rho x_b u_a (3, 3, ...)``, translation and rotation of the interfaces
     ``(n_if, 3, ...)``.
@@ -47,16 +48,21 @@ Follow = Callable[[Moments], np.ndarray]  # rigid motion (6, ...) of a frame tha
 
 
 def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None = None, name: str = "") -> FlexibleBody:
-    """Describe a body in a frame at rest in its own: other origin, other axes; the coordinates stay the same.
+    """Describe a body in a frame fixed in its own, with another origin or axes; the coordinates do not change.
 
     Parameters
     ----------
     origin : (3,)
         m, in the frame of the body.
     axes : (3, 3)
-        Columns are the new axes in the old ones; default unturned.
+        Columns are the new axes in the old ones; default unrotated.
     name : str
-        What `FlexibleBody.frame` says of the new origin; default its old coordinates.
+        Description of the new origin for `FlexibleBody.frame`; default its old coordinates.
+
+    Returns
+    -------
+    FlexibleBody
+        Of the same coordinates, vectors and places in the new axes.
 
     Raises
     ------
@@ -69,6 +75,7 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
     >>> in_frame(uniform_beam(modes=1), origin=np.array([10.0, 0, 0])).s0
     array([-60.,   0.,   0.])
     """
+    refuse_other("in_frame: the body", FlexibleBody, body)
     c = np.asarray(origin, dtype=float)
     Q = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     if Q.shape != (3, 3) or np.abs(Q.T @ Q - np.eye(3)).max() > 1e-9 or np.linalg.det(Q) < 0:
@@ -98,6 +105,11 @@ def _shifted(body: FlexibleBody, c: np.ndarray) -> tuple[np.ndarray, ...]:
 def at_centre_of_mass(body: FlexibleBody) -> FlexibleBody:
     """Move the origin to the centre of mass of the undeformed body; the frame still moves with the root interface.
 
+    Returns
+    -------
+    FlexibleBody
+        Of the same modal coordinates, axes parallel to the former ones.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
@@ -105,11 +117,17 @@ def at_centre_of_mass(body: FlexibleBody) -> FlexibleBody:
     >>> round(float(body.E0[0, 0]), 6), body.interface_position[:, 0]
     (100.0, array([-5.,  5.]))
     """
+    refuse_other("at_centre_of_mass: the body", FlexibleBody, body)
     return in_frame(body, origin=body.s0 / body.m, name="origin at the centre of mass")
 
 
 def in_principal_axes(body: FlexibleBody) -> FlexibleBody:
-    """Move to the centre of mass and turn to the principal axes of inertia, smallest moment first.
+    """Move the frame to the centre of mass and rotate it to the principal axes, smallest moment first.
+
+    Returns
+    -------
+    FlexibleBody
+        Of the same modal coordinates.
 
     Examples
     --------
@@ -118,6 +136,7 @@ def in_principal_axes(body: FlexibleBody) -> FlexibleBody:
     >>> body.frame
     'origin at the centre of mass, principal axes'
     """
+    refuse_other("in_principal_axes: the body", FlexibleBody, body)
     centred = at_centre_of_mass(body)
     _, axes = np.linalg.eigh(np.trace(centred.E0) * np.eye(3) - centred.E0)
     axes = axes * unique_signs(axes)
@@ -130,12 +149,17 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
     """Describe a body in its mean axes at the centre of mass: the frame of a free body (Tisserand, Buckens).
 
     ``int rho phi = 0`` and ``int rho x cross phi = 0``, so that the mass matrix has no coupling at rest and the
-    coordinates are the free-free modes of the reduced body; its frequencies are theirs. No interface is at rest in
-    this frame, the former root included: of a multibody system only a free joint can carry such a body.
+    coordinates are the free-free modes of the reduced body, with their frequencies. No interface is at rest in
+    this frame, the former root included: in a multibody system only a free joint can carry such a body.
 
     The geometric stiffness is that of loads balanced by the body's own inertia: ``Kg_A = 0``. Modal damping keeps the
     diagonal of the transformed damping matrix. The reduction's table of modes loses its effective masses, which are
     those of the former root.
+
+    Returns
+    -------
+    FlexibleBody
+        Its frame at the centre of mass, parallel to the former one.
 
     Raises
     ------
@@ -153,6 +177,7 @@ def in_mean_axes(body: FlexibleBody) -> FlexibleBody:
     >>> bool(abs(body.S).max() < 1e-9), body.frame
     (True, 'mean axes at the centre of mass, axes of the mesh')
     """
+    refuse_other("in_mean_axes: the body", FlexibleBody, body)
     centred = at_centre_of_mass(body)
     rigid = rigid_mass_matrix(centred.m, np.zeros(3), centred.E0)
     moments = np.linalg.eigvalsh(rigid[3:, 3:])
@@ -178,13 +203,21 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     A mesh reduced with the other root gives the same body when it spans the same motions, as Craig-Bampton does with
     every interface fixed; its geometric stiffness and T too (1e-9 for solids). Loads inside beams and shells act on
     straight elements, so that Kg_A, Kg_W and T depend on the root by the square of the element's length: in the three
-    lowest modes of an arch by 0.5 % with 20 elements, 0.13 % with 40. Of those this function keeps what the former root
-    found.
+    lowest modes of an arch by 0.5 % with 20 elements, 0.13 % with 40. Those of the former root are kept.
+
+    Returns
+    -------
+    FlexibleBody
+        Its frame at that interface, parallel to the former one.
 
     Raises
     ------
     InputError
         When the body has no such interface.
+
+    References
+    ----------
+    Theory 3.5.
 
     Examples
     --------
@@ -193,6 +226,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     >>> body.interface_name, body.interface_position[:, 0].tolist(), float(abs(body.phi[0]).max())
     (('tip', 'root'), [0.0, -10.0], 0.0)
     """
+    refuse_other("reroot: the body", FlexibleBody, body)
     if interface not in body.interface_name:
         hint = suggestion(interface, body.interface_name, "it has")
         raise InputError(f"body {body.name!r} has no interface {interface!r}; {hint}")
@@ -289,7 +323,7 @@ def _modes(K: np.ndarray, M: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _relabelled(body: FlexibleBody, said: dict[str, str]) -> FlexibleBody:
-    """Say what the frame is; effective masses belong to the frame of the reduction."""
+    """Set the frame's description; drop effective masses, which belong to the frame of the reduction."""
     said = {key: text for key, text in said.items() if text not in (ORIGIN, AXES)}
     kept = {key: text for key, text in body.provenance.items() if key != "origin"}
     total = rigid_mass_matrix(body.m, body.s0, body.E0).diagonal()

@@ -1,4 +1,4 @@
-"""One body at several fill levels: the same modes, other masses. All its integrals are linear in the density."""
+"""One body at several fill levels: same modes, different mass. All its integrals are linear in the density."""
 
 from __future__ import annotations
 
@@ -9,11 +9,16 @@ from modalprep.errors import InputError
 
 BY_DENSITY = ("m", "s0", "E0", "S", "H", "P", "Kg_A", "Kg_W", "modal_mass")
 BY_MODES = ("K", "interface_position", "phi", "psi", "Kg_F", "Kg_T")
-SAME = 1e-9  # of the largest number
+SAME = 1e-9  # relative to the largest entry
 
 
-def scaled(body: FlexibleBody, factor: float) -> FlexibleBody:
+def with_density_factor(body: FlexibleBody, factor: float) -> FlexibleBody:
     """Return the body with all densities times a factor, in the same modes.
+
+    Returns
+    -------
+    FlexibleBody
+        Of the same stiffness.
 
     Raises
     ------
@@ -23,28 +28,26 @@ def scaled(body: FlexibleBody, factor: float) -> FlexibleBody:
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> half = scaled(uniform_beam(modes=2), 0.5)
+    >>> half = with_density_factor(uniform_beam(modes=2), 0.5)
     >>> round(half.m, 9), half.modal_mass.diagonal()
     (6.0, array([0.5, 0.5]))
     """
     if not 0 < factor < float("inf"):
-        raise InputError(
-            f"body {body.name!r}: its densities times {factor:g} are those of no body; it must be positive"
-        )
+        raise InputError(f"body {body.name!r}: density factor {factor:g} must be positive")
     T = None if body.T is None else factor * body.T
     return body.with_(**{name: factor * getattr(body, name) for name in BY_DENSITY}, T=T)
 
 
-def between(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleBody:
-    """Return the body of mass m (kg) on the line through two fill levels, exact where one density changes uniformly.
+def interpolate(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleBody:
+    """Return the body of mass m (kg) interpolated between two fill levels; exact if one density changes uniformly.
 
-    Without T: a body that loses mass has no second order of its modal mass.
+    T is dropped: a depleting body has no second-order modal mass.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> full = uniform_beam(modes=2)
-    >>> between(scaled(full, 0.5), full, 9.0).modal_mass.diagonal().round(12)
+    >>> interpolate(with_density_factor(full, 0.5), full, 9.0).modal_mass.diagonal().round(12)
     array([0.75, 0.75])
     """
     share = (m - light.m) / (heavy.m - light.m)
@@ -53,7 +56,7 @@ def between(light: FlexibleBody, heavy: FlexibleBody, m: float) -> FlexibleBody:
 
 
 def check_level(body: FlexibleBody, level: FlexibleBody) -> None:
-    """Refuse a fill level that has other modes or interfaces than the body.
+    """Refuse a fill level whose modes or interfaces differ from those of the body.
 
     Raises
     ------
@@ -77,7 +80,7 @@ def check_level(body: FlexibleBody, level: FlexibleBody) -> None:
         one, other = getattr(body, name), getattr(level, name)
         if np.abs(one - other).max(initial=0.0) > SAME * np.abs(one).max(initial=0.0):
             raise InputError(
-                f"body {body.name!r} and its other fill level differ in {name}; take its modes with other densities"
+                f"body {body.name!r} and its other fill level differ in {name}; use its modes with different densities"
             )
     if abs(body.m - level.m) <= SAME * body.m:
         raise InputError(f"body {body.name!r} weighs {body.m:g} kg at two fill levels; they must differ in mass")

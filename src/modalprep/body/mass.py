@@ -1,15 +1,15 @@
-"""Mass matrix of a modal body: rigid part, coupling and its growth with the deflection, theory 4.
+"""Mass matrix of a modal body: rigid part, coupling and their dependence on the deflection (theory 4).
 
 The mass matrix is the Gram matrix of the partial velocities of the particles, so it cannot be indefinite, however large
 the deflection, as long as every product of partial velocities is kept. With the displacement ``phi q + q u2 q / 2`` the
-partial velocity of a mode is ``phi + u2 q``. The S(q), L(q) of theory 4 are its moments; beside them that
-section keeps the identity in the modal block, which lacks the products of ``u2 q``. It shows when ``Kg q`` reaches the
+partial velocity of a mode is ``phi + u2 q``. The S(q), L(q) of theory 4 are its moments; that section has
+the identity in the modal block, which lacks the products of ``u2 q``. This matters when ``Kg q`` reaches the
 size of S and H: for a mode of wave number k at deflections of 1 / (k^2 L), a thousandth of the length L for the twelfth
 mode of a beam.
 
-The products need the field u2, of which the body knows only the moments ``int rho u2_a = Kg_A`` and
+The products need the field u2, of which the body has only the moments ``int rho u2_a = Kg_A`` and
 ``int rho x_b u2_a = Kg_W``. Of all fields with these moments the affine one, ``u2_a = c_a + d_ab x_b``, has the least
-kinetic energy: the body takes that one. With four functions X_r, (1, x, y, z) made orthonormal in the mass, and the
+kinetic energy and is used. With four functions X_r, (1, x, y, z) made orthonormal in the mass, and the
 rest ``phi'`` of the modes, orthogonal to them, the position of a particle is
 
     r = X_r p_r(q) + phi' q     p_r = p_r(0) + B_r q + g t_r     t_r = q D_r q / 2     dp_r = d p_r / d q
@@ -31,12 +31,12 @@ and never through its root.
 About rest the equations of motion are those of theory 4 to first order in q: ``q''`` is small with q, so that the
 growth of M_ff is of second order, as is that of L. About a steady deflection M_ff counts (below). The strain energy
 keeps ``q K q / 2``, so that at finite deflections the answer is right to the square of the slopes: 0.2 % at the deepest
-0.057 L of the spin-up beam. Without geometric stiffness the equations are the same altogether. What is lost is the
-motion of u2 that is not affine; it could only add to M_ff.
+0.057 L of the spin-up beam. Without geometric stiffness the equations are the same altogether. The
+non-affine motion of u2 is lost; it could only add to M_ff.
 
-A body that bends under a steady load needs more of it (theory 4.7): with
-``T_ijk = phi_i M Gamma_jk`` in the body, the rest of u2 is taken along the rest of the modes. Of T the affine functions
-have ``B_i.D_jk`` already; what is left, ``T' = T - B.D``, is the field ``phi'_l c_ljk`` with ``M' c = T'``,
+A body that is deflected by a steady load needs more of u2 (theory 4.7): with
+``T_ijk = phi_i M Gamma_jk`` in the body, the rest of u2 is projected on the rest of the modes. The affine functions
+already have ``B_i.D_jk`` of T; the remainder, ``T' = T - B.D``, is the field ``phi'_l c_ljk`` with ``M' c = T'``,
 ``M' = M - B^T B``. The rest then moves with ``eta = q + c q q / 2`` instead of q, and with ``d eta = 1 + c q``
 
     E_ab = p_a.p_b + eta P'_ab eta     L_ab = dp_a.p_b + d eta^T P'_ab eta     M_ff = d eta^T M' d eta + dp^T dp
@@ -54,13 +54,13 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.vectors import skew
 
 AFFINE = 1e-10  # of unit modal mass
-FLAT = 1e-12  # of the moments about the origin: a smaller one about the centre is round-off, the body flat or a line
+FLAT = 1e-12  # of the moments about the origin: a smaller one about the centre is round-off of a flat or straight body
 
 
 class AffinePart(NamedTuple):
     """Motion of a modal body split into its affine part and the rest; axes a first, then the function r.
 
-    A direction in which the body has no extent has a function that is zero.
+    The function of a direction without extent is zero.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class AffinePart(NamedTuple):
     rest : (3, 3, n, n)
         ``P'``.
     mass : (n, n)
-        ``M - B^T B``, M the modal mass, 1 but for depleted bodies.
+        ``M - B^T B``, M the modal mass, the identity except for depleting bodies.
     strain : (3, 4)
         ``p(0) / p(0).p(0)`` without its first column.
     root_mass : float
@@ -93,7 +93,7 @@ class AffinePart(NamedTuple):
 
 
 class Deflected(NamedTuple):
-    """Moments of a body at a deflection q: p(q), dp(q), then the letters of theory 4."""
+    """Moments of a body at a deflection q: p(q), dp(q), then in the notation of theory 4."""
 
     p: np.ndarray  # (3, 4)
     dp: np.ndarray  # (3, 4, n)
@@ -130,7 +130,7 @@ def cross_moment(H: np.ndarray) -> np.ndarray:
 
 
 def affine_part(body: FlexibleBody) -> AffinePart:
-    """Split the motion of a body.
+    """Split the motion of a body into its affine part and the rest.
 
     Examples
     --------
@@ -160,7 +160,7 @@ def affine_part(body: FlexibleBody) -> AffinePart:
 
 
 def _rest_second(body: FlexibleBody, first: np.ndarray, second: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Solve ``M' c = T - B.D``; modes that are affine but for `AFFINE` have no rest to move along."""
+    """Solve ``M' c = T - B.D``; modes that are affine within `AFFINE` have no rest."""
     if body.T is None:
         return np.zeros((0, 0, 0))
     size, V = np.linalg.eigh((mass + mass.T) / 2)
@@ -244,7 +244,7 @@ def deflected_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     """Return where the body's `points` are at each of the modal coordinates ``q (k, n)``: ``(k, n_points, 3)``, m.
 
     In the body's frame, with the second order of the displacement as the equations of motion have it: its affine part,
-    and of a body with T the rest along the modes. A beam that bends keeps its length.
+    and of a body with T the rest along the modes. A bending beam keeps its length.
 
     Examples
     --------
@@ -265,7 +265,7 @@ def deflected_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
 
 
 def steady_mass(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
-    """Return the modal mass ``(n, n)`` at a steady deflection ``q (n,)``: constant but for a body with T.
+    """Return the modal mass ``(n, n)`` at a steady deflection ``q (n,)``: constant except for a body with T.
 
     Without T the equations of motion have the affine part of the second order alone, which of straight beams T cancels.
 
@@ -288,6 +288,15 @@ def mass_matrix(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     ----------
     q : (n,)
         Modal coordinates, m sqrt(kg).
+
+    Returns
+    -------
+    (6 + n, 6 + n) float
+        Symmetric; kg, kg m, kg m^2 of the rigid part, without unit of the modal one.
+
+    References
+    ----------
+    Theory 4.3 and 4.6.
 
     Examples
     --------

@@ -25,6 +25,11 @@ def rigid_body(
     interfaces : {name: (3,)}
         m; the first is the root.
 
+    Returns
+    -------
+    FlexibleBody
+        Without modes, its frame at the first interface.
+
     Raises
     ------
     InputError

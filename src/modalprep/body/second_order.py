@@ -1,8 +1,8 @@
-"""T, the second order of the modal mass: what a body that bends under its steady load shifts beside its Kg.
+"""T, the second-order modal mass: its effect on a body deflected by a steady load, in addition to that of Kg.
 
-With ``u = phi q + Gamma_jk q_j q_k / 2``, where Gamma takes the cubic terms out of the strain energy, ``T_ijk = phi_i M
+With ``u = phi q + Gamma_jk q_j q_k / 2``, where Gamma removes the cubic terms from the strain energy, ``T_ijk = phi_i M
 Gamma_jk`` (theory 4.7). Gamma itself is not needed: the load ``M phi_i`` works on it as every load does, so that T_i
-is, up to its sign, the geometric stiffness of the static answer to ``M phi_i``, and of the arms that carry mass.
+is, up to its sign, the geometric stiffness of the static response to ``M phi_i``, and of the arms that carry mass.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from modalprep.reduction.basis import Reduction
 
 SECOND_ORDER = "second_order_mass"  # key of the provenance
 SHARE = 0.05  # of the shift by geometric stiffness
-LOWEST = 8  # modes that are judged
+LOWEST = 8  # number of lowest modes compared
 
 
 def with_second_order_mass(
     body: FlexibleBody, model: FEModel, reduction: Reduction, choice: bool | Literal["auto"]
 ) -> FlexibleBody:
-    """Return the body of a reduction with T where it is asked for or matters; its provenance says how much it does.
+    """Return the body of a reduction with T if requested or significant; its provenance says how significant.
 
     Examples
     --------
@@ -47,7 +47,7 @@ def with_second_order_mass(
     T = np.concatenate([low, modal_mass_growth(model, reduction, slice(len(low), body.n))])
     much = f"{100 * share:.2g} % of what geometric stiffness does" if share < 10 else f"{share:.2g} times that of Kg"
     said = (
-        "the second order of the modal mass (T) is taken: under unit acceleration or spin it shifts squared "
+        "the second-order modal mass (T) is included: under unit acceleration or spin it shifts squared "
         f"frequencies of the lowest modes by up to {much}"
     )
     return body.with_(T=T, provenance={SECOND_ORDER: said, **body.provenance})
@@ -74,8 +74,8 @@ def mass_share(body: FlexibleBody, T: np.ndarray) -> float:
     """Return by how much T shifts squared frequencies of the lowest modes, over the shift by Kg and P.
 
     In each of the twelve unit fields the static deflection q0 changes the modal mass by ``2 q0_j T_iji``, of the rows
-    ``T (k, n, n)``; the affine part of that every body has by itself (mass.py), so that only the rest counts. Fields of
-    acceleration and of rotation are compared with the largest shift of their kind.
+    ``T (k, n, n)``; the affine part of that is included in every body (mass.py), so that only the rest counts. Fields
+    of acceleration and of rotation are compared with the largest shift of their kind.
     """
     part, m = affine_part(body), len(T)
     load = np.concatenate([body.S, body.H.reshape(9, body.n)]).T

@@ -21,12 +21,12 @@ class StressModes(Record):
     Attributes
     ----------
     position : (3,)
-        Of its node in the body's frame B, m.
+        Position of its node in the body's frame B, m.
     axes : (3, 3)
         Rows: the axes x, y, z of the components, in B.
     components : tuple of str
-        Of ``xx, yy, zz, xy, yz, xz``; ``torsion`` is the shear of a beam's torque. What is not there is zero, or in a
-        beam not known.
+        Of ``xx, yy, zz, xy, yz, xz``; ``torsion`` is the shear of a beam's torque. Missing ones are zero, or in a
+        beam unknown.
     modes : (c, n)
         Pa per modal coordinate.
 
@@ -43,17 +43,33 @@ class StressModes(Record):
     modes: np.ndarray
 
     def histories(self, q: np.ndarray) -> dict[str, np.ndarray]:
-        """Return components and ``von_mises`` (Pa) at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``."""
+        """Return components and ``von_mises`` (Pa) at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``.
+
+        Returns
+        -------
+        dict of (...) float
+            Pa, by the component's name.
+
+        References
+        ----------
+        Theory 7.6.
+        """
         found = dict(zip(self.components, np.moveaxis(q @ self.modes.T, -1, 0), strict=True))
         return found | {VON_MISES: von_mises(found)}
 
     def in_basis(self, Y: np.ndarray) -> StressModes:
-        """Return the stress in the coordinates p of ``q = Y p``, ``Y (n, r)``."""
+        """Return the stress in the coordinates p of ``q = Y p``, ``Y (n, r)``.
+
+        Returns
+        -------
+        StressModes
+            Of r coordinates.
+        """
         return self.with_(modes=self.modes @ Y)
 
 
 def von_mises(stress: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return the equivalent stress of components by name; those that are left out count as zero.
+    """Return the equivalent stress of components by name; missing ones are zero.
 
     Examples
     --------

@@ -18,23 +18,33 @@ from modalprep.linalg.modes import DENSE
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.prestress import NO_BUCKLING
+from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 ENERGY = 1e-10  # sums of positive terms, each to 1e-13
-BOUND = 1e-6  # how far round-off may bring a Ritz value below the full model's
-PRESTRESS = 1e-6  # stiff parts on soft ones: their stress is a small difference of large turns, of which 1e-9 was seen
-BUCKLING = 0.1  # a basis that buckles within a tenth of the full model's load serves for design
+BOUND = 1e-6  # how far round-off may reduce a Ritz value below that of the full model
+PRESTRESS = 1e-6  # stiff parts on soft ones: their stress is a small difference of large rotations; 1e-9 was observed
+BUCKLING = 0.1  # a basis that buckles within a tenth of the full model's load is adequate for design
 NOTHING = 1e-9  # of the largest geometric stiffness under loads of comparable size: round-off
 TURN = 1e-4  # displacement over the body's size, for finite differences
-DIFFERENCE = 1e-5  # 1e-11 to 6e-9 was seen; ten times smaller steps have 1e-6 of round-off
+DIFFERENCE = 1e-5  # 1e-11 to 6e-9 was observed; ten times smaller steps have 1e-6 of round-off
 SAME = 1e-9  # of the body's size: an interface on the root
 
 
 def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -> list[Check]:
-    """Check a body in its root frame against the model and the reduction it comes from.
+    """Check a body in its root frame against its model and reduction.
 
-    Mass, momentum, the energy of a random motion, the static answers and the prestress of a random combination of
+    Mass, momentum, the energy of a random motion, the static responses and the prestress of a random combination of
     loads, each evaluated with the matrices of the model.
+
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 6.2.
 
     Examples
     --------
@@ -46,6 +56,9 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
     >>> all(check.within for check in check_projection(model, reduction, flexible_body(model, reduction, name="beam")))
     True
     """
+    refuse_other("check_projection: the model", FEModel, model)
+    refuse_other("check_projection: the reduction", Reduction, reduction)
+    refuse_other("check_projection: the body", FlexibleBody, body)
     R, rng = model.rigid_body(), np.random.default_rng(0)
     MR = model.M @ R
     mass = relative(rigid_mass_matrix(body.m, body.s0, body.E0), R.T @ MR)
@@ -57,7 +70,7 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
               "S and C of the body = R^T M Phi of the mesh"),
         Check("kinetic energy", _energy_error(model, reduction.basis, body, rng), ENERGY,
               "of a random motion, by M(q) of the body = by the mesh", required=model.M_ab.exact),
-        Check("static answers", _unbalanced(model, reduction), RIGID, "forces of the unit loads balance"),
+        Check("static responses", _unbalanced(model, reduction), RIGID, "forces of the unit loads balance"),
         Check("prestress", _prestress_error(model, reduction, body, rng), PRESTRESS,
               "Kg of a random combination of loads, by the body = by the mesh"),
     ]  # fmt: skip
@@ -79,8 +92,8 @@ def _energy_error(model: FEModel, Phi: np.ndarray, body: FlexibleBody, rng: np.r
 
 
 def _unbalanced(model: FEModel, reduction: Reduction) -> float:
-    """Force left over at the independent DOFs but the root's, over the absolute terms of the elastic force."""
-    loose = reduction.basis[:, reduction.frequency == 0]  # what moves without strain balances its load by inertia
+    """Return the residual force at the independent DOFs except the root's, relative to that of the elastic terms."""
+    loose = reduction.basis[:, reduction.frequency == 0]  # mechanisms balance their load by inertia
     loads = reduction.loads - model.M @ (loose @ (loose.T @ reduction.loads))
     force = model.C.T @ (model.K @ reduction.static - loads)
     terms = abs(model.C).T @ (abs(model.K) @ np.abs(reduction.static))
@@ -89,7 +102,7 @@ def _unbalanced(model: FEModel, reduction: Reduction) -> float:
 
 
 def _prestress_error(model: FEModel, reduction: Reduction, body: FlexibleBody, rng: np.random.Generator) -> float:
-    """Kg of one random combination of the unit loads, on random displacements; each load counts alike."""
+    """Kg of one random combination of the unit loads, on random displacements; with equal weight of each load."""
     if not body.has_geometric_stiffness:
         return 0.0
     Kg = _unit_load_matrices(body)
@@ -111,7 +124,7 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     """Compare the body's geometric stiffness with finite differences of the nonlinear strain energy of the mesh.
 
     For a random combination of the unit loads and a random motion y of the modes: the potential energy at
-    ``s d + t y``, with elements, links and arms that turn finitely, has the third derivative
+    ``s d + t y``, with finite rotations of elements, links and arms, has the third derivative
     ``y Kg(d) y + 2 d Kg(y) y`` by s, t, t.
     Solids follow Green's strain, beams and shells the strain against their own axes.
 
@@ -150,7 +163,7 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
 
 
 def _combination(model: FEModel, Kg: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return factors ``(k,)`` of random sign with which each of the loads counts alike, 0 where Kg is round-off."""
+    """Return factors ``(k,)`` of random sign that weight all loads equally, 0 where Kg is round-off."""
     length, m = np.ptp(model.points, axis=0).max(), model.rigid.m
     unit = np.concatenate([[m] * 3, [m * length] * 9, np.tile(np.repeat([1.0, 1 / length], 3), len(Kg[12:]) // 6)])
     size = np.abs(Kg).max(axis=(1, 2), initial=0.0)
@@ -168,19 +181,30 @@ def _third(f: Callable[[float, float], float]) -> float:
 
 
 def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
-    """Compare the load at which a push on each interface towards the root buckles body and model, the root held.
+    """Compare the buckling loads of body and model under compression from each interface to the clamped root.
 
-    The body's is the higher one, by Rayleigh and Ritz; by how much informs of the basis. Left out are bodies that are
-    not held by their root, and interfaces whose push does not buckle the model.
+    By Rayleigh and Ritz the body's load is the higher one; the excess measures the quality of the basis. Bodies that
+    their root does not constrain and interfaces whose compression does not buckle the model are skipped.
+
+    Returns
+    -------
+    list of Check
+        One for each interface that can be pushed.
+
+    References
+    ----------
+    Theory 6.2.
 
     Examples
     --------
     >>> from modalprep.examples import cantilever_model, uniform_beam
     >>> for check in check_buckling(cantilever_model(elements=40), uniform_beam(modes=3)):
     ...     print(check.meaning)
-    the body buckles no sooner than the mesh when 'tip' is pushed towards the root
+    the body does not buckle below the mesh when 'tip' is pushed towards the root
     347.4 N on 'tip', of the mesh 345.4 N
     """
+    refuse_other("check_buckling: the model", FEModel, model)
+    refuse_other("check_buckling: the body", FlexibleBody, body)
     held = clamp(model)
     if held.mechanisms.shape[1]:
         return []
@@ -197,7 +221,7 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
             continue
         found += [
             Check(f"buckling bound {frame.name}", max(0.0, 1 - own / full), BOUND,
-                  f"the body buckles no sooner than the mesh when {frame.name!r} is pushed towards the root"),
+                  f"the body does not buckle below the mesh when {frame.name!r} is pushed towards the root"),
             Check(f"buckling load {frame.name}", own / full - 1, BUCKLING,
                   f"{own:.4g} N on {frame.name!r}, of the mesh {full:.4g} N", required=False),
         ]  # fmt: skip
@@ -205,7 +229,7 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
 
 
 def _buckling(model: FEModel, held: Clamped, load: np.ndarray) -> float | None:
-    """Lowest factor on a load that buckles the model with only its root held; None where none does."""
+    """Lowest factor on a load that buckles the model with only its root clamped; None where none does."""
     Kg = model.C.T @ model.geometric_stiffness(held.static(load[:, None])[:, 0], load) @ model.C
     s = np.delete(np.arange(held.K.shape[0]), held.b[:6])
     K, A = (csr_array(x.tocsr()[s][:, s]) for x in (held.K, -(Kg + Kg.T) / 2))

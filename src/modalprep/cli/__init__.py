@@ -1,4 +1,4 @@
-"""Command line: next to nothing is imported before Ctrl-C is heeded."""
+"""Command line; signal handling is installed before anything else is imported."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ INTERRUPTED = 130  # exit code of a program ended by SIGINT
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Run the command line; return the exit code: 0 done, 1 the work failed, 2 bad input, 130 interrupted."""
+    """Run the command line; return the exit code: 0 success, 1 failure, 2 bad input, 130 interrupted."""
     try:
-        from modalprep.cli.interrupt import insistent
+        from modalprep.cli.interrupt import repeated_interrupts
 
-        with insistent():
+        with repeated_interrupts():
             from modalprep.cli.commands import perform
 
             code = perform(sys.argv[1:] if argv is None else argv)
-        if code != INTERRUPTED:  # click's own way of saying it
+        if code != INTERRUPTED:  # click reports an interrupt by this code
             return code
     except KeyboardInterrupt:
         pass
@@ -26,13 +26,13 @@ def main(argv: list[str] | None = None) -> int:
 
 
 def entry() -> None:
-    """Console script; what has ended is not interrupted any more."""
+    """Console script; interrupts are ignored once the command has ended."""
     code = main()
     import signal
     from contextlib import suppress
 
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if code == INTERRUPTED:  # libraries that were interrupted while they were loaded may crash the interpreter's end
+    if code == INTERRUPTED:  # libraries interrupted while loading may crash the interpreter at exit
         with suppress(OSError):
             sys.stdout.flush()
         os._exit(code)

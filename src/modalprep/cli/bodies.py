@@ -22,7 +22,10 @@ def modes(
     output: Output = None,
     as_json: Json = False,
 ) -> None:
-    """Mode-selection report: a table here, and an HTML page beside the modal file."""
+    """Print the mode-selection table of a body, and write its report.
+
+    The report is an HTML page beside the modal file.
+    """
     from modalprep.pipeline.build.build import build_body, output_folder
     from modalprep.pipeline.console import Reporter
     from modalprep.report.page import write_page
@@ -52,15 +55,22 @@ def modes(
 @app.command()
 def render(
     file: ModalFile,
-    mode: Annotated[int, typer.Option("--mode", help="Mode, counted from 1; 0 draws the mesh.")] = 1,
-    target: Annotated[Path | None, typer.Option("-o", help="Picture (.png), or .gif, .mp4 with --animate.")] = None,
+    mode: Annotated[
+        int, typer.Option("--mode", help="Number of the mode, counted from 1; 0 draws the undeformed mesh.")
+    ] = 1,
+    target: Annotated[
+        Path | None, typer.Option("-o", help="File to write: a .png, or with --animate a .gif or .mp4.")
+    ] = None,
     animate: Annotated[bool, typer.Option("--animate", help="Draw an animation (.gif, .mp4).")] = False,
     sheet: Annotated[bool, typer.Option("--sheet", help="Draw all modes in one picture.")] = False,
     colour: Annotated[
-        str, typer.Option("--colour", help="By displacement, or by strain energy: energy.")
+        str, typer.Option("--colour", help="Colour by displacement or by energy (density of strain energy).")
     ] = "displacement",
 ) -> None:
-    """Off-screen picture or animation of a mode shape, coloured by displacement or strain energy."""
+    """Draw or animate a mode shape; no display is needed.
+
+    The colour shows the displacement or the density of strain energy.
+    """
     from modalprep.errors import InputError
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
@@ -69,7 +79,7 @@ def render(
     from modalprep.report.pictures.sheet import contact_sheet
 
     if sheet and animate:
-        raise InputError("--sheet and --animate ask for two files; give one of them")
+        raise InputError("--sheet and --animate exclude each other; give one of them")
     body = read_body(file)
     default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
     target = target or Path(default)
@@ -86,14 +96,22 @@ def render(
 
 @app.command()
 def check(
-    file: Annotated[Path, typer.Argument(help="Modal file (HDF5), or pipeline file (TOML): against its mesh as well.")],
+    file: Annotated[
+        Path,
+        typer.Argument(help="Modal file (HDF5), or pipeline file (TOML), whose body is compared with its mesh too."),
+    ],
     energy: Annotated[
         bool,
-        typer.Option("--energy", help="Also compare geometric stiffness with differences of the nonlinear energy."),
+        typer.Option(
+            "--energy", help="Also compare the geometric stiffness with finite differences of the nonlinear energy."
+        ),
     ] = False,
     as_json: Json = False,
 ) -> None:
-    """Physics checks of a modal file or of a pipeline's body; exit code 1 when one fails."""
+    """Check a modal body; exit code 1 when a check fails.
+
+    The body is that of a modal file or of a pipeline file.
+    """
     from modalprep.pipeline.build.check import check_file
     from modalprep.pipeline.console import Reporter
 
@@ -105,12 +123,18 @@ def check(
 def export(
     file: ModalFile,
     to: Annotated[str, typer.Option("--to", help=f"Format: {', '.join(EXPORTS)}.")],
-    target: Annotated[Path | None, typer.Option("-o", help="File to write; default beside the modal file.")] = None,
-    dialect: Annotated[str | None, typer.Option("--dialect", help="Of sid: fembs (default), pysid, fembeam.")] = None,
-    version: Annotated[str | None, typer.Option("--version", help="Of mbdyn: full (default), classic.")] = None,
+    target: Annotated[
+        Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
+    ] = None,
+    dialect: Annotated[
+        str | None, typer.Option("--dialect", help="Dialect of sid: fembs (default), pysid or fembeam.")
+    ] = None,
+    version: Annotated[
+        str | None, typer.Option("--version", help="Version of mbdyn: full (default) or classic.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
-    """Modal file to a format of another program."""
+    """Convert a modal file to the format of another program."""
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
     from modalprep.pipeline.console import Reporter
@@ -130,10 +154,15 @@ def export(
 def diff(
     first: ModalFile,
     second: ModalFile,
-    tolerance: Annotated[float, typer.Option("--tolerance", help="Largest relative difference.", min=0.0)] = 1e-6,
+    tolerance: Annotated[
+        float, typer.Option("--tolerance", help="Largest relative difference that is accepted.", min=0.0)
+    ] = 1e-6,
     as_json: Json = False,
 ) -> None:
-    """Compare two modal files as physical systems, whatever basis their modes are in; exit code 1 when they differ."""
+    """Compare two modal files; exit code 1 when they differ.
+
+    They are compared as physical systems: the signs, the order and the basis of the modes do not matter.
+    """
     from modalprep.body.checks import CheckReport
     from modalprep.body.difference import compare_bodies
     from modalprep.formats.modalfile import read_body

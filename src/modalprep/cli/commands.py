@@ -25,7 +25,9 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
-    version: Annotated[bool, typer.Option("--version", callback=_version, is_eager=True, help="Print it.")] = False,
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
 ) -> None: ...
 
 
@@ -43,13 +45,13 @@ def perform(argv: Sequence[str]) -> int:
     except ModalprepError as error:
         print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_code
-    except OSError as error:  # of reading; what cannot be written is an OutputError
+    except OSError as error:  # of reading; errors of writing are OutputErrors
         place = "" if error.filename is None else f"{error.filename}: "
-        advice = "make room" if error.errno == errno.ENOSPC else "check the path and who may read it"
+        advice = "make room" if error.errno == errno.ENOSPC else "check the path and its permissions"
         print(f"modalprep: {place}{error.strerror or error}; {advice}", file=sys.stderr)
         return 2
     except MemoryError as error:
-        print(f"modalprep: not enough memory ({error}); ask for less or use a larger machine", file=sys.stderr)
+        print(f"modalprep: not enough memory ({error}); reduce the problem or use a larger machine", file=sys.stderr)
         return 1
     except typer.Exit as error:
         return error.exit_code

@@ -1,4 +1,4 @@
-"""What all commands share: the application, common options, JSON."""
+"""Shared by all commands: the application, common options, JSON."""
 
 from __future__ import annotations
 
@@ -12,11 +12,14 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-    help="Finite-element meshes to flexible bodies for multibody dynamics, and their simulation.",
+    rich_markup_mode=None,  # help texts name tables such as [grid], which are no markup
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    help="Turn finite-element meshes into flexible bodies for multibody dynamics, and simulate them.",
 )
 
-Output = Annotated[Path | None, typer.Option("--output", help="Folder for outputs; default 'output' beside the file.")]
+Output = Annotated[
+    Path | None, typer.Option("--output", help="Folder for the outputs; the default is 'output' beside the file.")
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]
 ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]

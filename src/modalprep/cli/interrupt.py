@@ -1,4 +1,4 @@
-"""Ctrl-C that is never lost: Python drops an interrupt that arrives in a finaliser or in a callback of a library."""
+"""Reliable Ctrl-C: Python drops an interrupt that arrives in a finaliser or in a callback of a library."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-PAUSE = 0.1  # s, after which an interrupt that has not ended the work is repeated
+PAUSE = 0.1  # s, after which an interrupt without effect is repeated
 
 
 @contextmanager
-def insistent() -> Iterator[None]:
+def repeated_interrupts() -> Iterator[None]:
     """Repeat an interrupt until it ends the block, which then raises KeyboardInterrupt whatever else happened.
 
-    Nothing changes in a thread, or where SIGINT is ignored or handled by somebody else.
+    It has no effect in a thread, or where SIGINT is ignored or has another handler.
 
     Raises
     ------
     KeyboardInterrupt
         When the user interrupted the block at any time.
     """
-    if not _heeded():
+    if not _can_handle():
         yield
         return
     arrived = over = False
@@ -32,7 +32,7 @@ def insistent() -> Iterator[None]:
         nonlocal arrived
         arrived = True
         signal.setitimer(signal.ITIMER_REAL, PAUSE)
-        if not over and (number == signal.SIGINT or not _under_way()):
+        if not over and (number == signal.SIGINT or not _interrupt_in_progress()):
             raise KeyboardInterrupt
 
     def unraisable(lost: Any) -> None:
@@ -53,14 +53,14 @@ def insistent() -> Iterator[None]:
             raise KeyboardInterrupt
 
 
-def _heeded() -> bool:
-    """Whether SIGINT comes here, and there is a timer to repeat it (Windows has none)."""
+def _can_handle() -> bool:
+    """Whether SIGINT arrives here and there is a timer to repeat it (Windows has none)."""
     here = threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer")
     return here and signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def _under_way() -> bool:
-    """Whether an interrupt is leaving the program: another one would stop the removal of temporary files."""
+def _interrupt_in_progress() -> bool:
+    """Whether an interrupt already ends the program: another one would stop the removal of temporary files."""
     error = sys.exception()
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__context__

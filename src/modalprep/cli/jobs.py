@@ -13,7 +13,10 @@ from modalprep.report import summary
 
 @app.command()
 def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
-    """Mesh to modal file, report and pictures; then analysis and simulation, if the file has them."""
+    """Build the body of a pipeline file, analyse and simulate it.
+
+    Each part is done when the file asks for it. The body comes with a report page and pictures.
+    """
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import run_pipeline
 
@@ -28,20 +31,26 @@ def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> Non
 @app.command()
 def batch(
     files: Annotated[list[str], typer.Argument(help="Pipeline files or patterns, such as 'pipelines/*.toml'.")],
-    jobs: Annotated[int | None, typer.Option("-j", "--jobs", help="Processes of this machine; default 1.")] = None,
+    jobs: Annotated[
+        int | None, typer.Option("-j", "--jobs", help="Number of processes on this machine; the default is 1.")
+    ] = None,
     output: Output = None,
-    cache: Annotated[Path | None, typer.Option("--cache", help="Its folder; default .cache in the outputs.")] = None,
-    cache_size: Annotated[float, typer.Option("--cache-size", help="What it may hold, GiB.")] = 5.0,
-    no_cache: Annotated[bool, typer.Option("--no-cache", help="Compute everything.")] = False,
+    cache: Annotated[
+        Path | None, typer.Option("--cache", help="Folder of the cache; the default is .cache among the outputs.")
+    ] = None,
+    cache_size: Annotated[float, typer.Option("--cache-size", help="Largest size of the cache in GiB.")] = 5.0,
+    no_cache: Annotated[bool, typer.Option("--no-cache", help="Use no cache and compute everything.")] = False,
     scheduler: Annotated[
-        str | None, typer.Option("--scheduler", help="Dask scheduler to use instead, such as tcp://host:8786.")
+        str | None,
+        typer.Option("--scheduler", help="Dask scheduler that runs the jobs instead, such as tcp://host:8786."),
     ] = None,
     listing: Annotated[bool, typer.Option("--list", help="Print the jobs and run none.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Many pipeline files, or every combination of a file's [grid]; finished jobs are not run again.
+    """Run many pipeline files, and every combination of a [grid].
 
-    One job that fails is reported and the rest go on; the exit code is then 1, or 2 where files could not be written.
+    Finished jobs are not run again. When one job fails, it is reported and the others go on; the exit code is then
+    1, or 2 when files could not be written.
     """
     from modalprep.errors import InputError, OutputError
     from modalprep.pipeline.batch.batch import list_batch, plan_batch, run_batch
@@ -50,7 +59,7 @@ def batch(
     if jobs is not None and (jobs < 1 or scheduler):
         raise InputError(f"-j {jobs}: give the number of processes, at least 1, and leave it out with --scheduler")
     if not cache_size > 0:
-        raise InputError(f"--cache-size {cache_size:g} must be positive; --no-cache does without")
+        raise InputError(f"--cache-size {cache_size:g} must be positive; use --no-cache for none")
     if no_cache and cache:
         raise InputError("--no-cache and --cache contradict each other; give one of them")
     reporter, planned = Reporter(quiet=as_json), plan_batch(files, output)
@@ -73,12 +82,16 @@ def batch(
 @app.command()
 def simulate(
     file: PipelineFile,
-    target: Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file goes beside it.")] = None,
+    target: Annotated[
+        Path | None, typer.Option("-o", help="Result file (.h5); the CSV file is written beside it.")
+    ] = None,
     output: Output = None,
     geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
-    dense: Annotated[bool, typer.Option("--dense", help="Use the dense twin of the order-n solver (slow).")] = False,
+    reference: Annotated[
+        bool, typer.Option("--reference", help="Use the reference implementation with a full mass matrix (slow).")
+    ] = False,
     animate: Annotated[
-        Path | None, typer.Option("--animate", help="Film of the moving system to write (.gif, .mp4).")
+        Path | None, typer.Option("--animate", help="Also write an animation of the moving system (.gif or .mp4).")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -95,10 +108,10 @@ def simulate(
 
         check_target(animate)
         if load_pipeline(file).deployments:
-            raise InputError(f"{file}: a film cannot show [deployments], whose rods come and go; leave --animate out")
+            raise InputError(f"{file}: [deployments] cannot be animated; leave out --animate")
     reporter = Reporter(quiet=as_json)
     done = simulate_pipeline(
-        file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, dense=dense
+        file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, reference=reference
     )
     folder = target.parent if target else output_folder(file, output)
     plot_runs(file, load_pipeline(file), done, folder, reporter)
@@ -114,7 +127,11 @@ def simulate(
 
 @app.command()
 def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
-    """Rest, modes, linear equations, frequency response and hinge forces: the [analysis] of a pipeline file."""
+    """Compute what the [analysis] table of a pipeline file asks for.
+
+    This can be the equilibrium, the modes, the linearised equations, the frequency response, and the joint forces of a
+    prescribed motion.
+    """
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.systems.analysis import analyse_pipeline
 
@@ -126,7 +143,7 @@ def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) ->
 
 @app.command()
 def warmup() -> None:
-    """Compile the solver for all kinds of systems, once after an installation: a few minutes."""
+    """Compile the solver for all kinds of systems (a few minutes)."""
     from modalprep.examples import small_systems
     from modalprep.jit import when_compiling
     from modalprep.multibody.simulate import simulate as integrate

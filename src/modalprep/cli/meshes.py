@@ -14,15 +14,19 @@ from modalprep.report import summary
 
 @app.command()
 def mesh(
-    name: Annotated[str | None, typer.Argument(help="Shape, such as plate; --list shows all.")] = None,
-    param: Annotated[
-        list[str] | None, typer.Option("--param", "-p", help="NAME=VALUE in SI units; repeat for more.")
+    name: Annotated[
+        str | None, typer.Argument(help="Name of the shape, such as plate; --list shows all of them.")
     ] = None,
-    target: Annotated[Path | None, typer.Option("-o", help="Mesh file (.msh); default NAME.msh.")] = None,
-    shapes: Annotated[bool, typer.Option("--list", help="Print the shapes, their parameters and groups.")] = False,
+    param: Annotated[
+        list[str] | None, typer.Option("--param", "-p", help="NAME=VALUE in SI units; may be repeated.")
+    ] = None,
+    target: Annotated[
+        Path | None, typer.Option("-o", help="Mesh file to write (.msh); the default is NAME.msh.")
+    ] = None,
+    shapes: Annotated[bool, typer.Option("--list", help="Print all shapes with their parameters and groups.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Mesh of a parametric shape, with named groups."""
+    """Make the mesh of a parametric shape, with named groups."""
     from modalprep.errors import InputError
     from modalprep.fe.generation.generate import make_mesh
     from modalprep.pipeline.console import Reporter
@@ -37,7 +41,7 @@ def mesh(
             print_json(summary.shapes(GENERATORS.values()))
         return
     if name is None:
-        raise InputError("no shape given; write modalprep mesh NAME, with a name that modalprep mesh --list shows")
+        raise InputError("no shape given; write modalprep mesh NAME with a name from modalprep mesh --list")
     target = target or Path(f"{name.replace('_', '-')}.msh")
     made = make_mesh(name, target, **_parameters(param or []))
     reporter.wrote(target)
@@ -52,11 +56,18 @@ def mesh(
 @app.command()
 def quality(
     file: Annotated[Path, typer.Argument(help="Mesh file, or pipeline file (TOML) that names one.")],
-    picture: Annotated[Path | None, typer.Option("--picture", help="Picture (.png) with the flaws marked.")] = None,
-    length_unit: Annotated[str, typer.Option("--length-unit", help="Of a mesh file: m, mm, cm, in, ft.")] = "m",
+    picture: Annotated[
+        Path | None, typer.Option("--picture", help="Also write a picture (.png) in which the flaws are marked.")
+    ] = None,
+    length_unit: Annotated[
+        str, typer.Option("--length-unit", help="Length unit of a mesh file: m, mm, cm, in or ft.")
+    ] = "m",
     as_json: Json = False,
 ) -> None:
-    """Mesh quality: statistics and flaws; exit code 1 when one is an error."""
+    """Print the quality of a mesh; exit code 1 when it has an error.
+
+    The output has the statistics of each type of cell, and a line for each flaw.
+    """
     from modalprep.pipeline.console import Reporter
     from modalprep.report.check_tables import quality_table
 
@@ -75,7 +86,10 @@ def quality(
 
 @app.command()
 def schema() -> None:
-    """Print the JSON schema of pipeline files: every key with its meaning."""
+    """Print the JSON schema of pipeline files.
+
+    It lists every key with its type and its meaning.
+    """
     from modalprep.pipeline.schema.pipeline import Pipeline
 
     print_json(Pipeline.model_json_schema())

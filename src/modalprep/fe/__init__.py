@@ -1,1 +1,40 @@
 """Finite elements: meshes, properties, families, interfaces; the only home of scikit-fem, meshio, gmsh."""
+
+from __future__ import annotations
+
+from modalprep.lazy import lazy
+
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
+if TYPE_CHECKING:
+    from modalprep.fe.assembly.model import FEModel as FEModel
+    from modalprep.fe.assembly.stress_recovery import Stress as Stress
+    from modalprep.fe.assembly.stress_recovery import StressPoint as StressPoint
+    from modalprep.fe.assembly.stress_recovery import StressRecovery as StressRecovery
+    from modalprep.fe.assembly.stress_recovery import stress_recovery as stress_recovery
+    from modalprep.fe.external.files import Matrices as Matrices
+    from modalprep.fe.external.files import read_matrices as read_matrices
+    from modalprep.fe.external.model import model_from_matrices as model_from_matrices
+    from modalprep.fe.links.interface import InterfaceFrame as InterfaceFrame
+    from modalprep.fe.mesh.mesh import Link as Link
+    from modalprep.fe.mesh.mesh import Mesh as Mesh
+    from modalprep.fe.properties.materials import Orthotropic as Orthotropic
+    from modalprep.fe.properties.properties import Ply as Ply
+    from modalprep.fe.properties.sections import beam_section as beam_section
+    from modalprep.fe.quality.findings import Finding as Finding
+    from modalprep.fe.quality.findings import Statistics as Statistics
+    from modalprep.fe.quality.quality import Quality as Quality
+
+_NAMES = {
+    "mesh.mesh": "Mesh Link",
+    "properties.materials": "Orthotropic",
+    "properties.properties": "Ply",
+    "properties.sections": "beam_section",
+    "quality.quality": "Quality",
+    "quality.findings": "Finding Statistics",
+    "assembly.model": "FEModel",
+    "links.interface": "InterfaceFrame",
+    "assembly.stress_recovery": "StressPoint StressRecovery Stress stress_recovery",
+    "external.files": "Matrices read_matrices",
+    "external.model": "model_from_matrices",
+}
+__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -1,1 +1,32 @@
 """Files: the modal file and simulation results."""
+
+from __future__ import annotations
+
+from modalprep.lazy import lazy
+
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
+if TYPE_CHECKING:
+    from modalprep.formats.export import export_body as export_body
+    from modalprep.formats.exudyn import write_exudyn as write_exudyn
+    from modalprep.formats.mbdyn import write_mbdyn as write_mbdyn
+    from modalprep.formats.nastran import write_dmig as write_dmig
+    from modalprep.formats.nastran import write_output4 as write_output4
+    from modalprep.formats.resultfile import read_csv as read_csv
+    from modalprep.formats.resultfile import write_csv as write_csv
+    from modalprep.formats.sid import write_sid as write_sid
+    from modalprep.formats.statespace import write_state_space as write_state_space
+    from modalprep.formats.uff import write_uff as write_uff
+    from modalprep.formats.vtu import write_vtu as write_vtu
+
+_NAMES = {
+    "resultfile": "write_csv read_csv",
+    "statespace": "write_state_space",
+    "export": "export_body",
+    "sid": "write_sid",
+    "mbdyn": "write_mbdyn",
+    "exudyn": "write_exudyn",
+    "nastran": "write_output4 write_dmig",
+    "uff": "write_uff",
+    "vtu": "write_vtu",
+}
+__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

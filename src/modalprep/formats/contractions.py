@@ -1,4 +1,4 @@
-"""The three contractions by which exchange formats hold the modal integrals ``H, P, Kg_W`` of theory 4.
+"""The three contractions by which exchange formats store the modal integrals ``H, P, Kg_W`` of theory 4.
 
 Each takes an array ``X[a, b, ...]`` that stands for ``int rho r_b X_a``, the first moment of a vector field.
 """
@@ -11,7 +11,7 @@ SPIN_PRODUCTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 
 def moment(X: np.ndarray) -> np.ndarray:
-    """Return ``int rho r x X``, the answer to an angular acceleration: ``M_c = eps_cab X_ba`` (3, ...).
+    """Return ``int rho r x X``, the load of an angular acceleration: ``M_c = eps_cab X_ba`` (3, ...).
 
     Examples
     --------

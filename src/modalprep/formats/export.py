@@ -1,4 +1,4 @@
-"""The exchange formats by name: which file, which writer, which variants."""
+"""Exchange formats by name: file suffix, writer and variants."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modalprep.errors import InputError
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 if TYPE_CHECKING:
     from modalprep.body.flexible_body import FlexibleBody
@@ -39,14 +39,19 @@ PICTURES = ("uff", "vtu")  # mode shapes, no equations of motion
 
 
 def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | None) -> Path:
-    """Write a body in an exchange format; the file is whole or absent.
+    """Write a body in an exchange format; the file is written completely or not at all.
 
     Parameters
     ----------
     to : str
         A name of `EXPORTS`.
     options : str or None
-        ``dialect`` of sid, ``version`` of mbdyn; None leaves the writer's default.
+        ``dialect`` of sid, ``version`` of mbdyn; None: the writer's default.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -73,7 +78,7 @@ def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | 
 
 
 def lost_in(body: FlexibleBody, to: str) -> list[str]:
-    """Return sentences on what of a body's dynamics a format has no place for.
+    """Return notes on the dynamics of a body that a format cannot represent.
 
     Examples
     --------
@@ -106,10 +111,9 @@ def known_export(name: str) -> Export:
     --------
     >>> known_export("sid").suffix
     '.sid_fem'
-    >>> known_export("adams")
+    >>> known_export("x")
     Traceback (most recent call last):
-    modalprep.errors.InputError: unknown format 'adams'; known are sid, mbdyn, exudyn, op4, nastran, dmig, uff, vtu
+    modalprep.errors.InputError: format 'x' does not exist; known are sid, mbdyn, exudyn, op4, nastran, dmig, uff, vtu
     """
-    if name not in EXPORTS:
-        raise InputError(f"unknown format {name!r}; {suggestion(name, EXPORTS, 'known are')}")
+    refuse_unknown(name, EXPORTS, "format")
     return EXPORTS[name]

@@ -16,14 +16,14 @@ from modalprep.formats.nodes import refuse_other_modal_mass
 from modalprep.vectors import skew
 
 ROTATION = "NodeType.RotationEulerParameters"
-ARM = 0.05  # of the body's size: from an interface to the six nodes that carry its rotation
+ARM = 0.05  # of the body's size: distance from an interface to the six nodes that represent its rotation
 
 
 def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
-    """Write a body for Exudyn; the file is whole or absent.
+    """Write a body for Exudyn; the file is written completely or not at all.
 
     ``ObjectFFRFreducedOrderInterface().LoadFromFile(path, mode="NPZ")`` reads it, ``AddObjectFFRFreducedOrder`` puts
-    it in a system. The floating frame is frame B of `FlexibleBody`. Root-clamped modes move nothing at its origin: a
+    it in a system. The floating frame is frame B of `FlexibleBody`. Root-clamped modes do not move its origin: a
     joint at the root is a joint of the rigid body node (``MarkerNodeRigid``) without further reference conditions, and
     the equations are those of theory 4 with Kg = 0. In another frame (frames.py) the root, too, is
     reached through its six nodes.
@@ -36,10 +36,10 @@ def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
     The file holds one pickled object, the empty dictionary ``postProcessingModes`` that Exudyn expects: ``np.load``
     needs ``allow_pickle=True``, as Exudyn itself gives.
 
-    Lost: the geometric stiffness (Exudyn has no place for it: a fast turning body softens instead of stiffening, as
+    Lost: the geometric stiffness (not available in Exudyn: a rapidly rotating body softens instead of stiffening, as
     `FlexibleBody.conventional` does here), damping (give it to ``AddObjectFFRFreducedOrder``) and stresses. Rotary
     inertia of beams and shells is kept, because the integrals come from the body and not from its nodes. Exudyn's own
-    gravity load turns the undeformed centre of mass: where the deflection counts, add the torque ``(A S q) x g`` on
+    gravity load acts at the undeformed centre of mass: where the deflection matters, add the torque ``(A S q) x g`` on
     the rigid body node (A its rotation matrix, S ``mPhitTPsi``).
 
     Parameters
@@ -48,10 +48,21 @@ def write_exudyn(body: FlexibleBody, path: str | Path) -> Path:
     path : str or Path
         Must end in ``.npz``.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the body has no modes, the name does not end in ``.npz``, or the folder cannot be written.
+
+    References
+    ----------
+    J. Gerstmayr, Exudyn - a C++-based Python package for flexible multibody systems, Multibody Syst. Dyn. 60 (2024)
+    533.
+    Theory 4.4.
 
     Examples
     --------
@@ -140,7 +151,7 @@ def inertia_blocks(body: FlexibleBody) -> dict[str, np.ndarray]:
 
 
 def surface_triangles(cells: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the triangles ``(t, 3)`` of all shells and of the faces that only one solid has, through their corners.
+    """Return the triangles ``(t, 3)`` of all shells and of the free faces of solids, through their corners.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""HDF5 files of strangers: nothing but what lies in the file itself, and no more of it than the memory holds."""
+"""Untrusted HDF5 files: they can neither read other files nor exhaust memory."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.linalg.memory import available_memory
 
-PACKED = 2000  # deflate, the only filter of these files, packs 1032 bytes into one at best
+PACKED = 2000  # largest compression ratio of deflate, the only filter of these files
 FAULTS = (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, MemoryError)
 
 
 @contextmanager
 def reading(path: Path, kind: str, advice: str) -> Iterator[h5py.File]:
-    """Open a file to read it; whatever goes wrong on the way becomes one sentence.
+    """Open a file for reading; every error becomes one message.
 
-    A file of kilobytes may declare arrays of terabytes, and its links may lead to any file of the machine: such a file
-    is refused before anything is read.
+    A file of kilobytes may declare arrays of terabytes, and its links may refer to any file of the machine: such files
+    are refused before reading.
 
     Parameters
     ----------
     path : Path
     kind, advice : str
-        What the file should be, and what to do when it is not.
+        Expected kind of file, and advice if it is another.
 
     Raises
     ------
@@ -59,9 +59,9 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[h5py.File]:
 
 @contextmanager
 def writing(path: Path) -> Iterator[h5py.File]:
-    """Open a file in memory and write it at the end, whole or not at all.
+    """Open a file in memory and write it at the end, completely or not at all.
 
-    HDF5 itself cannot recover from a full disk: it would leave its file behind.
+    HDF5 itself cannot recover from a full disk and would leave an incomplete file.
 
     Raises
     ------
@@ -96,12 +96,12 @@ def _refuse_dangers(file: h5py.File) -> None:
 def _refuse_links(group: h5py.Group) -> None:
     for name in group:
         if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            raise InputError(f"{name} is a link to another place, which is not followed")
+            raise InputError(f"{name} is an external link, which is not followed")
 
 
 def _refuse_outside(data: h5py.Dataset, name: str) -> None:
     if data.is_virtual or data.external:
-        raise InputError(f"{name} lies in other files, which are not read")
+        raise InputError(f"{name} is stored in other files, which are not read")
     held = data.id.get_storage_size()
     if data.nbytes > PACKED * held:
         raise InputError(f"{name} declares {data.nbytes:.3g} bytes, of which the file holds {held}")

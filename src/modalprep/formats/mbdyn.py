@@ -13,30 +13,39 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.contractions import centrifugal, inertia, moment
 from modalprep.formats.nodes import Node, export_nodes
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 VERSIONS = ("full", "classic")
 
 
 def write_mbdyn(body: FlexibleBody, path: str | Path, version: str = "full", mesh_nodes: Sequence[int] = ()) -> Path:
-    """Write a body for MBDyn's modal joint; the file is whole or absent.
+    """Write a body for MBDyn's modal joint; the file is written completely or not at all.
 
-    A comment at its head holds the card of the joint: its interfaces, in the order to which group 19 refers. The
+    A comment at its head has the card of the joint: its interfaces, in the order to which group 19 refers. The
     modal node is frame B: the root interface, which then is not in the card, unless `FlexibleBody.frame` is another.
 
     Parameters
     ----------
     version : {"full", "classic"}
-        Groups 1 to 19, or 1 to 13 for an MBDyn that knows no others (without them the element has no inertial
+        Groups 1 to 19, or 1 to 13 for versions of MBDyn without the others (without them the element has no inertial
         coupling between rigid motion and modes).
     mesh_nodes : sequence of int
         Further nodes, rows of ``body.points`` from 0; they have no rotation.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     InputError
         When the version is unknown, a node does not exist, two interfaces get one label, the body has no modes
         or the folder cannot be written.
+
+    References
+    ----------
+    P. Masarati and others, MBDyn input manual: joint ``modal``, and its file of modal data.
 
     Examples
     --------
@@ -48,8 +57,7 @@ def write_mbdyn(body: FlexibleBody, path: str | Path, version: str = "full", mes
     **   joint: LABEL, modal, NODE, 2, from file, damping from file, "beam.fem", 1,
     **      "tip", NODE_1, null;
     """
-    if version not in VERSIONS:
-        raise InputError(f"unknown version {version!r} of the MBDyn file; {suggestion(version, VERSIONS, 'known are')}")
+    refuse_unknown(version, VERSIONS, "MBDyn version")
     nodes = export_nodes(body, mesh_nodes)
     labels = _labels(nodes)
     head = _head(body, [labels[k] for k in carried_interfaces(body)], Path(path).name, version)
@@ -60,7 +68,7 @@ def write_mbdyn(body: FlexibleBody, path: str | Path, version: str = "full", mes
 
 
 def carried_interfaces(body: FlexibleBody) -> list[int]:
-    """Return the interfaces of the joint's card: all but a root that is the modal node itself.
+    """Return the interfaces of the joint's card: all except a root that is the modal node itself.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The modal file: one HDF5 file per body, readable without modalprep (see the README for the layout)."""
+"""The modal file: one HDF5 file per body, readable without modalprep; docs/reference/formats.md has the layout."""
 
 from __future__ import annotations
 
@@ -16,9 +16,10 @@ from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.reduction.table import ModeTable
+from modalprep.suggest import refuse_other
 
 FORMAT, VERSION = "modalprep", 1
-UNIT = 1e-9  # how far axes may be from orthogonal unit vectors
+UNIT = 1e-9  # tolerance of orthogonal unit vectors
 SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
     "m": lambda n, k: (),
     "s0": lambda n, k: (3,),
@@ -57,7 +58,12 @@ TABLE = np.dtype(
 
 
 def write_body(body: FlexibleBody, path: str | Path) -> Path:
-    """Write a body to a modal file; the file is whole or absent.
+    """Write a body to a modal file; the file is written completely or not at all.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -72,6 +78,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
     >>> read_body(file)
     FlexibleBody('beam', m=12 kg, 2 modes, 0.6044..1.209 Hz)
     """
+    refuse_other("write_body: the body", FlexibleBody, body)
     path = Path(path)
     with writing(path) as file:
         from modalprep import __version__
@@ -102,7 +109,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
 
 
 def _store(file: h5py.File, name: str, value: Any, packed: bool = True) -> None:
-    """Mode shapes and energies are not packed: it takes seven times as long and saves a seventh of their size."""
+    """Store an array; shapes and energies uncompressed, since packing takes seven times as long and saves a seventh."""
     value = np.asarray(value)
     options = {"compression": "gzip", "shuffle": True} if packed and value.size > 1000 else {}
     file.create_dataset(name, data=value, **options)
@@ -118,6 +125,11 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
 
 def read_body(path: str | Path) -> FlexibleBody:
     """Read a modal file.
+
+    Returns
+    -------
+    FlexibleBody
+        In SI units, as it was written.
 
     Raises
     ------
@@ -191,7 +203,7 @@ def _cells(file: h5py.File, kind: str, n_points: int) -> np.ndarray:
 
 
 def _per_cell(file: h5py.File, name: str, cells: dict, n: int) -> dict[str, np.ndarray]:
-    """Read what the file may hold of each cell, in its precision; every type of cell has it, or none."""
+    """Read an optional quantity of each cell, in its precision; all types of cells have it, or none."""
     if name not in file:
         return {}
     found = {}
@@ -204,7 +216,7 @@ def _per_cell(file: h5py.File, name: str, cells: dict, n: int) -> dict[str, np.n
 
 
 def _stress(file: h5py.File, name: str, n: int) -> StressModes:
-    """Read the stress at a point, which the file may hold."""
+    """Read the stress at a point."""
     place, said = f"stress/{name}", file[f"stress/{name}"].attrs
     components = tuple(str(x) for x in said["components"])
     if not components or set(components) - set(COMPONENTS) or len(set(components)) < len(components):

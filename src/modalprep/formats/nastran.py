@@ -17,8 +17,8 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.vectors import skew
 
-INDEPENDENT = 1e-6  # smallest singular value of the interface motions over the largest; K loses its inverse in digits
-HELD = 1e-12  # of the largest modal stiffness: below, a mode with the interfaces held has none
+INDEPENDENT = 1e-6  # smallest singular value of the interface motions over the largest; K loses digits by its inverse
+HELD = 1e-12  # of the largest modal stiffness: below it, a fixed-interface mode has none
 RECTANGULAR, SYMMETRIC, DOUBLE = 2, 6, 2  # Nastran's codes of form and type
 HIGHEST_ID = 99_999_999  # eight digits
 
@@ -37,7 +37,7 @@ class Superelement(Record):
     physical : tuple of int
         Interfaces of the body whose six DOFs are coordinates, the root first.
     frequency : (n_eta,)
-        Hz, of the generalised coordinates: the body's modes with its physical interfaces held.
+        Hz, of the generalised coordinates: the body's modes with its physical interfaces clamped.
 
     Examples
     --------
@@ -60,10 +60,10 @@ def superelement(body: FlexibleBody) -> Superelement:
     A small motion of an interface is ``u_k = R_k u_root + Phi_k q`` with ``R_k`` rigid and ``Phi_k`` the rows of phi
     and psi. Where the modes span all motions of the interfaces b, ``q = G (u_b - R_b u_root) + Z eta``: Z are the
     modes of K with ``Phi_b q = 0``, G the answer of least strain energy to unit interface motions, so that K does not
-    couple interfaces and eta. This is a change of coordinates: nothing is lost or added.
+    couple interfaces and eta. This is an exact change of coordinates.
 
     An interface with fewer independent motions than six (a free one in a basis of few modes) cannot be a grid point;
-    it is left out of `Superelement.physical` and follows from `Superelement.recovery`.
+    it is not in `Superelement.physical` but follows from `Superelement.recovery`.
 
     Raises
     ------
@@ -150,13 +150,22 @@ def write_output4(body: FlexibleBody, path: str | Path) -> Path:
     - ``KAAX``, ``MAAX`` (k, k), symmetric; ``BAAX`` (k, k), viscous damping, when the body has any;
     - ``PHI`` (6 n_if + 3 n_points, k), the recovery of all interfaces and mesh nodes.
 
-    Lost: the geometric stiffness and all terms of large rotation; what remains is the linear body about its place at
-    rest.
+    Lost: the geometric stiffness and all terms of large rotation; the linear body about its rest position
+    remains.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     InputError
         When the body has no modes or the folder cannot be written.
+
+    References
+    ----------
+    Theory 8.2.
 
     Examples
     --------
@@ -207,10 +216,19 @@ def write_dmig(body: FlexibleBody, path: str | Path, *, first_grid: int = 1, fir
 
     Lost: as in `write_output4`, and the recovery of interfaces that are no grid points and of the mesh.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the body has no modes, the numbers overlap or are not of eight digits, or the folder cannot be written.
+
+    References
+    ----------
+    Theory 8.1.
 
     Examples
     --------
@@ -247,12 +265,12 @@ def _check_numbers(grids: np.ndarray, spoints: np.ndarray) -> None:
 
 
 def _heading(body: FlexibleBody, whole: Superelement, grids: np.ndarray, spoints: np.ndarray) -> Iterator[str]:
-    """Say what the file is and how to use it."""
+    """Describe the file and its use."""
     yield f"$ Body {body.name}: {body.m:.6g} kg, reduced; units m, kg, s, N, rad\n"
     for grid, k in zip(grids, whole.physical, strict=True):
         yield f"$ GRID {grid}: interface {body.interface_name[k]}\n"
     for k in set(range(len(body.interface_name))) - set(whole.physical):
-        yield f"$ interface {body.interface_name[k]} is no grid point: the modes do not span its six motions\n"
+        yield f"$ interface {body.interface_name[k]} is not a grid point: the modes do not span its six motions\n"
     for point, frequency in zip(spoints, whole.frequency, strict=True):
         yield f"$ SPOINT {point}: mode of {frequency:.6g} Hz with these grid points held\n"
     yield "$ Case control: K2GG = KAAX, M2GG = MAAX" + (", B2GG = BAAX\n" if np.any(whole.D) else "\n")

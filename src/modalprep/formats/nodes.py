@@ -1,4 +1,4 @@
-"""The nodes an exchange file shows of a body: its interfaces, and mesh nodes on demand."""
+"""Nodes of a body in exchange files: its interfaces and optional mesh nodes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Node(Record):
 def export_nodes(body: FlexibleBody, mesh_nodes: Sequence[int] = ()) -> list[Node]:
     """Return the interfaces in their order (the root first), then the mesh nodes.
 
-    A modal file holds only the translation of a mesh node: its ``psi`` and geometric stiffness are zero here.
+    A modal file has only the translation of a mesh node: its ``psi`` and geometric stiffness are zero here.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ def export_nodes(body: FlexibleBody, mesh_nodes: Sequence[int] = ()) -> list[Nod
 
 
 def refuse_other_modal_mass(body: FlexibleBody) -> None:
-    """Refuse a body whose modal mass is not 1, as programs take it to be: one at another fill level."""
+    """Refuse a body whose modal mass is not 1, as other programs assume: one at another fill level."""
     if not body.normalised:
         raise InputError(
             f"body {body.name!r} has the modes of another fill level, so that its modal mass is not 1, which this "

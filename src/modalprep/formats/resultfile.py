@@ -13,10 +13,16 @@ from modalprep.atomic import write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.results.result import Result
+from modalprep.suggest import refuse_other
 
 
 def write_result(result: Result, path: str | Path, runs: dict[str, Result] | None = None) -> Path:
     """Write the channels to HDF5: dataset ``time`` and one per channel; further `runs` in groups of their name.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Examples
     --------
@@ -26,6 +32,7 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
     >>> read_result(file)["a.angle"]
     array([1., 1.])
     """
+    refuse_other("write_result: the result", Result, result)
     path = Path(path)
     with writing(path) as file:
         file.attrs.update(format="modalprep result", format_version=1, units="SI")
@@ -40,6 +47,11 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
 
 def read_result(path: str | Path) -> Result:
     """Read the first run of a result file.
+
+    Returns
+    -------
+    Result
+        With the channels, events and statistics that were written.
 
     Raises
     ------
@@ -64,13 +76,25 @@ def _histories(data: h5py.Dataset, count: int) -> np.ndarray:
 
 
 def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) -> Path:
-    """Write time and the named channels (all when none is named) as columns; a vector takes one per component."""
+    """Write time and the named channels (all when none is named) as columns; a vector takes one per component.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    refuse_other("write_csv: the result", Result, result)
     columns = {"time": result.time} | result.table(channels)
     return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
 
 
 def read_csv(path: str | Path) -> Result:
-    """Read a file of `write_csv`, to its ten digits; columns ``name.x``, ``name.y``, ... become one channel again.
+    """Read a file of `write_csv`, with ten digits; columns ``name.x``, ``name.y``, ... become one channel.
+
+    Returns
+    -------
+    Result
+        With the channels of the file.
 
     Raises
     ------

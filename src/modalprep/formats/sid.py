@@ -20,11 +20,10 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.formats.contractions import centrifugal, inertia, moment
 from modalprep.formats.nodes import Node, export_nodes
 from modalprep.records import Record
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
 VALUE_COLUMN = 48  # of '=', in every FEMBS file seen
@@ -49,7 +48,7 @@ class Taylor(Record):
 
 @dataclass(frozen=True)
 class Dialect:
-    """What differs between the programs that write the format."""
+    """Differences between the programs that write the format."""
 
     header: str
     number: Callable[[float], str]
@@ -76,21 +75,31 @@ DIALECTS = {
 
 
 def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh_nodes: Sequence[int] = ()) -> Path:
-    """Write a body as SID_FEM; the file is whole or absent.
+    """Write a body as SID_FEM; the file is written completely or not at all.
 
     Its nodes are numbered from 1: the interfaces in their order, then the mesh nodes, which have no rotation.
 
     Parameters
     ----------
     dialect : {"fembs", "pysid", "fembeam"}
-        Whose layout of ``Gr, Ge, J``, index order and number format to follow.
+        Program whose layout of ``Gr, Ge, J``, index order and number format is used.
     mesh_nodes : sequence of int
         Further nodes, rows of ``body.points`` from 0.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
     InputError
         When the dialect is unknown, a node does not exist, the body has no modes or the folder cannot be written.
+
+    References
+    ----------
+    O. Wallrapp, Standardization of flexible body modeling in multibody system codes, part I: definition of standard
+    input data, Mech. Struct. Mach. 22 (1994) 283.
 
     Examples
     --------
@@ -100,8 +109,7 @@ def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh
     >>> print(file.read_text().splitlines()[0])
         2   2    :No. nodes, No. modes:beam by modalprep, SI units; nodes 1 root, 2 tip
     """
-    if dialect not in DIALECTS:
-        raise InputError(f"unknown SID dialect {dialect!r}; {suggestion(dialect, DIALECTS, 'known are')}")
+    refuse_unknown(dialect, DIALECTS, "SID dialect")
     nodes = export_nodes(body, mesh_nodes)
     lines = _lines(body, nodes, DIALECTS[dialect])
     with atomic_path(path) as temporary:
@@ -112,7 +120,7 @@ def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh
 def body_terms(body: FlexibleBody, dialect: Dialect) -> dict[str, Taylor]:
     """Return the matrices of the body in the order of the file.
 
-    ``H, P`` give the inertial part; the geometric stiffness enters where the displacement of second order does work:
+    ``H, P`` give the inertial part; the geometric stiffness enters by the work of the second-order displacement:
     ``Kg_A`` in Ct, the antisymmetric combination of ``Kg_W`` in Cr, the symmetric one in Oe.
     """
     field = body.P + body.Kg_W
@@ -152,7 +160,7 @@ def _inertia(body: FlexibleBody, dialect: Dialect) -> Taylor:
 
 
 def _columns(blocks: np.ndarray, by_axis: bool) -> np.ndarray:
-    """Lay (row, mode, axis) out in columns."""
+    """Arrange (row, mode, axis) in columns."""
     return (blocks.swapaxes(1, 2) if by_axis else blocks).reshape(len(blocks), -1)
 
 

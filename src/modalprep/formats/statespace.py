@@ -12,7 +12,7 @@ from scipy.io import savemat
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.multibody.analysis.state_space import StateSpace
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_other, suggestion
 
 
 def _mat(path: Path, data: dict[str, np.ndarray]) -> None:
@@ -41,10 +41,19 @@ def write_state_space(linear: StateSpace, path: str | Path) -> Path:
     Besides the matrices it holds `inputs` and `outputs`, `states` (the joint or body of each of the n coordinates, then
     of their speeds), `R`, `y` and `udot` of `StateSpace`.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
         When the suffix is another.
+
+    References
+    ----------
+    Theory 5.6.
 
     Examples
     --------
@@ -52,11 +61,12 @@ def write_state_space(linear: StateSpace, path: str | Path) -> Path:
     >>> mass = StateSpace(
     ...     A=np.array([[0, 1.0], [0, 0]]), B=np.array([[0], [0.5]]), C=np.eye(2)[:1], D=np.zeros((1, 1)),
     ...     inputs=("slide",), outputs=("slide.displacement",), owner=(("joint", "slide"),), independent=np.arange(1),
-    ...     R=np.eye(1), y=np.zeros(2), udot=np.zeros(1), error=0.0, doubt=np.zeros((2, 2)))
+    ...     R=np.eye(1), y=np.zeros(2), udot=np.zeros(1), error=0.0, error_estimate=np.zeros((2, 2)))
     >>> with np.load(write_state_space(mass, Path(tempfile.mkdtemp()) / "mass.npz")) as file:
     ...     print(file["B"].ravel(), file["states"])
     [0.  0.5] ['joint slide' 'joint slide rate']
     """
+    refuse_other("write_state_space: the linear system", StateSpace, linear)
     path = Path(path)
     kind = path.suffix.removeprefix(".")
     if kind not in WRITERS:

@@ -33,14 +33,19 @@ def write_uff(body: FlexibleBody, path: str | Path) -> Path:
     (as in the modal file, with the root interface clamped), modal mass 1 kg, the viscous damping ratio, and the
     translations of every node with the sign of the modal file, in 1/sqrt(kg).
 
-    Lost: rotations of nodes and interfaces; digits beyond six of shapes and frequencies, which is the format's own
-    precision; elements are written by their corners, mid-side nodes stay as nodes.
+    Lost: rotations of nodes and interfaces; digits beyond six of shapes and frequencies, the precision of the
+    format; elements are written by their corners, mid-side nodes remain as nodes.
 
     Parameters
     ----------
     body : FlexibleBody
     path : str or Path
         Usually ``.unv`` or ``.uff``.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------

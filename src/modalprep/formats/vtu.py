@@ -27,14 +27,19 @@ def write_vtu(body: FlexibleBody, path: str | Path) -> Path:
     coordinate: M-orthonormal, in 1/sqrt(kg), with the sign of the modal file. Cells keep their mid-side nodes. A wedge
     has the order of today's VTK, in which its volume is positive; meshio swaps its nodes on reading.
 
-    Lost: everything but mesh, shapes and frequencies; of the shapes the rotations, so that a straight beam in torsion
-    shows nothing.
+    Lost: everything but mesh, shapes and frequencies; also the rotations of the shapes, so that a straight beam in
+    torsion shows no motion.
 
     Parameters
     ----------
     body : FlexibleBody
     path : str or Path
-        Readers know the file by ``.vtu``.
+        Usually ``.vtu``.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -51,7 +56,7 @@ def write_vtu(body: FlexibleBody, path: str | Path) -> Path:
     ['mode_01_0.6Hz', 'mode_02_1.2Hz']
     """
     if not body.cells:
-        raise InputError(f"body {body.name!r} has no mesh to write; a VTU file is a picture of one")
+        raise InputError(f"body {body.name!r} has no mesh to write; a VTU file needs one")
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to write on its mesh; a rigid body has none")
     with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii") as file:

@@ -1,4 +1,4 @@
-"""Products of tall matrices, and eigenvalues, by the library that also factorizes.
+"""Products of tall matrices, and eigenvalues, by the library that also factorises.
 
 NumPy's OpenBLAS and oneMKL keep threads of their own; called in turns, each waits for cores on which the other's
 threads still spin.

@@ -1,4 +1,4 @@
-"""Sparse symmetric factorization: oneMKL PARDISO where its wheel exists, SciPy's SuperLU elsewhere."""
+"""Sparse symmetric factorisation: oneMKL PARDISO where its wheel exists, SciPy's SuperLU elsewhere."""
 
 from __future__ import annotations
 
@@ -15,18 +15,24 @@ from modalprep.linalg.pardiso import PardisoFactor, library
 
 
 class Factor(Protocol):
-    """A factorized symmetric matrix.
+    """A factorised symmetric matrix.
 
     Attributes
     ----------
     negative : int or None
-        Number of eigenvalues below zero (Sylvester's inertia); None where the factorization does not tell.
+        Number of eigenvalues below zero (Sylvester's inertia); None where the factorisation does not tell.
     """
 
     negative: int | None
 
     def solve(self, B: np.ndarray) -> np.ndarray:
-        """Return ``A^-1 B`` for ``B (n,)`` or ``(n, k)``."""
+        """Return ``A^-1 B`` for ``B (n,)`` or ``(n, k)``.
+
+        Returns
+        -------
+        (n,) or (n, k) float
+            Of the shape of B.
+        """
         ...
 
 
@@ -45,7 +51,7 @@ class SuperLUFactor:
         return self._lu.solve(np.asfortranarray(B, dtype=float))
 
 
-def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
+def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
     """Factorize a sparse symmetric matrix ``A (n, n)``.
 
     Parameters
@@ -58,6 +64,11 @@ def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
         Whether A is positive definite: then a factor in single precision serves where one in double precision does
         not fit into the memory (`MixedFactor`).
 
+    Returns
+    -------
+    Factor
+        With a method ``solve(B)``.
+
     Raises
     ------
     AccuracyError
@@ -65,10 +76,16 @@ def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
     InputError
         When the factor does not fit into the memory.
 
+    References
+    ----------
+    O. Schenk, K. Gärtner, Solving unsymmetric sparse systems of linear equations with PARDISO, Future Gener. Comput.
+    Syst. 20 (2004) 475.
+    X. S. Li, An overview of SuperLU, ACM Trans. Math. Softw. 31 (2005) 302.
+
     Examples
     --------
     >>> A = csr_array(np.array([[2.0, -1.0], [-1.0, 2.0]]))
-    >>> factorize(A).solve(np.array([1.0, 1.0]))
+    >>> factorise(A).solve(np.array([1.0, 1.0]))
     array([1., 1.])
     """
     if solver == "pardiso" and library() is None:

@@ -131,9 +131,9 @@ def block_lanczos(
 
     Examples
     --------
-    >>> from modalprep.linalg.factor import factorize
+    >>> from modalprep.linalg.factor import factorise
     >>> K = csr_array(np.diag(np.arange(1.0, 41.0)))
-    >>> w2, phi = block_lanczos(factorize(K), csr_array(np.eye(40)), 3, shift=0.0)
+    >>> w2, phi = block_lanczos(factorise(K), csr_array(np.eye(40)), 3, shift=0.0)
     >>> w2
     array([1., 2., 3.])
     """

@@ -1,9 +1,10 @@
-"""How much memory a factorization may take."""
+"""How much memory a factorisation may take."""
 
 from __future__ import annotations
 
 import os
-from pathlib import Path
+
+import psutil
 
 from modalprep.errors import InputError
 
@@ -13,8 +14,6 @@ SHARE = 0.9  # of what is free
 
 def available_memory() -> float:
     """Return the bytes that may be taken: of `MODALPREP_MEMORY` (GiB) and 90 % of the free memory the lesser.
-
-    Infinite where the system does not tell.
 
     Raises
     ------
@@ -26,7 +25,7 @@ def available_memory() -> float:
     >>> available_memory() > 1e6
     True
     """
-    return min(_budget(), SHARE * _free())
+    return min(_budget(), SHARE * psutil.virtual_memory().available)
 
 
 def _budget() -> float:
@@ -38,12 +37,3 @@ def _budget() -> float:
     if not value > 0:
         raise InputError(f"{BUDGET} = {text!r} must be a positive number, the memory to use in GiB")
     return value * 2**30
-
-
-def _free() -> float:
-    try:
-        lines = Path("/proc/meminfo").read_text().splitlines()
-    except OSError:
-        return float("inf")
-    sizes = dict(line.split(":") for line in lines)
-    return 1024.0 * int(sizes["MemAvailable"].split()[0])

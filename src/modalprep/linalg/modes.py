@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.blas import inner
-from modalprep.linalg.factor import Factor, factorize
+from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.pardiso import equilibrium
@@ -35,7 +35,7 @@ class Modes(NamedTuple):
     phi : (n_dof, n)
         M-orthonormal.
     counted : str
-        How it is known that none is missing; empty where the factorization did not tell.
+        How it is known that none is missing; empty where the factorisation did not tell.
     """
 
     w2: np.ndarray
@@ -63,10 +63,20 @@ def lowest_modes(
         (rad/s)^2; negative for a body with rigid motions, whose K is singular.
     solver : {"auto", "pardiso", "superlu"}
 
+    Returns
+    -------
+    Modes
+        ``w^2`` (n,), (rad/s)^2, ascending, and the shapes (n_dof, n), orthonormal in M.
+
     Raises
     ------
     AccuracyError
         When a mode does not satisfy the equation, or one is missing.
+
+    References
+    ----------
+    R. G. Grimes, J. G. Lewis, H. D. Simon, A shifted block Lanczos algorithm for solving sparse symmetric generalized
+    eigenproblems, SIAM J. Matrix Anal. Appl. 15 (1994) 228.
 
     Examples
     --------
@@ -83,7 +93,7 @@ def lowest_modes(
         w2, phi = _verified(K, M, *_dense(K.toarray(), M.toarray(), n, shift))
         counted = "a dense solver leaves none out"
     else:
-        factor = factor or factorize((K - shift * M).tocsr(), solver)
+        factor = factor or factorise((K - shift * M).tocsr(), solver)
         w2, phi, counted = _counted(K, M, n, factor, shift, solver)
     return Modes(w2, unique_modes(w2, phi), counted)
 
@@ -91,7 +101,7 @@ def lowest_modes(
 def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> int | None:
     """Return how many eigenvalues of ``K phi = w^2 M phi`` lie below `w2`, by Sylvester's law of inertia.
 
-    None where the factorization does not tell (SuperLU, when it had to exchange rows) or does not fit into the memory.
+    None where the factorisation does not tell (SuperLU, when it had to exchange rows) or does not fit into the memory.
 
     Examples
     --------
@@ -100,7 +110,7 @@ def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> 
     2
     """
     try:
-        return factorize((K - w2 * M).tocsr(), solver, definite=False).negative
+        return factorise((K - w2 * M).tocsr(), solver, definite=False).negative
     except InputError:
         return None
 

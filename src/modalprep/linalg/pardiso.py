@@ -1,4 +1,4 @@
-"""oneMKL PARDISO: symmetric indefinite factorization, in memory or on disk.
+"""oneMKL PARDISO: symmetric indefinite factorisation, in memory or on disk.
 
 Schenk, Gärtner, Future Generation Computer Systems 20 (2004) 475. Called straight in the library that pypardiso
 finds: its own `solve` compares and copies the matrix each time, which for a few right-hand sides costs more than

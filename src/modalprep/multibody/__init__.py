@@ -1,1 +1,72 @@
 """Multibody systems: joints, equations of motion, simulation."""
+
+from __future__ import annotations
+
+from modalprep.lazy import lazy
+
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
+if TYPE_CHECKING:
+    from modalprep.multibody.analysis.equilibrium import Equilibrium as Equilibrium
+    from modalprep.multibody.analysis.inverse_dynamics import InverseDynamics as InverseDynamics
+    from modalprep.multibody.analysis.inverse_dynamics import hinge_forces as hinge_forces
+    from modalprep.multibody.analysis.inverse_dynamics import inverse_dynamics as inverse_dynamics
+    from modalprep.multibody.analysis.spin import SpinModes as SpinModes
+    from modalprep.multibody.analysis.spin import spin_modes as spin_modes
+    from modalprep.multibody.analysis.state_space import StateSpace as StateSpace
+    from modalprep.multibody.analysis.state_space import frequency_response as frequency_response
+    from modalprep.multibody.analysis.system_modes import SystemModes as SystemModes
+    from modalprep.multibody.deploying.simulate import simulate_deployment as simulate_deployment
+    from modalprep.multibody.deploying.system import DeployingSystem as DeployingSystem
+    from modalprep.multibody.evaluation.coordinates import Coordinates as Coordinates
+    from modalprep.multibody.evaluation.coordinates import JointState as JointState
+    from modalprep.multibody.evaluation.coordinates import coordinates as coordinates
+    from modalprep.multibody.evaluation.feedback import feedback as feedback
+    from modalprep.multibody.evaluation.impact import Impact as Impact
+    from modalprep.multibody.evaluation.impact import impact as impact
+    from modalprep.multibody.evaluation.state import Frame as Frame
+    from modalprep.multibody.evaluation.state import State as State
+    from modalprep.multibody.free_body.free_flyer import FreeBodyMotion as FreeBodyMotion
+    from modalprep.multibody.free_body.free_flyer import simulate_free_body as simulate_free_body
+    from modalprep.multibody.model.constraints import Closure as Closure
+    from modalprep.multibody.model.constraints import Coupler as Coupler
+    from modalprep.multibody.model.depletion import Depletion as Depletion
+    from modalprep.multibody.model.depletion import ExpelledGas as ExpelledGas
+    from modalprep.multibody.model.depletion import deplete as deplete
+    from modalprep.multibody.model.deployment import Deployment as Deployment
+    from modalprep.multibody.model.environment import CentralGravity as CentralGravity
+    from modalprep.multibody.model.environment import Conductor as Conductor
+    from modalprep.multibody.model.environment import Dipole as Dipole
+    from modalprep.multibody.model.environment import Orbit as Orbit
+    from modalprep.multibody.model.hydrodynamics import ImmersedRod as ImmersedRod
+    from modalprep.multibody.model.hydrodynamics import Water as Water
+    from modalprep.multibody.model.joint_element import HingeElement as HingeElement
+    from modalprep.multibody.model.loads import AxialSpring as AxialSpring
+    from modalprep.multibody.model.loads import Bushing as Bushing
+    from modalprep.multibody.model.loads import Callback as Callback
+    from modalprep.multibody.model.loads import DistributedForce as DistributedForce
+    from modalprep.multibody.model.time_function import Piece as Piece
+    from modalprep.multibody.model.time_function import TimeFunction as TimeFunction
+
+_NAMES = {
+    "model.time_function": "TimeFunction Piece",
+    "model.joint_element": "HingeElement",
+    "model.loads": "DistributedForce AxialSpring Bushing Callback",
+    "model.constraints": "Closure Coupler",
+    "model.environment": "CentralGravity Orbit Dipole Conductor",
+    "model.hydrodynamics": "ImmersedRod Water",
+    "model.depletion": "Depletion ExpelledGas deplete",
+    "model.deployment": "Deployment",
+    "deploying.system": "DeployingSystem",
+    "deploying.simulate": "simulate_deployment",
+    "evaluation.state": "State Frame",
+    "evaluation.coordinates": "coordinates Coordinates JointState",
+    "evaluation.feedback": "feedback",
+    "evaluation.impact": "impact Impact",
+    "free_body.free_flyer": "simulate_free_body FreeBodyMotion",
+    "analysis.equilibrium": "Equilibrium",
+    "analysis.state_space": "StateSpace frequency_response",
+    "analysis.system_modes": "SystemModes",
+    "analysis.spin": "spin_modes SpinModes",
+    "analysis.inverse_dynamics": "inverse_dynamics hinge_forces InverseDynamics",
+}
+__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -18,14 +18,15 @@ from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result, output_times
+from modalprep.suggest import refuse_other
 
-MOST_OUTPUTS = 1e7
+MAX_OUTPUTS = 1e7
 
 
 def simulate(
     system: System,
-    *,
     t_end: float,
+    *,
     output_step: float = 0.01,
     rtol: float = 1e-5,
     atol: float = 1e-10,
@@ -33,38 +34,38 @@ def simulate(
     step: float | None = None,
     rho_inf: float = 0.9,
     events: Sequence[Event] = (),
-    dense: bool = False,
+    reference: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """Integrate from the joints' start values, modes at rest, to `t_end`.
 
     All methods run in compiled code on the order-n recursion, with dense output, and restart where a function of time
-    changes its piece. The work of prescribed hinges, forces and drives less what dampers and friction take is
-    integrated along, so that ``energy.error`` is a check of the whole run.
+    changes its piece. The work of prescribed hinges, forces and drives, less the dissipation of dampers and
+    friction, is integrated as well, so that ``energy.error`` checks the whole run.
 
     Parameters
     ----------
     t_end, output_step : float
         s.
     rtol, atol : float
-        Relative and absolute tolerance of the coordinates at the end of the run, but for a factor of the motion's own
-        growth of errors; of a step of the explicit method also of the speeds. A turn counts by a radian at least, a
-        deflection by a hundredth of its body's size at least, its rate by that times the frequency, all else by the
-        largest value so far. Vibrations of modes, springs and bushings below it are not resolved by an implicit
-        method, those above it are in each step, not in their phase at the end of the run.
-    method : {"auto", "explicit", "generalized_alpha", "rosenbrock"}
-        DOP853, of order 8; generalized-alpha, of order 2, and ROS34PW2, of order 3, which treat the stiffness of modes,
-        hinges, springs and bushings implicitly: steps are then as long as the motion allows, whatever the highest
-        frequency. "auto" counts as it goes what each of them spends, and changes to the quickest; `Result.message`
-        says which, and why. Python callbacks are called in these trials too.
+        Relative and absolute tolerance of the coordinates at the end of the run, apart from the error growth of the
+        motion itself; in a step of the explicit method also of the speeds. The scale is at least a radian for a
+        rotation, a hundredth of the body's size for a deflection and that times its frequency for its rate, and the
+        largest value so far for all else. An implicit method does not resolve vibrations of modes, springs and
+        bushings below the tolerance; larger ones it resolves in each step, but not in their phase at the end.
+    method : {"auto", "explicit", "generalised_alpha", "rosenbrock"}
+        DOP853 of order 8; generalised-alpha of order 2 and ROS34PW2 of order 3, which treat the stiffness of modes,
+        hinges, springs and bushings implicitly, so that the step is limited by the motion and not by the highest
+        frequency. "auto" monitors the evaluations of each method per simulated second and switches to the cheapest;
+        `Result.message` says which and why. Python callbacks are called in these trials too.
     step : float or None
-        A fixed step (s) in place of error control.
+        A fixed step (s) instead of error control.
     rho_inf : float
-        Generalized-alpha: what is left of the highest vibration after one step, 1 to 0.
+        Spectral radius of generalised-alpha at infinite frequency, 0 to 1.
     events : sequence of Event
-        Zero crossings to be located; they may begin, end and hit closures: the record then has both states there.
-    dense : bool
-        Use the dense twin of the kernel, explicitly: slow, for comparison.
+        Zero crossings to be located. Where they change closures the histories have the states before and after.
+    reference : bool
+        Use the slow reference implementation with the explicit method, for comparison.
     progress : callable
         Called with the time every few hundred steps.
 
@@ -76,9 +77,18 @@ def simulate(
     Raises
     ------
     InputError
-        When a time or tolerance is not positive, or an event names what is not there.
+        When a time or tolerance is not positive, or an event has an unknown name.
     SimulationError
-        When the run cannot go on; the sentence names time, body and cause.
+        When the run cannot continue; the message names time, body and cause.
+
+    References
+    ----------
+    E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993 (DOP853).
+    J. Chung, G. M. Hulbert, A time integration algorithm for structural dynamics with improved numerical dissipation:
+    the generalized-alpha method, J. Appl. Mech. 60 (1993) 371.
+    J. Rang, L. Angermann, New Rosenbrock W-methods of order 3 for partial differential algebraic equations of index 1,
+    BIT 45 (2005) 761 (ROS34PW2).
+    Theory 5.2 and 5.3.
 
     Examples
     --------
@@ -90,6 +100,7 @@ def simulate(
     >>> bool(run["hinge.angle"][-1] < 0), run.stats["energy_error"] < 1e-8
     (True, True)
     """
+    refuse_other("simulate: the system", System, system)
     check_span(t_end, output_step, rtol, atol, method)
     if step is not None and not 0 < step < float("inf"):
         raise InputError(f"simulation step = {step:g} must be positive")
@@ -97,10 +108,10 @@ def simulate(
         raise InputError(f"simulation rho_inf = {rho_inf:g} must be between 0 and 1")
     times = output_times(t_end, output_step)
     integration = prepare(
-        system, times, dense=dense, method="explicit" if dense else method, rtol=rtol, atol=atol, step=step,
+        system, times, reference=reference, method="explicit" if reference else method, rtol=rtol, atol=atol, step=step,
         rho=rho_inf, events=events,
     )  # fmt: skip
-    recorder = Recorder(integration, len(times) + 1)  # and the end, where an event ends the run
+    recorder = Recorder(integration, len(times) + 1)  # one more for an event that ends the run
     outcome = integration.run(recorder.add, progress)
     loops = integration.loading.loops
     message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes(), *system.notes])
@@ -111,11 +122,11 @@ def simulate(
 def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:
     """Refuse times and tolerances that are not positive, too many outputs, an unknown method."""
     for name, value in (("t_end", t_end), ("output_step", output_step), ("rtol", rtol), ("atol", atol)):
-        if not 0 < value < float("inf"):
-            raise InputError(f"simulation {name} = {value:g} must be positive")
-    if not t_end / output_step <= MOST_OUTPUTS:
+        if not isinstance(value, int | float) or not 0 < value < float("inf"):
+            raise InputError(f"simulation {name} = {value} must be a positive number")
+    if not t_end / output_step <= MAX_OUTPUTS:
         raise InputError(
-            f"simulation t_end = {t_end:g} with output_step = {output_step:g} asks for more than {MOST_OUTPUTS:.0e} "
+            f"simulation t_end = {t_end:g} with output_step = {output_step:g} gives more than {MAX_OUTPUTS:.0e} "
             "output times; lower t_end or raise output_step"
         )
     if method not in ("auto", *METHODS):
@@ -123,7 +134,7 @@ def check_span(t_end: float, output_step: float, rtol: float, atol: float, metho
 
 
 def start_channels(system: System, t_end: float) -> Result:
-    """Return every channel at the start only: which names a run to `t_end` will have, before it runs."""
+    """Return every channel at the start only: the names of the channels of a run to `t_end`."""
     times = np.array([0.0, t_end])
     integration = prepare(system, times, method="explicit", rtol=1.0, atol=1.0)
     recorder = Recorder(integration, 1)
@@ -132,11 +143,12 @@ def start_channels(system: System, t_end: float) -> Result:
     return recorder.result("start", "", {})
 
 
-def prepare(system: System, times: np.ndarray, *, dense: bool = False, **options) -> Integration:
+def prepare(system: System, times: np.ndarray, *, reference: bool = False, **options) -> Integration:
     """Return an integration from the joints' start values, modes at rest, no work done; options as `Integration`."""
     packed = pack(system)
     loading = Loading(system, packed, float(times[-1]))
-    start, twin = np.append(start_state(packed), 0.0), _twin(system, loading) if dense else None
+    start = np.append(start_state(packed), 0.0)
+    twin = _reference_accelerations(system, loading) if reference else None
     return Integration(system, packed, loading, start, times, deflections(system, packed), twin=twin, **options)
 
 
@@ -150,8 +162,8 @@ def deflections(system: System, packed: Packed) -> np.ndarray:
     return found
 
 
-def _twin(system: System, loading: Loading) -> Callable:
-    """Return the accelerations of the dense twin, ``(y, motion, t) -> (nu,)``."""
+def _reference_accelerations(system: System, loading: Loading) -> Callable:
+    """Return the accelerations by the reference implementation, ``(y, motion, t) -> (nu,)``."""
     if loading.loops is None:
         return lambda y, motion, t: loaded_accelerations(system, y, motion, t)
     return lambda y, motion, t: closed_accelerations(system, loading.loops, y, motion, t)[0]

@@ -1,4 +1,4 @@
-"""What a run says while it works: a progress bar on a terminal, plain lines in a log, nothing with --json."""
+"""Console output of a run: a progress bar on a terminal, plain lines in a log, nothing with --json."""
 
 from __future__ import annotations
 
@@ -11,37 +11,37 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 COMPILING = "compiling the solver, once: about a minute"
-LOG_WIDTH = 120  # columns of a log; a terminal knows its own
+LOG_WIDTH = 120  # columns of a log
 
 
 class Reporter:
-    """Says what happens, on standard output."""
+    """Prints messages and progress to standard output."""
 
     def __init__(self, quiet: bool = False) -> None:
-        self.console = Console(quiet=quiet, highlight=False)
+        self.console = Console(quiet=quiet, highlight=False, markup=False, emoji=False)
         if not self.console.is_terminal:
             self.console.width = LOG_WIDTH
         self.files: list[Path] = []
 
     def say(self, text: str) -> None:
         """Print one plain line."""
-        self.console.print(text, markup=False, soft_wrap=True)
+        self.console.print(text, soft_wrap=True)
 
     def wrote(self, path: Path) -> Path:
-        """Remember and announce a file."""
+        """Record and announce a written file."""
         self.files.append(path)
         self.say(f"  wrote {_short(path)}")
         return path
 
     @contextmanager
     def progress(self, title: str, total: float) -> Iterator[Callable[[float], None]]:
-        """Show a bar from 0 to total; the yielded function takes the value reached."""
+        """Show a progress bar from 0 to total; the yielded function takes the current value."""
         if not (self.console.is_terminal and not self.console.quiet):
             self.say(f"{title} ...")
             yield lambda value: None
             return
         columns = (
-            TextColumn("{task.description}"),
+            TextColumn("{task.description}", markup=False),
             BarColumn(),
             TextColumn("{task.percentage:3.0f}%"),
             TimeElapsedColumn(),
@@ -52,7 +52,7 @@ class Reporter:
 
 
 def says_compiling(job: Callable) -> Callable:
-    """Let a job ``(path, output, reporter, ...)`` say so when it has to compile the solver first."""
+    """Decorate a job ``(path, output, reporter, ...)`` to announce that it compiles the solver first."""
 
     @wraps(job)
     def saying(path: Path, output: Path | None, reporter: Reporter, *given, **options):

@@ -15,18 +15,18 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 if TYPE_CHECKING:
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
-    from modalprep.pipeline.build.synthesis import Synthesized
+    from modalprep.pipeline.build.synthesis import Synthesised
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
 
 
 @dataclass
 class Outcome:
-    """What a run made."""
+    """Results of a run."""
 
     folder: Path
     built: Built | None = None
-    synthesized: Synthesized | None = None
+    synthesised: Synthesised | None = None
     analysed: Analysed | None = None
     simulated: Simulated | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
@@ -34,16 +34,16 @@ class Outcome:
 
 
 def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cache | None = None) -> Outcome:
-    """Do everything a pipeline file asks for.
+    """Run all stages of a pipeline file.
 
     Parameters
     ----------
     path : Path
     output : Path or None
-        Folder of outputs; each pipeline gets a folder of its name in it. Default ``output`` beside the file.
+        Output folder, with a subfolder for each pipeline. Default ``output`` beside the file.
     reporter : Reporter
     cache : Cache or None
-        Of what was computed before.
+        Cache of previous results.
 
     Raises
     ------
@@ -101,16 +101,16 @@ def _not_drawn(error: RenderError, notes: list[str], reporter: Reporter) -> None
 
 
 def _count(wanted: str | int, modes: int) -> int:
-    """Return how many modes are to be drawn."""
+    """Return the number of modes to draw."""
     return {"none": 0, "kept": modes}.get(wanted, wanted)
 
 
 def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
-    from modalprep.pipeline.build.synthesis import strain_shares, synthesize_pipeline
+    from modalprep.pipeline.build.synthesis import strain_fractions, synthesise_pipeline
     from modalprep.report.synthesis import draw_modes, strain_plot, synthesis_table
 
-    found = outcome.synthesized = synthesize_pipeline(path, output, reporter)
-    shares = strain_shares(found.modes)
+    found = outcome.synthesised = synthesise_pipeline(path, output, reporter)
+    shares = strain_fractions(found.modes)
     synthesis_table(found.modes, shares, reporter.console, None if found.damping is None else found.damping.achieved)
     _tell(found.notes, outcome.notes, reporter)
     reporter.wrote(strain_plot(found.modes, shares, outcome.folder / f"{path.stem}-strain-energy.png"))
@@ -145,8 +145,8 @@ def plot_runs(
         target = folder / f"{path.stem}-history{suffix}.png"
         reference = [point.model_dump() for point in plot.reference]
         runs = simulated.runs
-        if plot.seen_from is not None:
-            runs = {label: run.seen_from(plot.seen_from) for label, run in runs.items()}
+        if plot.relative_to is not None:
+            runs = {label: run.relative_to(plot.relative_to) for label, run in runs.items()}
         history_plot(runs, plot.channels, target, title=plot.title, ylabel=plot.ylabel, reference=reference)
         drawn.append((plot.title or ", ".join(plot.channels), reporter.wrote(target)))
     return drawn
@@ -176,7 +176,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
 def draw_body(
     body, folder: Path, stem: str, wanted: str | int, reporter: Reporter, notes: list[str]
 ) -> tuple[Path | None, dict[int, Path]]:
-    """Draw the mesh and mode pictures, or say in one line why not.
+    """Draw the mesh and mode pictures, or report in one line why not.
 
     Returns
     -------

@@ -1,1 +1,45 @@
 """Reduction of a model: Guyan, Craig-Bampton, truncation vectors, selection."""
+
+from __future__ import annotations
+
+from modalprep.lazy import lazy
+
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
+if TYPE_CHECKING:
+    from modalprep.reduction.basis import Reduction as Reduction
+    from modalprep.reduction.damping import ComponentDamping as ComponentDamping
+    from modalprep.reduction.damping import Rayleigh as Rayleigh
+    from modalprep.reduction.damping import component_damping as component_damping
+    from modalprep.reduction.damping import modal_damping as modal_damping
+    from modalprep.reduction.damping import rayleigh as rayleigh
+    from modalprep.reduction.error import ReductionError as ReductionError
+    from modalprep.reduction.error import reduction_error as reduction_error
+    from modalprep.reduction.free_interface_basis import free_interface as free_interface
+    from modalprep.reduction.free_interface_basis import improved_guyan as improved_guyan
+    from modalprep.reduction.loads import Load as Load
+    from modalprep.reduction.loads import nodal_load as nodal_load
+    from modalprep.reduction.prestress import Modes as Modes
+    from modalprep.reduction.prestress import acceleration_load as acceleration_load
+    from modalprep.reduction.prestress import buckling as buckling
+    from modalprep.reduction.prestress import interface_load as interface_load
+    from modalprep.reduction.prestress import prestressed_modes as prestressed_modes
+    from modalprep.reduction.projected import ModalBody as ModalBody
+    from modalprep.reduction.projected import ProjectedBasis as ProjectedBasis
+    from modalprep.reduction.projected import projected_basis as projected_basis
+    from modalprep.reduction.projected import reduced_body as reduced_body
+    from modalprep.reduction.synthesis import SystemModes as SystemModes
+    from modalprep.reduction.synthesis import synthesise as synthesise
+    from modalprep.reduction.table import ModeTable as ModeTable
+
+_NAMES = {
+    "basis": "Reduction",
+    "table": "ModeTable",
+    "free_interface_basis": "free_interface improved_guyan",
+    "loads": "Load nodal_load",
+    "prestress": "interface_load acceleration_load buckling prestressed_modes Modes",
+    "error": "reduction_error ReductionError",
+    "projected": "projected_basis reduced_body ProjectedBasis ModalBody",
+    "synthesis": "synthesise SystemModes",
+    "damping": "rayleigh modal_damping component_damping Rayleigh ComponentDamping",
+}
+__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

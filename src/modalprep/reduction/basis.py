@@ -1,4 +1,4 @@
-"""A reduced basis in the coordinates of its body: root locked, M-orthonormal, with the unit loads of its prestress."""
+"""A reduced basis in the coordinates of its body: root clamped, M-orthonormal, with the unit loads of its prestress."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
 
-EIGEN = 1e-6  # of the inertia force: what a mode of the full model leaves out of balance
+EIGEN = 1e-6  # residual of a mode of the full model, relative to its inertia force
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,11 +30,15 @@ class Reduction(Record):
         Unit loads (twelve inertia loads, then force and moment on each interface) and the model's full static
         answers with the root clamped; the root's own columns are zero.
     inertial : (n_dof, n)
-        The model's full static answers to the inertia ``M basis`` of unit modal accelerations, root clamped.
+        The model's full static responses to the inertia ``M basis`` of unit modal accelerations, root clamped.
     table : ModeTable
     method : str
     notes : tuple of str
         What the user should know about the choice of modes.
+
+    References
+    ----------
+    Theory 3.2 and 3.5.
     """
 
     basis: np.ndarray
@@ -55,14 +59,14 @@ class Reduction(Record):
 def reduced(
     method: str, held: Clamped, W: np.ndarray, table: ModeTable, notes: tuple[str, ...], rigid: np.ndarray | None = None
 ) -> Reduction:
-    """Orthonormalise the span ``W (n_free, k)``, whose root does not move, and collect the unit loads of the body.
+    """Orthonormalise the span ``W (n_free, k)`` with the root clamped, and collect the unit loads of the body.
 
-    `rigid` (n_free, r) are M-orthonormal motions without strain; the default are the mechanisms of `held`.
+    `rigid` (n_free, r) are M-orthonormal rigid-body motions; the default are the mechanisms of `held`.
     """
     model = held.model
     w2, span = ritz(W, held.K, held.M, held.mechanisms if rigid is None else rigid)
     loads = np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
-    loads[:, 12:18] = 0.0  # the root is held
+    loads[:, 12:18] = 0.0  # the root is clamped
     modes = unique_modes(w2, span)
     return Reduction(
         basis=model.C @ modes,
@@ -77,9 +81,9 @@ def reduced(
 
 
 def _inertial(held: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
-    """Return the static answers ``(n_free, n)`` to ``M modes``, by those of the span W of the modes and mechanisms.
+    """Return the static responses ``(n_free, n)`` to ``M modes``, from those of the span W of the modes and mechanisms.
 
-    The answer to a mode with all fixed interfaces held is the mode itself over w^2, but for what it does to these.
+    The response to a fixed-interface mode is the mode itself over w^2, apart from the reactions of the interfaces.
     """
     W = _unit_mass(W, held)
     force, strain = held.M @ W, held.K @ W
@@ -97,7 +101,7 @@ def _inertial(held: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
 
 
 def _unit_mass(W: np.ndarray, held: Clamped) -> np.ndarray:
-    """Return the vectors with mass, each over the root of its mass."""
+    """Return the vectors with nonzero mass, scaled to unit mass."""
     mass = np.einsum("ij,ij->j", W, held.M @ W)
     return W[:, mass > 0] / np.sqrt(mass[mass > 0])
 

@@ -1,4 +1,4 @@
-"""The model with its fixed interfaces held: partition, factor, constraint modes and static answers."""
+"""The model with its fixed interfaces clamped: partition, factor, constraint modes and static responses."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Clamped:
 
     @cached_property
     def _released(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """With only the root held: displacements ``(n_free, k)`` of unit flexible and of free directions.
+        """With only the root clamped: displacements ``(n_free, k)`` of unit flexible and of free directions.
 
         Directions of the other fixed interfaces in which the body moves without strain (`FREE`) are its
         mechanisms: their shapes come M-orthonormal, the others with their inverse stiffness.
@@ -72,13 +72,13 @@ class Clamped:
 
     @property
     def mechanisms(self) -> np.ndarray:
-        """M-orthonormal motions ``(n_free, k)`` without strain that remain when only the root is held."""
+        """M-orthonormal motions ``(n_free, k)`` without strain that remain when only the root is clamped."""
         return self._released[2]
 
     def static(self, F: np.ndarray) -> np.ndarray:
-        """Return the displacement ``(n_dof, k)`` under nodal loads ``F (n_dof, k)`` with only the root held.
+        """Return the displacement ``(n_dof, k)`` under nodal loads ``F (n_dof, k)`` with only the root clamped.
 
-        Where the root alone does not hold the body, its mechanisms accelerate and their inertia balances the load.
+        Where clamping the root leaves mechanisms, these accelerate and their inertia balances the load.
         """
         return self.model.C @ self.static_free(self.model.C.T @ F)
 
@@ -95,7 +95,7 @@ class Clamped:
         return x
 
     def expand(self, *x_i: np.ndarray) -> np.ndarray:
-        """Put vectors of interior DOFs, each ``(n_i, k)``, side by side among the independent DOFs."""
+        """Expand vectors of interior DOFs, each ``(n_i, k)``, to the independent DOFs, side by side."""
         ends = np.cumsum([0, *(x.shape[1] for x in x_i)])
         out = np.zeros((self.K.shape[0], ends[-1]))
         for x, start, end in zip(x_i, ends[:-1], ends[1:], strict=True):
@@ -104,7 +104,7 @@ class Clamped:
 
 
 def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Clamped:
-    """Hold the fixed interfaces of a model and factorize what is left.
+    """Clamp the fixed interfaces of a model and factorise the interior stiffness.
 
     Raises
     ------
@@ -119,15 +119,15 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
     (6, (60, 6))
     """
     K, M = ((model.C.T @ A @ model.C).tocsr() for A in (model.K, model.M))
-    M.eliminate_zeros()  # solids couple no components: a third of the pattern of K
+    M.eliminate_zeros()  # the mass of solids does not couple components: a third of the pattern of K
     fixed = np.concatenate([frame.dofs for frame in model.interfaces if frame.boundary == "fixed"])
     b = np.searchsorted(model.free, fixed)
     i = np.setdiff1d(np.arange(K.shape[0]), b)
     if not len(i):
-        raise InputError("every node is held by a fixed interface: no mode is left; hold fewer nodes")
+        raise InputError("every node belongs to a fixed interface, so that no mode is left; fix fewer nodes")
     K_ii, M_ii = (A[i][:, i].tocsr() for A in (K, M))
     try:
-        factor = algebra.factorize(K_ii, solver)
+        factor = algebra.factorise(K_ii, solver)
     except AccuracyError:
         raise MechanismError(_moving(model, model.free[i], np.asarray(K_ii.diagonal() == 0, dtype=float))) from None
     _refuse_mechanism(model, K_ii, factor, model.free[i])
@@ -136,7 +136,7 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
 
 
 def _refuse_mechanism(model: FEModel, K: csr_array, factor: Factor, dofs: np.ndarray) -> None:
-    """Inverse iteration finds the softest shape; a mechanism has no strain energy beyond round-off."""
+    """Refuse a mechanism: inverse iteration finds the softest shape, whose strain energy is then round-off."""
     x = np.random.default_rng(0).standard_normal(len(dofs))
     for _ in range(3):
         x = factor.solve(K.diagonal() * x)

@@ -16,11 +16,21 @@ from modalprep.reduction.participation import fixed_coupling, interface_shares, 
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_other, refuse_unknown
 
 
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
-    """Reduce to the constraint modes of the fixed interfaces: exact in statics, crude in dynamics.
+    """Reduce to the constraint modes of the fixed interfaces: exact in statics, approximate in dynamics.
+
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) of unit displacements (m) and rotations (rad) of the interfaces, in modal form.
+
+    References
+    ----------
+    R. J. Guyan, Reduction of stiffness and mass matrices, AIAA J. 3 (1965) 380.
+    Theory 3.2.
 
     Examples
     --------
@@ -28,13 +38,14 @@ def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) ->
     >>> guyan(cantilever_model(tip="fixed"))
     Reduction(guyan, 6 coordinates, 0.6073..133.2 Hz)
     """
+    refuse_other("guyan: the model", FEModel, model)
     held = clamp(model, solver, algebra)
     table = with_constraint_modes(ModeTable.empty(rigid_totals(model)), model)
     return reduced("guyan", held, held.constraint_shapes, table, ())
 
 
 def with_constraint_modes(table: ModeTable, model: FEModel) -> ModeTable:
-    """Return a table with a row for each constraint mode, those of the root left out."""
+    """Return a table with a row for each constraint mode except those of the root."""
     others = [frame.name for frame in model.interfaces if frame.boundary == "fixed"][1:]
     return table.with_rows(
         CONSTRAINT, [f"unit displacement {d} of interface {name}" for name in others for d in DIRECTIONS]
@@ -53,7 +64,7 @@ def craig_bampton(
 ) -> Reduction:
     """Reduce to constraint modes, selected fixed-interface modes and modal truncation vectors.
 
-    Interfaces may be mixed: the fixed ones get constraint modes, the free ones move with the modes.
+    Fixed and free interfaces may be mixed: fixed ones have constraint modes, free ones move with the modes.
 
     Parameters
     ----------
@@ -63,13 +74,18 @@ def craig_bampton(
     keep : str or list of int
         Which of them to keep (`selection.select`).
     truncation : of {"interfaces", "inertia"} and the names of `loads`
-        Loads whose static answer the basis must hold: forces and moments on the free interfaces, the twelve
-        inertia loads, loads of the user.
+        Loads whose static response the basis represents exactly: forces and moments on the free interfaces, the twelve
+        inertia loads, user loads.
     loads : {name: (n_dof,) or (n_dof, k)}
-        Nodal loads (`nodal_load`, `interface_load`); their size does not matter.
+        Nodal loads (`nodal_load`, `interface_load`); their magnitude does not matter.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
-        What factorizes and finds modes.
+        Functions for factorisation and eigensolution.
+
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) in SI units, in the frame of the root, and the table of all candidates.
 
     Raises
     ------
@@ -78,6 +94,11 @@ def craig_bampton(
     MechanismError
         When the structure can move without strain.
 
+    References
+    ----------
+    R. R. Craig, M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA J. 6 (1968) 1313.
+    Theory 3.2 and 3.4.
+
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
@@ -85,6 +106,7 @@ def craig_bampton(
     >>> red.table.kind[:2], red.table.reason[0]
     (('fixed-interface', 'fixed-interface'), 'effective mass 97.1% in rz > 1%')
     """
+    refuse_other("craig_bampton: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver, algebra)
@@ -101,13 +123,13 @@ def craig_bampton(
         *interface_boundaries(model, truncation),
     )
     W = np.concatenate([held.constraint_shapes, held.expand(kept, X)], axis=1)
-    answers, frequency = ["static answer of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
+    answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(held, X)[0])
     return reduced("craig_bampton", held, W, table, notes)
 
 
 def _candidates(held: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray) -> ModeTable:
-    """Judge the modes; the shares that need a solution are found when `keep` asks for them."""
+    """Select the modes; values that need a solution are computed only if `keep` uses them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
     mass, total = effective_mass(held, Phi)
     table = ModeTable.empty(total).with_rows(FIXED, [""] * len(w2), frequency, mass)
@@ -117,7 +139,7 @@ def _candidates(held: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list
 
 
 def _interior_loads(held: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Loads ``{name: (n_i, k)}`` on the interior DOFs, all of comparable size: about 1 N in all."""
+    """Loads ``{name: (n_i, k)}`` on the interior DOFs, scaled to about 1 N in total."""
     model, size = held.model, model_size(held.model)
     free = [frame.dofs for frame in model.interfaces if frame.boundary == "free"]
     F = {
@@ -131,12 +153,12 @@ def _interior_loads(held: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str,
     inside = {name: (model.C.T @ f)[held.i] for name, f in F.items()}
     idle = [name for name in loads if not np.any(inside[name])]
     if idle:
-        raise InputError(f"load {idle[0]!r} acts on fixed interfaces only and moves nothing; load other nodes")
+        raise InputError(f"load {idle[0]!r} acts on fixed interfaces only and has no effect; load other nodes")
     return inside
 
 
 def _user_load(model: FEModel, name: str, load: np.ndarray) -> np.ndarray:
-    """Return a load ``(n_dof, k)`` over its size: the sum of its forces, and of its moments over the body's size."""
+    """Return a load ``(n_dof, k)`` over its magnitude: the sum of its forces and its moments over the body's size."""
     load = np.asarray(load, dtype=float).reshape(len(load), -1)
     if len(load) != model.n_dof or not np.all(np.isfinite(load)):
         raise InputError(f"load {name!r} needs {model.n_dof} finite numbers, one per DOF; it has {len(load)} rows")
@@ -148,6 +170,5 @@ def _user_load(model: FEModel, name: str, load: np.ndarray) -> np.ndarray:
 
 def _named(F: dict[str, np.ndarray], names: Sequence[str]) -> np.ndarray:
     for name in names:
-        if name not in F:
-            raise InputError(f"truncation_vectors: there is no load {name!r}; {suggestion(name, F, 'known are')}")
+        refuse_unknown(name, F, "truncation_vectors: load")
     return np.hstack([F["inertia"][:, :0], *(F[name] for name in dict.fromkeys(names))])

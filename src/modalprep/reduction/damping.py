@@ -1,4 +1,4 @@
-"""Damping: of a body's modes, Rayleigh's, and that of components from a wanted damping of their system."""
+"""Damping: of a body's modes, Rayleigh's, and that of components from a target damping of their system."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody
 from modalprep.reduction.synthesis import SystemModes
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 Ratio = float | Mapping[float, float] | np.ndarray  # or Rayleigh, below
 METHODS = ("least_squares", "back_projection")
 ROUND_OFF = 1e-12  # of the terms of a Rayleigh constant
 OWN = 1e-9  # rad/s; below it a component coordinate has no frequency, and no damping
-PREFERENCE = 1e-6  # weight of the nearness to the wanted ratios among component dampings that fit alike
+PREFERENCE = 1e-6  # weight of the distance to the target ratios among equally good component dampings
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -38,6 +38,10 @@ class Rayleigh(Record):
     InputError
         When one of them is negative.
 
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 10.3.
+
     Examples
     --------
     >>> Rayleigh(alpha=0.0, beta=0.01).ratio(np.array([1.0])).round(4)
@@ -48,31 +52,52 @@ class Rayleigh(Record):
     beta: float
 
     def __post_init__(self) -> None:
-        """Refuse what feeds energy into some motion."""
+        """Refuse constants that add energy to a motion."""
         if not (self.alpha >= 0 and self.beta >= 0):
             raise InputError(f"Rayleigh damping alpha = {self.alpha:g}, beta = {self.beta:g} must not be negative")
         super().__post_init__()
 
     def ratio(self, frequency: np.ndarray) -> np.ndarray:
-        """Return the damping ratios (n,) at frequencies (n,) in Hz, above 0."""
+        """Return the damping ratios (n,) at frequencies (n,) in Hz, above 0.
+
+        Returns
+        -------
+        (n,) float
+            Fractions of critical damping.
+        """
         w = 2 * np.pi * np.asarray(frequency, dtype=float)
         return self.alpha / (2 * w) + self.beta * w / 2
 
     def damping(self, body: ModalBody) -> np.ndarray:
-        """Return the body's D (n,): ``alpha + beta K``; `alpha` damps its deformation, not its rigid motion."""
+        """Return the body's D (n,): ``alpha + beta K``; `alpha` damps its deformation, not its rigid motion.
+
+        Returns
+        -------
+        (n,) float
+            1/s, in the body's modal coordinates.
+        """
         return self.alpha + self.beta * body.K
 
 
 def rayleigh(frequency: tuple[float, float], ratio: tuple[float, float]) -> Rayleigh:
     """Return the Rayleigh damping with two given ratios at two frequencies (Hz).
 
-    ``beta = 2 (z2 w2 - z1 w1) / (w2^2 - w1^2)``, ``alpha = 2 w1 w2 (z1 w2 - z2 w1) / (w2^2 - w1^2)``: Craig & Kurdila,
-    Fundamentals of Structural Dynamics, 2nd ed., section 10.3 (proportional damping).
+    ``beta = 2 (z2 w2 - z1 w1) / (w2^2 - w1^2)``, ``alpha = 2 w1 w2 (z1 w2 - z2 w1) / (w2^2 - w1^2)``.
+
+    Returns
+    -------
+    Rayleigh
+        With alpha (1/s) and beta (s).
 
     Raises
     ------
     InputError
         When the frequencies are equal or not positive, or the ratios need a negative constant.
+
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 10.3
+    (proportional damping).
 
     Examples
     --------
@@ -96,13 +121,13 @@ def rayleigh(frequency: tuple[float, float], ratio: tuple[float, float]) -> Rayl
     return Rayleigh(alpha=alpha, beta=beta)
 
 
-def damping_ratio(wanted: Ratio, frequency: np.ndarray) -> np.ndarray:
+def damping_ratio(target: Ratio, frequency: np.ndarray) -> np.ndarray:
     """Return a damping ratio (n,) for every frequency (n,) in Hz.
 
     Parameters
     ----------
-    wanted : float, {frequency in Hz: ratio}, Rayleigh or (n,)
-        One for all; a table, linear between its frequencies and constant beyond; or one per frequency.
+    target : float, {frequency in Hz: ratio}, Rayleigh or (n,)
+        One ratio for all; a table, interpolated linearly and constant beyond; or one ratio per frequency.
 
     Raises
     ------
@@ -114,14 +139,14 @@ def damping_ratio(wanted: Ratio, frequency: np.ndarray) -> np.ndarray:
     >>> damping_ratio({10: 0.01, 20: 0.02}, np.array([5.0, 15.0, 40.0]))
     array([0.01 , 0.015, 0.02 ])
     """
-    if isinstance(wanted, Rayleigh):
-        return wanted.ratio(frequency)
-    if isinstance(wanted, Mapping):
-        if not wanted:
+    if isinstance(target, Rayleigh):
+        return target.ratio(frequency)
+    if isinstance(target, Mapping):
+        if not target:
             raise InputError("the table of damping ratios is empty; give at least one frequency and its ratio")
-        at = sorted(wanted)
-        wanted = np.interp(frequency, at, [_checked(wanted[f]) for f in at])
-    ratio = _checked(wanted)
+        at = sorted(target)
+        target = np.interp(frequency, at, [_checked(target[f]) for f in at])
+    ratio = _checked(target)
     if ratio.ndim > 1 or (ratio.ndim == 1 and ratio.size != len(frequency)):
         raise InputError(f"{ratio.size} damping ratios for {len(frequency)} modes; give one, or one per mode")
     return np.broadcast_to(ratio, len(frequency)).copy()
@@ -134,8 +159,17 @@ def _checked(ratio: float | np.ndarray) -> np.ndarray:
     return ratio
 
 
-def modal_damping(body: ModalBody, wanted: Ratio) -> np.ndarray:
+def modal_damping(body: ModalBody, target: Ratio) -> np.ndarray:
     """Return ``D = 2 zeta w`` (n,) of a body: ``body.with_(D=modal_damping(body, 0.01))``; Rayleigh's is `damping`.
+
+    Returns
+    -------
+    (n,) float
+        1/s.
+
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 10.3.
 
     Examples
     --------
@@ -144,15 +178,15 @@ def modal_damping(body: ModalBody, wanted: Ratio) -> np.ndarray:
     >>> bool(np.allclose(modal_damping(body, 0.01), 0.02 * np.sqrt(body.K)))
     True
     """
-    if isinstance(wanted, Rayleigh):
-        return wanted.damping(body)
+    if isinstance(target, Rayleigh):
+        return target.damping(body)
     w = np.sqrt(body.K)
-    return 2 * damping_ratio(wanted, w / (2 * np.pi)) * w
+    return 2 * damping_ratio(target, w / (2 * np.pi)) * w
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ComponentDamping(Record):
-    """Damping of components, and what it makes of the system's.
+    """Damping of components and the resulting damping of the system.
 
     Attributes
     ----------
@@ -160,29 +194,36 @@ class ComponentDamping(Record):
         D of each body, 1/s: of each modal coordinate, or a full matrix.
     frequency : (s,)
         Hz; the elastic system modes.
-    wanted, achieved : (s,)
+    target, achieved : (s,)
         Damping ratios ``Phi_s^T C Phi_s / (2 w_s)``.
     coupling : float
-        Largest ``|c_rs| / sqrt(c_rr c_ss)`` between two system modes; 0 when the modes are damped one by one. The
-        achieved ratios are those of the damped system where it is small, or the damping light and the modes apart.
+        Largest ``|c_rs| / sqrt(c_rr c_ss)`` between two system modes; 0 for uncoupled modes. The
+        achieved ratios are those of the damped system if the coupling is small, or the damping light and the modes
+        well separated.
     """
 
     damping: dict[str, np.ndarray]
     frequency: np.ndarray
-    wanted: np.ndarray
+    target: np.ndarray
     achieved: np.ndarray
     coupling: float
 
     def applied(self, bodies: Mapping[str, ModalBody]) -> dict[str, ModalBody]:
-        """Return the bodies with this damping; of a full matrix they take the diagonal."""
+        """Return the bodies with this damping; of a full matrix they take the diagonal.
+
+        Returns
+        -------
+        dict of ModalBody
+            By the names of the components.
+        """
         D = {name: d if d.ndim == 1 else np.diag(d) for name, d in self.damping.items()}
         return {name: body.with_(D=D.get(name, body.D)) for name, body in bodies.items()}
 
     def __repr__(self) -> str:
-        """Number of modes and the largest miss."""
-        miss = float(np.abs(self.achieved - self.wanted).max(initial=0.0))
+        """Number of modes and the largest deviation."""
+        miss = float(np.abs(self.achieved - self.target).max(initial=0.0))
         return (
-            f"ComponentDamping({len(self.wanted)} system modes, ratios within {miss:.2g}, coupling {self.coupling:.2g})"
+            f"ComponentDamping({len(self.target)} system modes, ratios within {miss:.2g}, coupling {self.coupling:.2g})"
         )
 
 
@@ -192,7 +233,7 @@ def system_damping(modes: SystemModes, damping: Mapping[str, np.ndarray] | None 
     Parameters
     ----------
     damping : {name: (n,) or (n, n)} or None
-        In place of the bodies' own D.
+        Used instead of the bodies' own D.
     """
     C = np.zeros((len(modes.frequency),) * 2)
     for name, x in modes.coordinates.items():
@@ -203,62 +244,72 @@ def system_damping(modes: SystemModes, damping: Mapping[str, np.ndarray] | None 
 
 
 def component_damping(
-    modes: SystemModes, wanted: Ratio, method: Literal["least_squares", "back_projection"] = "least_squares"
+    modes: SystemModes, target: Ratio, method: Literal["least_squares", "back_projection"] = "least_squares"
 ) -> ComponentDamping:
-    """Return damping of the components that gives their system a wanted one.
+    """Return the damping of the components that gives the system its target damping.
 
     Least squares: one ``d_j >= 0`` per component coordinate, such that ``sum_j Phi_js^2 d_j = 2 zeta_s w_s`` in the
     least squares of relative errors (Lawson & Hanson, Solving Least Squares Problems, chapter 23: NNLS; theory 3.8).
-    There may be more coordinates than system modes: of what fits alike, the d nearest to the wanted ratios at the
+    With more coordinates than system modes the solution is not unique; the one nearest to the target ratios at the
     component's own frequencies is taken (`PREFERENCE`).
 
     Back projection: ``C = Phi^-T diag(2 zeta w) Phi^-1`` with the inverse ``Phi^-1 = diag(w^-2) Phi^T K`` of modes
     that ``Phi^T K Phi = diag(w^2)``, so that no rigid motion is damped, restricted to the block of each body:
     ``C_i = K_i Phi_i diag(2 zeta / w^3) Phi_i^T K_i``, full and positive semidefinite. What the blocks between bodies
     held is lost, unless C is proportional to K: then ``C_i = beta K_i``, exact with all modes and no redundant
-    condition. Craig & Kurdila, sections 10.3 and 17; book chapter 7.
+    condition.
 
     Parameters
     ----------
     modes : SystemModes
-        The modes whose damping matters, not those beyond what the components resolve.
-    wanted : float, {frequency in Hz: ratio}, Rayleigh or (s,)
-        As for `damping_ratio`; of an array, one for each elastic mode.
+        The modes to be damped, without those that the components do not resolve.
+    target : float, {frequency in Hz: ratio}, Rayleigh or (s,)
+        As in `damping_ratio`; an array has one for each elastic mode.
+
+    Returns
+    -------
+    ComponentDamping
+        Damping of each component, by its name, and the ratios that the system then has.
 
     Raises
     ------
     InputError
         When a ratio is negative, the method is unknown, or the system has no elastic mode.
 
+    References
+    ----------
+    C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, SIAM 1995, chapter 23; theory 3.8.
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, sections 10.3 and 17.
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.reduction.synthesis import synthesize
+    >>> from modalprep.reduction.synthesis import synthesise
     >>> arm = uniform_beam(modes=3)
-    >>> pair = synthesize({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
+    >>> pair = synthesise({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
     >>> component_damping(pair, 0.01).achieved.round(6)
     array([0.01, 0.01])
     """
-    if method not in METHODS:
-        raise InputError(f"there is no method {method!r}; {suggestion(method, METHODS, 'known are')}")
+    refuse_unknown(method, METHODS, "damping: method")
     frequency = modes.frequency[modes.rigid :]
     if not len(frequency):
         raise InputError("the system has no elastic mode to damp; keep more modes")
-    ratio = damping_ratio(wanted, frequency)
+    ratio = damping_ratio(target, frequency)
     w = 2 * np.pi * frequency
-    found = _least_squares(modes, w, ratio, wanted) if method == METHODS[0] else _back_projection(modes, w, ratio)
+    found = _least_squares(modes, w, ratio, target) if method == METHODS[0] else _back_projection(modes, w, ratio)
     C = system_damping(modes, found)[modes.rigid :, modes.rigid :]
     own = np.diag(C)
     size = np.sqrt(np.where(own > 0, own, np.inf))
     coupling = float(np.abs((C - np.diag(own)) / size / size[:, None]).max())
-    return ComponentDamping(damping=found, frequency=frequency, wanted=ratio, achieved=own / (2 * w), coupling=coupling)
+    return ComponentDamping(damping=found, frequency=frequency, target=ratio, achieved=own / (2 * w), coupling=coupling)
 
 
-def _least_squares(modes: SystemModes, w: np.ndarray, ratio: np.ndarray, wanted: Ratio) -> dict[str, np.ndarray]:
-    """Solve for d over that of the largest wanted ratio; at the component's own frequencies it should be `prior`."""
+def _least_squares(modes: SystemModes, w: np.ndarray, ratio: np.ndarray, target: Ratio) -> dict[str, np.ndarray]:
+    """Solve for d over that of the largest target ratio; at the component's own frequencies it should be `prior`."""
     q = np.vstack([x[6:, modes.rigid :] for x in modes.coordinates.values()])
     own = np.sqrt(np.concatenate([body.K for body in modes.bodies.values()]))
-    table = wanted if not np.ndim(wanted) else dict(zip(modes.frequency[modes.rigid :], ratio, strict=True))
+    table = target if not np.ndim(target) else dict(zip(modes.frequency[modes.rigid :], ratio, strict=True))
     prior = damping_ratio(table, np.maximum(own, OWN) / (2 * np.pi)) / (ratio.max() or 1.0)
     unit = 2 * (ratio.max() or 1.0) * own
     size = 2 * np.where(ratio > 0, ratio, ratio.max() or 1.0) * w

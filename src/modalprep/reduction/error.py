@@ -1,4 +1,4 @@
-"""How wrong a reduced body is: measured against the full model, with its root held."""
+"""Error of a reduced body against the full model with the root clamped."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction, unit_loads
+from modalprep.suggest import refuse_other
 
 MOST = 300  # modes compared, at most
 GROWTH = 1.5
@@ -27,10 +28,10 @@ class ReductionError(Record):
     up_to : float
         Hz.
     full, reduced : (n,)
-        Frequencies of the full and of the reduced model below `up_to`, Hz, root held.
+        Frequencies of the full and of the reduced model below `up_to`, Hz, root clamped.
     static : (k,)
-        Per unit force and moment on each interface but the root (on a body with one interface: per inertia load):
-        strain energy that the reduced answer misses, over that of the full one.
+        Per unit force and moment on each interface except the root (on a body with one interface: per inertia load):
+        strain energy missing in the reduced response, relative to that of the full one.
     sweep : (m,)
         Hz, between the resonances.
     dynamic : (m,)
@@ -51,14 +52,14 @@ class ReductionError(Record):
 
     @property
     def worst(self) -> float:
-        """The largest of all errors."""
+        """The largest error."""
         return max(float(np.max(e, initial=0.0)) for e in (self.frequency, self.static, self.dynamic))
 
 
 def reduction_error(
     model: FEModel, reduction: Reduction, up_to: float, points: int = 6, algebra: Algebra = DIRECT
 ) -> ReductionError:
-    """Measure a reduction: frequencies, static answers and dynamic compliance up to `up_to` (Hz).
+    """Measure a reduction: frequencies, static responses and dynamic compliance up to `up_to` (Hz).
 
     Parameters
     ----------
@@ -69,7 +70,12 @@ def reduction_error(
     points : int
         Frequencies of the sweep: halfway between neighbouring resonances of the full model, spread over the band.
     algebra : Algebra
-        What factorizes and finds modes.
+        Functions for factorisation and eigensolution.
+
+    Returns
+    -------
+    ReductionError
+        Relative errors of frequencies, static responses and compliance.
 
     Raises
     ------
@@ -85,15 +91,17 @@ def reduction_error(
     >>> len(found.full), bool(found.worst < 1e-3)
     (3, True)
     """
+    refuse_other("reduction_error: the model", FEModel, model)
+    refuse_other("reduction_error: the reduction", Reduction, reduction)
     return _Reference.of(model, up_to, points, algebra).compare(reduction)
 
 
 @dataclass(frozen=True, eq=False)
 class _Reference:
-    """The full model with its root held: what every candidate is compared with."""
+    """The full model with its root clamped: reference of all candidates."""
 
     up_to: float
-    rows: np.ndarray  # independent DOFs, the root's left out
+    rows: np.ndarray  # independent DOFs except those of the root
     C: csr_array
     F: np.ndarray
     frequency: np.ndarray
@@ -116,7 +124,7 @@ class _Reference:
         f, inside = C.T @ F, full[full < up_to]
         sweep = _between(full[: len(inside) + 1], points)
         answers = [
-            f.T @ algebra.factorize((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f)
+            f.T @ algebra.factorise((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f)
             for s in (0.0, *sweep)
         ]
         dynamic = np.array(answers[1:]).reshape(len(sweep), *answers[0].shape)
@@ -142,7 +150,7 @@ class _Reference:
 
 
 def _loads(model: FEModel) -> np.ndarray:
-    """Unit forces and moments on the interfaces but the root; on a body with one interface its inertia loads."""
+    """Unit forces and moments on the interfaces except the root; on a body with one interface its inertia loads."""
     others = [frame.dofs for frame in model.interfaces[1:]]
     if others:
         return unit_loads(model, others)
@@ -170,7 +178,7 @@ def to_target(
     modes: int = 5,
     algebra: Algebra = DIRECT,
 ) -> tuple[Reduction, ReductionError]:
-    """Return the reduction with the fewest modes, among growing numbers, whose worst error is below `target`.
+    """Return the first reduction, with increasing numbers of modes, whose worst error is below `target`.
 
     Parameters
     ----------
@@ -182,9 +190,9 @@ def to_target(
     up_to : float
         Hz.
     modes : int
-        To start with.
+        Initial number.
     algebra : Algebra
-        What factorizes and finds modes.
+        Functions for factorisation and eigensolution.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Loads of the user: forces, moments and pressure on node sets, as nodal loads of a model."""
+"""User loads: forces, moments and pressure on node sets, as nodal loads of a model."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.mesh.cell_geometry import cell_of
 from modalprep.fe.mesh.mesh import Mesh, cell_dimension
 from modalprep.fe.mesh.select import NodeSet
+from modalprep.suggest import refuse_other
 
 Vector = tuple[float, float, float]
 NONE = (0.0, 0.0, 0.0)
-EXPONENTS = {  # of the monomials that span the shapes of a face with so many nodes
+EXPONENTS = {  # of the monomials that span the shape functions of a face, by its number of nodes
     3: ((0, 0), (1, 0), (0, 1)),
     4: ((0, 0), (1, 0), (0, 1), (1, 1)),
     6: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)),
@@ -32,12 +33,12 @@ class Load(NodeSet):
     Attributes
     ----------
     force, moment : (3,)
-        N and N m in all. One node takes them itself; several share them as those of an rbe3 do (fe.links): a force on
-        their centroid evenly, a moment by forces around it.
+        Total, N and N m. On several nodes they are distributed as by an rbe3 (fe.links): a force at the centroid
+        evenly, a moment by forces about it.
     pressure : float
         Pa, on the faces of a group: along their right-hand normal, in the order of their nodes.
     position : (3,) or None
-        Where force and moment act, m, mesh coordinates; None takes the centroid.
+        Point of application, m, mesh coordinates; None: the centroid.
 
     Examples
     --------
@@ -64,6 +65,11 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
         For messages.
     load : Load
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
     Raises
     ------
     InputError
@@ -76,6 +82,8 @@ def nodal_load(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
     >>> F.shape, float(F[-5])
     ((66,), 3.0)
     """
+    refuse_other("nodal_load: the model", FEModel, model)
+    refuse_other("nodal_load: the mesh", Mesh, mesh)
     used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
     nodes = np.intersect1d(load.nodes(mesh, used), used)
     if not len(nodes):
@@ -91,7 +99,7 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
     wrench = np.concatenate([load.force, load.moment])
     if len(nodes) == 1:
         if np.any(load.moment) and dofs[0, 3] < 0:
-            raise InputError(f"load {name!r}: its one node has no rotations to take a moment; name more nodes")
+            raise InputError(f"load {name!r}: its only node has no rotations for a moment; name more nodes")
         present = dofs[0] >= 0
         F[dofs[0, present]] = wrench[present]
         return F

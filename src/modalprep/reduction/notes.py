@@ -1,4 +1,4 @@
-"""Sentences on a choice of modes that its user should read."""
+"""Notes for the user on a choice of modes."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ import numpy as np
 from modalprep.fe.assembly.model import FEModel
 from modalprep.reduction.table import FIXED, FREE, ModeTable
 
-BELOW = 1e-6  # of a frequency: `lowest_modes` counts 5e-7 below its highest one
+BELOW = 1e-6  # relative to a frequency: `lowest_modes` counts to 5e-7 below its highest one
 
 
 def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
-    """Say below which frequency no mode is missing: what `linalg.lowest_modes` verified of its result.
+    """Report below which frequency no mode is missing, as verified by `linalg.lowest_modes`.
 
-    Nothing is said where the factorization did not tell how many modes there are.
+    There is no note where the factorisation does not provide the number of modes.
 
     Parameters
     ----------
     w2 : (n,)
-        What `lowest_modes` returned, without rigid motions.
+        Result of `lowest_modes`, without rigid-body modes.
     counted : str
-        What it says of the count.
+        How the modes were counted.
     kind : str
-        What modes these are.
+        Kind of the modes.
 
     Examples
     --------
@@ -42,7 +42,7 @@ def completeness(w2: np.ndarray, counted: str, kind: str) -> tuple[str, ...]:
 
 
 def more_modes(keep: str | list[int], table: ModeTable, modes: int) -> tuple[str, ...]:
-    """Say when the highest candidate still satisfies a bound on frequency: `table` has the candidates only."""
+    """Report that the highest candidate still satisfies a bound on frequency; `table` has the candidates only."""
     if not (isinstance(keep, str) and len(table.kept) and table.kept[-1] and "frequency" in table.reason[-1]):
         return ()
     return (
@@ -52,7 +52,7 @@ def more_modes(keep: str | list[int], table: ModeTable, modes: int) -> tuple[str
 
 
 def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...]:
-    """Warn when a truncation vector lies among dropped candidates: it mixes them, and is no mode."""
+    """Warn of a truncation vector among dropped candidates: it combines them and is not a mode."""
     dropped = candidates.frequency[~candidates.kept]
     pseudo = np.sqrt(w2_t) / (2 * np.pi)
     among = pseudo[pseudo < dropped.max(initial=0.0)]
@@ -60,7 +60,7 @@ def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...
         return ()
     return (
         f"{len(among)} truncation vectors, the lowest at {among.min():.4g} Hz, lie below dropped modes (of "
-        f"{dropped.min():.4g} to {dropped.max():.4g} Hz), which they mix: static answers are exact, but resonances "
+        f"{dropped.min():.4g} to {dropped.max():.4g} Hz), which they mix: static responses are exact, but resonances "
         "there are not those of the structure; keep these modes where that band matters",
     )
 
@@ -88,7 +88,7 @@ def dropped_in_band(table: ModeTable, up_to: float) -> tuple[str, ...]:
 
 
 def interface_boundaries(model: FEModel, truncation: Sequence[str]) -> tuple[str, ...]:
-    """Say how the interfaces are held when they are not all alike, and what the free ones miss."""
+    """Report the boundaries of the interfaces if they differ, and what free ones lack."""
     names = {b: [f.name for f in model.interfaces[1:] if f.boundary == b] for b in ("fixed", "free")}
     said = []
     if names["fixed"] and names["free"]:

@@ -1,4 +1,4 @@
-"""How strongly each mode takes part: in static answers, and in what happens at the interfaces."""
+"""Participation of modes in static responses and in the motion of the interfaces."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from modalprep.reduction.truncation import ENERGY
 
 
 def static_share(F: np.ndarray, X: np.ndarray, w2: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-    """Return the largest share (n,) of each mode in the strain energy of static answers.
+    """Return the largest share (n,) of each mode in the strain energy of static responses.
 
     Mode k gives ``(phi_k^T f)^2 / w_k^2`` of the ``f^T x`` of a load.
 
     Parameters
     ----------
     F, X : (n_dof, m)
-        Loads of comparable size and the answers to them; loads with next to no energy (`ENERGY`) say nothing.
+        Loads of comparable size and the answers to them; loads with negligible energy (`ENERGY`) are ignored.
     w2, Phi : (n,), (n_dof, n)
 
     Examples
@@ -32,7 +32,7 @@ def static_share(F: np.ndarray, X: np.ndarray, w2: np.ndarray, Phi: np.ndarray) 
 
 
 def interface_shares(coupling: np.ndarray, w2: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return controllability and observability (n,) of modes at the interfaces, each over that of the strongest mode.
+    """Return controllability and observability (n,) of modes at the interfaces, relative to the strongest mode.
 
     With equal damping of all modes, of unit modal mass, and one row of `coupling` for each input and its collocated
     output, the diagonals of the gramians are ``|l_k|^2 / (4 zeta w_k)`` for input and ``|l_k|^2 / (4 zeta w_k^3)`` for
@@ -64,7 +64,7 @@ def fixed_coupling(held: Clamped, Phi: np.ndarray) -> np.ndarray:
 
     A free interface has its motion: inputs are forces and moments on it. A fixed one has ``Phi^T (M_ii Psi + M_ib)``
     over the body's mass: its input is the acceleration times that mass, its output the motion whose acceleration times
-    that mass is the reaction. Rotations are times the body's size, so that all rows are alike.
+    that mass is the reaction. Rotations are times the body's size, so that all rows are comparable.
 
     Examples
     --------

@@ -11,19 +11,20 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
-from modalprep.linalg.factor import Factor, factorize
+from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.modes import DENSE, lowest_modes, unique_signs
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped, clamp
+from modalprep.suggest import refuse_other, refuse_unknown
 
-MORE = 20  # modes beside those asked for, in whose span the mass moves
-QUOTIENT = 1e-3  # how far a Rayleigh quotient may be from its eigenvalue; 1e-5 and less where the factor is sound
+MORE = 20  # further modes that span the second-order motion of the mass
+QUOTIENT = 1e-3  # largest deviation of a Rayleigh quotient from its eigenvalue; at most 1e-5 with an accurate factor
 NO_BUCKLING = 1e-12  # of the elastic stiffness: a geometric stiffness below it is round-off
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Modes(Record):
-    """Shapes of a full model with their numbers.
+    """Mode shapes of a full model with their values.
 
     Attributes
     ----------
@@ -39,6 +40,11 @@ class Modes(Record):
 def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0, 0.0, 0.0)) -> np.ndarray:
     """Return the nodal load ``(n_dof,)`` of a force (N) and a moment (N m), mesh axes, on an interface.
 
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
     Raises
     ------
     InputError
@@ -50,9 +56,9 @@ def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0
     >>> interface_load(cantilever_model(), "tip", force=(0, -5.0, 0)).sum()
     np.float64(-5.0)
     """
+    refuse_other("interface_load: the model", FEModel, model)
     frames = {frame.name: frame for frame in model.interfaces}
-    if name not in frames:
-        raise InputError(f"the model has no interface {name!r}; it has {', '.join(frames)}")
+    refuse_unknown(name, frames, "interface")
     load = np.zeros(model.n_dof)
     load[frames[name].dofs] = np.concatenate([force, moment])
     return load
@@ -61,8 +67,17 @@ def interface_load(model: FEModel, name: str, force=(0.0, 0.0, 0.0), moment=(0.0
 def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     """Return the nodal load ``(n_dof,)`` of a body in a field of acceleration (3,), m/s^2, such as gravity.
 
-    For `buckling` and `prestressed_modes` give them their `gravity` instead: nodal forces do not tell that mass beside
-    a node, such as an offset or an eccentric element, swings when the node turns.
+    For `buckling` and `prestressed_modes` use their `gravity` instead: nodal forces do not include the motion of
+    eccentric mass, such as an offset, when its node rotates.
+
+    Returns
+    -------
+    (n_dof,) float
+        Forces (N) and moments (N m) in the axes of the mesh.
+
+    References
+    ----------
+    Theory 2.2.
 
     Examples
     --------
@@ -71,13 +86,14 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     >>> bool(np.isclose(acceleration_load(model, (0, 0, -9.81))[2::6].sum(), -9.81 * model.rigid.m))
     True
     """
+    refuse_other("acceleration_load: the model", FEModel, model)
     return model.g @ np.asarray(acceleration, dtype=float)
 
 
 def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
-    """Return the lowest positive factors at which a load makes the model buckle, its fixed interfaces held.
+    """Return the lowest positive factors at which a load buckles the model with its fixed interfaces clamped.
 
-    Linear: ``(K + factor Kg) x = 0`` with Kg of the static answer to `load`.
+    Linear: ``(K + factor Kg) x = 0`` with Kg of the static response to `load`.
 
     Parameters
     ----------
@@ -88,12 +104,21 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
+    Returns
+    -------
+    Modes
+        Factors on the load, ascending, and the shapes (n_dof, modes).
+
     Raises
     ------
     InputError
         When no multiple of the load makes the structure buckle.
     MechanismError
         When the held structure can move without strain.
+
+    References
+    ----------
+    Theory 1.3.
 
     Examples
     --------
@@ -103,11 +128,12 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     >>> round(float(P / (np.pi**2 * 1.4e4 / 400)), 3)  # Euler: pi^2 EI / (4 L^2)
     1.0
     """
+    refuse_other("buckling: the model", FEModel, model)
     held, Kg, _ = _prestress(model, load, gravity)
     mu, x = _largest(-Kg, held, modes)
     positive = mu > NO_BUCKLING
     if not np.any(positive):
-        raise InputError("no multiple of this load makes the structure buckle: it only stiffens; reverse the load")
+        raise InputError("no multiple of this load buckles the structure, it only stiffens it; reverse the load")
     x = x[:, positive] * unique_signs(x[:, positive])
     return Modes(value=1 / mu[positive], shape=model.C @ held.expand(x))
 
@@ -115,9 +141,9 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
 def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
     """Return the lowest frequencies (Hz) and modes under a static load, fixed interfaces held.
 
-    Beside the geometric stiffness they feel the second order of the mass: of a structure that bends under its load the
-    mass moves otherwise as it vibrates (theory 4.7), found in the span of the modes and `MORE` others. The shapes
-    are orthonormal in that mass.
+    Besides the geometric stiffness they include the second-order terms of the mass: the mass of a structure deformed by
+    its load moves differently in vibration (theory 4.7), computed in the span of the modes and `MORE` others. The
+    shapes are orthonormal in that mass.
 
     Parameters
     ----------
@@ -128,12 +154,21 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     gravity : (3,)
         Field of acceleration that loads all mass beside `load`, m/s^2, mesh axes.
 
+    Returns
+    -------
+    Modes
+        Frequencies (Hz), ascending, and the shapes (n_dof, modes).
+
     Raises
     ------
     InputError
         When the load is beyond the buckling load.
     MechanismError
         When the held structure can move without strain.
+
+    References
+    ----------
+    Theory 1.3 and 4.7.
 
     Examples
     --------
@@ -144,6 +179,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     >>> bool(pulled.value[0] > free.value[0])
     True
     """
+    refuse_other("prestressed_modes: the model", FEModel, model)
     held, Kg, x = _prestress(model, load, gravity)
     try:
         count = min(modes + MORE, len(held.i))
@@ -171,7 +207,7 @@ def _moved_mass(held: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
 
 
 def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clamped, csr_array, np.ndarray]:
-    """Hold every fixed interface; return the geometric stiffness of the interior DOFs, and the static displacement."""
+    """Clamp every fixed interface; return the geometric stiffness of the interior DOFs, and the static displacement."""
     load = np.zeros(model.n_dof) if load is None else np.asarray(load, dtype=float)
     if load.shape != (model.n_dof,) or not np.all(np.isfinite(load)):
         raise InputError(f"a load needs {model.n_dof} finite numbers, one per DOF; this one has shape {load.shape}")
@@ -188,7 +224,7 @@ def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clampe
 def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Largest eigenvalues of ``A x = mu K x``, descending; zero A gives zeros.
 
-    A factor that solves long thin models with few digits makes them wrong: then `factorize` takes SuperLU.
+    Where the factor of a long thin model is inaccurate `factorise` uses SuperLU.
     """
     size = A.shape[0]
     n = min(n, size)
@@ -199,11 +235,11 @@ def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarra
     else:
         mu, x = _by_factor(A, held.K_ii, held.factor, n)
         if not _found(A, held.K_ii, mu, x):
-            mu, x = _by_factor(A, held.K_ii, factorize(held.K_ii, "superlu"), n)
+            mu, x = _by_factor(A, held.K_ii, factorise(held.K_ii, "superlu"), n)
         if not _found(A, held.K_ii, mu, x):
             raise AccuracyError(
-                "the factors of buckling cannot be found to three digits: the stiffness has too few digits for this "
-                "long, thin structure; take beams or shells instead of solids, or fewer elements"
+                "buckling factors cannot be computed to three digits: the stiffness is too ill-conditioned for this "
+                "long, thin structure; use beams or shells instead of solids, or fewer elements"
             )
     order = np.argsort(-mu)
     return mu[order], x[:, order]

@@ -1,4 +1,4 @@
-"""A component's share of system modes: singular directions, mass-weighted, as its new modal basis."""
+"""A component's part of system modes: mass-weighted singular directions as its new modal basis."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.table import PROJECTED, ModeTable
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
-NEW = 1e-12  # of a vector that the earlier ones leave over, by mass: round-off after two projections is 1e-16
+NEW = 1e-12  # of the mass of a vector: below it the vector depends on earlier ones; round-off is 1e-16
 STRAIN = 1e-15  # of the absolute terms of a strain energy: round-off
 
 
 class ModalBody(Protocol):
-    """What synthesis asks of a body, such as `body.FlexibleBody` (theory 4)."""
+    """Interface of a body for synthesis, such as `body.FlexibleBody` (theory 4)."""
 
     m: float
     s0: np.ndarray
@@ -47,7 +47,7 @@ class ModalBody(Protocol):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ProjectedBasis(Record):
-    """What system modes ask of a component.
+    """Basis of a component for given system modes.
 
     Attributes
     ----------
@@ -60,13 +60,17 @@ class ProjectedBasis(Record):
     singular : (k,)
         Their singular values: kg^(1/2) where the system modes are displacements of unit modal mass.
     contribution : (k, s)
-        Share of the component's modal mass in each system mode that each direction carries; a column adds up to what
-        the `rigid` and `keep` vectors leave over.
+        Fraction of the component's modal mass in each system mode in each direction; a column sums to the part that
+        the `rigid` and `keep` vectors do not represent.
     captured : (s,)
-        Share of the component's modal mass in each system mode that the basis holds; 1 when the mode is reproduced.
+        Fraction of the component's modal mass in each system mode that the basis represents; 1 if reproduced.
     kept : (k,) bool
     reason : tuple of str, length k
         Why a direction was kept or dropped, and which system mode needs it most.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7; theory 3.7.
     """
 
     basis: np.ndarray
@@ -90,7 +94,7 @@ def projected_basis(
     M: csr_array,
     *,
     tolerance: float = 1e-6,
-    share: float | None = None,
+    fraction: float | None = None,
     rigid: np.ndarray | None = None,
     keep: np.ndarray | None = None,
 ) -> ProjectedBasis:
@@ -99,27 +103,37 @@ def projected_basis(
     With ``M = L L^T`` the singular value decomposition ``L^T X = U diag(sigma) V^T`` orders the directions
     ``L^-T U`` by the mass they move in all system modes together: ``sigma_k^2`` of ``trace X^T M X``. L is not formed:
     X = Q R is orthonormalised by Gram-Schmidt in the inner product of M and R decomposed. What is kept is diagonalised
-    with K and M (`linalg.ritz`). Book chapter 7 (singular value decomposition of projected system modes); theory 3.7.
+    with K and M (`linalg.ritz`).
 
     Parameters
     ----------
     shapes : (n_dof, s)
-        System modes at the component's DOFs, or in its modal coordinates, each scaled by what it should count.
+        System modes at the component's DOFs, or in its modal coordinates, each scaled by its weight.
     K, M : (n_dof, n_dof) csr or array
-        Of the component; shapes without mass count for nothing.
+        Of the component; shapes without mass are ignored.
     tolerance : float
         Keep the directions with ``sigma_k > tolerance sigma_1``.
-    share : float or None
-        Instead of the tolerance: keep the fewest directions that hold this share (0..1) of ``sum sigma^2``.
+    fraction : float or None
+        Instead of the tolerance: keep the fewest directions that hold this fraction (0..1) of ``sum sigma^2``.
     rigid : (n_dof, r) or None
         All motions of the component without strain; needed where K is singular, always kept.
     keep : (n_dof, c) or None
-        Shapes always kept, such as `interface_shapes`: a coarse tolerance drops little mass but much of the softness.
+        Shapes always kept, such as `interface_shapes`: a coarse tolerance drops little mass but much flexibility.
+
+    Returns
+    -------
+    ProjectedBasis
+        The basis (n_dof, r), orthonormal in M, and the singular values.
 
     Raises
     ------
     InputError
-        When sizes differ, the tolerance or share is out of range, or the shapes move without strain.
+        When sizes differ, the tolerance or fraction is out of range, or the shapes move without strain.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7 (singular value decomposition of projected
+    system modes); theory 3.7.
 
     Examples
     --------
@@ -131,11 +145,11 @@ def projected_basis(
     X, K, M = np.asarray(shapes, dtype=float), csr_array(K), csr_array(M)
     none = np.zeros((len(X), 0))
     R, C = (none if v is None else np.asarray(v, dtype=float) for v in (rigid, keep))
-    _refuse(X, K, M, R, C, tolerance, share)
+    _refuse(X, K, M, R, C, tolerance, fraction)
     R = _independent(R, none, M)
     C = _independent(C, R, M)
     directions, singular, V = _directions(X, np.hstack([R, C]), M)
-    kept, reason = _judged(singular, V, tolerance, share)
+    kept, reason = _judged(singular, V, tolerance, fraction)
     w2, basis = _diagonal(np.hstack([C, directions[:, kept]]), R, K, M)
     mass = np.einsum("ij,ij->j", X, M @ X)
     mass = np.where(mass > 0, mass, 1.0)
@@ -152,10 +166,19 @@ def projected_basis(
 
 
 def reduced_body(body: ModalBody, projected: ProjectedBasis) -> ModalBody:
-    """Return a FlexibleBody in the coordinates p of ``q = basis p``: every array that a multibody program needs.
+    """Return a FlexibleBody in the coordinates p of ``q = basis p``: with every array of a modal body.
 
     Its damping is the diagonal of ``basis^T diag(D) basis``. Its table lists the singular directions with their
     Rayleigh quotients as frequencies and their effective masses about the root.
+
+    Returns
+    -------
+    ModalBody
+        Of the type of `body`, with the modes of the basis.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7; theory 3.7.
 
     Examples
     --------
@@ -181,7 +204,7 @@ def reduced_body(body: ModalBody, projected: ProjectedBasis) -> ModalBody:
 
 
 def interface_shapes(body: ModalBody, *names: str) -> np.ndarray:
-    """Return the static answers ``(n, 6 k)`` of a body to unit forces and moments on the named interfaces.
+    """Return the static responses ``(n, 6 k)`` of a body to unit forces and moments on the named interfaces.
 
     They span the body's constraint modes: with them in `keep`, interface motion stays complete (Craig & Kurdila,
     chapter 17: attachment modes).
@@ -193,28 +216,27 @@ def interface_shapes(body: ModalBody, *names: str) -> np.ndarray:
     (4, 6)
     """
     if not np.all(body.K > 0):
-        raise InputError("the body moves without strain when its root is held, so that a load has no static answer")
+        raise InputError("the body moves without strain when its root is held, so that a load has no static response")
     rows = [np.zeros((0, body.n))]
     for name in names:
-        if name not in body.interface_name:
-            raise InputError(f"there is no interface {name!r}; {suggestion(name, body.interface_name, 'the body has')}")
+        refuse_unknown(name, body.interface_name, f"body {body.name!r}: interface")
         rows.append(interface_motion(body, body.interface_name.index(name))[:, 6:])
     return np.vstack(rows).T / body.K[:, None]
 
 
-def _refuse(X, K, M, R, C, tolerance: float, share: float | None) -> None:
+def _refuse(X, K, M, R, C, tolerance: float, fraction: float | None) -> None:
     n = K.shape[0]
     if not (M.shape == K.shape == (n, n) and {len(X), len(R), len(C)} == {n}):
         sizes = f"K {K.shape}, M {M.shape}, shapes {X.shape}, rigid {R.shape}, keep {C.shape}"
         raise InputError(f"the component's matrices and shapes differ in size: {sizes}")
     if not 0 <= tolerance < 1:
-        raise InputError(f"tolerance = {tolerance:g} must be at least 0 and below 1, a share of the largest")
-    if share is not None and not 0 < share <= 1:
-        raise InputError(f"share = {share:g} must be above 0 and at most 1")
+        raise InputError(f"tolerance = {tolerance:g} must be at least 0 and below 1, a fraction of the largest")
+    if fraction is not None and not 0 < fraction <= 1:
+        raise InputError(f"fraction = {fraction:g} must be above 0 and at most 1")
 
 
 def _independent(X: np.ndarray, given: np.ndarray, M: csr_array) -> np.ndarray:
-    """Return an M-orthonormal basis of X beyond `given` (Gram-Schmidt, twice); what is dependent is left out."""
+    """Return an M-orthonormal basis of X beyond `given` (Gram-Schmidt, twice), without dependent vectors."""
     Q, first = np.hstack([given, X]), given.shape[1]
     count = first
     for x in X.T:
@@ -235,18 +257,18 @@ def _directions(X: np.ndarray, given: np.ndarray, M: csr_array) -> tuple[np.ndar
     return Q @ U, sigma, Vt.T
 
 
-def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, share: float | None) -> tuple[np.ndarray, tuple]:
-    """Return which directions to keep, and a sentence for each."""
+def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, fraction: float | None) -> tuple[np.ndarray, tuple]:
+    """Return which directions to keep, and the reason for each."""
     part = sigma**2 / max(np.sum(sigma**2), np.finfo(float).tiny)
-    if share is None:
+    if fraction is None:
         relative = sigma / sigma.max(initial=np.finfo(float).tiny)
         kept = relative > tolerance
         words = [f"singular value {v:.2g} of the largest, {'' if k else 'not '}> {tolerance:g}"
                  for v, k in zip(relative, kept, strict=True)]  # fmt: skip
     else:
         before = np.concatenate([[0.0], np.cumsum(part)])[: len(part)]
-        kept = before < share * (1 - 4 * np.finfo(float).eps)
-        words = [f"the stronger ones hold {v:.6g} of all, {'less than' if k else 'already'} {share:g}"
+        kept = before < fraction * (1 - 4 * np.finfo(float).eps)
+        words = [f"the stronger ones hold {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
                  for v, k in zip(before, kept, strict=True)]  # fmt: skip
     most = np.argmax(np.abs(V), axis=0) if V.size else []
     reasons = zip(words, part, most, strict=True)
@@ -256,7 +278,7 @@ def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, share: float | N
 def _diagonal(Q: np.ndarray, R: np.ndarray, K: csr_array, M: csr_array) -> tuple[np.ndarray, np.ndarray]:
     """Rayleigh-Ritz on M-orthonormal vectors Q beside the rigid motions R."""
     w2, Y = eigh(Q.T @ (K @ Q)) if Q.shape[1] else (np.zeros(0), np.zeros((0, 0)))
-    W = Q @ Y  # nearly in order of stiffness: ritz keeps the digits of the soft ones
+    W = Q @ Y  # nearly in order of stiffness, so that ritz keeps the accuracy of the soft ones
     terms = np.einsum("ij,ij->j", np.abs(W), abs(K) @ np.abs(W))
     if np.any(np.einsum("ij,ij->j", W, K @ W) <= STRAIN * (terms + 10 * w2.max(initial=0.0))):
         raise InputError("the shapes hold motions of the component without strain; give all of those as 'rigid'")

@@ -1,4 +1,4 @@
-"""Which modes to keep, by an expression the user writes, and why."""
+"""Mode selection by a user expression, with the reason for each mode."""
 
 from __future__ import annotations
 
@@ -46,9 +46,9 @@ def select(
 
         - ``frequency``, Hz;
         - ``effective_mass``, the largest of its six fractions of the body's mass;
-        - ``cumulative``, the fraction that heavier modes have already, in the direction where that is least:
+        - ``cumulative``, the fraction that modes of larger effective mass have together, in its smallest direction:
           ``cumulative < 90%`` keeps the fewest modes that reach 90 % in every direction that can;
-        - ``static``, its largest share of the strain energy of the loads (interfaces, inertia, the user's);
+        - ``static``, its largest fraction of the strain energy of the loads (interfaces, inertia, user);
         - ``controllability``, ``observability``: how strongly it answers to its interfaces and is seen there, over the
           strongest candidate (`participation.interface_shares`);
         - ``mode``, its number.
@@ -56,7 +56,7 @@ def select(
     fraction : (n, 6)
         Effective mass over the body's total.
     static, controllability, observability : (n,)
-        A value that is not given (None) cannot be compared.
+        A selection variable that is not given (None) cannot be used.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def select(
         return np.ones(n, dtype=bool), ("all candidates kept",) * n
     tree = _parse(keep)
     columns = _columns(frequency, fraction, static, controllability, observability)
-    _judge(tree, dict.fromkeys(columns, (0.0, "")))  # what is wrong is wrong without modes too
+    _judge(tree, dict.fromkeys(columns, (0.0, "")))  # errors are reported without modes too
     verdicts = [_judge(tree, {name: column[k] for name, column in columns.items()}) for k in range(n)]
     return np.array([kept for kept, _ in verdicts], dtype=bool), tuple(reason for _, reason in verdicts)
 
@@ -100,7 +100,7 @@ def _listed(modes: Sequence[int], n: int) -> tuple[np.ndarray, tuple[str, ...]]:
 
 
 def _columns(frequency, fraction, static, controllability, observability) -> dict[str, list[tuple[float, str]]]:
-    """Return, for each value that is known, (number, words) of every mode."""
+    """Return, for each selection variable, (value, text) of every mode."""
     columns = {
         "frequency": [(f, f"frequency {f:.5g} Hz") for f in frequency],
         "mode": [(k, f"mode {k}") for k in range(1, len(frequency) + 1)],
@@ -121,7 +121,7 @@ def _largest(fraction: np.ndarray) -> list[tuple[float, str]]:
 
 
 def _cumulative(fraction: np.ndarray) -> list[tuple[float, str]]:
-    """What heavier modes have, in the direction of the least; one in which the mode does not move says nothing."""
+    """Cumulative fraction of heavier modes in its smallest direction; directions without motion are ignored."""
     order = np.argsort(-fraction, axis=0, kind="stable")
     descending = np.take_along_axis(fraction, order, axis=0)
     before = np.zeros_like(fraction)
@@ -134,7 +134,7 @@ def _cumulative(fraction: np.ndarray) -> list[tuple[float, str]]:
 
 
 def _judge(node: ast.expr, values: Values) -> tuple[bool, str]:
-    """Return the verdict of one expression and the words for it."""
+    """Return the result of one expression and its text."""
     match node:
         case ast.BoolOp(op=op, values=parts):
             verdicts = [_judge(part, values) for part in parts]

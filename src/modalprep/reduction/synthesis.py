@@ -1,4 +1,4 @@
-"""Component mode synthesis: modal bodies welded at their interfaces to one system, and its modes."""
+"""Component mode synthesis: modal bodies welded at their interfaces, and the modes of the system."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody, body_matrices, interface_motion
 from modalprep.reduction.table import DIRECTIONS
-from modalprep.suggest import find_interface, refuse_unknown, suggestion
+from modalprep.suggest import find_interface, refuse_unknown
 from modalprep.vectors import skew
 
-DEPENDENT = 1e-8  # of a condition that the others leave over: round-off of modes is 1e-10, axial stiffness 1e-4
+DEPENDENT = 1e-8  # independent part of a condition: round-off of modes is 1e-10, axial stiffness 1e-4
 RANK = 1e-10  # singular values of the rigid columns, all lengths over that of the system: geometry, round-off 1e-15
-MASSLESS = 1e-14  # inertia of a rigid motion over the largest: a line that turns about itself
+MASSLESS = 1e-14  # inertia of a rigid motion over the largest, as of a line rotating about itself
 MEET = 1e-6  # gap of a weld over the longest body
 
 Placement = tuple[np.ndarray, np.ndarray]
@@ -35,7 +35,7 @@ class SystemModes(Record):
     ----------
     bodies : dict of ModalBody
     frequency : (s,)
-        Hz, ascending; motions without strain come first, with exactly 0.
+        Hz, ascending; rigid-body motions come first, with exactly 0.
     shapes : (N, s)
         M-orthonormal; the coordinates of all bodies, one after the other.
     coordinates : {name: (6 + n, s)}
@@ -56,15 +56,27 @@ class SystemModes(Record):
 
     @property
     def rigid(self) -> int:
-        """Number of motions without strain: 6 of a free system, one more for every released hinge."""
+        """Number of rigid-body motions: 6 of a free system, one more for every released hinge."""
         return int(np.count_nonzero(self.frequency == 0))
 
     def points(self, name: str) -> np.ndarray:
-        """Mesh nodes ``(n_points, 3)`` of a body, m in system axes."""
+        """Mesh nodes ``(n_points, 3)`` of a body, m in system axes.
+
+        Returns
+        -------
+        (n_points, 3) float
+            m, system axes.
+        """
         return self.position[name] + self.bodies[name].points @ self.rotation[name].T
 
     def nodal_shape(self, name: str) -> np.ndarray:
-        """Displacement ``(n_points, 3, s)`` of a body's mesh nodes in each mode, system axes."""
+        """Displacement ``(n_points, 3, s)`` of a body's mesh nodes in each mode, system axes.
+
+        Returns
+        -------
+        (n_points, 3, s) float
+            1/sqrt(kg), system axes.
+        """
         body, x = self.bodies[name], self.coordinates[name]
         moved = x[:3] - skew(body.points) @ x[3:6] + body.shape @ x[6:]
         return self.rotation[name] @ moved
@@ -78,14 +90,14 @@ class SystemModes(Record):
 
 
 class _Weld(NamedTuple):
-    """Ends (body, interface number), the second None for the ground, and the directions held (6,) bool."""
+    """Ends (body, interface number), the second None for the ground, and the constrained directions (6,) bool."""
 
     label: str
     ends: tuple[tuple[str, int], tuple[str, int] | None]
     held: np.ndarray
 
 
-def synthesize(
+def synthesise(
     bodies: dict[str, ModalBody],
     welds: Sequence[tuple] = (),
     placement: dict[str, Placement] | None = None,
@@ -101,7 +113,6 @@ def synthesize(
     without strain (z) and elastic ones in units of strain energy (y), the singular value decomposition of ``G_z`` gives
     the rigid motions (its null space) and the conditions left for y (its left null space), whose orthonormal null
     space has unit strain energy: `linalg.ritz` diagonalises its flexibility, accurate for soft modes beside stiff ones.
-    Craig & Kurdila, Fundamentals of Structural Dynamics, 2nd ed., chapter 17; theory 3; book chapter 7.
 
     Parameters
     ----------
@@ -117,16 +128,26 @@ def synthesize(
     modes : int or None
         How many modes to return; None returns all.
 
+    Returns
+    -------
+    SystemModes
+        Frequencies (Hz) and, for each body, motion of its root and modal coordinates in each mode.
+
     Raises
     ------
     InputError
         When a name is unknown, a weld does not meet, or a rotation is none.
 
+    References
+    ----------
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, chapter 17.
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 7; theory 3.7.
+
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> half = uniform_beam(modes=6)
-    >>> synthesize({"a": half, "b": half}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
+    >>> synthesise({"a": half, "b": half}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
     SystemModes(a, b; 0 rigid, 2 elastic modes, 0.1531..0.3115 Hz)
     """
     if not bodies:
@@ -160,8 +181,7 @@ def _weld(bodies: dict[str, ModalBody], spec: tuple, count: int) -> _Weld:
         raise InputError(f"{label}: joins an interface with itself; name two")
     free = [name for part in spec[count:] for name in _pair(part)]
     for name in free:
-        if name not in DIRECTIONS:
-            raise InputError(f"{label}: there is no direction {name!r}; {suggestion(name, DIRECTIONS, 'known are')}")
+        refuse_unknown(name, DIRECTIONS, f"{label}: direction")
     held = np.array([name not in free for name in DIRECTIONS])
     return _Weld(label, (ends[0], ends[1] if count == 2 else None), held)
 
@@ -204,9 +224,9 @@ def _read_place(bodies: dict[str, ModalBody], name: str, at: Placement) -> Place
 
 
 def _conditions(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict, K: np.ndarray, size: float):
-    """Return independent conditions G (m, N), sentences on the others, and the scale (N,) of the columns.
+    """Return independent conditions G (m, N), notes on redundant ones, and the scale (N,) of the columns.
 
-    The coordinates are the scaled ones over `scale`. Of dependent conditions the earlier are taken.
+    The coordinates are the scaled ones over `scale`. Of dependent conditions the first ones are kept.
     """
     start = dict(zip(bodies, np.cumsum([0, *(6 + body.n for body in bodies.values())]), strict=False))
     G = np.zeros((0, len(K)))
@@ -239,7 +259,7 @@ def _column_scale(bodies: dict[str, ModalBody], G: np.ndarray, K: np.ndarray, si
 
 
 def _independent_rows(G: np.ndarray) -> np.ndarray:
-    """Return which rows (m,) bool are no combination of earlier ones (Gram-Schmidt, twice)."""
+    """Return which rows (m,) bool are independent of earlier ones (Gram-Schmidt, twice)."""
     Q, found = np.zeros((0, G.shape[1])), np.zeros(len(G), dtype=bool)
     for k, row in enumerate(G):
         rest = row
@@ -258,7 +278,7 @@ def _admissible(G: np.ndarray, K: np.ndarray, scale: np.ndarray) -> tuple[np.nda
     rank = int(np.count_nonzero(s > RANK * s.max(initial=1.0)))
     rigid = np.zeros((len(K), Vt.shape[0] - rank))
     rigid[~elastic] = Vt[rank:].T
-    left = U[:, rank:].T @ G[:, elastic]  # what no rigid motion can satisfy
+    left = U[:, rank:].T @ G[:, elastic]  # conditions that no rigid motion satisfies
     Y = np.linalg.qr(left.T, mode="complete")[0][:, len(left) :]
     W = np.zeros((len(K), Y.shape[1]))
     W[elastic] = Y

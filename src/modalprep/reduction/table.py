@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from modalprep.notebook import html_table
 from modalprep.records import Record
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
@@ -16,7 +17,7 @@ FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ModeTable(Record):
-    """Candidates of a reduction and what became of them.
+    """Candidate vectors of a reduction and their selection.
 
     Attributes
     ----------
@@ -32,7 +33,7 @@ class ModeTable(Record):
         Rigid-body mass (kg) and moments of inertia (kg m^2) of the whole body about the root interface.
     kept : (n,) bool
     reason : tuple of str, length n
-        Why the row was kept or dropped.
+        Reason for keeping or dropping the row.
 
     Examples
     --------
@@ -52,9 +53,31 @@ class ModeTable(Record):
     kept: np.ndarray
     reason: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        """Kept and all candidates, and the range of the kept frequencies."""
+        known = self.frequency[self.kept & np.isfinite(self.frequency)]
+        band = f", {known.min():.4g}..{known.max():.4g} Hz" if len(known) else ""
+        return f"ModeTable({np.count_nonzero(self.kept)} of {len(self.kind)} candidates kept{band})"
+
+    def _repr_html_(self) -> str:
+        """Return the rows, effective masses in percent of the body's, as an HTML table."""
+        share = np.where(np.isfinite(self.fraction), 100 * self.fraction, np.nan)
+        header = ["candidate", "kind", "Hz", *(f"{direction}, %" for direction in DIRECTIONS), "kept", "reason"]
+        rows = [
+            [k + 1, kind, float(self.frequency[k]), *share[k].tolist(), "yes" if self.kept[k] else "no", self.reason[k]]
+            for k, kind in enumerate(self.kind)
+        ]
+        return html_table(repr(self), header, rows)
+
     @classmethod
     def empty(cls, total: np.ndarray) -> ModeTable:
-        """Return a table without rows."""
+        """Return a table without rows.
+
+        Returns
+        -------
+        ModeTable
+            With n = 0.
+        """
         none = np.zeros(0)
         return cls(
             kind=(), frequency=none, effective_mass=none.reshape(0, 6), total=total, kept=none.astype(bool), reason=()
@@ -67,7 +90,13 @@ class ModeTable(Record):
         frequency: np.ndarray | float = np.nan,
         effective_mass: np.ndarray | float = np.nan,
     ) -> ModeTable:
-        """Return the table with further rows of one kind, a row for each reason, all kept."""
+        """Return the table with further rows of one kind, a row for each reason, all kept.
+
+        Returns
+        -------
+        ModeTable
+            The rows of this table, then the further ones.
+        """
         n = len(reason)
         return self.with_(
             kind=self.kind + (kind,) * n,

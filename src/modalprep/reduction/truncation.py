@@ -1,4 +1,4 @@
-"""Modal truncation vectors: the static answer that the dropped modes would have given."""
+"""Modal truncation vectors: the static response of the dropped modes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import numpy as np
 from modalprep.linalg.ritz import ritz
 from modalprep.reduction.clamped import Clamped
 
-ENERGY = 1e-10  # of the largest load's static energy: what is smaller is round-off or no load at all
+ENERGY = 1e-10  # relative to the largest load's static energy: less is round-off or no load
 
 
 def truncation_vectors(held: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pseudo-frequencies ``w^2 (k,)`` and vectors ``(n_i, k)`` that make the static answers to F exact.
+    """Return the pseudo-frequencies ``w^2 (k,)`` and vectors ``(n_i, k)`` that make the static responses to F exact.
 
     ``F_t = F - M Phi Phi^T F``, ``K X = F_t``, then ``(X^T K X) y = (X^T M X) y w^2``; the vectors ``X y`` are
     M-orthonormal among themselves and to the modes. Loads whose remaining static energy is below `ENERGY` of the
@@ -41,7 +41,7 @@ def truncation_vectors(held: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.nda
     X = held.factor.solve(F)
     energy = np.einsum("ij,ij->j", F, X)
     X = X - Phi @ ((Phi.T @ F) / w2[:, None])
-    X = X - Phi @ (Phi.T @ (held.M_ii @ X))  # once more against round-off
+    X = X - Phi @ (Phi.T @ (held.M_ii @ X))  # repeated against round-off
     rest = np.einsum("ij,ij->j", X, held.K_ii @ X)
     X = X[:, rest > ENERGY * max(energy.max(), np.finfo(float).tiny)]
     return ritz(X, held.K_ii, held.M_ii)

@@ -1,1 +1,28 @@
 """What people look at: tables, charts, pictures, the HTML page."""
+
+from __future__ import annotations
+
+from modalprep.lazy import lazy
+
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
+if TYPE_CHECKING:
+    from modalprep.report.page import write_page as write_page
+    from modalprep.report.pictures.animation import animate_mode as animate_mode
+    from modalprep.report.pictures.mesh_picture import render_findings as render_findings
+    from modalprep.report.pictures.render import render_mesh as render_mesh
+    from modalprep.report.pictures.render import render_mode as render_mode
+    from modalprep.report.pictures.sheet import contact_sheet as contact_sheet
+    from modalprep.report.pictures.system_animation import animate_system as animate_system
+    from modalprep.report.plots import effective_mass_plot as effective_mass_plot
+    from modalprep.report.plots import history_plot as history_plot
+
+_NAMES = {
+    "page": "write_page",
+    "pictures.render": "render_mode render_mesh",
+    "pictures.sheet": "contact_sheet",
+    "pictures.animation": "animate_mode",
+    "pictures.mesh_picture": "render_findings",
+    "pictures.system_animation": "animate_system",
+    "plots": "effective_mass_plot history_plot",
+}
+__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -21,7 +21,7 @@ from modalprep.report.tables import hertz, percent
 
 
 def system_table(modes: SystemModes, count: int, console: Console) -> None:
-    """Print frequency, damping ratio in % and the joint or body that moves most of the lowest `count` modes.
+    """Print frequency, damping ratio in % and the joint or body with the largest motion, of the lowest `count` modes.
 
     Examples
     --------
@@ -63,7 +63,7 @@ def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path
     --------
     >>> import tempfile
     >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
-    ...            doubt=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
+    ...            error_estimate=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
     >>> mass = StateSpace(A=np.zeros((2, 2)), B=np.zeros((2, 1)), C=np.zeros((1, 2)), D=np.ones((1, 1)), **one)
     >>> response_plot(mass, np.array([1.0, 2.0]), np.ones((2, 1, 1)), Path(tempfile.mkdtemp()) / "x.png").name
     'x.png'

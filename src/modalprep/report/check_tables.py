@@ -1,4 +1,4 @@
-"""Tables for the terminal: what is wrong with a mesh or a body."""
+"""Tables for the terminal: findings on a mesh or a body."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from modalprep.report.tables import plain_table
 
 
 def quality_table(quality, console: Console) -> None:
-    """Print the statistics of a mesh, a row per type of cell, and what is wrong with it.
+    """Print the statistics of a mesh, a row per type of cell, and its findings.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Which mode shapes look alike: the modal assurance criterion of a body's own modes."""
+"""Modal assurance criterion (MAC) of a body's own modes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from modalprep.errors import InputError
 from modalprep.report.pictures.motion import largest_displacement
 from modalprep.report.tables import hertz
 
-SHOWN = 60  # modes in the picture, at most
-WRITTEN = 16  # modes up to which each value is written in its square
+SHOWN = 60  # maximum number of modes in the matrix
+WRITTEN = 16  # maximum number of modes with values written in the cells
 LOW, HIGH = np.array([255, 255, 255]), np.array([0, 72, 128])  # colours of 0 and 1
 
 
@@ -23,11 +23,11 @@ def auto_mac(shape: np.ndarray, nodal_mass: np.ndarray | None = None) -> np.ndar
     ----------
     shape : (n_points, 3, n)
     nodal_mass : (n_points,), optional
-        Weights of the nodes; without, each counts the same.
+        Weights of the nodes; default: equal weights.
 
     Returns
     -------
-    (n, n), a mode that moves no node has zeros.
+    (n, n); zero for modes without nodal displacement.
 
     Examples
     --------
@@ -52,7 +52,7 @@ def _checked(nodal_mass: np.ndarray, shape: np.ndarray) -> np.ndarray:
 
 
 def mac_chart(body: FlexibleBody, nodal_mass: np.ndarray | None = None) -> dict[str, Any] | None:
-    """Return what the page needs to draw the matrix; None without two modes to compare.
+    """Return the data of the matrix for the page; None with fewer than two modes.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def mac_chart(body: FlexibleBody, nodal_mass: np.ndarray | None = None) -> dict[
         "squares": [_square(i, j, mac[i, j], count) for i, j in zip(rows.tolist(), columns.tolist(), strict=True)],
         "values": [[round(float(value), 3) for value in row] for row in mac],
         "frequencies": [hertz(f) for f in body.frequency[:count]],
-        "alike": _alike(mac),
+        "alike": _most_similar(mac),
     }
 
 
@@ -84,8 +84,8 @@ def _square(i: int, j: int, value: float, count: int) -> dict[str, Any]:
     return {"x": j, "y": i, "fill": f"#{red:02x}{green:02x}{blue:02x}", "text": text, "ink": ink}
 
 
-def _alike(mac: np.ndarray) -> list[tuple[int, int, str]]:
-    """Return the three pairs of different modes most alike, as (mode, mode, value), if any is above a tenth."""
+def _most_similar(mac: np.ndarray) -> list[tuple[int, int, str]]:
+    """Return the three pairs of different modes with the largest MAC above 0.1, as (mode, mode, value)."""
     i, j = np.tril_indices(len(mac), -1)
     best = np.argsort(-mac[i, j], kind="stable")[:3]
     return [(int(j[k]) + 1, int(i[k]) + 1, f"{mac[i[k], j[k]]:.2f}") for k in best if mac[i[k], j[k]] >= 0.1]

@@ -22,7 +22,7 @@ from modalprep.report.mac import mac_chart
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.scene import drawable
-from modalprep.report.tables import carried, hertz, percent, summary_rows
+from modalprep.report.tables import hertz, kept_fraction, percent, summary_rows
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
@@ -41,9 +41,9 @@ def write_page(
     error_axes: tuple[str, str] = ("frequency (Hz)", "relative error"),
     nodal_mass: np.ndarray | None = None,
 ) -> Path:
-    """Write the page: summary, selection, moving mode shapes, their likeness, checks, plots, provenance.
+    """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
 
-    Everything is in the one file: no script, style or picture is loaded from elsewhere.
+    The page is one file; it loads no script, style or picture from elsewhere.
 
     Parameters
     ----------
@@ -51,13 +51,18 @@ def write_page(
         Of the body's own modes, counted from 1.
     plots : sequence of (title, picture file)
     notes : sequence of str
-        Sentences to show on top.
+        Messages shown at the top.
     errors : {label: (x, y)}, optional
         Curves of a section on errors; without, there is no such section.
     error_axes : (str, str)
-        Words along its axes.
+        Labels of its axes.
     nodal_mass : (n_points,), optional
-        Weights of the nodes where modes are compared; without, each counts the same.
+        Weights of the nodes where modes are compared; default: equal weights.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -99,7 +104,7 @@ def _part(name: str) -> str:
 
 
 def _static() -> dict[str, Any]:
-    """Return style and scripts, which are the same in every page."""
+    """Return style and scripts, common to all pages."""
     return {"style": Markup(_part("page.css")), "script": Markup(_part("page.js") + _part("viewer.js"))}
 
 
@@ -109,13 +114,13 @@ def _selection(table: ModeTable) -> dict[str, Any]:
         "directions": DIRECTIONS,
         "rows": _rows(table),
         "kinds": list(dict.fromkeys(table.kind)),
-        "sums": [percent(value) for value in carried(table)],
+        "sums": [percent(value) for value in kept_fraction(table)],
         "mass_plot": _drawn(effective_mass_plot, table),
     }
 
 
 def _shapes(body: FlexibleBody, pictures: Mapping[int, Path], nodal_mass: np.ndarray | None) -> dict[str, Any]:
-    """Return the moving view, the cards and the likeness of the modes."""
+    """Return the animated view, the cards and the MAC of the modes."""
     scene, problem = drawable(body)
     return {
         "scene": scene,
@@ -147,7 +152,7 @@ def _sortable(value: float) -> str:
 
 def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> list[dict]:
     """One card per mode of the body, with a picture where there is one; the first `moving` are in the viewer."""
-    damping = body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, 1.0)))  # a mode of 0 Hz has none
+    damping = body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, 1.0)))  # rigid-body modes have none
     return [
         {
             "number": mode,

@@ -20,12 +20,17 @@ COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
 CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 LINES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (5, 2, 1, 2)))
 INK, GREY = "#1d2733", "#5c6b7a"
-ROOM, EXIT = 0.07, 0.36  # free of the range of the curves: where they stay, where one leaves the frame
+ROOM, EXIT = 0.07, 0.36  # margins of the curves: if all stay in the frame, if one leaves it
 DPI = 180
 
 
 def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
-    """Draw, per direction, how much of the body's mass each kept vector carries, stacked.
+    """Draw, per direction, the effective mass of each kept vector, stacked.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Examples
     --------
@@ -76,7 +81,7 @@ def history_plot(
 ) -> Path:
     """Draw channels of one or more runs over time.
 
-    The limits follow the runs that did not diverge; a diverging run leaves the frame, with a note where.
+    The limits follow the runs that did not diverge; a note marks where a diverging run leaves the frame.
 
     Parameters
     ----------
@@ -84,9 +89,14 @@ def history_plot(
     channels : sequence of str
         A channel with several columns is drawn as that many curves.
     reference : sequence of {"label": str, "t": list, "y": list}
-        Known points, drawn as markers.
+        Reference points, drawn as markers.
     ylim : (low, high), optional
         Limits instead of the chosen ones.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -108,7 +118,7 @@ def history_plot(
     axes.set_ylim(*(ylim or _frame(curves, points)))
     axes.set_xlim(0, max(run.time[-1] for run in results.values()) or 1.0)
     for order, (label, run, y, style) in enumerate(curves):
-        # the first run is the one to trust: drawn last, on top of what deviates from it
+        # the first run is the main one: drawn last, on top of the others
         axes.plot(run.time, y, label=label, linewidth=2.2, zorder=3 - order / len(curves), **style)
     _note_exits(axes, results, curves)
     for mark, point in zip("osD^v" * len(points), points, strict=False):
@@ -155,12 +165,12 @@ def _frame(curves: list, points: list[Mapping[str, Any]]) -> tuple[float, float]
 
 
 def _limits(values: Sequence[np.ndarray], margin: float | tuple[float, float]) -> tuple[float, float] | None:
-    """Limits that hold `values` with this share of their range free, below and above; None without any."""
+    """Limits of `values` with this fraction of their range as margins below and above; None without any."""
     known = _finite(values)
     if not known.size:
         return None
     low, high = known.min(), known.max()
-    # a constant up to round-off is drawn as one, not as amplified noise
+    # a value constant up to round-off is drawn as a constant
     span = high - low if high - low > 1e-9 * max(abs(low), abs(high)) else max(abs(low), abs(high)) or 1.0
     below, above = np.broadcast_to(margin, 2)
     return low - below * span, high + above * span
@@ -172,7 +182,7 @@ def _finite(values: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _note_exits(axes: Axes, results: Mapping[str, Result], curves: list) -> None:
-    """Mark where the first curve of each diverged run leaves the frame for good."""
+    """Mark where the first curve of each diverged run finally leaves the frame."""
     diverged = {label: run for label, run in results.items() if run.status == "diverged"}
     for above, (name, run) in enumerate(diverged.items()):
         own = [(_exit(y, axes.get_ylim()), y, style) for _, other, y, style in curves if other is run]
@@ -189,7 +199,7 @@ def _exit(y: np.ndarray, limits: tuple[float, float]) -> int:
 
 
 def _note(axes: Axes, name: str, time: np.ndarray, y: np.ndarray, first: int, colour: str, above: int) -> None:
-    """Write that a run diverges beside the place where its curve leaves; `above` notes are there already."""
+    """Write a note where the curve of a diverging run leaves; `above` is the number of notes already there."""
     (low, high), width = axes.get_ylim(), axes.get_xlim()[1]
     t, down = float(time[first]), not y[first] > high
     late = t > 0.6 * width
@@ -209,7 +219,7 @@ def _note(axes: Axes, name: str, time: np.ndarray, y: np.ndarray, first: int, co
 
 
 def add_head(axes: Axes, title: str) -> None:
-    """Title, and under it the legend in rows above the frame, where it can hide no curve."""
+    """Add the title and, below it, the legend in rows above the frame."""
     labels = axes.get_legend_handles_labels()[1]
     widest = max(map(len, labels)) + 8  # characters, with the line before the text
     one_row = len(labels) <= 3 and sum(map(len, labels)) + 8 * len(labels) <= 115
@@ -272,7 +282,7 @@ def _axis_scale(values: Sequence[np.ndarray]) -> str:
 
 
 def plain_axes(axes: Axes, grid: str) -> None:
-    """Take the frame off at the top and right, draw the rest in grey under the curves; `grid` is x, y or both."""
+    """Remove the top and right spines, draw the others in grey under the curves; `grid` is x, y or both."""
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(GREY)
     axes.tick_params(color=GREY, labelcolor=INK)
@@ -281,7 +291,7 @@ def plain_axes(axes: Axes, grid: str) -> None:
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:
-    """Write a chart; the file is whole or absent."""
+    """Write a chart; the file is written completely or not at all."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=DPI)
     return Path(path)

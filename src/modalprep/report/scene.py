@@ -16,26 +16,26 @@ from modalprep.report.pictures.render import SHARE
 from modalprep.report.pictures.skin import Skin, outer_skin, simplified
 from modalprep.report.tables import hertz
 
-TRIANGLES = 60_000  # of the surface in the page, at most
-BYTES = 8_000_000  # of all mode shapes and their colours in the page, at most
-EDGED = 20_000  # triangles up to which element edges are drawn from the start: beyond, they hide the colours
-ENOUGH = 5000  # nodes to choose a view by
+TRIANGLES = 60_000  # maximum number of surface triangles
+BYTES = 8_000_000  # maximum size of all mode shapes and their colours
+EDGED = 20_000  # triangles up to which element edges are initially visible: beyond, they hide the colours
+ENOUGH = 5000  # nodes used to choose a view
 FULL = 32767  # the largest displacement of a mode, as a 16-bit number
 
 
 def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = BYTES) -> dict[str, Any]:
-    """Return what the viewer draws, ready for JSON.
+    """Return the data of the viewer, ready for JSON.
 
-    Points are 32-bit floats about the body's middle, in units of its size; mode shapes are 16-bit integers, the
-    strain energy (root of its density, where the body holds it) bytes.
-    A surface of more triangles is drawn by its corner nodes, then on a coarser grid; what was left out is said.
+    Points are 32-bit floats relative to the body's centre, in units of its size; mode shapes are 16-bit integers, the
+    strain energy (root of its density, if the body has it) bytes.
+    A surface with more triangles is drawn by its corner nodes, then on a coarser grid, with a note.
 
     Parameters
     ----------
     triangles : int
-        Most triangles of the surface.
+        Maximum number of surface triangles.
     shape_bytes : int
-        Most bytes of all mode shapes; modes beyond are left out.
+        Maximum size of all mode shapes; further modes are omitted.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = 
 
 
 def _limited(body: FlexibleBody, limit: int) -> tuple[Skin, list[str]]:
-    """Return a skin of at most `limit` triangles, and a sentence when something was left out for that."""
+    """Return a skin of at most `limit` triangles, and a note if it was simplified."""
     skin = outer_skin(body.points, body.cells)
     whole = len(skin.triangles)
     if whole <= limit:
@@ -96,7 +96,7 @@ def _centred(body: FlexibleBody, points: np.ndarray) -> np.ndarray:
 
 
 def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float, used: np.ndarray) -> dict[str, Any]:
-    """Return one mode with its shape, largest displacement one, its strain, and the directions of a good view."""
+    """Return one mode with its shape, largest displacement one, its strain, and the view direction."""
     unit = shape / largest if largest else np.zeros_like(shape)
     some = slice(None, None, len(body.points) // ENOUGH + 1)
     towards, up = view(body.points[some], body.shape[some, :, k] if largest else None)
@@ -122,7 +122,7 @@ def _encoded(array: np.ndarray, kind: str) -> str:
 
 
 def drawable(body: FlexibleBody) -> tuple[dict[str, Any] | None, str]:
-    """Return the scene, or None and the sentence why there is none.
+    """Return the scene, or None and the reason.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What the commands print with --json: plain dictionaries."""
+"""Output of the commands with --json: plain dictionaries."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 
 def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
-    """Return what a run made: files, frequencies, checks, simulations, notes."""
+    """Return the results of a run: files, frequencies, checks, simulations, notes."""
     built, simulated = outcome.built, outcome.simulated
     return {
         "folder": str(outcome.folder),
@@ -15,7 +15,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "frequency": built.body.frequency.tolist() if built else [],
         "mass": built.body.m if built else None,
         "checks": [vars(c) | {"passed": c.passed} for c in built.checks] if built else [],
-        "system": outcome.synthesized.summary() if outcome.synthesized else {},
+        "system": outcome.synthesised.summary() if outcome.synthesised else {},
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},
         "notes": outcome.notes,

@@ -19,7 +19,7 @@ from modalprep.report.tables import hertz, percent, plain_table
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Assembled:
-    """What the drawing functions of `report` need of a body: here all bodies in one, in the system's axes."""
+    """Interface of a body for the drawing functions of `report`: here all bodies as one, in the system's axes."""
 
     name: str
     points: np.ndarray
@@ -39,35 +39,35 @@ class Assembled:
 
 
 def synthesis_table(
-    modes: SystemModes, shares: Mapping[str, np.ndarray], console: Console, damping: np.ndarray | None = None
+    modes: SystemModes, fractions: Mapping[str, np.ndarray], console: Console, damping: np.ndarray | None = None
 ) -> None:
     """Print one row per system mode: frequency, strain energy in each body in %, damping ratio in %.
 
     Parameters
     ----------
     modes : SystemModes
-    shares : {name: (s,)}
-        Share of each body in the strain energy.
+    fractions : {name: (s,)}
+        Fraction of each body in the strain energy.
     console : Console
     damping : (elastic modes,) or None
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> from modalprep.reduction.synthesis import synthesize
+    >>> from modalprep.reduction.synthesis import synthesise
     >>> arm = uniform_beam(modes=4)
-    >>> pair = synthesize({"a": arm, "b": arm}, [("a.tip", "b.root")], modes=7)
+    >>> pair = synthesise({"a": arm, "b": arm}, [("a.tip", "b.root")], modes=7)
     >>> synthesis_table(pair, {"a": np.zeros(7), "b": np.zeros(7)}, Console(width=80, color_system=None))
     ... # doctest: +ELLIPSIS
     System modes...
     7 modes of 2 bodies, 6 of them motions without strain.
     """
     rich = plain_table()
-    for name in ("", "Hz", *shares, *(["damping"] if damping is not None else [])):
-        rich.add_column(name, justify="right")
+    for name in ("", "Hz", *fractions, *(["damping"] if damping is not None else [])):
+        rich.add_column(Text(name), justify="right")
     for k, frequency in enumerate(modes.frequency):
         elastic = k >= modes.rigid
-        cells = [percent(share[k]) if elastic else "" for share in shares.values()]
+        cells = [percent(share[k]) if elastic else "" for share in fractions.values()]
         if damping is not None:
             cells.append(f"{100 * damping[k - modes.rigid]:.3g}" if elastic else "")
         rich.add_row(str(k + 1), hertz(frequency), *cells)
@@ -78,13 +78,13 @@ def synthesis_table(
     console.print(Text(f"{len(modes.frequency)} modes of {len(modes.bodies)} bodies{without}."))
 
 
-def strain_plot(modes: SystemModes, shares: Mapping[str, np.ndarray], path: str | Path) -> Path:
+def strain_plot(modes: SystemModes, fractions: Mapping[str, np.ndarray], path: str | Path) -> Path:
     """Draw the strain energy of each body in each elastic mode, stacked to 100 %."""
     figure = Figure(figsize=(9.0, 3.9), layout="constrained")
     axes = figure.add_subplot()
     elastic = np.arange(modes.rigid, len(modes.frequency))
     below = np.zeros(len(elastic))
-    for rank, (name, share) in enumerate(shares.items()):
+    for rank, (name, share) in enumerate(fractions.items()):
         height = 100 * share[elastic]
         axes.bar(elastic + 1, height, bottom=below, label=name, color=plots.COLOURS[rank % len(plots.COLOURS)])
         below += height
@@ -97,7 +97,7 @@ def strain_plot(modes: SystemModes, shares: Mapping[str, np.ndarray], path: str 
 
 
 def assembled(modes: SystemModes, name: str) -> Assembled:
-    """Return all bodies as one that can be drawn; its marks are the bodies' names on the node at their middle."""
+    """Return all bodies as one for drawing, with their names at the node nearest to their centre."""
     names = list(modes.bodies)
     points, shapes = ([of(n) for n in names] for of in (modes.points, modes.nodal_shape))
     start = np.cumsum([0, *map(len, points)])

@@ -15,8 +15,8 @@ from rich.text import Text
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, PROJECTED, TRUNCATION, ModeTable
 
-WIDE = 105  # columns; below, each row names its largest directions only
-LISTED = 40  # frequencies and points of stress written out, at most
+WIDE = 105  # columns; with fewer, each row names its largest directions only
+LISTED = 40  # maximum number of listed frequencies and stress points
 LEGEND = ": effective mass in % of the body"
 SUM = "; sum: of the kept rows so far, in the row's largest direction"
 NOUNS = {
@@ -48,17 +48,17 @@ def mode_table(table: ModeTable, console: Console) -> None:
         cells = [str(k + 1), table.kind[k], hertz(table.frequency[k]), *_mass_cells(table, k, wide)]
         mark = Text("yes", "bold green") if table.kept[k] else Text("no")
         rich.add_row(*map(Text, cells), mark, Text(table.reason[k]), style="" if table.kept[k] else "dim")
-    sums = [percent(value) for value in carried(table)]
+    sums = [percent(value) for value in kept_fraction(table)]
     if wide:
         rich.add_section()
         rich.add_row("", "sum of kept", "", *sums, "", "", "", style="bold")
-    # soft wrap is for log lines; in a table it would push the last column off the screen
+    # soft wrap is for log lines; in a table it would hide the last column
     console.print(Text.assemble(("Mode selection", "bold"), (LEGEND + SUM * wide, "dim")), soft_wrap=False)
     console.print(rich, soft_wrap=False)
     if not wide:
         shares = "   ".join(f"{name} {value}" for name, value in zip(DIRECTIONS, sums, strict=True))
         console.print(Text(f"sum of kept, %:  {shares}", "bold"), soft_wrap=False)
-    console.print(Text(_verdict(table)), soft_wrap=False)
+    console.print(Text(_kept_counts(table)), soft_wrap=False)
 
 
 def _empty_table(wide: bool) -> Table:
@@ -90,8 +90,8 @@ def _largest(share: np.ndarray, part: slice) -> str:
     return f"{text} {DIRECTIONS[part][top]}" if text != "." else text
 
 
-def _verdict(table: ModeTable) -> str:
-    """Say how many candidates of each kind were kept."""
+def _kept_counts(table: ModeTable) -> str:
+    """Print how many candidates of each kind were kept."""
     kind = np.array(table.kind)
     parts = [
         f"{(table.kept & (kind == name)).sum()} of {(kind == name).sum()} {noun}"
@@ -101,13 +101,13 @@ def _verdict(table: ModeTable) -> str:
     return f"{table.kept.sum()} of {len(kind)} candidate vectors kept: {', '.join(parts) or 'there are none'}."
 
 
-def carried(table: ModeTable) -> np.ndarray:
-    """Return the share (6,) of the body's mass and inertia that the kept rows carry together.
+def kept_fraction(table: ModeTable) -> np.ndarray:
+    """Return the total effective mass (6,) of the kept rows, as a fraction of the body's mass and inertia.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> print(carried(uniform_beam(modes=4).modes)[1].round(2))
+    >>> print(kept_fraction(uniform_beam(modes=4).modes)[1].round(2))
     0.8
     """
     return np.nansum(table.fraction[table.kept], axis=0)
@@ -174,7 +174,7 @@ def _inertia_rows(E0: np.ndarray) -> list[tuple[str, str]]:
 
 
 def _vector(v: np.ndarray) -> str:
-    """Write to five digits of the largest component: what lies below is noise of the mesh."""
+    """Write to five digits of the largest component; smaller ones are mesh noise."""
     scale = np.abs(v).max(initial=0.0)
     return "(" + ", ".join(f"{0.0 if abs(x) < 5e-6 * scale else x:.5g}" for x in v) + ")"
 
@@ -185,7 +185,7 @@ def plain_table() -> Table:
 
 
 def percent(value: float) -> str:
-    """Write a fraction in %; a dot for almost nothing, nothing for NaN.
+    """Write a fraction in %; a dot if negligible, an empty text for NaN.
 
     Examples
     --------
@@ -196,7 +196,7 @@ def percent(value: float) -> str:
 
 
 def hertz(value: float) -> str:
-    """Write a frequency to five digits, without an exponent up to 10 MHz; nothing for NaN.
+    """Write a frequency to five digits, without an exponent up to 10 MHz; an empty text for NaN.
 
     Examples
     --------
@@ -210,9 +210,9 @@ def shapes_table(generators: Iterable[Any], console: Console) -> None:
     """Print the parametric shapes of `modalprep mesh`: parameters with units and defaults, and the groups they make."""
     table = Table("shape", "parameter", "default", "meaning", box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for g in generators:
-        table.add_row(f"[bold]{g.name}", "", "", f"[bold]{g.meaning}; groups {', '.join(g.groups)}")
+        table.add_row(Text(g.name), "", "", Text(f"{g.meaning}; groups {', '.join(g.groups)}"), style="bold")
         for p in g.parameters.values():
             choices = f" ({', '.join(map(str, p.choices))})" if p.choices else ""
-            table.add_row("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)
+            table.add_row(*map(Text, ("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)))
         table.add_section()
     console.print(table)

@@ -66,7 +66,7 @@ def test_difference_to_solids_falls_with_the_mesh(against_solids, shape, kind):
 
 
 def laminate(*layers):
-    return mp.Shell(plies=tuple(mp.Ply(material=material, thickness=t) for material, t in layers))
+    return mp.Shell(plies=tuple(mp.fe.Ply(material=material, thickness=t) for material, t in layers))
 
 
 @pytest.mark.parametrize(
@@ -134,7 +134,7 @@ def tape(surface, kind, width=W, thickness=T, material=TAPE):
 
 
 def critical(model, **load):
-    return mp.buckling(model, mp.interface_load(model, "tip", **load)).value[0]
+    return mp.reduction.buckling(model, mp.reduction.interface_load(model, "tip", **load)).value[0]
 
 
 @pytest.mark.parametrize(("kind", "limit"), [("beams", 2e-4), ("quad", 0.02), ("triangle", 0.02)])
@@ -227,7 +227,7 @@ def right_angle(width, thickness, cells=(24, 6), kind="quad"):
         bricks = np.hstack([cells, cells + len(points)])
         points, cells = _with_middles(np.vstack([points - half, points + half]), bricks, [list(e) for e in HEX_EDGES])
     root, tip = (np.flatnonzero(np.isclose(points[:, a], x)) for a, x in ((0, 0.0), (1, 0.24)))
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": np.append(root, tip)[:, None]},
         groups={
@@ -261,12 +261,12 @@ def test_right_angle_frame_of_solids(sign):
 # --- rotary inertia -----------------------------------------------------------------------------------------------
 
 SPIN = 50.0  # rad/s
-BAR = mp.beam_section("rectangle", ALUMINIUM, width=0.03, height=0.02)
+BAR = mp.fe.beam_section("rectangle", ALUMINIUM, width=0.03, height=0.02)
 
 
 def shifts(body, modes=6, spin=SPIN):
     """What a spin about z, y, x adds to the squared frequencies, over the squared spin."""
-    turned = [mp.spin_modes(body, spin * axis).frequency[:modes] for axis in np.eye(3)[::-1]]
+    turned = [mp.multibody.spin_modes(body, spin * axis).frequency[:modes] for axis in np.eye(3)[::-1]]
     return (2 * np.pi / spin) ** 2 * (np.array(turned) ** 2 - body.frequency[:modes] ** 2)
 
 
@@ -275,7 +275,7 @@ def cantilever(arms=(), n=20, **mass):
     line = np.pad(np.linspace(0, 1, n + 1)[:, None], ((0, 0), (0, 2)))
     points = np.vstack([line, *(line[-1] + np.asarray(arm) for arm in arms)])
     held = np.arange(n + 1, len(points)) if arms else np.array([n])
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"line": np.stack([np.arange(n), np.arange(1, n + 1)], axis=1), "vertex": np.append(0, held)[:, None]},
         groups={
@@ -342,7 +342,7 @@ def bar_with_block(kind, ratio):
     middle = points[cells[:, :8]].mean(axis=1)
     root = np.flatnonzero(points[:, 0] == 0)
     block = np.unique(cells[middle[:, 0] > 0.4])
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"hexahedron20": cells, "vertex": np.append(root, block)[:, None]},
         groups={
@@ -408,7 +408,7 @@ def test_moment_of_a_link_turns_with_the_body(kind):
     names = {
         name: {"vertex": np.arange(a, b)} for name, a, b in zip(("root", "tip", "top"), rows, rows[1:], strict=False)
     }
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"hexahedron20": cells, "vertex": np.concatenate([*ends, top])[:, None]},
         groups={"body": {"hexahedron20": np.arange(len(cells))}, **names},
@@ -431,8 +431,8 @@ def test_moments_on_nodes_turn_with_the_body(kind):
         points = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1], [2, 1, 1.0]])
         net = np.stack([np.arange(4), np.arange(1, 5)], axis=1)
         groups = {"all": {"line": np.arange(4)}, "root": {"vertex": np.array([0])}}
-        mesh = mp.Mesh(points=points, cells={"line": net, "vertex": np.array([[0]])}, groups=groups)
-        bar = mp.beam_section("rectangle", ALUMINIUM, width=0.2, height=0.1)
+        mesh = mp.fe.Mesh(points=points, cells={"line": net, "vertex": np.array([[0]])}, groups=groups)
+        bar = mp.fe.beam_section("rectangle", ALUMINIUM, width=0.2, height=0.1)
         section = mp.Beam(material=ALUMINIUM, A=bar.A, Iy=bar.Iy, Iz=bar.Iz, J=bar.J, up=(1.0, 2.0, 3.0))
         model = mp.assemble(mesh, {"all": section}, {"root": mp.Interface(group="root", kind="node")})
     else:

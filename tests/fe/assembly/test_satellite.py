@@ -30,7 +30,7 @@ def assembled(script, pipeline, tmp_path_factory):
     """Return ``assembled(groups)``, the model of the pipeline file on a mesh written and read again."""
     folder = tmp_path_factory.mktemp("satellite")
 
-    def make(groups) -> mp.FEModel:
+    def make(groups) -> mp.fe.FEModel:
         file = Path(folder / "satellite.msh")
         script["write"](file, groups)
         return assemble_pipeline(pipeline, mp.read_mesh(file))
@@ -39,31 +39,31 @@ def assembled(script, pipeline, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def model(project, pipeline) -> mp.FEModel:
+def model(project, pipeline) -> mp.fe.FEModel:
     """The bundled mesh."""
     return assemble_pipeline(pipeline, mp.read_mesh(project / "meshes" / "satellite.msh"))
 
 
 @pytest.fixture(scope="module")
-def reduction(model) -> mp.Reduction:
+def reduction(model) -> mp.reduction.Reduction:
     return mp.craig_bampton(model, modes=MODES)
 
 
 @pytest.fixture(scope="module")
-def fine(script, assembled) -> mp.FEModel:
+def fine(script, assembled) -> mp.fe.FEModel:
     """Cells a third as long."""
     return assembled(script["satellite"](24))
 
 
 @pytest.fixture(scope="module")
-def fine_reduction(fine) -> mp.Reduction:
+def fine_reduction(fine) -> mp.reduction.Reduction:
     return mp.craig_bampton(fine, modes=MODES, keep="effective_mass > 2%")
 
 
-def free_frequencies(model: mp.FEModel, n: int) -> np.ndarray:
+def free_frequencies(model: mp.fe.FEModel, n: int) -> np.ndarray:
     """Lowest n frequencies (Hz) of the free body, round-off of either sign included."""
     K, M = ((model.C.T @ A @ model.C).tocsr() for A in (model.K, model.M))
-    w2, _, _ = mp.lowest_modes(K, M, n, shift=-((2 * np.pi) ** 2))
+    w2, _, _ = mp.linalg.lowest_modes(K, M, n, shift=-((2 * np.pi) ** 2))
     return np.sqrt(np.abs(w2)) / (2 * np.pi)
 
 
@@ -144,7 +144,7 @@ def test_free_body_has_six_rigid_motions(model):
 
 def test_checks_pass_and_there_are_no_notes(model, reduction):
     assert model.notes == ()
-    assert failed(mp.check_model(model)) == []
+    assert failed(mp.body.check_model(model)) == []
     body = mp.flexible_body(model, reduction, name="satellite", damping=0.005)
     assert failed(mp.check_body(body)) == []
     assert body.interface_name == ("launcher", "antenna", "wing_tip")
@@ -177,7 +177,7 @@ def test_fine_satellite_from_mesh_to_file(fine, fine_reduction, tmp_path):
     assert 40_000 < fine.n_dof < 60_000
     assert fine.notes == ()
     assert fine.rigid.m == pytest.approx(hand_mass(*faceted(24)), rel=1e-9)
-    assert failed(mp.check_model(fine)) == []
+    assert failed(mp.body.check_model(fine)) == []
     body = mp.flexible_body(fine, fine_reduction, name="fine", damping=0.005)
     again = mp.read_body(mp.write_body(body, tmp_path / "fine.h5"))
     assert failed(mp.check_body(again)) == []

@@ -25,14 +25,14 @@ def patch(kind: str, n: int) -> tuple[np.ndarray, np.ndarray]:
     return surface(8 * n, 12, "quad", lambda s, t: (s, t, 0.1 * s * t), distort=0.2)
 
 
-def model_of(kind: str, points: np.ndarray, cells: np.ndarray) -> mp.FEModel:
+def model_of(kind: str, points: np.ndarray, cells: np.ndarray) -> mp.fe.FEModel:
     """Assembled."""
     if kind == "tetra10":
         return solid_model(points, cells, "tetra10", mp.Solid(material=STEEL))
     return shell_model(points, cells, mp.Shell(material=STEEL, thickness=0.01))
 
 
-def matrices(model: mp.FEModel) -> dict[str, np.ndarray]:
+def matrices(model: mp.fe.FEModel) -> dict[str, np.ndarray]:
     """Every array that assembly sums over elements."""
     result = {"K": model.K.data, "M": model.M.data, "g": model.g, "h": model.h}
     result |= {"s0": model.rigid.s0, "E0": model.rigid.E0}
@@ -121,7 +121,7 @@ def test_chunks_change_round_off_only(kind, monkeypatch):
 # --- memory -------------------------------------------------------------------------------------------------------
 
 
-def stored(model: mp.FEModel) -> int:
+def stored(model: mp.fe.FEModel) -> int:
     """Bytes of K, M and M_ab; a shared array counts once."""
     tensor = [model.M_ab._scalar] if model.M_ab._scalar is not None else list(model.M_ab._pairs.values())
     arrays = [x for A in (model.K, model.M, *tensor) for x in (A.data, A.indices, A.indptr)]

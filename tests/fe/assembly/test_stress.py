@@ -17,11 +17,11 @@ FORCE, MOMENT = np.array([3e3, -40.0, 70.0]), np.array([25.0, 0, 0])
 def mesh_of(points, cells, kind, *more):
     """The mesh that `structured` assembles, with the groups that tests name."""
     rows = {name: {kind: np.array(k)} for name, k in more}
-    return mp.Mesh(points=points, cells={kind: cells}, groups={"all": {kind: np.arange(len(cells))}, **rows})
+    return mp.fe.Mesh(points=points, cells={kind: cells}, groups={"all": {kind: np.arange(len(cells))}, **rows})
 
 
 def everywhere(model, mesh, **options):
-    return mp.stress_recovery(model, mesh, {"p": mp.StressPoint(group="all", **options)})
+    return mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(group="all", **options)})
 
 
 # --- solids -----------------------------------------------------------------------------------------------------------
@@ -92,9 +92,9 @@ def solid_cantilever(kind, n, place):
     mesh = mesh_of(points, cells, kind)
     groups = mesh.groups | {"tip": {"vertex": np.arange(len(tip))}}
     tip_mesh = mesh.with_(cells=mesh.cells | {"vertex": tip[:, None]}, groups=groups)
-    load = mp.nodal_load(model, tip_mesh, "tip", mp.Load(group="tip", force=(0, 0, force)))
+    load = mp.reduction.nodal_load(model, tip_mesh, "tip", mp.reduction.Load(group="tip", force=(0, 0, force)))
     d = static(model, free_dofs(model, model.dof[clamp]), load)[:, None]
-    found = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=int(top[0]) + 1)})(d)["p"]
+    found = mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=int(top[0]) + 1)})(d)["p"]
     return found.modes[0, 0] / (-force * (length - place) * (h / 2) / (b * h**3 / 12))
 
 
@@ -138,9 +138,9 @@ def test_sheet_has_the_stress_of_constant_strains_and_curvatures(kind):
 
 def test_outer_plies_carry_their_own_stress():
     """Of a laminate the faces are plies: ``sigma_11 = E1 e11 / (1 - nu12 nu21) + ...`` along the turned fibres."""
-    carbon = mp.Orthotropic(E1=140e9, E2=9e9, nu12=0.3, G12=5e9, G13=5e9, G23=3e9, rho=1600.0)
+    carbon = mp.fe.Orthotropic(E1=140e9, E2=9e9, nu12=0.3, G12=5e9, G13=5e9, G23=3e9, rho=1600.0)
     plies = [
-        mp.Ply(material=carbon, thickness=t, angle=np.radians(a)) for t, a in ((1e-3, 30), (2e-3, 90), (5e-4, -45))
+        mp.fe.Ply(material=carbon, thickness=t, angle=np.radians(a)) for t, a in ((1e-3, 30), (2e-3, 90), (5e-4, -45))
     ]
     # axis 1 of the laminate is the patch's x in every element
     section = mp.Shell(plies=tuple(plies), axis=tuple(random_rotation(1)[:, 0]))
@@ -172,8 +172,8 @@ def test_plate_strip_bends_like_a_beam(kind, at_root, within):
     load[model.dof[tip, 2]] = force / 4 * np.array([0.5, 1, 1, 1, 0.5])
     d = static(model, free_dofs(model, model.dof[clamp]), load)[:, None]
     for place, tolerance in ((0.0, at_root), (0.5, within)):
-        middle = {"p": mp.StressPoint(near=(place, 0, 0))}
-        found = mp.stress_recovery(model, mesh_of(points, cells, kind), middle)(d)
+        middle = {"p": mp.fe.StressPoint(near=(place, 0, 0))}
+        found = mp.fe.stress_recovery(model, mesh_of(points, cells, kind), middle)(d)
         exact = 6 * force * (length - place) / (b * t**2)
         assert found["p.top"].modes[0, 0] == pytest.approx(-exact, rel=tolerance)
         assert found["p.bottom"].modes[0, 0] == pytest.approx(exact, rel=tolerance)
@@ -193,7 +193,7 @@ def test_pipe_under_pressure_has_hoop_stress(kind):
     points, cells = points[: 4 * n], ring[cells]
     model = shell_model(points, cells, mp.Shell(material=STEEL, thickness=t, membrane="cst"))
     mesh = mesh_of(points, cells, kind)
-    load = mp.nodal_load(model, mesh, "p", mp.Load(group="all", pressure=p))
+    load = mp.reduction.nodal_load(model, mesh, "p", mp.reduction.Load(group="all", pressure=p))
     low, quarter = np.flatnonzero(abs(points[:, 2]) < 1e-9), np.arange(0, 4 * n, n)  # the latter at 0, 90, ... degrees
     held = (model.dof[low, 2], model.dof[quarter[::2], 1], model.dof[quarter[1], 0])  # no more than rigid motion
     d = static(model, free_dofs(model, *held), load)
@@ -220,7 +220,7 @@ def test_quads_bend_in_their_plane():
 
 def test_point_has_the_mean_of_its_elements():
     """Two bars in a row, the second stretched three times as much: 1, 2 and 3 at their nodes."""
-    mesh, rod = beam_mesh(2, 2.0), mp.beam_section("rod", STEEL, diameter=0.1)
+    mesh, rod = beam_mesh(2, 2.0), mp.fe.beam_section("rod", STEEL, diameter=0.1)
     model = mp.assemble(mesh, {"beam": rod}, {"root": mp.Interface(group="root", kind="node")})
     d = np.zeros((model.n_dof, 1))
     d[model.dof[:3, 0], 0] = 0, 1e-3, 4e-3
@@ -233,12 +233,12 @@ def test_triangles_and_quads_that_meet_share_a_point():
     points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2.2, 1, 0]])
     cells = {"quad": np.array([[0, 1, 2, 3]]), "triangle": np.array([[1, 4, 2], [4, 5, 2]])}
     groups = {"sheet": {"quad": np.array([0]), "triangle": np.array([0, 1])}, "corner": {"vertex": np.array([0])}}
-    mesh = mp.Mesh(points=points, cells=cells | {"vertex": np.array([[0]])}, groups=groups)
+    mesh = mp.fe.Mesh(points=points, cells=cells | {"vertex": np.array([[0]])}, groups=groups)
     sheet = {"sheet": mp.Shell(material=STEEL, thickness=0.01)}
     model = mp.assemble(mesh, sheet, {"root": mp.Interface(group="corner", kind="node")})
     d = np.zeros((model.n_dof, 1))
     d[model.dof[:6, 0], 0] = 1e-3 * points[:, 0]
-    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=3)})(d)["p.top"]
+    at = mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=3)})(d)["p.top"]
     np.testing.assert_allclose(at.modes[:, 0], 1e-3 * 2e11 / 0.91 * np.array([1, 0.3, 0]), atol=1.0)
 
 
@@ -254,7 +254,7 @@ def bent_beam(section, n=3, **options):
     load = np.zeros(model.n_dof)
     load[model.dof[n]] = np.concatenate([R @ FORCE, R @ MOMENT])
     d = static(model, free_dofs(model, model.dof[0]), load)[:, None]
-    return mp.stress_recovery(model, mesh, {"p": mp.StressPoint(group="beam", **options)})(d), R
+    return mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(group="beam", **options)})(d), R
 
 
 @pytest.mark.parametrize("offset", [(0.0, 0.0), (0.02, -0.03)])
@@ -283,7 +283,7 @@ def test_beam_fibres_have_the_stress_of_the_section_forces(offset):
 
 def test_standard_sections_know_their_fibres():
     """A rectangle has corners and middles of its sides, and no number where a fibre has one place only."""
-    found, _ = bent_beam(mp.beam_section("rectangle", STEEL, width=0.02, height=0.03), n=1)
+    found, _ = bent_beam(mp.fe.beam_section("rectangle", STEEL, width=0.02, height=0.03), n=1)
     assert sorted(found) == sorted(f"p.{node}.{k}" for node in (1, 2) for k in range(1, 9))
     b, h = 0.02, 0.03
     corner, side = found["p.1.1"].modes[:, 0], found["p.1.5"].modes[:, 0]
@@ -292,7 +292,7 @@ def test_standard_sections_know_their_fibres():
     assert corner[0] == pytest.approx(N / (b * h) + 6 * My / (b * h**2) - 6 * Mz / (h * b**2), rel=1e-9)
     assert corner[1] == 0
     assert side[0] == pytest.approx(N / (b * h) - 6 * Mz / (h * b**2), rel=1e-9)
-    one, _ = bent_beam(mp.beam_section("rod", STEEL, diameter=0.02), n=1, fibres=((0, 0.01),))
+    one, _ = bent_beam(mp.fe.beam_section("rod", STEEL, diameter=0.02), n=1, fibres=((0, 0.01),))
     assert set(one) == {"p.1", "p.2"}
 
 
@@ -306,16 +306,16 @@ def test_shear_of_torsion_is_that_of_tables():
         (4, 0.282, 0.745),
         (10, 0.312, 0.743),
     ):
-        beam = mp.beam_section("rectangle", STEEL, width=0.02, height=0.02 * ratio)
+        beam = mp.fe.beam_section("rectangle", STEEL, width=0.02, height=0.02 * ratio)
         (_, _, long_side), (_, _, short_side) = beam.fibres[4:6]
         assert long_side == pytest.approx(1 / (k2 * 0.02**3 * ratio), rel=3e-3)  # three digits
         assert short_side == pytest.approx(less * long_side, rel=1.5e-3)
-        lying = mp.beam_section("rectangle", STEEL, width=0.02 * ratio, height=0.02)
+        lying = mp.fe.beam_section("rectangle", STEEL, width=0.02 * ratio, height=0.02)
         assert lying.fibres[5][2] == pytest.approx(long_side, rel=1e-12)
-    assert mp.beam_section("rod", STEEL, diameter=0.1).fibres[0] == pytest.approx((0.05, 0, 16 / (np.pi * 0.1**3)))
-    tube = mp.beam_section("tube", STEEL, diameter=0.1, thickness=1e-5)
+    assert mp.fe.beam_section("rod", STEEL, diameter=0.1).fibres[0] == pytest.approx((0.05, 0, 16 / (np.pi * 0.1**3)))
+    tube = mp.fe.beam_section("tube", STEEL, diameter=0.1, thickness=1e-5)
     assert tube.fibres[1][2] == pytest.approx(1 / (2 * np.pi * 0.05**2 * 1e-5), rel=1e-3)
-    box_ = mp.beam_section("box", STEEL, width=0.06, height=0.1, thickness=0.001)
+    box_ = mp.fe.beam_section("box", STEEL, width=0.06, height=0.1, thickness=0.001)
     assert box_.fibres[0] == pytest.approx((0.03, 0.05, 1 / (2 * 0.059 * 0.099 * 0.001)))
 
 
@@ -329,17 +329,17 @@ def test_truss_carries_its_force_over_its_area():
     load = np.zeros(model.n_dof)
     load[model.dof[1, :3]] = 1e3 * np.array([1.0, 1, 1])  # along the first bar, which alone can carry its z
     d = static(model, model.dof[1, :3], load)[:, None]
-    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=2, of="first")})(d)["p"]
+    at = mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=2, element_group="first")})(d)["p"]
     slope = np.array([points[1] - points[k] for k in (0, 2, 3)])
     forces = np.linalg.solve((slope / np.linalg.norm(slope, axis=1)[:, None]).T, 1e3 * np.ones(3))
     assert at.components == ("xx",)
     assert at.modes[0, 0] == pytest.approx(forces[0] / 1e-4, rel=1e-9)
     for k, start in enumerate((0, 2, 3)):
-        way = mp.StressPoint(node=2, direction=tuple(points[1] - points[start]))
-        at = mp.stress_recovery(model, mesh, {"p": way})(d)["p"]
+        way = mp.fe.StressPoint(node=2, direction=tuple(points[1] - points[start]))
+        at = mp.fe.stress_recovery(model, mesh, {"p": way})(d)["p"]
         assert at.modes[0, 0] == pytest.approx(forces[k] / 1e-4, rel=1e-9, abs=1e-3)
     with pytest.raises(mp.InputError, match="meet at p point in different directions"):
-        mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=2)})
+        mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=2)})
 
 
 @pytest.mark.parametrize("I12", [0.0, 4e4])
@@ -363,7 +363,7 @@ def test_nastran_decks_bring_their_fibres(tmp_path, card, I12):
     force = np.array([20.0, -35.0])  # N along y, z
     load[model.dof[1, 1:3]] = force
     d = static(model, free_dofs(model, model.dof[0]), load)[:, None]
-    found = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=1)})(d)
+    found = mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=1)})(d)
     second = 1e-12 * np.array([[1.2e5, I12], [I12, 6e4]])
     exact = -1e-3 * places @ np.linalg.solve(second, 2.0 * force)
     assert list(found) == ["p.1", "p.2", "p.3"]
@@ -377,7 +377,7 @@ def stiffened():
     """A sheet folded along its middle, with a beam along the fold."""
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1]])
     quads = np.array([[0, 1, 3, 2], [1, 0, 4, 5]])
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"quad": quads, "line": np.array([[0, 1]]), "vertex": np.array([[0], [1]])},
         groups={"sheet": {"quad": np.array([0, 1])}, "floor": {"quad": np.array([0])},
@@ -393,46 +393,52 @@ def stiffened():
     ("point", "words"),
     [
         (dict(node=1), r"different properties \(beam, shell\) meet at p; say whose stress by 'of'"),
-        (dict(node=1, of="sheet"), r"different directions, \[0.0, 0.0, 1.0\], \[0.0, 1.0, 0.0\], so .* by 'direction'"),
-        (dict(node=1, of="sheet", direction=(1, 0, 0)), r"no element of group 'sheet' in direction \[1, 0, 0\] that"),
+        (
+            dict(node=1, element_group="sheet"),
+            r"different directions, \[0.0, 0.0, 1.0\], \[0.0, 1.0, 0.0\], so .* by 'direction'",
+        ),
+        (
+            dict(node=1, element_group="sheet", direction=(1, 0, 0)),
+            r"no element of group 'sheet' in direction \[1, 0, 0\] that",
+        ),
         (dict(node=1, direction=(0, 0, 0)), "no element in direction"),
-        (dict(node=1, of="stiffener"), "does not say where its outer fibres are"),
-        (dict(node=1, of="lump"), "no element of group 'lump' that has stress"),
+        (dict(node=1, element_group="stiffener"), "does not say where its outer fibres are"),
+        (dict(node=1, element_group="lump"), "no element of group 'lump' that has stress"),
         (dict(node=99), "no node lies at node 99"),
         (dict(group="rot"), "no group 'rot'; did you mean 'root'"),
-        (dict(node=3, of="none"), "has no group 'none'"),
+        (dict(node=3, element_group="none"), "has no group 'none'"),
         (dict(node=3, fibres=((0, 0),)), "'fibres' is not for elements of type shell"),
-        (dict(node=1, of="stiffener", axis=(1, 0, 0)), "'axis' is not for elements of type beam"),
-        (dict(node=1, of="stiffener", fibres=((0, 0, 0, 0),)), "is not y, z and, where known"),
-        (dict(node=1, of="stiffener", fibres=((0, np.nan),)), "is not y, z and, where known"),
+        (dict(node=1, element_group="stiffener", axis=(1, 0, 0)), "'axis' is not for elements of type beam"),
+        (dict(node=1, element_group="stiffener", fibres=((0, 0, 0, 0),)), "is not y, z and, where known"),
+        (dict(node=1, element_group="stiffener", fibres=((0, np.nan),)), "is not y, z and, where known"),
         (dict(node=3, axis=(0, 0, 1)), "is zero or normal to the shell"),
         (dict(node=3, axis=(0, 0, 0)), "is zero or normal to the shell"),
     ],
 )
 def test_what_has_no_stress_is_refused(point, words):
     with pytest.raises(mp.InputError, match=f"^stress point 'p': .*{words}"):
-        mp.stress_recovery(*stiffened(), {"p": mp.StressPoint(**point)})
+        mp.fe.stress_recovery(*stiffened(), {"p": mp.fe.StressPoint(**point)})
 
 
 def test_names_of_files_and_channels_are_refused():
     for name in ("", "a/b", "a.b"):
         with pytest.raises(mp.InputError, match="cannot be the name of channels"):
-            mp.stress_recovery(*stiffened(), {name: mp.StressPoint(node=3)})
+            mp.fe.stress_recovery(*stiffened(), {name: mp.fe.StressPoint(node=3)})
 
 
 def test_too_many_points_are_refused():
     mesh = beam_mesh(1001)
-    section = mp.beam_section("rod", STEEL, diameter=0.1)
+    section = mp.fe.beam_section("rod", STEEL, diameter=0.1)
     model = mp.assemble(mesh, {"beam": section}, {"root": mp.Interface(group="root", kind="node")})
     with pytest.raises(mp.InputError, match="group 'beam' has 1002 nodes; a body keeps the stress of 1000 at most"):
-        mp.stress_recovery(model, mesh, {"p": mp.StressPoint(group="beam")})
+        mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(group="beam")})
 
 
 def test_matrices_have_no_stress():
     model, mesh = stiffened()
-    bare = mp.model_from_matrices(model.K, model.M, model.points, interfaces={"root": mp.Interface(node=1)})
+    bare = mp.fe.model_from_matrices(model.K, model.M, model.points, interfaces={"root": mp.Interface(node=1)})
     with pytest.raises(mp.InputError, match="a model from matrices knows no elements"):
-        mp.stress_recovery(bare, mesh, {"p": mp.StressPoint(node=1)})
+        mp.fe.stress_recovery(bare, mesh, {"p": mp.fe.StressPoint(node=1)})
 
 
 @pytest.mark.parametrize("choice", [dict(of="floor"), dict(direction=(0.3, 0, 1.0))])
@@ -441,5 +447,5 @@ def test_one_side_of_a_fold_can_be_chosen(choice):
     model, mesh = stiffened()
     d = np.zeros((model.n_dof, 1))
     d[model.dof[:4, 1], 0] = 1e-3 * model.points[:4, 1]
-    at = mp.stress_recovery(model, mesh, {"p": mp.StressPoint(node=1, **choice)})(d)
+    at = mp.fe.stress_recovery(model, mesh, {"p": mp.fe.StressPoint(node=1, **choice)})(d)
     np.testing.assert_allclose(at["p.top"].modes[:, 0], 1e-3 * 2e11 / 0.91 * np.array([0.3, 1, 0]), atol=1.0)

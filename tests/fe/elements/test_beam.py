@@ -27,7 +27,7 @@ def clamped_modes(model, n):
 
 
 def test_cantilever_frequencies_in_any_orientation():
-    slender = spinup_section(shear=False, Iy=2e-11, Iz=2e-11, J=2e-11)  # rotary inertia below the error
+    slender = spinup_section(theory="euler-bernoulli", Iy=2e-11, Iz=2e-11, J=2e-11)  # rotary inertia below the error
     model, _ = rotated_model(slender)
     body = mp.flexible_body(model, mp.craig_bampton(model, modes=8, truncation=()), name="beam")
     exact = cantilever_frequency(4, EI=1.4, rho_A=1.2, L=10.0) / (2 * np.pi)
@@ -37,7 +37,7 @@ def test_cantilever_frequencies_in_any_orientation():
 
 def test_order_of_convergence_is_four():
     exact = cantilever_frequency(2, EI=1.4e4, rho_A=1.2, L=10.0)[1]
-    slender = spinup_section(shear=False, Iy=2e-11, Iz=2e-11, J=2e-11)  # rotary inertia below the error
+    slender = spinup_section(theory="euler-bernoulli", Iy=2e-11, Iz=2e-11, J=2e-11)  # rotary inertia below the error
     exact *= np.sqrt(1e-4)
     error = [clamped_modes(rotated_model(slender, n)[0], 4)[2] / exact - 1 for n in (4, 8)]
     assert np.log2(error[0] / error[1]) == pytest.approx(4.0, abs=0.2)
@@ -85,7 +85,7 @@ def test_six_rigid_motions_and_no_more():
 
 @pytest.mark.parametrize(("ends", "factor"), [("clamped-free", 0.25), ("pinned-pinned", 1.0)])
 def test_euler_buckling(ends, factor):
-    model, EI = assemble(beam_mesh(8), {"beam": spinup_section(shear=False)}, ROOT), 1.4e4
+    model, EI = assemble(beam_mesh(8), {"beam": spinup_section(theory="euler-bernoulli")}, ROOT), 1.4e4
     load = np.zeros(model.n_dof)
     load[model.dof[-1, 0]] = -1.0
     held = np.zeros(model.n_dof)
@@ -99,7 +99,7 @@ def test_euler_buckling(ends, factor):
 
 
 def test_lateral_torsional_buckling_under_uniform_moment():
-    section = spinup_section(shear=False, Iy=2e-5)  # stiff plane x-z, so that My buckles it sideways
+    section = spinup_section(theory="euler-bernoulli", Iy=2e-5)  # stiff plane x-z, so that My buckles it sideways
     model, E = assemble(beam_mesh(16), {"beam": section}, ROOT), 7e10
     d = np.zeros(model.n_dof)
     x = model.points[:, 0]
@@ -116,7 +116,7 @@ def test_lateral_torsional_buckling_under_uniform_moment():
 
 def test_prestress_turns_with_the_beam():
     """Forces turn with the beam, moments half: the work of a moment is on rotation vectors, ``m.(1 + t~ / 2) dt``."""
-    model = assemble(beam_mesh(1, 1.0), {"beam": spinup_section(shear=False)}, ROOT)
+    model = assemble(beam_mesh(1, 1.0), {"beam": spinup_section(theory="euler-bernoulli")}, ROOT)
     bent = 1e-3 * np.random.default_rng(1).standard_normal(12)
     load = model.K @ bent
     Kg, (force, moment) = model.geometric_stiffness(bent, load), np.split(load.reshape(2, 6), 2, axis=1)

@@ -64,9 +64,9 @@ def test_edge_of_a_hole(build, kind, n, highest, others):
     d[model.dof[outer, :2]] = displacement(*points[outer, :2].T)
     keep = free_dofs(model, model.dof[outer, :2], *symmetric, flat, components=components)
     d[keep] = static(model, keep, -(model.K @ d))[keep]
-    mesh = mp.Mesh(points=points, cells={kind: cells}, groups={})
-    edge = {"top": mp.StressPoint(near=(0, HOLE, 0)), "side": mp.StressPoint(near=(HOLE, 0, 0))}
-    found = mp.stress_recovery(model, mesh, edge)(d[:, None])
+    mesh = mp.fe.Mesh(points=points, cells={kind: cells}, groups={})
+    edge = {"top": mp.fe.StressPoint(near=(0, HOLE, 0)), "side": mp.fe.StressPoint(near=(HOLE, 0, 0))}
+    found = mp.fe.stress_recovery(model, mesh, edge)(d[:, None])
     for name, exact in (("top", (3, 0, 0)), ("side", (0, -1, 0))):
         at = found.get(name) or found[f"{name}.bottom"]
         got = [at.modes[at.components.index(c), 0] / FAR for c in ("xx", "yy", "xy")]

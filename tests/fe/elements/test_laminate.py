@@ -163,7 +163,7 @@ def test_mass_of_plies_of_two_densities(kind):
     assert model.rigid.s0[2] == pytest.approx(area * (below * -1.5e-3 + above * 0.5e-3), rel=1e-12)
     through = below * (1.5e-3**2 + 1e-6 / 12) + above * (0.5e-3**2 + 9e-6 / 12)
     assert model.rigid.E0[2, 2] == pytest.approx(area * through, rel=1e-12)
-    assert [check.name for check in mp.check_model(model) if not check.passed] == []
+    assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -26,7 +26,7 @@ from structured import (
 
 import modalprep as mp
 from modalprep.fe.properties.properties import Shell
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 from modalprep.linalg.modes import lowest_modes
 
 STEEL = mp.Material(E=2.0e11, nu=0.3, rho=8000.0)
@@ -67,7 +67,7 @@ def parameters(kind, n, code, count=6, *, t=1e-3, side=1.0):
         return frequencies(model, keep, count) / unit
     K, M = (submatrix(A, keep) for A in (model.K, model.M))
     shift = -((10 * unit) ** 2)
-    factor = factorize((K - shift * M).tocsr(), SOLVER)
+    factor = factorise((K - shift * M).tocsr(), SOLVER)
     return np.sqrt(lowest_modes(K, M, 3 + count, factor=factor, shift=shift)[0][3:]) / unit
 
 

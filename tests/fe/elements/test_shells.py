@@ -53,7 +53,7 @@ def test_rigid_motions_and_mass(kind, membrane, seed, offset):
     assert lowest > -1e-15 * abs(model.M).max()
     assert rigid_residual(model, free_dofs(model)) < 1e-15  # FE.md: 1e-16
     assert model.rigid.m == pytest.approx(element_areas(points, cells).sum() * 0.02 * 2700.0, rel=1e-14)  # FE.md: 2e-15
-    assert [check.name for check in mp.check_model(model) if not check.passed] == []
+    assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
 
 
 @pytest.mark.parametrize("kind", KINDS)

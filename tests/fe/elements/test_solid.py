@@ -8,7 +8,7 @@ import modalprep as mp
 from modalprep.errors import InputError
 from modalprep.fe.links.interface import link_geometric_stiffness
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 from modalprep.linalg.modes import lowest_modes
 
 STEEL = mp.Solid(material=mp.Material(E=2.1e11, nu=0.3, rho=7800.0))
@@ -121,7 +121,7 @@ def buckling_load(model) -> float:
     free = np.setdiff1d(np.arange(C.shape[1]), np.searchsorted(model.free, model.interfaces[0].dofs))
     C = C[:, free]
     K = (C.T @ model.K @ C).tocsr()
-    d = C @ factorize(K).solve(C.T @ load)
+    d = C @ factorise(K).solve(C.T @ load)
     Kg = (C.T @ model.geometric_stiffness(d, load) @ C).toarray()
     return 1 / eigh(-Kg, K.toarray(), eigvals_only=True, subset_by_index=(len(Kg) - 1, len(Kg) - 1))[0]
 

@@ -19,7 +19,7 @@ from structured import (
 
 import modalprep as mp
 from modalprep.fe.properties.properties import Truss
-from modalprep.linalg.factor import factorize
+from modalprep.linalg.factor import factorise
 
 E, NU, RHO = 2.1e11, 0.3, 7800.0
 STEEL = mp.Solid(material=mp.Material(E=E, nu=NU, rho=RHO))
@@ -40,7 +40,7 @@ def test_rigid_motions_and_mass(kind):
     np.testing.assert_allclose(model.rigid.s0 / m, centre, atol=1e-13)
     second = R @ np.diag(np.array([1.0, 0.8, 0.6]) ** 2 / 12) @ R.T + np.outer(centre, centre)
     np.testing.assert_allclose(model.rigid.E0 / m, second, atol=1e-12)
-    assert [check.name for check in mp.check_model(model) if not check.passed] == []
+    assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -58,7 +58,7 @@ def test_patch(kind):
     inner = dof[~outside].ravel()
     found = exact.copy()
     found[inner] = 0
-    found[inner] = -factorize(submatrix(model.K, inner), SOLVER).solve((model.K @ found)[inner])
+    found[inner] = -factorise(submatrix(model.K, inner), SOLVER).solve((model.K @ found)[inner])
     assert np.abs(found - exact).max() < 1e-12 * np.abs(exact).max()  # FE.md: 3e-16
     strain = (G + G.T) / 2
     lam, mu = E * NU / ((1 + NU) * (1 - 2 * NU)), E / (2 * (1 + NU))
@@ -109,7 +109,7 @@ def buckling_error(kind, over_height, along):
     d = np.zeros(model.n_dof)
     d[tip] = -1e-4
     inner = np.setdiff1d(keep, tip)
-    d[inner] = -factorize(submatrix(model.K, inner), SOLVER).solve((model.K @ d)[inner])
+    d[inner] = -factorise(submatrix(model.K, inner), SOLVER).solve((model.K @ d)[inner])
     reaction = model.K @ d
     load = np.zeros(model.n_dof)
     load[tip] = reaction[tip]
@@ -164,7 +164,7 @@ def test_rigid_motions_and_mass_of_bars():
     assert rigid_residual(model, keep) < 1e-15
     length = np.linalg.norm(points[bars[:, 0]] - points[bars[:, 1]], axis=1).sum()
     assert model.rigid.m == pytest.approx((RHO * 1e-4 + 0.2) * length, rel=1e-14)
-    assert [check.name for check in mp.check_model(model) if not check.passed] == []
+    assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
 
 
 def test_taut_string():

@@ -27,7 +27,7 @@ def own(model):
 def from_own(model, interfaces, **options):
     """The same structure by its matrices, in mesh coordinates."""
     K, M, dof = own(model)
-    return mp.model_from_matrices(K, M, model.points + model.origin, dof, interfaces=interfaces, **options)
+    return mp.fe.model_from_matrices(K, M, model.points + model.origin, dof, interfaces=interfaces, **options)
 
 
 def body(model, modes=6, truncation=()):
@@ -53,7 +53,7 @@ FACES = {
 
 def solid(kind="hexahedron", n=(4, 2, 2), interfaces=FACES):
     points, cells = box(kind, n, (1.0, 0.2, 0.1), distort=0.2)
-    mesh = mp.Mesh(points=points, cells={kind: cells}, groups={"body": {kind: np.arange(len(cells))}})
+    mesh = mp.fe.Mesh(points=points, cells={kind: cells}, groups={"body": {kind: np.arange(len(cells))}})
     return mp.assemble(mesh, {"body": mp.Solid(material=ALLOY)}, interfaces)
 
 
@@ -74,7 +74,7 @@ def test_solids_agree_in_every_integral(case):
 def skin(nx):
     """A curved sheet of nx times 2/3 nx quads with its edge as root."""
     points, cells = surface(nx, 2 * nx // 3, "quad", lambda s, t: (1.2 * s, 0.8 * t, 0.1 * s * s))
-    mesh = mp.Mesh(points=points, cells={"quad": cells}, groups={"skin": {"quad": np.arange(len(cells))}})
+    mesh = mp.fe.Mesh(points=points, cells={"quad": cells}, groups={"skin": {"quad": np.arange(len(cells))}})
     edge = {"root": mp.Interface(plane=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))}
     return mp.assemble(mesh, {"skin": mp.Shell(material=ALLOY, thickness=0.01)}, edge), edge
 
@@ -108,7 +108,7 @@ def test_thin_structures_agree_but_for_rotary_inertia(kind):
     limits = APPROXIMATE[kind]
     assert difference(a, b, "H") < limits[0]
     assert difference(a, b, "P") < limits[1]
-    assert all(check.passed for check in mp.check_model(other) + mp.check_body(a))
+    assert all(check.passed for check in mp.body.check_model(other) + mp.check_body(a))
 
 
 def test_shells_converge_with_the_square_of_the_element():
@@ -134,7 +134,7 @@ def test_offset_lumped_masses_are_exact():
         for c in range(3):
             N[i, :, dof[i, 3 + c]] = np.cross(np.eye(3)[c], arm[i])
         M += mass[i] * N[i].T @ N[i]
-    model = mp.model_from_matrices(K, M, base.points, dof, interfaces={"root": mp.Interface(node=1, kind="node")})
+    model = mp.fe.model_from_matrices(K, M, base.points, dof, interfaces={"root": mp.Interface(node=1, kind="node")})
     x = base.points + arm
     assert np.allclose(model.h, np.einsum("k,kb,kad->dab", mass, x, N), atol=1e-12)
     assert np.allclose(model.rigid.E0, np.einsum("k,ka,kb->ab", mass, x, x), atol=1e-12)
@@ -152,7 +152,7 @@ def test_order_of_rows_and_form_of_dof_do_not_matter():
     place = np.argsort(order)
     pairs = np.array([np.argwhere(dof == row)[0] for row in order])
     for table in (place[dof], pairs):
-        mixed = mp.model_from_matrices(
+        mixed = mp.fe.model_from_matrices(
             K[order][:, order], M[order][:, order], direct.points, table, interfaces=interfaces
         )
         a, b = body(mixed), body(from_own(direct, interfaces))
@@ -170,12 +170,14 @@ def test_units():
     )  # a moment in N mm is 1000 times one in N m
     in_mm = [(A * size * size[:, None] * 1e-3).tocsr() for A in (K, M)]
     mm = body(
-        mp.model_from_matrices(*in_mm, 1e3 * direct.points, dof, interfaces=interfaces, length_unit="mm", mass_unit="t")
+        mp.fe.model_from_matrices(
+            *in_mm, 1e3 * direct.points, dof, interfaces=interfaces, length_unit="mm", mass_unit="t"
+        )
     )
     for name in INTEGRALS:
         assert difference(mm, si, name) < 1e-9, name
     with pytest.raises(mp.InputError, match="say in which mass_unit"):
-        mp.model_from_matrices(*in_mm, 1e3 * direct.points, dof, interfaces=interfaces, length_unit="mm")
+        mp.fe.model_from_matrices(*in_mm, 1e3 * direct.points, dof, interfaces=interfaces, length_unit="mm")
 
 
 def test_without_geometric_stiffness_it_says_so(tmp_path):
@@ -186,7 +188,7 @@ def test_without_geometric_stiffness_it_says_so(tmp_path):
     assert any("no geometric stiffness: built from matrices" in note for note in model.notes)
     assert "small speeds of rotation" in mp.read_body(mp.write_body(made, tmp_path / "b.h5")).provenance["notes"]
     with pytest.raises(mp.InputError, match="has no geometric stiffness, so that buckling"):
-        mp.buckling(model, mp.interface_load(model, "tip", force=(-1.0, 0, 0)))
+        mp.reduction.buckling(model, mp.reduction.interface_load(model, "tip", force=(-1.0, 0, 0)))
 
 
 def test_supplied_geometric_stiffness():
@@ -197,9 +199,9 @@ def test_supplied_geometric_stiffness():
     for name in ("Kg_A", "Kg_F", "Kg_T"):
         assert difference(a, b, name) < 1e-8, name
     assert difference(a, b, "Kg_W") < 2e-3  # its loads are the approximate h
-    push = mp.interface_load(model, "tip", force=(-1.0, 0, 0))
+    push = mp.reduction.interface_load(model, "tip", force=(-1.0, 0, 0))
     euler = np.pi**2 * 1.4e4 / 400
-    assert mp.buckling(model, push).value[0] == pytest.approx(euler, rel=1e-3)  # shear softens by EI/(GA L^2)
+    assert mp.reduction.buckling(model, push).value[0] == pytest.approx(euler, rel=1e-3)  # shear softens by EI/(GA L^2)
 
 
 def test_supplied_geometric_stiffness_with_frames():
@@ -221,7 +223,7 @@ def test_inputs_stay_as_they_were():
     direct, interfaces = frame("beam")
     K, M, dof = own(direct)
     before = [x.copy() for x in (K.data, M.data, dof, direct.points)]
-    mp.model_from_matrices(K, M, direct.points, dof, interfaces=interfaces)
+    mp.fe.model_from_matrices(K, M, direct.points, dof, interfaces=interfaces)
     for x, y in zip((K.data, M.data, dof, direct.points), before, strict=True):
         assert np.array_equal(x, y)
 
@@ -289,7 +291,7 @@ BAD = {
 @pytest.mark.parametrize(("arguments", "words"), BAD.values(), ids=BAD)
 def test_one_thing_wrong(arguments, words):
     with pytest.raises(mp.InputError) as caught:
-        mp.model_from_matrices(*arguments, interfaces={"root": mp.Interface(node=1, kind="node")})
+        mp.fe.model_from_matrices(*arguments, interfaces={"root": mp.Interface(node=1, kind="node")})
     sentence = str(caught.value)
     assert "\n" not in sentence
     for word in words:
@@ -384,8 +386,8 @@ def test_one_thing_wrong_in_a_pipeline(job, capsys, name):
         (('file = "model.npz"', 'file = "model.npz"\ndofs_per_node = 4'), ["[matrices.dofs_per_node]"]),
         (('file = "model.npz"', 'file = "model.npz"\nlength_unit = "mm"'), ["mass_unit"]),
         (('file = "model.npz"', 'file = "model.npz"\nnodes = "no.csv"'), ["no.csv does not exist"]),
-        (("[matrices]", '[mesh]\nfile = "a.msh"\n[matrices]'), ["[mesh] does not go with [matrices]"]),
-        (("[matrices]", '[connections.a]\nnode = 1\n[matrices]'), ["[connections] does not go with [matrices]"]),
+        (("[matrices]", '[mesh]\nfile = "a.msh"\n[matrices]'), ["[mesh] cannot be combined with [matrices]"]),
+        (("[matrices]", '[connections.a]\nnode = 1\n[matrices]'), ["[connections] cannot be combined with [matrices]"]),
         (("node = 5", "node = 6"), ["no node lies at node 6"]),
     ],
 )  # fmt: skip

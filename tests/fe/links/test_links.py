@@ -106,7 +106,7 @@ def test_mass_on_an_rbe3_adds_its_inertia():
     tank = mp.PointMass(mass=7.0, inertia=(1.0, 2.0, 2.5, 0.1, 0.0, -0.2), offset=(0.1, 0.0, 0.2))
     held, sections = {"root": mp.Interface(group="root")}, {"beam": spinup_section(), "tank": tank}
     model = mp.assemble(mesh, sections, held, connections={"tank": mp.Connection(group="tips")})
-    assert all(check.passed for check in mp.check_model(model))
+    assert all(check.passed for check in mp.body.check_model(model))
     assert model.rigid.m == pytest.approx(3 * 12.0 + 7.0)
     at = points[vertices[3:, 0]].mean(axis=0) + tank.offset - model.origin
     alone = mp.assemble(mesh, {"beam": spinup_section()}, {"root": mp.Interface(group="root")})
@@ -140,13 +140,13 @@ def test_buckling_load_beyond_a_rigid_arm(kind):
             Link(kind="rbe3", node=17, nodes=np.array([18, 19, 20]), weights=np.ones(3))),
             cells={**mesh.cells, "line": np.concatenate([mesh.cells["line"], [[18, 19], [19, 20]]])},
             groups={**mesh.groups, "cross": {"line": np.array([16, 17])}})  # fmt: skip
-    sections = {"beam": spinup_section(shear=False)}
+    sections = {"beam": spinup_section(theory="euler-bernoulli")}
     if kind == "rbe3":
-        sections["cross"] = spinup_section(shear=False, up=(1.0, 0.0, 0.0))
+        sections["cross"] = spinup_section(theory="euler-bernoulli", up=(1.0, 0.0, 0.0))
     model = mp.assemble(mesh, sections, NODE)
     load = np.zeros(model.n_dof)
     load[model.dof[17, 0]] = -1.0
-    assert mp.buckling(model, load).value[0] == pytest.approx(1.4e4 * k**2, rel=1e-3)  # 16 elements: 1e-5
+    assert mp.reduction.buckling(model, load).value[0] == pytest.approx(1.4e4 * k**2, rel=1e-3)  # 16 elements: 1e-5
 
 
 def test_interface_rbe3_leaves_its_nodes_soft():
@@ -159,7 +159,7 @@ def test_interface_rbe3_leaves_its_nodes_soft():
     stiff, soft = spinup_section(A=4e-4), spinup_section(A=1e-4)
     tips = mp.Interface(group="tips", kind="rbe3", boundary="free")
     model = mp.assemble(mesh, {"a": stiff, "b": soft}, {"root": mp.Interface(group="root"), "tips": tips})
-    load = mp.interface_load(model, "tips", force=(3.0, 0, 0))
+    load = mp.reduction.interface_load(model, "tips", force=(3.0, 0, 0))
     held = model.C.T @ model.K @ model.C
     free = np.setdiff1d(np.arange(held.shape[0]), np.searchsorted(model.free, model.interfaces[0].dofs))
     x = np.zeros(held.shape[0])

@@ -216,7 +216,7 @@ def test_springs_need_no_length_and_may_lie_side_by_side():
     cells = np.array([[0, 1], [1, 2], [1, 2], [2, 3]])
     groups = {"bar": {"line": np.array([0, 3])}, "hinge": {"line": np.array([1, 2])}}
     net = mesh(points, groups, line=cells)
-    spring = Spring(k=(1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+    spring = Spring(translation=(1.0, 1.0, 1.0), rotation=(0.0, 0.0, 0.0))
     assert check_mesh(net, {"bar": None, "hinge": spring}).findings == ()
     assert check_mesh(net.with_(properties={"hinge": spring}), ["bar", "hinge"]).findings == ()
     assert kinds(check_mesh(net)) == {"degenerate": 2, "duplicate": 1}
@@ -385,7 +385,7 @@ def test_nodes_tied_by_an_element_or_a_link_are_no_crack():
     hinge = np.array([[8, 20], [9, 21], [10, 22]])
     groups = {"plate": {"quad": np.arange(12)}, "hinge": {"line": np.arange(3)}}
     net = mesh(points, groups, quad=quads, line=hinge)
-    assert check_mesh(net, {"plate": None, "hinge": Spring(k=(1.0,) * 6)}).findings == ()
+    assert check_mesh(net, {"plate": None, "hinge": Spring(translation=(1.0,) * 3, rotation=(1.0,) * 3)}).findings == ()
 
 
 def test_coincidence_is_relative_to_the_elements():

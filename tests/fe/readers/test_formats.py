@@ -59,7 +59,7 @@ def parts() -> Parts:
     })  # fmt: skip
 
 
-def frequencies(mesh: mp.Mesh, sections: dict, root: str | None = "root") -> np.ndarray:
+def frequencies(mesh: mp.fe.Mesh, sections: dict, root: str | None = "root") -> np.ndarray:
     """Ten lowest frequencies (Hz), clamped along the edge x = 0."""
     edge = mp.Interface(group=root) if root else mp.Interface(plane=((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     model = mp.assemble(mesh, sections, {"root": edge})
@@ -75,7 +75,7 @@ def expected(parts) -> np.ndarray:
         first = len(cells.get(kind, ()))
         cells[kind] = np.concatenate([cells[kind], conn]) if kind in cells else conn
         groups.setdefault(group, {})[kind] = np.arange(first, len(cells[kind]))
-    return frequencies(mp.Mesh(points=1e-3 * parts.points, cells=cells, groups=groups), SECTIONS)
+    return frequencies(mp.fe.Mesh(points=1e-3 * parts.points, cells=cells, groups=groups), SECTIONS)
 
 
 def test_every_part_matters(parts, expected):
@@ -95,14 +95,14 @@ def test_every_part_matters(parts, expected):
         assert np.abs(frequencies(mesh, sections, "root_vertex") / expected - 1).max() > 1e3 * TOLERANCE, name
 
 
-def in_memory(parts: Parts, cells: dict) -> mp.Mesh:
+def in_memory(parts: Parts, cells: dict) -> mp.fe.Mesh:
     """One group for every block."""
     stacked, groups = {}, {}
     for name, (kind, conn) in cells.items():
         first = len(stacked.get(kind, ()))
         stacked[kind] = np.concatenate([stacked[kind], conn]) if kind in stacked else conn
         groups[name] = {kind: np.arange(first, len(stacked[kind]))}
-    return mp.Mesh(points=1e-3 * parts.points, cells=stacked, groups=groups)
+    return mp.fe.Mesh(points=1e-3 * parts.points, cells=stacked, groups=groups)
 
 
 # --- Gmsh ---------------------------------------------------------------------------------------------------------

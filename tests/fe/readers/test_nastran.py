@@ -145,9 +145,9 @@ def test_small_deck_of_every_family():
     )
     assert [ply.thickness / 0.0254 for ply in mesh.properties["pcomp_6"].plies] == pytest.approx([0.1, 0.2, 0.3, 0.4])
     beam = mesh.properties["pbeam_5"]
-    assert (beam.kz, beam.ky, beam.shear) == (0.850116, 0.850116, True)
+    assert (beam.kz, beam.ky, beam.theory) == (0.850116, 0.850116, "timoshenko")
     assert beam.Iy == pytest.approx(0.0052083 * 0.0254**4)
-    assert not mesh.properties["pbar_1"].shear  # blank K1, K2
+    assert mesh.properties["pbar_1"].theory == "euler-bernoulli"  # blank K1, K2
     assert not mesh.notes
 
 

@@ -29,7 +29,7 @@ def test_isat_floats_with_six_rigid_motions():
     frequency = np.sqrt(np.abs(w2)) / (2 * np.pi)
     assert np.all(frequency[:6] < 1e-3)  # round-off: 1e-16 of stiffnesses of 4e10 N/m on 310 kg
     assert frequency[6] > 5.0
-    assert all(check.passed for check in mp.check_model(model))
+    assert all(check.passed for check in mp.body.check_model(model))
 
 
 def test_isat_goes_the_whole_road(isat, tmp_path):
@@ -46,7 +46,7 @@ def test_every_family_of_the_small_deck():
     mesh = mp.read_mesh(DATA / "nastran_modes" / "mode_solid_shell_bar.bdf", "m", "kg")
     model = mp.assemble(mesh, {}, {"base": mp.Interface(box=((-1, -1, -3.1), (2, 2, -2.9)))})
     assert set(model.cells) == {"hexahedron", "wedge", "tetra", "quad", "triangle", "line"}
-    assert all(check.passed for check in mp.check_model(model))
+    assert all(check.passed for check in mp.body.check_model(model))
     held = clamp(model)
     w2, _, _ = lowest_modes(held.K_ii, held.M_ii, 3, factor=held.factor)
     nastran = [71.26832, 75.95746, 125.7872]

@@ -19,8 +19,8 @@ def bar(**more):
 
 def test_law_of_a_joint_is_its_spring_and_damper():
     """Also a change with time."""
-    pull = mp.HingeElement(stiffness=20.0, damping=1.5, drive="sin(3*t)")
-    law = mp.feedback("law", "u", [f"-20*u.angle.{k} - 1.5*u.rate.{k} + sin(3*t)" for k in (1, 2)])
+    pull = mp.multibody.HingeElement(stiffness=20.0, damping=1.5, drive="sin(3*t)")
+    law = mp.multibody.feedback("law", "u", [f"-20*u.angle.{k} - 1.5*u.rate.{k} + sin(3*t)" for k in (1, 2)])
     options = {"t_end": 1.0, "rtol": 1e-10, "atol": 1e-12, "method": "explicit"}
     one = mp.simulate(bar(loads=(law,)), **options)
     two = mp.simulate(bar(joint={"elements": (pull, pull)}), **options)
@@ -29,7 +29,7 @@ def test_law_of_a_joint_is_its_spring_and_damper():
 
 
 def test_body_axes_turn_with_the_interface():
-    law = mp.feedback("jet", "bar.tip", [0.0, "1 + t", "2*t", "t", 0, 0], axes="body")
+    law = mp.multibody.feedback("jet", "bar.tip", [0.0, "1 + t", "2*t", "t", 0, 0], axes="body")
     force = mp.PointForce(name="jet", at="bar.tip", force=(0, "1 + t", "2*t"), torque=("t", 0, 0), axes="body")
     one, two = (mp.simulate(bar(loads=(load,)), t_end=1.0, rtol=1e-10, method="explicit") for load in (law, force))
     np.testing.assert_allclose(one["bar.tip.position"], two["bar.tip.position"], atol=1e-8)
@@ -47,9 +47,9 @@ def test_body_axes_turn_with_the_interface():
 )
 def test_bad_laws_are_refused(law, said):
     with pytest.raises(InputError, match=said):
-        mp.simulate(bar(loads=(mp.feedback("law", "u", law),)), t_end=0.1)
+        mp.simulate(bar(loads=(mp.multibody.feedback("law", "u", law),)), t_end=0.1)
 
 
 def test_body_axes_of_a_joint_are_refused():
     with pytest.raises(InputError, match="body axes need a force"):
-        mp.feedback("law", "u", ["t", 0], axes="body")
+        mp.multibody.feedback("law", "u", ["t", 0], axes="body")

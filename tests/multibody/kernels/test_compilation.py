@@ -3,11 +3,13 @@
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numba
 import pytest
 from numba.core.caching import IndexDataCacheFile
+from packaging.requirements import Requirement
 
 from modalprep import jit
 from modalprep.cli import main
@@ -18,8 +20,8 @@ TESTS = Path(__file__).parents[2]
 
 def test_plain_python_gives_the_same_and_stays_in_bounds():
     code = (
-        "from multibody.test_kernel import test_order_n_equals_dense_on_random_trees as test\n"
-        "from modalprep.multibody import kernel\n"
+        "from multibody.kernels.test_kernel import test_order_n_equals_dense_on_random_trees as test\n"
+        "from modalprep.multibody.kernels import articulated_body as kernel\n"
         "assert not hasattr(kernel.accelerations, 'signatures')\n"
         "for seed in range(10): test(seed, 6)\n"
     )
@@ -67,6 +69,15 @@ def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, fu
     old = "SCALE = 4" if change.startswith("SCALE") else "return 2 * x"
     expected = {"return 3 * x": "7.0 0", "return x * SCALE": "8.0 0", "SCALE = 5": "7.0 0"}[change]
     assert [result(helper), result(helper), result(helper.replace(old, change))] == ["6.0 0", "6.0 1", expected]
+    assert not list((tmp_path / "cache").rglob("*.nbi"))  # none of numba's own files
+
+
+def test_numba_is_one_that_was_tried(project):
+    """The bound holds the versions whose private parts `CompiledFiles` knows; the tests around this one try them."""
+    needed = tomllib.loads((project / "pyproject.toml").read_text())["project"]["dependencies"]
+    (bound,) = [Requirement(text) for text in needed if text.startswith("numba")]
+    assert "<" in [part.operator for part in bound.specifier]
+    assert bound.specifier.contains(numba.__version__)
 
 
 def compiled_files(folder, stamp="now"):
@@ -155,7 +166,7 @@ def test_read_only_installation_compiles_in_memory(tmp_path):
     blocked.write_text("")
     code = (
         "import solver; print(solver.first(1.0), type(solver.first._cache).__name__)\n"
-        "from modalprep.multibody import kernel; print(type(kernel.forward._cache).__name__)"
+        "from modalprep.multibody.kernels.articulated_body import forward; print(type(forward._cache).__name__)"
     )
     path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
     environment = os.environ | {"PYTHONPATH": path, "XDG_CACHE_HOME": str(blocked), "HOME": str(blocked)}

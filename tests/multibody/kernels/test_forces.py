@@ -97,7 +97,7 @@ def test_central_gravity_is_the_sum_over_particles_to_third_order():
         system = mp.System(
             bodies={"b": body},
             joints=(mp.Joint(name="j", type="free", parent="ground", child="b"),),
-            loads=(mp.CentralGravity(mu=mu, centre=centre),),
+            loads=(mp.multibody.CentralGravity(mu=mu, centre=centre),),
         )
         y = np.concatenate([[0, 0, 0, 1, 0, 0, 0], q, np.zeros(8)])
         f = dense_loads(system, pack(system), y, np.zeros((1, 3)), 0.0).f
@@ -132,7 +132,7 @@ def test_rotation_vector(angle):
 
 
 def test_limits_push_and_never_pull():
-    stop = mp.HingeElement(lower=-1.0, upper=2.0, limit_stiffness=10.0, limit_damping=0.5)
+    stop = mp.multibody.HingeElement(lower=-1.0, upper=2.0, limit_stiffness=10.0, limit_damping=0.5)
     constants = np.array([stop.constants])
     for x, u, tau in (
         (1.9, 3, 0),
@@ -153,32 +153,50 @@ def test_limits_push_and_never_pull():
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: mp.HingeElement(stiffness=-1), "stiffness = -1 must not be negative"),
-        (lambda: mp.HingeElement(lower=1.0, upper=0.0, limit_stiffness=1.0), "lower = 1 must be below upper = 0"),
-        (lambda: mp.HingeElement(lower=1.0), "limits need a stiffness"),
-        (lambda: mp.HingeElement(friction=1.0, sliding=0.0), "sliding = 0 must be positive"),
+        (lambda: mp.multibody.HingeElement(stiffness=-1), "stiffness = -1 must not be negative"),
+        (
+            lambda: mp.multibody.HingeElement(lower=1.0, upper=0.0, limit_stiffness=1.0),
+            "lower = 1 must be below upper = 0",
+        ),
+        (lambda: mp.multibody.HingeElement(lower=1.0), "limits need a stiffness"),
+        (lambda: mp.multibody.HingeElement(friction=1.0, transition_velocity=0.0), "sliding = 0 must be positive"),
         (lambda: mp.PointForce(name="f", at="a.b", force=(1, 2)), "force 'f': force has 2 components; give three"),
         (lambda: mp.PointForce(name="f", at="a.b", axes="world"), "axes 'world' is neither"),
-        (lambda: mp.AxialSpring(name="s", between=("a.b", "a.b")), "spring 's': joins a.b and a.b"),
-        (lambda: mp.AxialSpring(name="s", between=("a.b", "c.d"), damping=-2), "spring 's': damping = -2"),
-        (lambda: mp.Bushing(name="k", between=("a.b", "c.d"), stiffness=np.ones(3)), "bushing 'k': stiffness has 3"),
-        (lambda: mp.CentralGravity(mu=0.0), "mu = 0 must be positive"),
+        (lambda: mp.multibody.AxialSpring(name="s", between=("a.b", "a.b")), "spring 's': joins a.b and a.b"),
+        (lambda: mp.multibody.AxialSpring(name="s", between=("a.b", "c.d"), damping=-2), "spring 's': damping = -2"),
+        (
+            lambda: mp.multibody.Bushing(name="k", between=("a.b", "c.d"), stiffness=np.ones(3)),
+            "bushing 'k': stiffness has 3",
+        ),
+        (lambda: mp.multibody.CentralGravity(mu=0.0), "mu = 0 must be positive"),
         (lambda: loaded(mp.PointForce(name="f", at="bod.tip")), "force 'f': body 'bod' does not exist; did you mean"),
         (lambda: loaded(mp.PointForce(name="f", at="body.tip")), "names no interface; body has root, a, b"),
         (lambda: loaded(mp.PointForce(name="f", at="ground")), "force 'f' is on the ground"),
-        (lambda: loaded(mp.AxialSpring(name="s", between=("ground", "body.c"))), "spring 's': 'body.c' names no inter"),
-        (lambda: loaded(mp.DistributedForce(name="d", body="bdy", force=np.ones((3, 3)))), "did you mean 'body'"),
-        (lambda: loaded(mp.DistributedForce(name="d", body="body", force=np.ones((5, 3)))), "each of the 3 points"),
-        (lambda: loaded(mp.CentralGravity(mu=1.0), mp.CentralGravity(mu=2.0)), "one field of central gravity"),
         (
-            lambda: loaded(elements=2 * (mp.HingeElement(),)),
+            lambda: loaded(mp.multibody.AxialSpring(name="s", between=("ground", "body.c"))),
+            "spring 's': 'body.c' names no inter",
+        ),
+        (
+            lambda: loaded(mp.multibody.DistributedForce(name="d", body="bdy", force=np.ones((3, 3)))),
+            "did you mean 'body'",
+        ),
+        (
+            lambda: loaded(mp.multibody.DistributedForce(name="d", body="body", force=np.ones((5, 3)))),
+            "each of the 3 points",
+        ),
+        (
+            lambda: loaded(mp.multibody.CentralGravity(mu=1.0), mp.multibody.CentralGravity(mu=2.0)),
+            "one field of central gravity",
+        ),
+        (
+            lambda: loaded(elements=2 * (mp.multibody.HingeElement(),)),
             "2 hinge elements, but a revolute joint moves in 1",
         ),
         (
-            lambda: loaded(elements=mp.HingeElement(), motion=mp.TimeFunction("t")),
+            lambda: loaded(elements=mp.multibody.HingeElement(), motion=mp.multibody.TimeFunction("t")),
             "its motion is prescribed",
         ),
-        (lambda: loaded(elements=3 * (mp.HingeElement(stiffness=1.0),), type="spherical"), "use a bushing"),
+        (lambda: loaded(elements=3 * (mp.multibody.HingeElement(stiffness=1.0),), type="spherical"), "use a bushing"),
     ],
 )
 def test_bad_loads_get_one_sentence(make, words):
@@ -205,6 +223,6 @@ def loaded(*loads, **joint):
     ],
 )
 def test_bad_callbacks_get_one_sentence(result, words):
-    system = loaded(mp.Callback(name="c", function=lambda t, state: result))
+    system = loaded(mp.multibody.Callback(name="c", function=lambda t, state: result))
     with pytest.raises(mp.InputError, match=words):
         order_n(system, random_state(system, 0), 0.3)

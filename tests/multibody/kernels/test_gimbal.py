@@ -23,7 +23,9 @@ def test_orientation_is_the_product_of_the_turns():
 
 def test_springs_pull_each_turn_to_its_rest():
     body = mp.rigid_body("top", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
-    springs = tuple(mp.HingeElement(stiffness=k, rest=rest) for k, rest in ((2.0, 0.1), (3.0, -0.2), (5.0, 0.4)))
+    springs = tuple(
+        mp.multibody.HingeElement(stiffness=k, free_position=rest) for k, rest in ((2.0, 0.1), (3.0, -0.2), (5.0, 0.4))
+    )
     gimbal = mp.Joint(
         name="g", type="gimbal", parent="ground", child="top", second_axis=np.array([0, 1.0, 0]), elements=springs
     )

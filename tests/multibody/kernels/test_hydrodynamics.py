@@ -11,7 +11,7 @@ from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.loads import dense_loads, loaded_accelerations
 
 G = 9.81
-SHEARED = mp.Water(density=1.3, current=np.array([[0.5, -0.3, 0.2], [-0.4, 0.6, 0.1], [0.2, 0.1, -0.5]]),
+SHEARED = mp.multibody.Water(density=1.3, current=np.array([[0.5, -0.3, 0.2], [-0.4, 0.6, 0.1], [0.2, 0.1, -0.5]]),
                    depths=np.array([-2.0, 0.3, 3.0]), up=np.array([0.2, 0.9, -0.3]), surface=0.4)  # fmt: skip
 
 
@@ -21,7 +21,9 @@ def cable(mass_per_length=0.0, length=2.0, water=None, **options):
     inertia = np.diag([1e-9, 1, 1]) * m * length**2 / 12
     body = rigid_body("rod", mass=m, centre=np.array([length / 2, 0, 0]), inertia=inertia,
                       interfaces={"root": np.zeros(3), "tip": np.array([length, 0, 0])})  # fmt: skip
-    around = mp.ImmersedRod(name="water", body="rod", diameter=0.02, water=water or mp.Water(), **options)
+    around = mp.multibody.ImmersedRod(
+        name="water", body="rod", diameter=0.02, water=water or mp.multibody.Water(), **options
+    )
     return body, around
 
 
@@ -34,8 +36,13 @@ def system_of(body, around, joint):
 def test_rods_equal_the_dense_sum_of_strips_on_random_trees(seed):
     system = random_tree(seed, root=["free", "revolute", "prescribed"][seed % 3], most=1)
     rods = tuple(
-        mp.ImmersedRod(name=name, body=name, ends=ends, diameter=0.6, tangential_drag=0.3, added_mass=1.4, water=water)
-        for name, ends, water in (("b0", ("a", "b"), SHEARED), ("b1", ("root", "a"), mp.Water(current=np.ones(3))))
+        mp.multibody.ImmersedRod(
+            name=name, body=name, ends=ends, diameter=0.6, tangential_drag=0.3, added_mass=1.4, water=water
+        )
+        for name, ends, water in (
+            ("b0", ("a", "b"), SHEARED),
+            ("b1", ("root", "a"), mp.multibody.Water(current=np.ones(3))),
+        )
     )
     system = system.with_(loads=rods)
     y, packed = random_state(system, seed, size=1.0), pack(system)
@@ -64,7 +71,7 @@ def test_a_horizontal_cable_falls():
 def test_critical_angle_of_a_towed_cable(speed, angle):
     """CASES 11.5: a straight cable of 5 N/m in water is towed at this angle to the horizontal; all digits given."""
     around = cable(1.0)[1]
-    body, around = cable(5.0 / G + around.displaced, water=mp.Water(current=np.array([-speed, 0, 0])))
+    body, around = cable(5.0 / G + around.displaced, water=mp.multibody.Water(current=np.array([-speed, 0, 0])))
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="rod", axis=np.array([0, 1.0, 0]), angle=2.0)
     rest = mp.static_equilibrium(system_of(body, around, hinge))
     assert rest.stable
@@ -87,7 +94,7 @@ def test_energy_balances(drag):
     water = SHEARED.with_(density=1025.0)
     body, around = cable(0.9, water=water, normal_drag=drag, tangential_drag=drag / 9, added_mass=1.7)
     free = mp.Joint(name="free", type="free", parent="ground", child="rod", velocity=np.array([0.8, 0.5, -0.2]),
-                    spin=np.array([0.5, 2.0, -1.0]))  # fmt: skip
+                    angular_velocity=np.array([0.5, 2.0, -1.0]))  # fmt: skip
     run = mp.simulate(system_of(body, around, free), t_end=2.0, rtol=1e-10, atol=1e-12)
     assert run.stats["energy_error"] < 1e-9
     assert np.ptp(run["energy.stored"]) > 0.1 * np.ptp(run["energy.kinetic"])
@@ -110,9 +117,9 @@ def test_motion_is_seen_the_same_from_the_moving_water():
     U, start = np.array([0.7, -0.4, 0.3]), np.array([0.5, 0.2, 0.1])
     runs = []
     for current in (U, 0 * U):
-        body, around = cable(0.9, water=mp.Water(current=current), tangential_drag=0.05)
+        body, around = cable(0.9, water=mp.multibody.Water(current=current), tangential_drag=0.05)
         free = mp.Joint(name="free", type="free", parent="ground", child="rod", velocity=start - U + current,
-                        spin=np.array([0.5, 2.0, -1.0]))  # fmt: skip
+                        angular_velocity=np.array([0.5, 2.0, -1.0]))  # fmt: skip
         runs.append(mp.simulate(system_of(body, around, free), t_end=1.0, rtol=1e-10))
     one, two = (run["rod.tip.position"] for run in runs)
     np.testing.assert_allclose(one - U * runs[0].time[:, None], two, atol=1e-8)
@@ -130,13 +137,13 @@ def test_buoyancy_and_central_gravity_do_not_see_the_water_that_moves():
 @pytest.mark.parametrize(
     ("make", "match"),
     [
-        (lambda: mp.Water(density=0.0), "density = 0 must be positive"),
-        (lambda: mp.Water(depths=np.array([0.0, 1.0])), "2 depths and a current of shape"),
-        (lambda: mp.Water(up=np.zeros(3)), "no direction"),
-        (lambda: mp.ImmersedRod(name="r", body="rod", diameter=-1.0), "diameter = -1"),
+        (lambda: mp.multibody.Water(density=0.0), "density = 0 must be positive"),
+        (lambda: mp.multibody.Water(depths=np.array([0.0, 1.0])), "2 depths and a current of shape"),
+        (lambda: mp.multibody.Water(up=np.zeros(3)), "no direction"),
+        (lambda: mp.multibody.ImmersedRod(name="r", body="rod", diameter=-1.0), "diameter = -1"),
         (lambda: refused(body="rood"), "body 'rood' does not exist"),
         (lambda: refused(ends=("root", "tpi")), "no interface 'tpi'"),
-        (lambda: refused(ends=("root", "root")), "are one place"),
+        (lambda: refused(ends=("root", "root")), "are at one point"),
     ],
 )
 def test_what_cannot_be_is_refused(make, match):
@@ -153,5 +160,5 @@ def test_flexible_bodies_are_refused():
     from modalprep.examples import uniform_beam
 
     joint = mp.Joint(name="j", type="free", parent="ground", child="rod")
-    with pytest.raises(mp.InputError, match="is flexible; cut it into rigid rods"):
+    with pytest.raises(mp.InputError, match="is flexible; divide it into rigid rods"):
         system_of(uniform_beam(modes=1), cable(1.0)[1], joint)

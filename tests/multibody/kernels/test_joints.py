@@ -78,7 +78,7 @@ def test_steady_conical_pendulum(kind):
     w = np.sqrt(9.81 / (length * np.cos(theta)))
     c, s = np.cos(theta), np.sin(theta)
     tilted = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
-    start = {"rotation": tilted, "spin": tilted.T @ np.array([0, 0, w])}
+    start = {"rotation": tilted, "angular_velocity": tilted.T @ np.array([0, 0, w])}
     if kind == "universal":  # the bob starts at +x with velocity along +y
         x, y = np.array([1.0, 0, 0]), np.array([0, 1.0, 0])
         start = {"axis": y, "second_axis": x, "angle": np.array([-theta, 0.0]), "rate": np.array([0.0, w * s])}
@@ -89,7 +89,7 @@ def test_steady_conical_pendulum(kind):
 
 def test_driven_slide_gives_its_force():
     """A prismatic joint moved as sin(t) along z bears weight and inertia."""
-    system = single(type="prismatic", motion=mp.TimeFunction("sin(t)"))
+    system = single(type="prismatic", motion=mp.multibody.TimeFunction("sin(t)"))
     run = mp.simulate(system, t_end=2.0)
     np.testing.assert_allclose(run["j.displacement"], np.sin(run.time), atol=1e-9)
     np.testing.assert_allclose(run["j.drive"], 2 * (9.81 - np.sin(run.time)), rtol=1e-8)

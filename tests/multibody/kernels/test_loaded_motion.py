@@ -8,6 +8,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import modalprep as mp
+from modalprep.multibody import Callback
 
 M = 2.0
 BLOCK = mp.rigid_body("block", mass=M, centre=np.zeros(3), inertia=np.diag([0.3, 0.4, 0.5]),
@@ -35,7 +36,7 @@ def balanced(run, limit=1e-8):
 @pytest.mark.parametrize("damping", [0.0, 0.8])
 def test_spring_and_damper_on_a_mass(damping):
     k, x0 = 18.0, 0.4
-    system = slider(mp.HingeElement(stiffness=k, rest=0.1, damping=damping), displacement=0.1 + x0)
+    system = slider(mp.multibody.HingeElement(stiffness=k, free_position=0.1, damping=damping), displacement=0.1 + x0)
     run = mp.simulate(system, t_end=5.0, **SHARP)
     decay = damping / (2 * M)
     w = np.sqrt(k / M - decay**2)
@@ -50,7 +51,7 @@ def test_pendulum_with_torsional_spring():
     bob = mp.rigid_body("bob", mass=1.0, centre=np.array([0, -1.0, 0]), inertia=np.zeros((3, 3)),
                         interfaces={"root": np.zeros(3)})  # fmt: skip
     hinge = mp.Joint(name="j", type="revolute", parent="ground", child="bob", angle=x0,
-                     elements=mp.HingeElement(stiffness=k))  # fmt: skip
+                     elements=mp.multibody.HingeElement(stiffness=k))  # fmt: skip
     system = mp.System(bodies={"bob": bob}, joints=(hinge,), gravity=np.array([0, -g, 0]))
     # x = x0 sin(s) takes the singularity out of the integral
     period, _ = quad(lambda s: 4 * x0 * np.cos(s) / np.sqrt(2 * (swing(x0, g, k) - swing(x0 * np.sin(s), g, k))),
@@ -68,7 +69,9 @@ def swing(x, g, k):
 def test_friction_slows_as_its_closed_form_and_takes_the_energy():
     """M v' = -f tanh(v / s): sinh(v / s) decays exponentially; all of M v^2 / 2 is f times the way, less s^2 terms."""
     f, s, v0 = 3.0, 0.05, 1.5
-    run = mp.simulate(slider(mp.HingeElement(friction=f, sliding=s), speed=v0), t_end=2.0, **SHARP)
+    run = mp.simulate(
+        slider(mp.multibody.HingeElement(friction=f, transition_velocity=s), speed=v0), t_end=2.0, **SHARP
+    )
     exact = s * np.arcsinh(np.sinh(v0 / s) * np.exp(-f * run.time / (M * s)))
     np.testing.assert_allclose(run["j.speed"], exact, **CLOSE)
     lost = -run["energy.work"][-1]
@@ -82,7 +85,11 @@ def test_friction_holds_up_to_its_level():
     """Below it the block creeps at s atanh(F / f), above it slides with F - f."""
     f, s = 3.0, 1e-4
     held, moving = (
-        mp.simulate(slider(mp.HingeElement(friction=f, sliding=s, drive=pull)), t_end=1.0, method="rosenbrock")
+        mp.simulate(
+            slider(mp.multibody.HingeElement(friction=f, transition_velocity=s, drive=pull)),
+            t_end=1.0,
+            method="rosenbrock",
+        )
         for pull in (2.4, 4.0)
     )
     assert held["j.speed"][-1] == pytest.approx(s * np.arctanh(0.8), rel=1e-5)
@@ -93,7 +100,7 @@ def test_friction_holds_up_to_its_level():
 def test_rebound_from_a_limit(a):
     """Hunt and Crossley: v - ln(1 + a v) / a is the same at arrival and departure."""
     v0 = 1.3
-    stop = mp.HingeElement(upper=0.2, limit_stiffness=4e4, limit_damping=a)
+    stop = mp.multibody.HingeElement(upper=0.2, limit_stiffness=4e4, limit_damping=a)
     # the force has a kink at contact, where step control is at its worst: 2e-8 at rtol 1e-10, 6e-11 here
     run = mp.simulate(slider(stop, speed=v0), t_end=0.4, rtol=1e-11, atol=1e-13)
     expected = -v0
@@ -108,7 +115,7 @@ def test_rebound_from_a_limit(a):
 def test_force_may_jump():
     """Constant pieces give parabolas, to round-off: the integrator stops at each jump and both sides keep their own."""
     pieces = [(0.123, "4"), (0.5, "-2"), (float("inf"), "6")]
-    system = slider((), mp.PointForce(name="f", at="block.eye", force=(mp.TimeFunction(pieces), 0, 0)))
+    system = slider((), mp.PointForce(name="f", at="block.eye", force=(mp.multibody.TimeFunction(pieces), 0, 0)))
     run = mp.simulate(system, t_end=1.0, rtol=1e-6)
     speed = (4 * 0.123 - 2 * (0.5 - 0.123) + 6 * 0.5) / M
     assert run["j.speed"][-1] == pytest.approx(speed, rel=1e-13)
@@ -119,7 +126,7 @@ def test_follower_force_turns_with_the_body():
     """Thrust F along body x at spin w: v = F / (M w) (sin wt, 1 - cos wt), and its work is M v^2 / 2."""
     F, w = 3.0, 2.0
     thrust = mp.PointForce(name="f", at="block.root", force=(F, 0, 0), axes="body")
-    run = mp.simulate(free(thrust, spin=np.array([0, 0, w])), t_end=4.0, **SHARP)
+    run = mp.simulate(free(thrust, angular_velocity=np.array([0, 0, w])), t_end=4.0, **SHARP)
     exact = F / (M * w) * np.column_stack([np.sin(w * run.time), 1 - np.cos(w * run.time), 0 * run.time])
     np.testing.assert_allclose(run["block.root.velocity"], exact, **CLOSE)
     np.testing.assert_allclose(run["energy.work"], M / 2 * np.sum(exact**2, axis=1), **CLOSE)
@@ -127,7 +134,7 @@ def test_follower_force_turns_with_the_body():
 
 def test_torque_in_inertial_axes_turns_the_angular_momentum():
     torque = mp.PointForce(name="t", at="block.eye", torque=("t", 0.2, "cos(3*t)"))
-    run = mp.simulate(free(torque, spin=np.array([0.3, -1.0, 0.5])), t_end=2.0, **SHARP)
+    run = mp.simulate(free(torque, angular_velocity=np.array([0.3, -1.0, 0.5])), t_end=2.0, **SHARP)
     gained = np.column_stack([run.time**2 / 2, 0.2 * run.time, np.sin(3 * run.time) / 3])
     np.testing.assert_allclose(run["momentum.angular"] - run["momentum.angular"][0], gained, **CLOSE)
     np.testing.assert_allclose(run["momentum.linear"], 0 * gained, atol=1e-10)
@@ -137,7 +144,7 @@ def test_torque_in_inertial_axes_turns_the_angular_momentum():
 def test_axial_spring_in_polar_coordinates():
     """A block on a spring about the origin: radius by energy and angular momentum, r(t) turns at their root."""
     k, free_length, r0, v0 = 5.0, 0.8, 1.0, 1.1
-    spring = mp.AxialSpring(name="s", between=("ground", "block.root"), stiffness=k, length=free_length)
+    spring = mp.multibody.AxialSpring(name="s", between=("ground", "block.root"), stiffness=k, free_length=free_length)
     system = free(spring, position=np.array([r0, 0, 0]), velocity=np.array([0, v0, 0]))
     run = mp.simulate(system, t_end=20.0, output_step=0.01, **SHARP)
     radius = np.linalg.norm(run["block.root.position"], axis=1)
@@ -155,7 +162,7 @@ def test_bushing_is_six_oscillators():
     """About the root at the centre of mass, axes x and the rotation about z: exact, however large."""
     k = np.array([8.0, 11.0, 5.0, 2.0, 3.0, 4.0])
     c = np.array([0.3, 0.0, 0.0, 0.0, 0.0, 0.1])
-    mount = mp.Bushing(name="b", between=("ground", "block.root"), stiffness=k, damping=c)
+    mount = mp.multibody.Bushing(name="b", between=("ground", "block.root"), stiffness=k, damping=c)
     angle = 1.1
     turned = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     run = mp.simulate(free(mount, position=np.array([0.7, 0, 0]), rotation=turned), t_end=6.0, **SHARP)
@@ -175,7 +182,7 @@ def decay(t, m, c, k, x0):
 
 MU, ORBIT = 3.986004418e14, 7.0e6
 MEAN_MOTION = np.sqrt(MU / ORBIT**3)
-PLANET = mp.CentralGravity(mu=MU)
+PLANET = mp.multibody.CentralGravity(mu=MU)
 
 
 def satellite(J, pitch):
@@ -186,7 +193,7 @@ def satellite(J, pitch):
     joint = mp.Joint(
         name="orbit", type="free", parent="ground", child="sat", position=np.array([ORBIT, 0, 0]),
         rotation=np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), velocity=np.array([s * speed, c * speed, 0]),
-        spin=np.array([0, 0, MEAN_MOTION]),
+        angular_velocity=np.array([0, 0, MEAN_MOTION]),
     )  # fmt: skip
     return mp.System(bodies={"sat": body}, joints=(joint,), loads=(PLANET,))
 
@@ -234,7 +241,7 @@ def test_distributed_load_of_gravity():
                        H=np.einsum("p,pb,pai->abi", mass, points, shape), points=points, shape=shape)  # fmt: skip
     g = np.array([1.0, -2.0, 0.5])
     joint = mp.Joint(name="j", type="universal", parent="ground", child="b", second_axis=np.array([1.0, 0, 0]))
-    weights = mp.DistributedForce(name="w", body="b", force=np.outer(mass, g), axes="inertial")
+    weights = mp.multibody.DistributedForce(name="w", body="b", force=np.outer(mass, g), axes="inertial")
     fallen = mp.System(bodies={"b": heavy}, joints=(joint,), gravity=g)
     pushed = mp.System(bodies={"b": heavy}, joints=(joint,), loads=(weights,))
     a, b = (mp.simulate(system, t_end=1.0, **SHARP) for system in (fallen, pushed))
@@ -245,10 +252,10 @@ def test_distributed_load_of_gravity():
 
 def test_callback_controls_a_joint():
     """A spring and damper written as a control law."""
-    law = mp.Callback(name="pd", function=lambda t, s: {"j": -7 * s.joint("j").position - 0.5 * s.joint("j").rate})
-    eye = mp.Callback(name="pd", function=lambda t, s: {"block.eye": -7 * (s["block.eye"].position - [0.5, 0, 0])
+    law = Callback(name="pd", function=lambda t, s: {"j": -7 * s.joint("j").position - 0.5 * s.joint("j").rate})
+    eye = Callback(name="pd", function=lambda t, s: {"block.eye": -7 * (s["block.eye"].position - [0.5, 0, 0])
                                                         - 0.5 * s["block.eye"].velocity})  # fmt: skip
-    spring = mp.HingeElement(stiffness=7.0, damping=0.5)
+    spring = mp.multibody.HingeElement(stiffness=7.0, damping=0.5)
     systems = slider((), law, speed=1.0), slider((), eye, speed=1.0), slider(spring, speed=1.0)
     runs = [mp.simulate(system, t_end=1.0, output_step=0.1, **SHARP) for system in systems]
     for run in runs[:2]:
@@ -268,7 +275,7 @@ def test_energy_balances_under_every_load(seed):
 def test_dense_and_order_n_agree_under_every_load():
     """Steps across the kinks of limits and friction leave 1e-7 N m of 5 N m, wherever they fall."""
     options = {"t_end": 0.2, "output_step": 0.1, "rtol": 1e-9, "method": "explicit"}
-    runs = [mp.simulate(loaded_tree(1), dense=dense, **options) for dense in (False, True)]
+    runs = [mp.simulate(loaded_tree(1), reference=reference, **options) for reference in (False, True)]
     for name in runs[0].channels:
         if not name.startswith("energy."):
             np.testing.assert_allclose(runs[1][name], runs[0][name], rtol=1e-6, atol=1e-6, err_msg=name)

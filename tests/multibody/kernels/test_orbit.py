@@ -9,9 +9,10 @@ from multibody.trees import order_n, random_state, random_tree
 
 import modalprep as mp
 from modalprep.errors import InputError
+from modalprep.multibody import AxialSpring, Orbit
 from modalprep.multibody.evaluation.evaluate import GOOD, build_equations, evaluate
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.free_body.flight import fly_system
+from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import closed_accelerations
@@ -20,14 +21,14 @@ from modalprep.pipeline.schema.environment import ControlTable, OrbitTable
 from modalprep.pipeline.systems.loads import read_orbit
 
 # of the size of random trees, so that every order of the field counts
-NEAR = mp.Orbit(rate=0.7, radius=12.0, inclination=0.9, argument=0.4, planet_spin=0.3,
-                dipole=mp.Dipole(strength=2.0, radius=11.0, tilt=0.5, longitude=1.1))  # fmt: skip
-HILL = mp.Orbit(rate=0.7)
-CURRENT = mp.Conductor(name="line", through=("b0.a", "b1.b", "b0.root"), current="1 + t")
+NEAR = Orbit(rate=0.7, radius=12.0, inclination=0.9, argument_of_latitude=0.4, planet_spin=0.3,
+                dipole=mp.multibody.Dipole(strength=2.0, radius=11.0, tilt=0.5, longitude=1.1))  # fmt: skip
+HILL = Orbit(rate=0.7)
+CURRENT = mp.multibody.Conductor(name="line", through=("b0.a", "b1.b", "b0.root"), current="1 + t")
 
 
 def in_orbit(system, orbit, *more):
-    loads = tuple(load for load in system.loads if not isinstance(load, mp.CentralGravity))
+    loads = tuple(load for load in system.loads if not isinstance(load, mp.multibody.CentralGravity))
     return system.with_(gravity=np.zeros(3), orbit=orbit, loads=(*loads, *more))
 
 
@@ -45,7 +46,7 @@ def test_particle_by_hills_equations():
     """Closed form of Clohessy and Wiltshire (1960); atol: 1e-11 of 300 m, a thousand digits' worth of one orbit."""
     n = 1.2e-3
     (x0, y0, z0), (u0, v0, w0) = position, velocity = np.array([100.0, -40, 25]), np.array([0.02, -0.1, 0.05])
-    run = mp.simulate(thrown(mp.Orbit(rate=n), position, velocity), t_end=2 * np.pi / n, output_step=50, rtol=1e-12,
+    run = mp.simulate(thrown(Orbit(rate=n), position, velocity), t_end=2 * np.pi / n, output_step=50, rtol=1e-12,
                       atol=1e-13)  # fmt: skip
     s, c, t = np.sin(n * run.time), np.cos(n * run.time), run.time
     x = (4 - 3 * c) * x0 + s * u0 / n + 2 * (1 - c) * v0 / n
@@ -56,7 +57,7 @@ def test_particle_by_hills_equations():
 
 def test_particle_by_kepler():
     """Far from the origin: the osculating axis stays, and after its period the inertial place is the old one."""
-    orbit = mp.Orbit.circular(7.0e6)
+    orbit = Orbit.circular(7.0e6)
     position, velocity = np.array([4e5, -9e5, 3e5]), np.array([150.0, -300, 200])
     a = orbit.semi_major_axis(position, velocity)
     period = 2 * np.pi * np.sqrt(a**3 / EARTH_MU)
@@ -106,9 +107,9 @@ def test_accelerations_are_those_in_inertial_axes(seed):
     hub = mp.rigid_body("hub", mass=1.0, centre=np.zeros(3), inertia=np.eye(3),
                         interfaces={"root": np.zeros(3), "out": np.array([NEAR.radius, 0, 0])})  # fmt: skip
     carrier = mp.Joint(name="orbit", type="revolute", parent="ground", child="hub",
-                       motion=mp.TimeFunction(f"{NEAR.rate}*t"))  # fmt: skip
+                       motion=mp.multibody.TimeFunction(f"{NEAR.rate}*t"))  # fmt: skip
     joints = [joint.with_(parent="hub.out") if joint.parent == "ground" else joint for joint in tree.joints]
-    planet = mp.CentralGravity(mu=NEAR.rate**2 * NEAR.radius**3)
+    planet = mp.multibody.CentralGravity(mu=NEAR.rate**2 * NEAR.radius**3)
     carried = tree.with_(bodies={"hub": hub, **tree.bodies}, joints=(carrier, *joints), loads=(planet,))
     expected, _, _ = loaded_order_n(carried, y, 0.0)
     np.testing.assert_allclose(found, expected, atol=1e-11 * np.abs(expected).max())
@@ -119,7 +120,9 @@ def test_accelerations_are_those_in_inertial_axes(seed):
 def test_flexible_tree_in_orbit(orbit):
     """Its energy, the Jacobi integral, balances, and velocities and accelerations are what the ground sees."""
     system = in_orbit(random_tree(3, most=4), orbit, mp.PointForce(name="push", at="b1.a", force=("t", 0, 1)))
-    start = system.with_(joints=(system.joints[0].with_(spin=np.array([0.2, -0.1, 0.3])), *system.joints[1:]))
+    start = system.with_(
+        joints=(system.joints[0].with_(angular_velocity=np.array([0.2, -0.1, 0.3])), *system.joints[1:])
+    )
     run = mp.simulate(start, t_end=1.0, output_step=0.01, rtol=1e-10, atol=1e-12)
     assert run.stats["energy_error"] < 1e-8
     for one, rate in (("position", "velocity"), ("velocity", "acceleration")):
@@ -136,7 +139,7 @@ def test_modes_of_a_satellite():
                          interfaces={"root": np.zeros(3)})  # fmt: skip
     joint = mp.Joint(name="flight", type="free", parent="ground", child="sat")
     n = 2e-3
-    found = mp.system_modes(mp.System(bodies={"sat": body}, joints=(joint,), orbit=mp.Orbit(rate=n)))
+    found = mp.system_modes(mp.System(bodies={"sat": body}, joints=(joint,), orbit=Orbit(rate=n)))
     roll, yaw = (normal - up) / along, (normal - along) / up
     squares = np.roots([1, 1 + 3 * roll + roll * yaw, 4 * roll * yaw])
     expected = np.sort([1, 1, np.sqrt(3 * (along - up) / normal), *np.sqrt(-squares)])
@@ -149,9 +152,9 @@ def test_rest_of_a_dumbbell_under_a_torque():
     n, m, L, Q = 1e-3, 5.0, 200.0, 0.6
     bob = mp.rigid_body("bob", mass=m, centre=np.array([L, 0, 0]), inertia=1e-9 * np.eye(3),
                         interfaces={"root": np.zeros(3), "end": np.array([L, 0, 0])})  # fmt: skip
-    drive = mp.HingeElement(drive=Q * m * n**2 * L**2)
+    drive = mp.multibody.HingeElement(drive=Q * m * n**2 * L**2)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="bob", elements=drive)
-    rest = mp.static_equilibrium(mp.System(bodies={"bob": bob}, joints=(hinge,), orbit=mp.Orbit(rate=n)))
+    rest = mp.static_equilibrium(mp.System(bodies={"bob": bob}, joints=(hinge,), orbit=Orbit(rate=n)))
     assert rest.joints["hinge"][0] == pytest.approx(np.arcsin(2 * Q / 3) / 2, rel=1e-9)
 
 
@@ -163,8 +166,8 @@ def conductor(length, **orbit):
     ends = {"root": np.zeros(3), "low": np.array([-length / 2, 0, 0]), "high": np.array([length / 2, 0, 0])}
     rod = mp.rigid_body("rod", mass=1e5, centre=np.zeros(3), inertia=1e6 * np.eye(3), interfaces=ends)
     wall = mp.Joint(name="wall", type="weld", parent="ground", child="rod")
-    line = mp.Conductor(name="line", through=("rod.low", "rod.root", "rod.high"), current=10.0)
-    orbit = mp.Orbit.circular(EARTH_RADIUS + 400e3, dipole=mp.Dipole(**STATION), **orbit)
+    line = mp.multibody.Conductor(name="line", through=("rod.low", "rod.root", "rod.high"), current=10.0)
+    orbit = Orbit.circular(EARTH_RADIUS + 400e3, dipole=mp.multibody.Dipole(**STATION), **orbit)
     return mp.System(bodies={"rod": rod}, joints=(wall,), loads=(line,), orbit=orbit)
 
 
@@ -193,14 +196,14 @@ def test_field_of_a_tilted_dipole_over_the_pole():
     """Over the magnetic north pole the field is 2 B_0 down, and the planet's turn goes across the flight."""
     r = EARTH_RADIUS + 400e3
     B = 2 * STATION["strength"] * (EARTH_RADIUS / r) ** 3
-    over = conductor(2.0, inclination=np.pi / 2, argument=np.pi / 2)
+    over = conductor(2.0, inclination=np.pi / 2, argument_of_latitude=np.pi / 2)
     run = mp.simulate(over, t_end=1.0, output_step=1.0)
     assert abs(run["line.emf"][0]) < 1e-12 * B * 7e3  # the rod is along the field
     flat = over.joints[0].with_(rotation=np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]))  # body x along -z
     run = mp.simulate(over.with_(joints=(flat,)), t_end=1.0, output_step=1.0)
     # v y cross -B x = v B z, along the rod -v B L
     assert run["line.emf"][0] == pytest.approx(-np.sqrt(EARTH_MU / r) * B * 2.0, rel=1e-9)
-    tilted = mp.Dipole(**STATION, tilt=np.pi / 2, longitude=0.0)
+    tilted = mp.multibody.Dipole(**STATION, tilt=np.pi / 2, longitude=0.0)
     equator = over.orbit.with_(dipole=tilted, inclination=0.0, argument=0.0)
     run = mp.simulate(over.with_(joints=(flat,), orbit=equator), t_end=1.0, output_step=1.0)
     speed = np.sqrt(EARTH_MU / r) - equator.planet_spin * r
@@ -210,7 +213,7 @@ def test_field_of_a_tilted_dipole_over_the_pole():
 def test_slack_tether_catches_a_particle():
     """Free to the length, half a period of the spring, back at the same speed."""
     k, m, L, v = 50.0, 3.0, 2.0, 4.0
-    tether = mp.AxialSpring(name="tether", between=("ground", "m.root"), stiffness=k, length=L, tension_only=True)
+    tether = AxialSpring(name="tether", between=("ground", "m.root"), stiffness=k, free_length=L, tension_only=True)
     run = mp.simulate(thrown(None, np.array([0.5, 0, 0]), np.array([v, 0, 0]), loads=(tether,)), t_end=2.0,
                       output_step=0.01, rtol=1e-10, atol=1e-12)  # fmt: skip
     w, taut = np.sqrt(k / m), (L - 0.5) / v
@@ -224,7 +227,7 @@ def test_slack_tether_catches_a_particle():
 
 
 def test_damper_of_a_slack_tether_never_pushes():
-    tether = mp.AxialSpring(name="tether", between=("m.root", "ground"), stiffness=50.0, damping=40.0, length=1.0,
+    tether = AxialSpring(name="tether", between=("m.root", "ground"), stiffness=50.0, damping=40.0, free_length=1.0,
                             tension_only=True)  # fmt: skip
     run = mp.simulate(thrown(None, np.array([0.5, 0, 0]), np.array([4.0, 0, 0]), loads=(tether,)), t_end=2.0,
                       rtol=1e-10, atol=1e-12)  # fmt: skip
@@ -238,24 +241,29 @@ def test_damper_of_a_slack_tether_never_pushes():
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: mp.Orbit(rate=0.0), "rate = 0 must be positive"),
-        (lambda: mp.Orbit(rate=1e-3, radius=-1.0), "radius = -1 must be positive"),
-        (lambda: mp.Orbit.circular(-7e6), "radius = -7e\\+06"),
-        (lambda: mp.Orbit(rate=1e-3, dipole=mp.Dipole(strength=1.0)), "give its radius"),
-        (lambda: mp.Dipole(strength=0.0), "strength = 0"),
-        (lambda: mp.Conductor(name="c", through=("m.root",), current=1.0), "two or more interfaces"),
+        (lambda: Orbit(rate=0.0), "rate = 0 must be positive"),
+        (lambda: Orbit(rate=1e-3, radius=-1.0), "radius = -1 must be positive"),
+        (lambda: Orbit.circular(-7e6), "radius = -7e\\+06"),
+        (lambda: Orbit(rate=1e-3, dipole=mp.multibody.Dipole(strength=1.0)), "give its radius"),
+        (lambda: mp.multibody.Dipole(strength=0.0), "strength = 0"),
+        (lambda: mp.multibody.Conductor(name="c", through=("m.root",), current=1.0), "two or more interfaces"),
         (lambda: thrown(HILL, np.zeros(3), np.zeros(3), gravity=np.array([0, 0, -9.81])), "gravity of its orbit"),
-        (lambda: thrown(HILL, np.zeros(3), np.zeros(3), loads=(mp.CentralGravity(mu=1.0),)), "gravity of its orbit"),
+        (
+            lambda: thrown(HILL, np.zeros(3), np.zeros(3), loads=(mp.multibody.CentralGravity(mu=1.0),)),
+            "gravity of its orbit",
+        ),
         (lambda: conductor(2.0).with_(orbit=HILL), "'line' needs a magnetic field"),
         (
-            lambda: conductor(2.0).with_(loads=(mp.Conductor(name="c", through=("ground", "rod.low"), current=1.0),)),
+            lambda: conductor(2.0).with_(
+                loads=(mp.multibody.Conductor(name="c", through=("ground", "rod.low"), current=1.0),)
+            ),
             "conductor 'c' is on the ground",
         ),
         (
-            lambda: mp.AxialSpring(name="s", between=("ground", "m.root"), pull=1.0, tension_only=True),
+            lambda: AxialSpring(name="s", between=("ground", "m.root"), actuator_force=1.0, tension_only=True),
             "an actuator pulls always",
         ),
-        (lambda: fly_system(thrown(HILL, np.zeros(3), np.zeros(3)), t_end=1.0), "here is an orbit"),
+        (lambda: simulate_free_system(thrown(HILL, np.zeros(3), np.zeros(3)), t_end=1.0), "here is an orbit"),
     ],
 )
 def test_bad_input_is_refused(make, said):

@@ -6,9 +6,9 @@ from multibody.single_bodies import DOWN, carried, particles
 from multibody.trees import random_body
 
 import modalprep as mp
-from modalprep.body.frozen import frozen_stiffness
+from modalprep.body.linearised_stiffness import linearised_geometric_stiffness
 from modalprep.examples import uniform_beam
-from modalprep.multibody.free_body.free_flyer import closure_defect, fly_free
+from modalprep.multibody.free_body.free_flyer import closure_defect, simulate_free_body
 from modalprep.multibody.reference.equations import mass_and_force
 
 
@@ -21,7 +21,7 @@ def test_errors_of_simpler_theories_are_of_second_order_in_the_spin():
     for e in (0.05, 0.1):
         spin = np.array([0, 0, e * 2 * np.pi * still])
         theories = {"consistent": body, "conventional": body.conventional(), "ruthless": body.ruthless()}
-        found[e] = {name: mp.spin_modes(b, spin).frequency[0] / still - 1 for name, b in theories.items()}
+        found[e] = {name: mp.multibody.spin_modes(b, spin).frequency[0] / still - 1 for name, b in theories.items()}
     assert found[0.05]["consistent"] / 0.05**2 == pytest.approx(0.0967, rel=0.02)  # e^4 and stretch
     assert found[0.05]["conventional"] / 0.05**2 == pytest.approx(-0.5, rel=0.02)
     assert abs(found[0.1]["ruthless"]) < 1e-12
@@ -48,13 +48,13 @@ def test_ruthless_system_keeps_its_energy():
 
 def test_frozen_stiffness_is_right_at_its_spin_alone():
     body, spin = uniform_beam(modes=5), np.array([0, 0, 6.0])
-    frozen = frozen_stiffness(body, spin)
-    same = [mp.spin_modes(b, spin).frequency for b in (body, frozen)]
-    other = [mp.spin_modes(b, spin / 3).frequency for b in (body, frozen)]
+    frozen = linearised_geometric_stiffness(body, spin)
+    same = [mp.multibody.spin_modes(b, spin).frequency for b in (body, frozen)]
+    other = [mp.multibody.spin_modes(b, spin / 3).frequency for b in (body, frozen)]
     np.testing.assert_allclose(*same, rtol=1e-10)
     assert other[1][0] > 1.3 * other[0][0]
     with pytest.raises(mp.InputError, match="buckles"):
-        frozen_stiffness(body, np.zeros(3), np.array([1000.0, 0, 0]))
+        linearised_geometric_stiffness(body, np.zeros(3), np.array([1000.0, 0, 0]))
 
 
 # ---- free flight ----
@@ -62,8 +62,8 @@ def test_frozen_stiffness_is_right_at_its_spin_alone():
 
 def test_momenta_fly_as_the_recursion_does():
     body, times = random_body(np.random.default_rng(0), 4), np.linspace(0, 2, 5)
-    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8])}
-    found = fly_free(body, times, **start, gravity=DOWN)
+    start = {"velocity": np.array([0.3, -0.2, 0.5]), "angular_velocity": np.array([0.6, -0.4, 0.8])}
+    found = simulate_free_body(body, times, **start, gravity=DOWN)
     free = carried(body, type="free", **start).with_(gravity=DOWN)
     run = mp.simulate(free, t_end=2.0, output_step=0.5, rtol=1e-11, atol=1e-13, method="explicit")
     for mine, other in ((found.q, "part.modal"), (found.position, "part.origin"), (found.linear, "momentum.linear"),
@@ -74,9 +74,9 @@ def test_momenta_fly_as_the_recursion_does():
 def test_efficient_variables_are_exact_for_closed_modes():
     rng, times = np.random.default_rng(2), np.linspace(0, 2, 5)
     body = particles(rng)
-    start = {"velocity": np.array([0.3, -0.2, 0.5]), "spin": np.array([0.6, -0.4, 0.8])}
+    start = {"velocity": np.array([0.3, -0.2, 0.5]), "angular_velocity": np.array([0.6, -0.4, 0.8])}
     start["q"] = 0.1 * rng.standard_normal(9)
-    exact, efficient = (fly_free(body, times, **start, variables=name) for name in ("momentum", "efficient"))
+    exact, efficient = (simulate_free_body(body, times, **start, variables=name) for name in ("momentum", "efficient"))
     assert closure_defect(body) < 1e-12
     for name in ("q", "position", "quaternion", "linear", "angular"):
         np.testing.assert_allclose(getattr(efficient, name), getattr(exact, name), atol=1e-8)
@@ -88,6 +88,6 @@ def test_efficient_variables_are_exact_for_closed_modes():
 def test_efficient_variables_refuse_modes_that_are_not_closed():
     beam = uniform_beam(modes=2)
     with pytest.raises(mp.InputError, match="geometric stiffness"):
-        fly_free(beam, np.array([0.0, 1.0]), variables="efficient")
-    with pytest.raises(mp.InputError, match="miss a share of"):
-        fly_free(beam.conventional(), np.array([0.0, 1.0]), variables="efficient")
+        simulate_free_body(beam, np.array([0.0, 1.0]), variables="efficient")
+    with pytest.raises(mp.InputError, match="do not represent a fraction"):
+        simulate_free_body(beam.conventional(), np.array([0.0, 1.0]), variables="efficient")

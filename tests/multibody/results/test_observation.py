@@ -14,8 +14,8 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.constraints import Coupler
-from modalprep.multibody.model.joint import TRAVELS
-from modalprep.multibody.model.loads import AxialSpring
+from modalprep.multibody.model.joint import TRANSLATIONS
+from modalprep.multibody.model.loads import AxialSpring, locate
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import dense_constraints
 from modalprep.multibody.reference.equations import body_equations, body_states, energy_and_momentum, node_motion
@@ -42,7 +42,7 @@ class Observed:
         row = np.full(table.width, np.nan)
         observe(self.model, table.columns, T, whole, rates, row)
         assert not np.isnan(row).any()  # every number is written
-        self.found = {name: row[place] for name, place in table.places.items()}
+        self.found = {name: row[place] for name, place in table.index.items()}
         self.motion, self.udot = self.model.motion, rates[self.packed.nx : -1]
         bodies = body_states(system, self.packed, y, self.motion)
         self.states = dict(zip(system.order, bodies, strict=True))
@@ -102,11 +102,11 @@ def joint_channels(o):
     for joint in o.system.joints:
         place, rate = state.joint(joint.name)
         if joint.type == "spherical":
-            found |= {f"{joint.name}.quaternion": place, f"{joint.name}.spin": rate}
+            found |= {f"{joint.name}.quaternion": place, f"{joint.name}.angular_velocity": rate}
         elif joint.type == "free":
-            found[f"{joint.name}.spin"] = rate[3:]
+            found[f"{joint.name}.angular_velocity"] = rate[3:]
         elif joint.type != "weld":
-            n = TRAVELS.get(joint.type, 0)
+            n = TRANSLATIONS.get(joint.type, 0)
             found |= {f"{joint.name}.displacement": place[:n], f"{joint.name}.speed": rate[:n]}
             found |= {f"{joint.name}.angle": place[n:], f"{joint.name}.rate": rate[n:]}
             rows = o.packed.speeds_of(joint.name)
@@ -144,9 +144,9 @@ def spring_channels(o):
         ends = [(load.position, np.zeros(3)) if end == "ground" else end_motion(o, end) for end in load.between]
         apart, rate = ends[1][0] - ends[0][0], ends[1][1] - ends[0][1]
         length = np.linalg.norm(apart)
-        tension = load.stiffness * (length - load.length) + load.damping * apart @ rate / length
-        tension += load.pull(T)[0] if load.pull else 0.0
-        slack = load.tension_only and (tension < 0 or length < load.length)
+        tension = load.stiffness * (length - load.free_length) + load.damping * apart @ rate / length
+        tension += load.actuator_force(T)[0] if load.actuator_force else 0.0
+        slack = load.tension_only and (tension < 0 or length < load.free_length)
         found |= {f"{load.name}.length": length, f"{load.name}.tension": 0.0 if slack else tension}
     return found
 
@@ -171,7 +171,7 @@ def agrees_with_the_dense_twin(o):
     springs = spring_channels(o)
     o.agrees(springs, max([1.0, *springs.values()]))
     closures = {n for c in o.system.closures for n in closure_names(c)}
-    names = {*places, *accelerations, *total, *hinges, *carried, *closures, *springs, "power.in"}
+    names = {*places, *accelerations, *total, *hinges, *carried, *closures, *springs, "power.input"}
     assert set(o.found) == names
 
 
@@ -191,7 +191,7 @@ def test_channels_of_random_trees(seed, most):
 @pytest.mark.parametrize("seed", range(8))
 def test_channels_of_loaded_trees(seed):
     system = loaded_tree(seed)
-    system = system.with_(loads=tuple(load for load in system.loads if not isinstance(load, mp.Callback)))
+    system = system.with_(loads=tuple(load for load in system.loads if not isinstance(load, mp.multibody.Callback)))
     o = Observed(system, random_state(system, seed))
     agrees_with_the_dense_twin(o)
     power = dense_loads(system, o.packed, o.y, o.motion, T).power
@@ -201,7 +201,7 @@ def test_channels_of_loaded_trees(seed):
         for j in system.joints
         if j.motion is not None
     )
-    assert o.found["power.in"] == pytest.approx(power - damped + driven, rel=1e-10)
+    assert o.found["power.input"] == pytest.approx(power - damped + driven, rel=1e-10)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -227,7 +227,7 @@ def test_channels_of_closed_loops(seed):
 
 def generalised(o, closure):
     """Generalised forces (nu,) of a closure's channels: on b at b, the opposite on a at the same place."""
-    one, two = (mp.multibody.loads.locate(o.system.bodies, end, closure.name) for end in (closure.a, closure.b))
+    one, two = (locate(o.system.bodies, end, closure.name) for end in (closure.a, closure.b))
     turn = o.turn(*one) if one else np.eye(3)
     wrench = np.append(turn @ o.found[f"{closure.name}.force"], turn @ o.found[f"{closure.name}.torque"])
     place = closure.position

@@ -33,7 +33,7 @@ def hinged(system, stiffness):
     if np.isinf(stiffness):
         spring = mp.Joint(name="hinge", type="weld", parent="inner.tip", child="outer.root")
     else:
-        spring = hinge.with_(elements=mp.HingeElement(stiffness=stiffness * EI_BY_L))
+        spring = hinge.with_(elements=mp.multibody.HingeElement(stiffness=stiffness * EI_BY_L))
     return system.with_(joints=(wall, spring))
 
 
@@ -47,7 +47,7 @@ def richer(modes):
     from modalprep.examples import beam_mesh
 
     slender = mp.Material(E=1e13, nu=0.3, rho=1000.0)
-    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, shear=False)
+    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, theory="euler-bernoulli")
     mesh, ends = beam_mesh(40), {"root": "fixed", "tip": "free"}
     ends = {name: mp.Interface(group=name, kind="node", boundary=what) for name, what in ends.items()}
     model = mp.assemble(mesh, {"beam": section}, ends)
@@ -94,10 +94,10 @@ def test_recovered_torques_move_the_arm_as_prescribed(folder):
     found = run_shipped("slewing-arm", folder)
     (run,) = found.runs.values()
     assert run.stats["energy_error"] < 1e-9
-    drives = [mp.TimeFunction.table(run.time, run[f"{joint.name}.drive"]) for joint in found.system.joints]
+    drives = [mp.multibody.TimeFunction.table(run.time, run[f"{joint.name}.drive"]) for joint in found.system.joints]
     driven = found.system.with_(
         joints=tuple(
-            joint.with_(motion=None, elements=mp.HingeElement(drive=drive))
+            joint.with_(motion=None, elements=mp.multibody.HingeElement(drive=drive))
             for joint, drive in zip(found.system.joints, drives, strict=True)
         )
     )

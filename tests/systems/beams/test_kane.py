@@ -68,7 +68,7 @@ def along(integrand):
 
 def one_mode(elements):
     slender = mp.Material(E=1e13, nu=0.3, rho=1000.0)
-    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, shear=False)
+    section = mp.Beam(material=slender, A=1e-3, Iy=1e-5, Iz=1e-9, J=1e-5, theory="euler-bernoulli")
     root = {"root": mp.Interface(group="root", kind="node")}
     model = mp.assemble(beam_mesh(elements, LENGTH), {"beam": section}, root)
     return mp.flexible_body(model, mp.craig_bampton(model, modes=1, truncation=()), name="beam")
@@ -76,7 +76,7 @@ def one_mode(elements):
 
 def engine_terms(body):
     """Of ``q'' = -k q - h Omega'``: k at the spin, h."""
-    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.TimeFunction("t"))
+    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam", motion=mp.multibody.TimeFunction("t"))
     system = mp.System(bodies={"beam": body}, joints=(hub,))
     small = 1e-3
     rest, bent = (order_n(system, np.array([q, 0.0]), np.array([[0.0, SPIN, SPIN_UP]]))[0][0] for q in (0.0, small))
@@ -160,10 +160,10 @@ def sliding_run():
                         interfaces={"pivot": np.zeros(3), "bob": np.array([0, -1.0, 0])})  # fmt: skip
     upper, lower = 0.4, -np.arccos(1 - np.cos(0.4))
     joints = (
-        mp.Joint(name="a", type="revolute", parent="ground", child="upper", angle=upper, rate=0.7, hold=True),
+        mp.Joint(name="a", type="revolute", parent="ground", child="upper", angle=upper, rate=0.7, keep_start=True),
         mp.Joint(name="b", type="revolute", parent="upper.bob", child="lower", angle=lower - upper, rate=-0.7),
     )
-    plane = mp.Closure(name="plane", type="point_on_plane", a="ground", b="lower.bob",
+    plane = mp.multibody.Closure(name="plane", type="point_on_plane", a="ground", b="lower.bob",
                        axis=np.array([0, 1.0, 0]), position=np.array([0, -1.0, 0]))  # fmt: skip
     system = mp.System(
         bodies={"upper": bob, "lower": bob}, joints=joints, closures=(plane,), gravity=-9.81 * np.eye(3)[1]

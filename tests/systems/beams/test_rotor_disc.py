@@ -35,12 +35,12 @@ def tensor(inertia):
 def shaft(at=1.0, disc=None, modes=6, elements=12, length=LENGTH, section=None, second_order_mass=False):
     """Body of the shaft, its interface at the share `at` of the length, where `disc` sits if given."""
     line = beam_mesh(elements, length)
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=line.points,
         cells={"line": line.cells["line"], "vertex": np.array([[0], [round(at * elements)]])},
         groups={"beam": {"line": np.arange(elements)}, "root": {"vertex": [0]}, "seat": {"vertex": [1]}},
     )
-    properties = {"beam": section or mp.beam_section("rod", STEEL, diameter=DIAMETER)}
+    properties = {"beam": section or mp.fe.beam_section("rod", STEEL, diameter=DIAMETER)}
     if disc is not None:
         properties["seat"] = disc
     held = {name: mp.Interface(group=name, kind="node") for name in ("root", "seat")}
@@ -51,7 +51,7 @@ def shaft(at=1.0, disc=None, modes=6, elements=12, length=LENGTH, section=None, 
 
 def on_a_hub(axis, rate, shaft, disc=None):
     """Shaft on a hub that turns, with a rigid disc welded to its interface."""
-    motion = mp.TimeFunction(f"{rate}*t")
+    motion = mp.multibody.TimeFunction(f"{rate}*t")
     hub = mp.Joint(name="hub", type="revolute", parent="ground", child="shaft", axis=axis, motion=motion)
     if disc is None:
         return mp.System(bodies={"shaft": shaft}, joints=(hub,))
@@ -79,7 +79,7 @@ CASES = {
 def test_whirl_of_one_body_is_that_of_shaft_and_disc(case, rate):
     """Both keep the same modes: the disc sits on an interface that is held while they are sought."""
     at, disc = CASES[case]
-    expected = mp.spin_modes(shaft(at, disc), rate * ALONG).frequency
+    expected = mp.multibody.spin_modes(shaft(at, disc), rate * ALONG).frequency
     found = frequencies(on_a_hub(ALONG, rate, shaft(at), disc))
     np.testing.assert_allclose(found, expected, rtol=1e-9)  # measured 3e-13: nothing bends under this spin
 
@@ -96,13 +96,13 @@ def test_disc_on_an_arm(case, rate):
     bent = (rate / (2 * np.pi * whole.frequency[0])) ** 4
     np.testing.assert_allclose(two, one, rtol=1e-8 + (2e-5 if case == "a paddle" else 1e-8) * bent)
     # spin_modes has the steady deflection in its mass alone, not in P: second order of the spin squared
-    np.testing.assert_allclose(mp.spin_modes(whole, rate * ACROSS).frequency, one, rtol=1e-8 + 3e-4 * bent)
+    np.testing.assert_allclose(mp.multibody.spin_modes(whole, rate * ACROSS).frequency, one, rtol=1e-8 + 3e-4 * bent)
 
 
 def test_whirl_of_a_disc_on_a_massless_shaft():
     """Stiffness 12 EI/L^3, 6 EI/L^2, 4 EI/L of the tip; disc of polar inertia Jp: moment Jp w spin."""
     L, EI, GJ = LENGTH, E * np.pi * DIAMETER**4 / 64, E / (2 * (1 + NU)) * np.pi * DIAMETER**4 / 32
-    light = mp.beam_section("rod", mp.Material(E=E, nu=NU, rho=1e-3), diameter=DIAMETER, shear=False)
+    light = mp.fe.beam_section("rod", mp.Material(E=E, nu=NU, rho=1e-3), diameter=DIAMETER, theory="euler-bernoulli")
     disc = mp.PointMass(mass=MASS, inertia=DISC)
     body = shaft(disc=disc, modes=0, section=light)
     K = EI / L**3 * np.array([[12, -6 * L], [-6 * L, 4 * L**2]])
@@ -113,7 +113,7 @@ def test_whirl_of_a_disc_on_a_massless_shaft():
         whirl = np.linalg.eigvals(state).real
         expected = np.sort([*np.abs(whirl - rate), np.sqrt(GJ / (L * DISC[0]))]) / (2 * np.pi)
         stretch = np.sqrt(E * np.pi * DIAMETER**2 / 4 / (L * MASS)) / (2 * np.pi)
-        found = mp.spin_modes(body, rate * ALONG).frequency
+        found = mp.multibody.spin_modes(body, rate * ALONG).frequency
         found = np.delete(found, np.argmin(np.abs(found - stretch)))
         np.testing.assert_allclose(found, expected, rtol=1e-6)  # measured 1e-7; the shaft has 6e-7 kg of 5 kg
 
@@ -140,7 +140,7 @@ def test_plate_on_a_square_shaft_of_hexahedra(rate):
     x = np.append(np.linspace(0, length, 13), length + thick)
     points, cells = hexahedra(x, y, lambda i, j, k: i == 12 or {j, k} <= {2, 3})
     root = np.flatnonzero(points[:, 0] < 1e-9)
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=points,
         cells={"hexahedron20": cells, "vertex": root[:, None]},
         groups={"all": {"hexahedron20": np.arange(len(cells))}, "root": {"vertex": np.arange(len(root))}},
@@ -151,9 +151,9 @@ def test_plate_on_a_square_shaft_of_hexahedra(rate):
     mass = RHO * width**2 * thick
     plate = (mass * width**2 / 6, *[mass * (width**2 + thick**2) / 12] * 2, 0.0, 0.0, 0.0)
     disc = mp.PointMass(mass=mass, inertia=plate, offset=(thick / 2, 0.0, 0.0))
-    section = mp.beam_section("rectangle", STEEL, width=side, height=side)
+    section = mp.fe.beam_section("rectangle", STEEL, width=side, height=side)
     beams = shaft(disc=disc, length=length, section=section)
-    found, expected = (mp.spin_modes(b, rate * ALONG).frequency[:5] for b in (solid, beams))
+    found, expected = (mp.multibody.spin_modes(b, rate * ALONG).frequency[:5] for b in (solid, beams))
     # a clamped root, held against lateral contraction, and four elements in the section: measured 0.8 % stiffer;
     # bending next to the critical speed is the difference of whirl and spin, so to 1 % of the whirl
     np.testing.assert_allclose(found, expected, rtol=0.01, atol=0.01 * beams.frequency[0])

@@ -31,13 +31,13 @@ def arch():
     line = beam_mesh(ELEMENTS)
     a = np.linspace(0, np.pi / 3, ELEMENTS + 1)
     middle = (a[1:] + a[:-1]) / 2
-    mesh = mp.Mesh(
+    mesh = mp.fe.Mesh(
         points=RADIUS * np.stack([np.sin(a), 0 * a, 1 - np.cos(a)], axis=-1),
         cells=line.cells,
         groups=line.groups,
         data={"up": {"line": np.stack([-np.sin(middle), 0 * middle, np.cos(middle)], axis=-1)}},
     )
-    section = mp.beam_section("rectangle", ALUMINIUM, width=0.06, height=0.03)
+    section = mp.fe.beam_section("rectangle", ALUMINIUM, width=0.06, height=0.03)
     ends = {
         "root": mp.Interface(group="root", kind="node"),
         "tip": mp.Interface(group="tip", kind="node", boundary="free"),
@@ -48,7 +48,7 @@ def arch():
 
 
 def on_a_hub(arch, law, loads=()):
-    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="arch", motion=mp.TimeFunction(law))
+    hub = mp.Joint(name="hub", type="revolute", parent="ground", child="arch", motion=mp.multibody.TimeFunction(law))
     return mp.System(bodies={"arch": arch}, joints=(hub,), loads=loads)
 
 
@@ -87,7 +87,7 @@ def test_ringing_has_the_frequencies_of_the_linear_equations(arch, run):
     spin = np.array([0, 0, SPIN])
     late = run.time > RAMP + KNOCK + 1e-9
     time, q = run.time[late], run["arch.modal"][late]
-    expected = mp.spin_modes(arch, spin).frequency[:MODES]
+    expected = mp.multibody.spin_modes(arch, spin).frequency[:MODES]
     system = on_a_hub(arch, f"{SPIN}*t")
     linear = mp.system_modes(system, mp.static_equilibrium(system, steady=True).y).frequency[:MODES]
     found = np.array([ringing(time, q[:, k], f) for k, f in enumerate(expected)])

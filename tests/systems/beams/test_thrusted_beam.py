@@ -54,7 +54,7 @@ def test_flutter(system):
 
 def test_stiffness_matrix_of_the_thrust(system):
     """``-T int (1 - x/L) phi_i' phi_j'`` of free-free modes, and slope and place of the follower force at the tail."""
-    body = mp.in_mean_axes(system.bodies["stage"])
+    body = mp.body.in_mean_axes(system.bodies["stage"])
     tail = body.interface_name.index("tail")
     order = np.array([2.0, -2.0, -2.0]) / np.sqrt(body.m)  # displacement of the tail by mode
     sign = np.sign(order * body.phi[tail, 1, :3])
@@ -71,8 +71,8 @@ def test_stiffness_matrix_of_the_thrust(system):
 def test_frequencies_as_the_beam_burns(system):
     """w ~ m^(-1/2) of uniform depletion; half the mass at 1 s, and the thrust at the start."""
     full = system.bodies["stage"]
-    fuel = mp.Depletion(
-        name="fuel", body="stage", levels=(mp.scaled(full, 0.5),), mass=mp.burn(full.m, full.m / 2, 3000)
+    fuel = mp.multibody.Depletion(
+        name="fuel", body="stage", levels=(mp.body.scaled(full, 0.5),), mass=mp.multibody.burn(full.m, full.m / 2, 3000)
     )
     burning = system.with_(depletions=(fuel,), loads=())
     for t, expected in ((0.0, 12.429611), (1.0, 17.578125)):

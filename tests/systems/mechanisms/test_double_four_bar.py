@@ -19,7 +19,7 @@ def pendulum(time):
 
 
 @pytest.mark.parametrize(
-    "changed", [{}, *({"method": name, "step": 2e-3} for name in ("rosenbrock", "generalized_alpha"))]
+    "changed", [{}, *({"method": name, "step": 2e-3} for name in ("rosenbrock", "generalised_alpha"))]
 )
 def test_cranks_turn_as_one_pendulum(changed, tmp_path):
     """Ten passages; at each, a step's error of the order of the tolerance is all that may be seen."""

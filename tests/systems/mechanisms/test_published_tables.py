@@ -35,7 +35,7 @@ HUB = {  # spin, over sqrt(EI / (mu L^4)): first two flap frequencies and first 
 
 @pytest.fixture(scope="module")
 def blade():
-    return body_of(spinup_section(shear=False, Iy=2e-4, J=2e-4))  # stiff out of the x-y plane
+    return body_of(spinup_section(theory="euler-bernoulli", Iy=2e-4, J=2e-4))  # stiff out of the x-y plane
 
 
 @pytest.mark.parametrize("gamma", HUB)
@@ -44,7 +44,7 @@ def test_blade_on_a_hub(blade, gamma):
     flap = HUB[gamma][:2]
     pull = np.array([-((gamma * UNIT) ** 2) * 10.0, 0, 0])
     for axis, expected in (([0, 1, 0], flap), ([0, 0, 1], HUB[gamma][2:])):
-        found = mp.spin_modes(blade, gamma * UNIT * np.array(axis), pull).frequency * 2 * np.pi / UNIT
+        found = mp.multibody.spin_modes(blade, gamma * UNIT * np.array(axis), pull).frequency * 2 * np.pi / UNIT
         np.testing.assert_allclose(found[: len(expected)], expected, rtol=1e-3)
 
 
@@ -74,7 +74,9 @@ def test_swept_tip_of_a_blade(sweep):
     body = mp.flexible_body(model, mp.craig_bampton(model, modes=12, truncation=("inertia",)), name="blade")
     for k, rpm in enumerate((0, 500, 750)):
         spin = rpm * np.pi / 30
-        found = mp.spin_modes(body, np.array([0, 0, spin]), np.array([-(spin**2) * 2.5 * INCH, 0, 0])).frequency
+        found = mp.multibody.spin_modes(
+            body, np.array([0, 0, spin]), np.array([-(spin**2) * 2.5 * INCH, 0, 0])
+        ).frequency
         for measured in SWEPT[sweep]:
             if measured[k] > 2:  # the first at rest is given with two digits, and without its clamp
                 assert np.abs(found / measured[k] - 1).min() < 0.1
@@ -87,7 +89,7 @@ TIP_MASS = {3: (3.5823, 2.1273), 6: (6.5091, 3.2690), 12: (12.4814, 5.8342)}
 def test_blade_with_a_tip_mass_in_steady_spin(gamma, tmp_path):
     """Bir (2010); without the stiffness of the joint's force the second number. Axial force constant in 40 elements."""
     system, _ = shipped("rotor-tip-mass", tmp_path)
-    rotor = system.joints[0].with_(motion=mp.TimeFunction(f"{gamma * UNIT}*t"))
+    rotor = system.joints[0].with_(motion=mp.multibody.TimeFunction(f"{gamma * UNIT}*t"))
     system = system.with_(joints=(rotor, *system.joints[1:]), loads=())
     blade = system.bodies["blade"]
     bare = blade.with_(Kg_F=0 * blade.Kg_F, Kg_T=0 * blade.Kg_T)
@@ -191,7 +193,7 @@ def test_plate_that_spins_below_its_first_frequency(tmp_path):
     """-0.011698 m by a Ritz series, at 14.835 s; the conventional theory differs little there, -0.01208 m."""
     system, _ = shipped("spinup-plate", tmp_path)
     law = [(30.0, "1.25/30*(t**2/2 + (15/pi)**2*(cos(pi*t/15) - 1))"), (np.inf, "1.25*t - 18.75")]
-    hub = system.joints[0].with_(motion=mp.TimeFunction(law))
+    hub = system.joints[0].with_(motion=mp.multibody.TimeFunction(law))
     slow = system.with_(joints=(hub, *system.joints[1:]))
     for each, expected in ((slow, -0.011698), (slow.conventional(), -0.01208)):
         run = mp.simulate(each, t_end=30.0, output_step=0.05, rtol=1e-5, atol=1e-8)

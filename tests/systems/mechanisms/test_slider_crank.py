@@ -4,11 +4,11 @@ import tomllib
 
 import numpy as np
 import pytest
+import tomli_w
 from multibody.mechanisms import slider_crank
 from systems.shipped import PIPELINES, run_shipped, shipped
 
 import modalprep as mp
-from modalprep.pipeline.batch.toml_text import toml_text
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.systems import read_system
@@ -37,7 +37,7 @@ def segmented(folder):
         }
     }  # fmt: skip
     made = folder / "segments.toml"
-    made.write_text(toml_text(tables))
+    made.write_text(tomli_w.dumps(tables))
     return read_system(load_pipeline(made), made, folder, Reporter(quiet=True))
 
 

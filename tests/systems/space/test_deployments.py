@@ -33,12 +33,12 @@ def test_beam_that_goes_in():
     """Case B, order two: 20 rods are out by the square of what 10 are."""
     worst = []
     for segments in (10, 20):
-        boom = mp.Deployment(
+        boom = mp.multibody.Deployment(
             name="boom", parent="ground", length=10.0, segments=segments, mass_per_length=1.2, EI=1.4e4,
-            law="10 - t/2", deflection=0.1,
+            deployed_length="10 - t/2", deflection=0.1,
         )  # fmt: skip
-        system = mp.DeployingSystem(bodies={}, joints=(), deployments=(boom,))
-        run = mp.simulate_deployment(system, t_end=10.0, output_step=0.1, rtol=1e-6, method="explicit")
+        system = mp.multibody.DeployingSystem(bodies={}, joints=(), deployments=(boom,))
+        run = mp.multibody.simulate_deployment(system, t_end=10.0, output_step=0.1, rtol=1e-6, method="explicit")
         worst.append(np.sqrt(np.mean((at(run, run["boom1.tip.position.y"]) - IN) ** 2)))
     assert worst[1] < 4e-3
     assert 3.0 < worst[0] / worst[1]
@@ -47,7 +47,7 @@ def test_beam_that_goes_in():
 def test_retracting_beam(tmp_path):
     """Case D: the tip in the hub's frame, to 1.2e-3 m; it leads, as a beam that comes out would lag."""
     run = run_shipped("retracting-beam", tmp_path).runs["with geometric stiffness"]
-    seen = run.seen_from("hub")["boom1.tip.position.y"]
+    seen = run.relative_to("hub")["boom1.tip.position.y"]
     np.testing.assert_allclose(at(run, seen), TURNING, atol=1.2e-3)
     assert seen.max() > 0.1
     assert run["boom.rods"][[0, -1]].tolist() == [20, 10]
@@ -64,7 +64,7 @@ def test_deploying_tether(tmp_path):
     assert np.ptp(length[jammed]) < 1e-12
     assert run["energy.events"][-1] < 0
     assert run["tether.tension"][1:].min() > 0  # it stays taut
-    assert run["orbit.spin.z"][jammed].max() < 0.5 * run["orbit.spin.z"][0]
+    assert run["orbit.angular_velocity.z"][jammed].max() < 0.5 * run["orbit.angular_velocity.z"][0]
 
 
 BOOM = """
@@ -83,12 +83,12 @@ t_end = 1.0
 @pytest.mark.parametrize(
     ("key", "more", "words"),
     [
-        ('law = "1 + 2*t"', "", "the law asks for"),
-        ("", "", "deployment 'boom': give either a 'law'"),
-        ('law = "1"', "compare_conventional = true", "no conventional theory"),
-        ('law = "1"', "[analysis]", "[analysis] does not go with [deployments]"),
-        ('law = "1"\nparent = "bus.exit"', "", "'bus'"),
-        ('law = "sin("', "", "not an expression"),
+        ('deployed_length = "1 + 2*t"', "", "between 0 and length"),
+        ("", "", "deployment 'boom': give either a 'deployed_length'"),
+        ('deployed_length = "1"', "compare_conventional = true", "no conventional theory"),
+        ('deployed_length = "1"', "[analysis]", "[analysis] cannot be combined with [deployments]"),
+        ('deployed_length = "1"\nparent = "bus.exit"', "", "'bus'"),
+        ('deployed_length = "sin("', "", "not an expression"),
     ],
 )
 def test_bad_tables(tmp_path, capsys, key, more, words):
@@ -102,7 +102,7 @@ def test_bad_tables(tmp_path, capsys, key, more, words):
 def test_command_line(tmp_path):
     """`modalprep simulate` writes what is asked for; a film is refused."""
     file = tmp_path / "boom.toml"
-    file.write_text(BOOM.format(key='law = "0.6 + t"', more='output = ["boom.rods", "boom1.tip.position"]'))
+    file.write_text(BOOM.format(key='deployed_length = "0.6 + t"', more='output = ["boom.rods", "boom1.tip.position"]'))
     assert main(["simulate", str(file), "--output", str(tmp_path)]) == 0
-    assert mp.read_csv(tmp_path / "boom" / "boom-run.csv")["boom.rods"][-1] == 4
+    assert mp.formats.read_csv(tmp_path / "boom" / "boom-run.csv")["boom.rods"][-1] == 4
     assert main(["simulate", str(file), "--animate", str(tmp_path / "film.gif")]) == 2

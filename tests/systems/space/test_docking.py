@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from systems.shipped import run_shipped
 
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import dense_constraints
 from modalprep.multibody.reference.equations import mass_and_force
@@ -30,16 +30,16 @@ def test_energy_lost_and_time_of_contact(docked):
     assert blow.t == pytest.approx(5.04, rel=1e-9)
     row = np.searchsorted(run.time, blow.t)
     system = docked.system
-    plant, packed = Plant(system), pack(system)
+    evaluator, packed = Evaluator(system), pack(system)
     before = blow.y.copy()  # the satellite and its panel rest, the chaser flies on
-    before[packed.nx :] = plant.start[packed.nx :]
+    before[packed.nx :] = evaluator.start[packed.nx :]
     still = np.zeros((len(packed.links), 3))
-    rows = dense_constraints(system, packed, plant.loops, before, still, 0.0)
-    own = plant.loops.closing.of(0)
+    rows = dense_constraints(system, packed, evaluator.loops.closing, before, still, 0.0)
+    own = evaluator.loops.closing.of(0)
     M, _ = mass_and_force(system, before)
     G, r = rows.G[own], rows.rate[own]
     lost = r @ np.linalg.solve(G @ np.linalg.solve(M, G.T), r) / 2
-    assert blow.lost == pytest.approx(lost, rel=1e-8)
+    assert blow.energy_loss == pytest.approx(lost, rel=1e-8)
     assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-lost, rel=1e-8)
 
 

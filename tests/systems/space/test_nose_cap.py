@@ -17,7 +17,7 @@ def mobility(run, row, body, mass, inertia, point):
     """``1/m + lever lever' / J`` of a point in the plane (2, 2), and the point's velocity."""
     r = (run[f"{body}.{point}.position"] - run[f"{body}.centre.position"])[row, :2]
     lever = np.array([-r[1], r[0]])
-    velocity = run[f"{body}.centre.velocity"][row, :2] + run[f"{body}.spin"][row, 2] * lever
+    velocity = run[f"{body}.centre.velocity"][row, :2] + run[f"{body}.angular_velocity"][row, 2] * lever
     return np.eye(2) / mass + np.outer(lever, lever) / inertia, velocity, lever
 
 
@@ -29,7 +29,7 @@ def test_the_blow_is_that_of_two_free_bodies(run):
     arm = (run["package.shoe.position"] - run["cap.centre.position"])[row, :2]
     turn = np.array([-arm[1], arm[0]])
     S = S + np.eye(2) / 40.0 + np.outer(turn, turn) / 4.0
-    v = v - run["cap.centre.velocity"][row, :2] - run["cap.spin"][row, 2] * turn
+    v = v - run["cap.centre.velocity"][row, :2] - run["cap.angular_velocity"][row, 2] * turn
     angle = 2 * np.arctan2(run["cap.orientation"][row, 3], run["cap.orientation"][row, 0])
     along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     assert across @ v > 0.5  # towards the wall
@@ -38,11 +38,11 @@ def test_the_blow_is_that_of_two_free_bodies(run):
     p = (across @ v) / -(across @ S @ push) * push
     found = blow.impulse["wall.force"][0] * along + blow.impulse["wall.force"][1] * across
     np.testing.assert_allclose(found, p, rtol=1e-9)
-    assert blow.lost == pytest.approx(-p @ (v + S @ p / 2), rel=1e-9)
-    assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-blow.lost, rel=1e-9)
+    assert blow.energy_loss == pytest.approx(-p @ (v + S @ p / 2), rel=1e-9)
+    assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-blow.energy_loss, rel=1e-9)
     change = np.diff(run["package.centre.velocity"][row : row + 2], axis=0)[0, :2]
     np.testing.assert_allclose(25.0 * change, p, rtol=1e-9)
-    assert np.diff(run["package.spin"][row : row + 2, 2])[0] == pytest.approx(lever @ p / 0.8, rel=1e-9)
+    assert np.diff(run["package.angular_velocity"][row : row + 2, 2])[0] == pytest.approx(lever @ p / 0.8, rel=1e-9)
 
 
 def test_the_package_slides_under_friction_until_the_mouth(run):
@@ -53,7 +53,7 @@ def test_the_package_slides_under_friction_until_the_mouth(run):
     np.testing.assert_allclose(force[slides, 0], -FRICTION * np.abs(force[slides, 1]), rtol=1e-6)
     assert np.all(force[slides, 1] < 0)  # it is pressed on the wall all the way
     assert not np.any(force[run.time > end + 1e-9])
-    shoe = run.seen_from("cap")["package.shoe.position"]
+    shoe = run.relative_to("cap")["package.shoe.position"]
     np.testing.assert_allclose(shoe[slides, 1], 0.15, atol=1e-9)
     assert np.interp(end, run.time, shoe[:, 0]) == pytest.approx(0.6, abs=1e-6)
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from systems.shipped import shipped
 
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 
 sympy = pytest.importorskip("sympy")
 
@@ -64,16 +64,16 @@ def accelerations():
 
 def test_the_engine_obeys_lagrange(accelerations, tmp_path):
     """At random places and speeds; the mass matrix goes from 0.5 kg m^2 (a rotor) to 1e3, its solution to 1e-12."""
-    plant, random = Plant(shipped("spinning-spacecraft", tmp_path)[0]), np.random.default_rng(7)
-    places = [*plant.coordinates("joint", "damper"), *plant.coordinates("joint", "slosh")]
-    assert (len(plant.start), places) == (13 + 12, [10, 11, 12])
+    evaluator, random = Evaluator(shipped("spinning-spacecraft", tmp_path)[0]), np.random.default_rng(7)
+    places = [*evaluator.coordinates("joint", "damper"), *evaluator.coordinates("joint", "slosh")]
+    assert (len(evaluator.start), places) == (13 + 12, [10, 11, 12])
     for _ in range(20):
         x, u = np.zeros(12), random.standard_normal(12) * np.repeat([1.0, 20.0, 1.0], [6, 3, 3])
         x[Q:] = random.uniform(-1, 1, 3)
         turn = random.standard_normal(4)  # of the bus: nothing depends on it
         y = np.concatenate([random.standard_normal(3), turn / np.linalg.norm(turn), np.zeros(3), x[Q:], u])
-        plant.load(y)
+        evaluator.load(y)
         expected = accelerations(x, u)
         np.testing.assert_allclose(
-            plant.accelerations(np.zeros(12)), expected, rtol=0, atol=1e-11 * abs(expected).max()
+            evaluator.accelerations(np.zeros(12)), expected, rtol=0, atol=1e-11 * abs(expected).max()
         )

@@ -35,9 +35,11 @@ def test_jet_damping(tmp_path):
     """Ratios of the spin, all figures given; direction of the transverse angular momentum fixed in inertial space."""
     run = only_run("jet-damping", tmp_path)
     for t, ratio in ((20.0, 0.733475), (40.0, 0.503777)):
-        np.testing.assert_allclose(run["flight.spin"][at(run, t), 1:], ratio * np.array([0.3, 0.4]), atol=3e-7)
+        np.testing.assert_allclose(
+            run["flight.angular_velocity"][at(run, t), 1:], ratio * np.array([0.3, 0.4]), atol=3e-7
+        )
     turn = Rotation.from_quat(run["rocket.orientation"], scalar_first=True)
-    momentum = turn.apply(9 * run["rocket.mass"][:, None] * run["flight.spin"])
+    momentum = turn.apply(9 * run["rocket.mass"][:, None] * run["flight.angular_velocity"])
     size = np.linalg.norm(momentum, axis=1)
     np.testing.assert_allclose(momentum / size[:, None], np.tile([0, 0.6, 0.8], (len(size), 1)), atol=1e-9)
     assert size[-1] < 0.1 * size[0]
@@ -49,7 +51,7 @@ def test_without_a_way_gas_takes_no_angular_momentum(tmp_path):
     system, _ = shipped("jet-damping", tmp_path)
     bare = system.with_(loads=tuple(load.with_(way=()) for load in system.loads))
     run = mp.simulate(bare, t_end=40.0, output_step=20.0)
-    np.testing.assert_allclose(run["flight.spin"][:, 1:], np.tile([0.3, 0.4], (3, 1)), rtol=1e-12)
+    np.testing.assert_allclose(run["flight.angular_velocity"][:, 1:], np.tile([0.3, 0.4], (3, 1)), rtol=1e-12)
 
 
 def test_tail_wags_dog(tmp_path):
@@ -78,7 +80,7 @@ def test_commanded_nozzle_turns_the_rocket():
     nozzle = mp.rigid_body("nozzle", mass=1e-2, centre=np.zeros(3), inertia=1e-2 * np.eye(3),
                            interfaces={"hinge": np.zeros(3)})  # fmt: skip
     command = 1e-3
-    motion = (mp.TimeFunction(command), mp.TimeFunction(0))
+    motion = (mp.multibody.TimeFunction(command), mp.multibody.TimeFunction(0))
     gimbal = mp.Joint(name="gimbal", type="universal", parent="rocket.tail", child="nozzle",
                       second_axis=np.array([0, 1.0, 0]), motion=motion)  # fmt: skip
     flight = mp.Joint(name="flight", type="free", parent="ground", child="rocket")
@@ -87,7 +89,7 @@ def test_commanded_nozzle_turns_the_rocket():
     run = mp.simulate(system, t_end=1.0, output_step=0.5)
     side = 4e5 * np.sin(command)
     assert run["rocket.centre.acceleration.y"][0] == pytest.approx(side / 1e5, rel=1e-6)  # mass of the nozzle
-    assert run["flight.spin.z"][-1] == pytest.approx(-15 * side / 75e5, rel=1e-6)
+    assert run["flight.angular_velocity.z"][-1] == pytest.approx(-15 * side / 75e5, rel=1e-6)
 
 
 @pytest.fixture(scope="module")
@@ -132,7 +134,7 @@ def test_bending_modes_are_damped_where_the_nozzle_acts(tmp_path):
     for t in (5.0, 18.0):
         assert mp.system_modes(system, t=t).eigenvalue.real.max() < 1e-6
     text = (PIPELINES / "flexible-rocket.toml").read_text().replace('"rocket-', f'"{PIPELINES}/rocket-')
-    for what in ("rotation", "spin"):
+    for what in ("rotation", "angular_velocity"):
         assert f"stage.tail.{what}" in text
         text = text.replace(f"stage.tail.{what}", f"stage.nose.{what}")
     path = tmp_path / "moved.toml"

@@ -37,7 +37,7 @@ def test_turn_and_bending_are_those_of_linear_theory(satellite):
     panel = satellite.system.bodies["right"]
     rate, q, _ = linear(panel, run.time)
     # (rate / frequency of the panels)^2 = (0.23 / 1.6)^2: what spinning stiffens and softens the panels
-    np.testing.assert_allclose(run["flight.spin"][:, 1], rate, atol=0.02 * np.abs(rate).max())
+    np.testing.assert_allclose(run["flight.angular_velocity"][:, 1], rate, atol=0.02 * np.abs(rate).max())
     bent = panel.phi[1, 2] @ q
     np.testing.assert_allclose(run["right.tip.deflection.z"], bent, atol=0.02 * np.abs(bent).max())
 

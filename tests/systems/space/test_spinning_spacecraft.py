@@ -18,7 +18,7 @@ def at(run, t):
 
 def test_state_after_ten_seconds(run):
     row = at(run, 10.0)
-    np.testing.assert_allclose(run["flight.spin"][row], [0.002092427, -0.080752711, 0.995074911], atol=1e-9)
+    np.testing.assert_allclose(run["flight.angular_velocity"][row], [0.002092427, -0.080752711, 0.995074911], atol=1e-9)
     np.testing.assert_allclose(run["damper.displacement"][row], 0.0014365502, atol=1e-10)
     np.testing.assert_allclose(run["slosh.angle"][row], [0.2809038812, 0.0263140473], atol=1e-9)
 
@@ -32,7 +32,7 @@ def test_energy(run):
 
 def test_friction_alone_takes_energy(run):
     lost = 6 * run["damper.speed"] ** 2 + 8 * (run["slosh.rate"] ** 2).sum(axis=1)
-    np.testing.assert_allclose(run["power.in"], -lost, rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(run["power.input"], -lost, rtol=1e-12, atol=1e-15)
 
 
 def test_momentum(run):
@@ -45,7 +45,7 @@ def test_momentum(run):
 
 def test_wobble_ends_in_a_spin_about_the_momentum(run):
     bus = Rotation.from_quat(run["bus.orientation"], scalar_first=True)
-    spin = bus.apply(run["flight.spin"].copy())
+    spin = bus.apply(run["flight.angular_velocity"].copy())
     apart = np.cross(spin, run["momentum.angular"])
     angle = np.linalg.norm(apart, axis=1) / np.linalg.norm(spin, axis=1) / np.linalg.norm(run["momentum.angular"][0])
     assert angle[0] > 0.02

@@ -50,7 +50,7 @@ def test_deployment_at_an_exponential_rate(deployment, tmp_path):
 
 
 def reeled(system, tether, c):
-    law = mp.TimeFunction(f"1000*exp({c * N}*t)")
+    law = mp.multibody.TimeFunction(f"1000*exp({c * N}*t)")
     return system.with_(joints=tuple(j.with_(motion=law) if j.name == tether else j for j in system.joints))
 
 
@@ -129,7 +129,7 @@ def chain(count, length, density, end, *, lumped=False, joint="revolute", orbit=
                                         inertia=np.diag([1e-9, own + 1e-9, own + 1e-9]), interfaces=ends)  # fmt: skip
         joints.append(mp.Joint(name=f"j{i}", type=joint, parent=f"r{i - 1}.tip" if i else "ground", child=f"r{i}",
                                axis=np.array([0, 0, 1.0]), second_axis=np.array([0, -1.0, 0])))  # fmt: skip
-    return mp.System(bodies=bodies, joints=tuple(joints), orbit=orbit or mp.Orbit(rate=N))
+    return mp.System(bodies=bodies, joints=tuple(joints), orbit=orbit or mp.multibody.Orbit(rate=N))
 
 
 def frequencies(system):
@@ -145,7 +145,7 @@ def test_tension_at_the_orbit():
     assert -pull(chain(1, 1e5, 0.0, 500.0)) == pytest.approx(208.1446, abs=5e-5)
     for count in (1, 7):
         assert -pull(chain(count, 1e5, 5.6e-3, 500.0)) == pytest.approx(324.7055, abs=5e-5)
-    orbit = mp.Orbit.circular(EARTH_RADIUS + 220e3)  # the whole field: of a particle n^2 r - mu / r^2
+    orbit = mp.multibody.Orbit.circular(EARTH_RADIUS + 220e3)  # the whole field: of a particle n^2 r - mu / r^2
     r = orbit.radius + 1e5
     particle = mp.rigid_body("m", mass=500.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     wall = mp.Joint(name="j0", type="weld", parent="ground", child="m", position=np.array([1e5, 0, 0]))
@@ -214,7 +214,9 @@ def ring(count, side, rate, orbit=None, mass=200.0):
                                         interfaces={"root": np.zeros(3)})  # fmt: skip
         joints.append(mp.Joint(name=f"f{k}", type="free", parent="ground", child=f"m{k}", position=p,
                                velocity=rate * np.array([-p[1], p[0], 0])))  # fmt: skip
-        tethers.append(mp.Closure(name=f"t{k}", type="distance", a=f"m{k}.root", b=f"m{(k + 1) % count}.root"))
+        tethers.append(
+            mp.multibody.Closure(name=f"t{k}", type="distance", a=f"m{k}.root", b=f"m{(k + 1) % count}.root")
+        )
     return mp.System(bodies=bodies, joints=tuple(joints), closures=tuple(tethers), orbit=orbit), R
 
 
@@ -248,7 +250,9 @@ def triangle_tensions(time, w, side, mass):
 def test_rigid_triangle_in_orbit():
     """Its turn is uniform: the gradient has no moment on equal masses."""
     w = 5 * N
-    run = mp.simulate(ring(3, 1000.0, w, mp.Orbit(rate=N))[0], t_end=600.0, output_step=60.0, rtol=1e-10, atol=1e-9)
+    run = mp.simulate(
+        ring(3, 1000.0, w, mp.multibody.Orbit(rate=N))[0], t_end=600.0, output_step=60.0, rtol=1e-10, atol=1e-9
+    )
     found = np.column_stack([np.linalg.norm(run[f"t{k}.force"], axis=1) for k in range(3)])
     np.testing.assert_allclose(found, triangle_tensions(run.time, w, 1000.0, 200.0), rtol=1e-6)
     assert run.stats["energy_error"] < 1e-9
@@ -281,8 +285,8 @@ def test_electrodynamic_boost():
     ends = {"root": np.zeros(3), "low": np.array([-1e4, 0, 0]), "high": np.array([1e4, 0, 0])}
     rod = mp.rigid_body("rod", mass=1e5, centre=np.zeros(3), inertia=np.diag([1e5, 1e6, 1e6]), interfaces=ends)
     flight = mp.Joint(name="flight", type="free", parent="ground", child="rod")
-    line = mp.Conductor(name="line", through=("rod.high", "rod.low"), current=10.0)
-    orbit = mp.Orbit.circular(EARTH_RADIUS + 400e3, dipole=mp.Dipole(strength=3.12e-5))
+    line = mp.multibody.Conductor(name="line", through=("rod.high", "rod.low"), current=10.0)
+    orbit = mp.multibody.Orbit.circular(EARTH_RADIUS + 400e3, dipole=mp.multibody.Dipole(strength=3.12e-5))
     system = mp.System(bodies={"rod": rod}, joints=(flight,), loads=(line,), orbit=orbit)
     run = mp.simulate(system, t_end=30 * 86400.0, output_step=86400.0, rtol=1e-10, atol=1e-8)
     found = run["rod.semi_major_axis"][[1, 10, 30]] - orbit.radius
@@ -303,7 +307,7 @@ def test_electrodynamic_tether(tmp_path):
 def test_tether_that_is_reeled_out_rod_by_rod(tmp_path):
     """The dumbbell's swing, while one rod becomes ten; the tether's mass is 0.4 % of the satellite's by then."""
     system, span = shipped("tether-reel-out", tmp_path)
-    run = mp.simulate_deployment(system, t_end=10 / N, output_step=0.5 / N, rtol=span.rtol, method="explicit")
+    run = mp.multibody.simulate_deployment(system, t_end=10 / N, output_step=0.5 / N, rtol=span.rtol, method="explicit")
     x, y, _ = run["satellite.root.position"][at(run, TAU[:6])].T
     expected = [-28.333947, -36.741559, -15.897570, -6.330931, 1.184455, -7.581850]
     np.testing.assert_allclose(

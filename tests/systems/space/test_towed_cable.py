@@ -50,7 +50,7 @@ def test_steady_tow_is_that_of_a_continuous_cable():
 
 def test_the_ship_gets_under_way(tmp_path):
     (run,) = run_shipped("towed-cable", tmp_path).runs.values()
-    trail, _, depth = -run.seen_from("ship")["cable30.tip.position"][-1]
+    trail, _, depth = -run.relative_to("ship")["cable30.tip.position"][-1]
     found = steady(30)
     np.testing.assert_allclose([trail, depth], found[:2], rtol=5e-4)  # what is left of the transient
     assert np.linalg.norm(run["cable1.force"][-1]) == pytest.approx(TENSION, rel=5e-3)  # rods of 10 m

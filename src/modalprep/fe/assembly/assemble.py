@@ -21,6 +21,7 @@ from modalprep.fe.links.interface import Connection, Interface, InterfaceFrame, 
 from modalprep.fe.links.multipoint import PlacedLink, constraint_matrix
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import PointMass, Property, Solid, Spring
+from modalprep.suggest import refuse_other
 
 
 def assemble(
@@ -59,6 +60,7 @@ def assemble(
     >>> bool(abs(model.K @ model.rigid_body()).max() < 1e-6 * abs(model.K).max())
     True
     """
+    refuse_other("assemble: the mesh", Mesh, mesh)
     order, connections = root_first(interfaces, root), dict(connections or {})
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")

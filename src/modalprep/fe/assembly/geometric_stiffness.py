@@ -49,7 +49,7 @@ class GeometricStiffness:
         return float(sum(np.sum(block.energy(u.reshape(len(u), -1))) for block, u in own))
 
     def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load.
+        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static response (n_dof, k) under its load.
 
         Several prestresses at a time, whose matrices have the same pattern: their products with the basis read it
         once. Solids have one matrix over nodes for all three displacement components: a ninth of the full one.

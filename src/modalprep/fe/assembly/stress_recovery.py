@@ -29,7 +29,7 @@ class StressPoint(NodeSet):
 
     Attributes
     ----------
-    of : str or None
+    element_group : str or None
         Mesh group of these elements; needed where others of another property meet at the node.
     direction : (3,) or None
         Only elements whose axis (beams, trusses) or normal (shells) points there, to 32 degrees; mesh axes.
@@ -46,11 +46,11 @@ class StressPoint(NodeSet):
 
     Examples
     --------
-    >>> StressPoint(group="root", of="beam", fibres=((0.0, 0.05), (0.0, -0.05)))
+    >>> StressPoint(group="root", element_group="beam", fibres=((0.0, 0.05), (0.0, -0.05)))
     group 'root'
     """
 
-    of: str | None = None
+    element_group: str | None = None
     direction: Vector | None = None
     axis: Vector | None = None
     fibres: tuple[tuple[float, ...], ...] = ()
@@ -168,7 +168,7 @@ def stress_recovery(model: FEModel, mesh: Mesh, points: Mapping[str, StressPoint
 
 def _meetings(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: int) -> list[Meeting]:
     blocks = [block for block in model.strain_energy.blocks if hasattr(block, "nodal_stress")]
-    own = None if spec.of is None else list(mesh.group(spec.of).values())
+    own = None if spec.element_group is None else list(mesh.group(spec.element_group).values())
     used = _used(len(mesh.points), own if own is not None else [block.nodes for block in blocks])
     nodes = np.intersect1d(spec.nodes(mesh, used), used)
     if len(nodes) > most:
@@ -178,7 +178,7 @@ def _meetings(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: in
         pieces = [piece.piece(_pointing(piece, spec.direction)) for piece in pieces]
     at = {int(node): there for node in nodes if (there := _at(node, pieces))}
     if not at:
-        which = f" of group {spec.of!r}" if spec.of else ""
+        which = f" of group {spec.element_group!r}" if spec.element_group else ""
         which += f" in direction {list(spec.direction)}" if spec.direction else ""
         raise InputError(f"no element{which} that has stress meets at {spec}")
     names = [name if len(at) == 1 else f"{name}.{_label(mesh, node)}" for node in at]

@@ -146,7 +146,7 @@ class BeamBlock(Turning):
 
     def _strain(self) -> tuple[np.ndarray, np.ndarray]:
         s, mat = self.section, self.section.material
-        shear = (s.ky * mat.G * s.A, s.kz * mat.G * s.A) if s.shear else (0.0, 0.0)
+        shear = (s.ky * mat.G * s.A, s.kz * mat.G * s.A) if s.theory == "timoshenko" else (0.0, 0.0)
         C = np.array([mat.E * s.A, *shear, mat.G * s.J, mat.E * s.Iy, mat.E * s.Iz])
         B = self.grad.copy()
         B[:, :, 1] -= self.motion[:, :, 5]
@@ -282,7 +282,7 @@ def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np
 def _basis(length: np.ndarray, s: Beam, rule: tuple[np.ndarray, np.ndarray] | None = None) -> Basis:
     """Disjoint flat line elements, so that scikit-fem sees one-dimensional geometry; at points and weights `rule`."""
     ne, mat = len(length), s.material
-    ratio = 12 * mat.E / (mat.G * s.A * length**2) if s.shear else np.zeros(ne)
+    ratio = 12 * mat.E / (mat.G * s.A * length**2) if s.theory == "timoshenko" else np.zeros(ne)
     mesh = MeshLine1(np.stack([0 * length, length], 1).reshape(1, -1), np.arange(2 * ne).reshape(ne, 2).T)
     element = ElementBeam(ratio * s.Iz / s.ky, ratio * s.Iy / s.kz)
     return Basis(mesh, element, intorder=QUADRATURE, quadrature=rule, disable_doflocs=True)

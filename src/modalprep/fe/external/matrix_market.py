@@ -1,4 +1,7 @@
-"""MatrixMarket files. Scipy's reader can end the process on a file whose heading is cut short, so this is our own."""
+"""MatrixMarket files.
+
+SciPy's reader (1.17) ends the process on characters behind the last number, and takes 1.5D3 as 1.5, so this is our own.
+"""
 
 from __future__ import annotations
 

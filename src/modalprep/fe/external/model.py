@@ -195,7 +195,7 @@ class Supplied:
         return (own + self.links.of_links(self.links.K @ d - load)).tocsr()
 
     def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load."""
+        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static response (n_dof, k) under its load."""
         out = np.zeros((loads.shape[1], Phi.shape[1], Phi.shape[1]))
         for k in np.flatnonzero(np.any(loads, axis=0)):
             out[k] = Phi.T @ (self(static[:, k], loads[:, k]) @ Phi)

@@ -11,13 +11,14 @@ from modalprep.fe.properties.materials import Material, Orthotropic, refuse_not_
 from modalprep.suggest import refuse_unknown
 
 Vector = tuple[float, float, float]
+BeamTheory = Literal["timoshenko", "euler-bernoulli"]
 Membrane = Literal["opt", "cst"]
 Vector6 = tuple[float, float, float, float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Beam:
-    """Straight two-node beam, Timoshenko or (``shear=False``) Euler-Bernoulli.
+    """Straight two-node beam, by Timoshenko or Euler and Bernoulli.
 
     The section axes are e1 along the beam, ``e2 = up x e1`` and ``e3 = e1 x e2``, so that e3 points to `up`.
     The mesh may override `up` and `offset` per element (``Mesh.data``).
@@ -39,8 +40,8 @@ class Beam:
         From the nodes' line to the centroid along e2 and e3, m (eccentric stiffeners).
     nsm : float
         Further mass per length, kg/m.
-    shear : bool
-        Whether shear deforms the beam.
+    theory : {"timoshenko", "euler-bernoulli"}
+        Whether shear deforms the beam, or not.
     fibres : tuple of tuples of 2 or 3 floats
         Where stress is asked for: y, z from the centroid along e2 and e3 (m) and, where it is known, the shear stress
         of a unit torque there (1/m^3).
@@ -61,13 +62,14 @@ class Beam:
     up: Vector = (0.0, 0.0, 1.0)
     offset: tuple[float, float] = (0.0, 0.0)
     nsm: float = 0.0
-    shear: bool = True
+    theory: BeamTheory = "timoshenko"
     fibres: tuple[tuple[float, ...], ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse sections without area or stiffness."""
         values = {name: getattr(self, name) for name in ("A", "Iy", "Iz", "J", "ky", "kz")}
         refuse_not_positive("beam section", **values)
+        refuse_unknown(self.theory, get_args(BeamTheory), "theory of a beam:")
         for fibre in self.fibres:
             if len(fibre) not in (2, 3) or not all(math.isfinite(x) for x in fibre):
                 raise InputError(f"fibre {list(fibre)} of a beam is not y, z and, where known, the shear per torque")
@@ -224,8 +226,10 @@ class Spring:
 
     Attributes
     ----------
-    k : tuple of 6 floats
-        N/m along e1, e2, e3; N m/rad about them.
+    translation : tuple of 3 floats
+        Stiffness along e1, e2, e3, N/m.
+    rotation : tuple of 3 floats
+        About them, N m/rad.
     up : tuple of 3 floats
     location : float
         0 at the first node, 1 at the second.
@@ -236,15 +240,22 @@ class Spring:
         When a stiffness is negative, or all are zero.
     """
 
-    k: Vector6
+    translation: Vector = (0.0, 0.0, 0.0)
+    rotation: Vector = (0.0, 0.0, 0.0)
     up: Vector = (0.0, 0.0, 1.0)
     location: float = 0.5
+
+    @property
+    def k(self) -> Vector6:
+        """All six, translations first."""
+        return (*self.translation, *self.rotation)
 
     def __post_init__(self) -> None:
         """Refuse springs that do nothing."""
         if len(self.k) != 6 or not all(0 <= k < float("inf") for k in self.k) or not any(self.k):
             raise InputError(
-                f"spring k = {self.k} needs six stiffnesses (N/m and N m/rad), none negative, one positive"
+                f"spring with translation {self.translation} N/m, rotation {self.rotation} N m/rad: each needs three "
+                "stiffnesses, none negative, one of the six positive"
             )
 
 

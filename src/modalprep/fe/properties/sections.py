@@ -15,7 +15,9 @@ from modalprep.suggest import suggestion
 CATALAN = 0.915965594177219  # sum of (-1)^k / (2 k + 1)^2
 
 
-def beam_section(shape: str, material: Material, *, up=(0.0, 0.0, 1.0), shear: bool = True, **sizes: Any) -> Beam:
+def beam_section(
+    shape: str, material: Material, *, up=(0.0, 0.0, 1.0), theory: str = "timoshenko", **sizes: Any
+) -> Beam:
     """Return a beam of a standard section; `height` lies along e3 ('up'), `width` along e2.
 
     Its `fibres` are four: the corners, from +e2 +e3 on anticlockwise, or of round sections +e2, +e3, -e2, -e3; a
@@ -25,6 +27,7 @@ def beam_section(shape: str, material: Material, *, up=(0.0, 0.0, 1.0), shear: b
     ----------
     shape : {"rectangle", "rod", "tube", "box", "i"}
     material : Material
+    theory : {"timoshenko", "euler-bernoulli"}
     **sizes
         Of the shape, m: ``rectangle(width, height)``, ``rod(diameter)``, ``tube(diameter, thickness)``,
         ``box(width, height, thickness)``, ``i(width, height, flange, web)``; `offset` and `nsm` as in `Beam`.
@@ -49,7 +52,7 @@ def beam_section(shape: str, material: Material, *, up=(0.0, 0.0, 1.0), shear: b
     for name, value in sizes.items():
         if not 0 < value < float("inf"):
             raise InputError(f"section {shape!r}: {name} = {value:g} m must be positive")
-    return Beam(material=material, up=tuple(up), shear=shear, **SHAPES[shape](material.nu, **sizes), **more)
+    return Beam(material=material, up=tuple(up), theory=theory, **SHAPES[shape](material.nu, **sizes), **more)
 
 
 def _rectangle(nu: float, width: float, height: float) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from modalprep.fe.properties.properties import Spring
 from modalprep.fe.quality import connectivity_findings as net_findings
 from modalprep.fe.quality.findings import Checked, Finding, Quality, Severity, Statistics
 from modalprep.fe.quality.shape import Shape, measure
+from modalprep.suggest import refuse_other
 
 __all__ = ["Finding", "Quality", "Statistics", "check_mesh"]
 
@@ -117,6 +118,7 @@ def check_mesh(mesh: Mesh, structural: Collection[str] | None = None, joined: Co
     1 quad cell is crossed or re-entrant (an interior angle above 180 degrees), the first near (0.5, 0.5, 0) m;
     list the corners around the cell, or split it into triangles
     """
+    refuse_other("check_mesh: the mesh", Mesh, mesh)
     checked = _checked(mesh, structural, joined)
     net, edges = net_findings.find(checked)
     found = [f for f in (*_shape_findings(checked), *net) if f is not None]

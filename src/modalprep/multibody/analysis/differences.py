@@ -1,4 +1,8 @@
-"""Jacobians by central differences with Richardson extrapolation, each entry with an estimate of its error."""
+"""Jacobians by central differences with Richardson extrapolation, each entry with an estimate of its error.
+
+`scipy.differentiate.jacobian` calls a smooth function more often, loses a digit or two where the function has
+round-off, and gives up where it is not finite at the first step.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +11,16 @@ from collections.abc import Callable
 import numpy as np
 
 LEVELS = 9  # steps of a column: h, h/2, ... h/256
-SHORTER = 9  # trials of the largest step, each an eighth of the last
-GOOD = 1e-13  # of the largest entry of a column: no smaller step is tried
+SHORTER = 9  # trials of the largest step, each an eighth of the previous one
+GOOD = 1e-13  # error relative to the largest entry of a column, at which no smaller step is tried
 
 
 def jacobian(function: Callable, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the derivative of ``function(z) (m,)`` at z = 0, and its estimated error, both (m, len(steps)).
 
-    Ridders (1982): the differences of halved steps are extrapolated to zero; each entry is the value of the table that
-    differs least from its neighbours. Exact up to round-off where the function is quadratic. Steps are shorter where it
-    is not finite; the error is infinite where it never is.
+    Ridders (1982): the differences of successively halved steps are extrapolated to zero; each entry is the value of
+    the extrapolation table that differs least from its neighbours. Exact up to round-off where the function is
+    quadratic. Steps are shorter where it is not finite; the error is infinite where it never is.
 
     Parameters
     ----------
@@ -42,7 +46,7 @@ def _column(function: Callable, step: np.ndarray, size: float) -> tuple[np.ndarr
     def slope(h: float) -> np.ndarray:
         return (function(h * step) - function(-h * step)) / (2 * h * size)
 
-    longest, row = _longest(slope)
+    longest, row = _largest_step(slope)
     best, error = row[0], np.full(len(row[0]), np.inf)
     for level in range(1, LEVELS):
         new = [slope(0.5**level * longest)]
@@ -57,8 +61,8 @@ def _column(function: Callable, step: np.ndarray, size: float) -> tuple[np.ndarr
     return best, error
 
 
-def _longest(slope: Callable) -> tuple[float, list[np.ndarray]]:
-    """Return the first of 1, 1/8, 1/64, ... at which the slope is finite, and that slope; or the last."""
+def _largest_step(slope: Callable) -> tuple[float, list[np.ndarray]]:
+    """Return the first of the steps 1, 1/8, 1/64, ... with a finite slope (else the last), and that slope."""
     for h in 0.125 ** np.arange(SHORTER):
         first = slope(h)
         if np.all(np.isfinite(first)):

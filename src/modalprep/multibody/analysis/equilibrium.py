@@ -1,4 +1,4 @@
-"""Where a system rests under its loads: Newton's method on the full equations."""
+"""Static equilibrium of a system under its loads: Newton's method on the full equations."""
 
 from __future__ import annotations
 
@@ -9,34 +9,35 @@ import numpy as np
 from modalprep.errors import SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 LARGEST = 0.3  # step, in scales of the coordinates: a third of a radian, of a body's size
 CONVERGED = 1e-12  # step
-MOST = 200  # steps: at LARGEST, ten turns or sixty body sizes
+MAX_STEPS = 200  # at LARGEST, ten revolutions or sixty body sizes
 TRIALS = 12  # of one line search
-SLACK = 0.8  # of the force along the step that may be left at its end: Crisfield (1991), section 9.2
-SOFT = 1e-7  # of the largest stiffness of a joint: softer coordinates are measured by this
-FLAT = 1e-5  # of the stiffness that a coordinate is measured by: less counts as none
-MOVING = 1e-9  # 1/s, rate of a loop's gap by its size: more is motion
+SLACK = 0.8  # fraction of the force along the step that may remain at its end: Crisfield (1991), section 9.2
+SOFT = 1e-7  # of the largest stiffness of a joint: lower bound of the scale of a coordinate's stiffness
+FLAT = 1e-5  # of the scale of a coordinate's stiffness: below it the stiffness counts as zero
+MOVING = 1e-9  # 1/s, rate of a loop's gap over its size, above which the loop moves
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Equilibrium(Record):
-    """A state of rest.
+    """A static equilibrium.
 
     Attributes
     ----------
     y : (nx + nu,)
-        State as `kernels.data` says, speeds zero.
+        State, speeds zero; `joints` and `modal` have its coordinates by name.
     stable : bool
-        Whether the stiffness is positive in every direction; False also where it is indifferent.
+        Whether the stiffness is positive definite; False also for a neutral equilibrium.
     stiffness : (n, n)
         Derivative of the restoring forces by the independent coordinates.
     independent : (n,) int
-        Which of the nu coordinates; all without closed loops.
+        Indices of the independent ones among the nu coordinates; all of them without closed loops.
     joints : dict of (k,)
         Coordinates of each joint (m, rad).
     modal : dict of (n,)
@@ -44,6 +45,7 @@ class Equilibrium(Record):
     closures : dict
         ``name.force`` (N), ``name.torque`` (N m) on b in a's axes, ``name.multiplier``, as channels of a run.
     steps : int
+        Newton steps.
     """
 
     y: np.ndarray
@@ -57,26 +59,36 @@ class Equilibrium(Record):
 
 
 def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) -> Equilibrium:
-    """Return where the system rests under its loads at time t, all speeds and accelerations zero.
+    """Return the static equilibrium of a system under its loads at time t, with zero speeds and accelerations.
 
-    Newton's method from the start values of the joints on the inverse dynamics of the system, so that no mass enters,
-    in the coordinates that closed loops leave independent, which are chosen anew at each step;
-    where the stiffness is not positive it is shifted until the step goes with the force, so that the search
-    leaves unstable equilibria. The line search keeps the force along the step from growing against it.
+    Newton's method starts from the start values of the joints and solves the inverse dynamics, in which no mass enters,
+    in independent coordinates that are chosen again at each step. Where the stiffness is not positive definite it is
+    shifted until the step follows the force, so that the search leaves unstable equilibria. The line search limits the
+    force against the step at its end.
 
     Parameters
     ----------
     t : float
         s, at which functions of time are taken.
     steady : bool
-        Prescribed hinges turn at their rate: rest relative to a steady motion. Else they are held.
+        Whether prescribed hinges move at their rate: equilibrium relative to a steady motion. Otherwise they are fixed.
+
+    Returns
+    -------
+    Equilibrium
+        The state, whether it is stable, and its coordinates by name.
 
     Raises
     ------
     SimulationError
-        When nothing balances the load; the sentence names the joint. When closed loops move in the steady motion.
+        When no equilibrium is found; the message names the joint. When closed loops move in the steady motion.
     InputError
         When a loop cannot be closed.
+
+    References
+    ----------
+    Theory 5.6.
+    J. Nocedal, S. J. Wright, Numerical Optimization, 2nd ed., Springer 2006, chapters 3 and 11.
 
     Examples
     --------
@@ -92,12 +104,13 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     >>> round(float(20 * angle + 10 * np.cos(angle)), 12)
     0.0
     """
-    plant = Plant(system, t)
-    y = plant.start.copy()
-    y[plant.nx :] = 0.0
-    _refuse_moving_loops(plant, y, steady)
-    for steps in range(MOST):
-        at = _Place(Chart(plant, y), steady)
+    refuse_other("static_equilibrium: the system", System, system)
+    evaluator = Evaluator(system, t)
+    y = evaluator.start.copy()
+    y[evaluator.nx :] = 0.0
+    _refuse_moving_loops(evaluator, y, steady)
+    for steps in range(MAX_STEPS):
+        at = _State(Chart(evaluator, y), steady)
         g = at.force(np.zeros(at.n))
         K = -jacobian(at.force, np.full(at.n, 1e-2))[0]
         step, lowest = _step(at, K, g)
@@ -107,12 +120,12 @@ def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) 
     raise SimulationError(_no_balance(at, g))
 
 
-class _Place:
-    """A state at rest, and those about it by changes ``z (n,)`` of its independent coordinates in their scales."""
+class _State:
+    """A static state and its neighbours, by scaled changes ``z (n,)`` of the independent coordinates."""
 
     def __init__(self, chart: Chart, steady: bool) -> None:
-        self.chart, self.plant, self.steady = chart, chart.plant, steady
-        self.scale, self.n = chart.plant.scale[chart.independent], len(chart.independent)
+        self.chart, self.evaluator, self.steady = chart, chart.evaluator, steady
+        self.scale, self.n = chart.evaluator.scale[chart.independent], len(chart.independent)
 
     def y(self, z: np.ndarray) -> np.ndarray:
         return self.chart.moved(self.scale * z)
@@ -123,31 +136,30 @@ class _Place:
         return -self.scale * (self.chart.tangent(y).T @ self.required(y))
 
     def own_stiffness(self, K: np.ndarray) -> np.ndarray:
-        """Diagonal of the stiffness ``K (n, n)``, positive: at least a share of that in the joints."""
-        joints = [self.plant.owner[k][0] == "joint" for k in self.chart.independent]
+        """Diagonal of the stiffness ``K (n, n)``, positive: at least a fraction of that of the joints."""
+        joints = [self.evaluator.owner[k][0] == "joint" for k in self.chart.independent]
         largest = np.abs(K[joints]).max(initial=0.0) or np.abs(K).max() or 1.0
         return np.maximum(np.abs(np.diag(K)), SOFT * largest)
 
     def required(self, y: np.ndarray) -> np.ndarray:
-        return self.plant.required(y, np.zeros(self.plant.nu), moving=self.steady)
+        return self.evaluator.required(y, np.zeros(self.evaluator.nu), moving=self.steady)
 
 
-def _refuse_moving_loops(plant: Plant, y: np.ndarray, steady: bool) -> None:
-    """In a steady motion nothing but prescribed hinges turns, so that loops must turn as a whole."""
-    if plant.loops and steady:
-        rate = np.abs(plant.gaps(y)[1])
+def _refuse_moving_loops(evaluator: Evaluator, y: np.ndarray, steady: bool) -> None:
+    """Refuse closed loops that a steady motion deforms: only prescribed hinges may move."""
+    if evaluator.loops and steady:
+        rate = np.abs(evaluator.gaps(y)[1])
         if rate.max() > MOVING:
-            name = plant.system.closures[plant.loops.closing.rows[int(np.argmax(rate))].closure].name
+            name = evaluator.system.closures[evaluator.loops.closing.rows[int(np.argmax(rate))].closure].name
             raise SimulationError(
-                f"no steady motion: the prescribed motions move the loop that {name!r} closes; ask for the equilibrium "
-                "at one time"
+                f"no steady motion: the prescribed motions move the loop that {name!r} closes; use steady = False"
             )
 
 
-def _step(at: _Place, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
-    """Return the step along the force, and the lowest stiffness by the coordinates' own, zero where it is round-off.
+def _step(at: _State, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return the step, and the lowest eigenvalue of the scaled stiffness, zero where it is round-off.
 
-    Own stiffnesses are scales of their own: those of modes are many powers of ten above that of a pendulum.
+    The stiffness is scaled by its diagonal, because that of modes exceeds that of a pendulum by many orders.
     """
     if not len(g):
         return g, 1.0
@@ -160,10 +172,10 @@ def _step(at: _Place, K: np.ndarray, g: np.ndarray) -> tuple[np.ndarray, float]:
     return step * min(1.0, LARGEST / max(np.abs(step).max(), LARGEST)), lowest
 
 
-def _length(at: _Place, step: np.ndarray, g: np.ndarray) -> float:
-    """Part of the step at whose end the force along it is no larger against it than `SLACK` of that at its start.
+def _length(at: _State, step: np.ndarray, g: np.ndarray) -> float:
+    """Return the fraction of the step at whose end the opposing force is at most `SLACK` of the initial force.
 
-    It is no longer than loops can follow.
+    The loops must close there.
     """
     length, closed = 1.0, False
     for _ in range(TRIALS):
@@ -177,28 +189,28 @@ def _length(at: _Place, step: np.ndarray, g: np.ndarray) -> float:
     return length if closed else 0.0
 
 
-def _found(at: _Place, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
-    y, plant = at.chart.y, at.plant
+def _found(at: _State, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
+    y, evaluator = at.chart.y, at.evaluator
     return Equilibrium(
         y=y,
         stable=stable,
         stiffness=stiffness,
         independent=at.chart.independent,
-        joints={joint.name: y[plant.coordinates("joint", joint.name)] for joint in plant.system.joints},
-        modal={name: y[plant.coordinates("body", name)] for name in plant.system.bodies},
-        closures=plant.exerted(y, at.required(y)),
+        joints={joint.name: y[evaluator.coordinates("joint", joint.name)] for joint in evaluator.system.joints},
+        modal={name: y[evaluator.coordinates("body", name)] for name in evaluator.system.bodies},
+        closures=evaluator.exerted(y, at.required(y)),
         steps=steps,
     )
 
 
-def _no_balance(at: _Place, g: np.ndarray) -> str:
-    owner = [at.plant.owner[k] for k in at.chart.independent]
+def _no_balance(at: _State, g: np.ndarray) -> str:
+    owner = [at.evaluator.owner[k] for k in at.chart.independent]
     moves = np.array([kind == "joint" for kind, _ in owner])
     worst = int(np.argmax(np.abs(g) * (moves if moves.any() else 1)))
     kind, name = owner[worst]
-    unit = "N m" if at.plant.turns[at.chart.independent[worst]] else "N"
-    left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "its load"
+    unit = "N m" if at.evaluator.turns[at.chart.independent[worst]] else "N"
+    left = f"{abs(g[worst] / at.scale[worst]):.3g} {unit}" if kind == "joint" else "modal force"
     return (
-        f"no static equilibrium: nothing balances {left} in {kind} {name!r} within {MOST} steps; "
-        "hold it with a spring, a weld or a prescribed motion"
+        f"no static equilibrium: residual of {left} in {kind} {name!r} after {MAX_STEPS} steps; "
+        "constrain it by a spring, a weld or a prescribed motion"
     )

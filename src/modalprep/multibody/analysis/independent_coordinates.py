@@ -1,8 +1,8 @@
-"""Independent coordinates of a system about a state: the closed loops decide the others.
+"""Independent coordinates of a system about a state: closed loops determine the dependent ones.
 
-Closed loops ``Phi(x, t) = 0`` leave as many coordinates free as their Jacobian G has columns beyond its rank. A pivoted
-QR factorization of G, rows and columns scaled, chooses the dependent ones, so that what is left moves them least;
-``G_d du_d = -G_i du_i`` makes ``R`` (book section 9.4). Without loops every coordinate is independent and R is one.
+Closed loops ``Phi(x, t) = 0`` leave as many coordinates independent as their Jacobian G has columns beyond its rank. A
+pivoted QR factorisation of the scaled G selects the dependent ones such that they are well conditioned; ``G_d du_d =
+-G_i du_i`` gives ``R`` (book section 9.4). Without loops every coordinate is independent and R is the identity.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ import numpy as np
 from scipy.linalg import qr
 
 from modalprep.errors import SimulationError
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 
-TIGHT = 1e-15  # of lengths by the size of the system, and of angles: nothing is left to close
-CLOSED = 1e-11  # what must be reached
-SLOW = 0.3  # of the gap left by a step: the Jacobian of the reference is too old
-MOST = 60  # steps
-PROBE, BRANCHES = 1e-2, 1e-3  # step in scales; gap of redundant conditions after it, by its square
-WORST = 1e12  # condition of the dependent columns
+TIGHT = 1e-15  # of gaps over the size of the system, and of angles: at round-off
+CLOSED = 1e-11  # required gap
+SLOW = 0.3  # reduction of the gap by a step, above which the Jacobian is renewed
+MAX_STEPS = 60
+PROBE, BRANCHES = 1e-2, 1e-3  # scaled step; gap of redundant conditions after it, over its square
+WORST = 1e12  # condition number of the dependent columns
 SINGULAR = "the closed loops do not close near this state: they are in, or near, a singular position"
 
 
@@ -30,13 +30,13 @@ class Chart:
     Attributes
     ----------
     y : (nx + nu,)
-        The reference, closed.
+        The reference state, with closed loops.
     kept : (k,) int
-        Conditions of the loops that do not follow from others.
+        Independent conditions of the loops.
     independent : (n,) int
-        Which of the nu coordinates.
+        Indices of the independent ones among the nu coordinates.
     R : (nu, n)
-        Changes of all coordinates by those, at the reference.
+        Derivative of all coordinates by the independent ones, at the reference.
 
     Raises
     ------
@@ -52,43 +52,43 @@ class Chart:
     >>> disc = rigid_body("disc", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     >>> joints = tuple(Joint(name=name, type="revolute", parent="ground", child=name) for name in ("one", "two"))
     >>> gear = Coupler(name="gear", factors={"one": 3.0, "two": 1.0})
-    >>> plant = Plant(System(bodies={"one": disc, "two": disc}, joints=joints, closures=(gear,)))
-    >>> chart = Chart(plant, plant.start)
+    >>> evaluator = Evaluator(System(bodies={"one": disc, "two": disc}, joints=joints, closures=(gear,)))
+    >>> chart = Chart(evaluator, evaluator.start)
     >>> chart.independent.tolist(), chart.R.ravel()
     ([1], array([-0.33333333,  1.        ]))
     """
 
-    def __init__(self, plant: Plant, y: np.ndarray) -> None:
-        self.plant, self.y = plant, y
-        self.kept = plant.kept_rows(y)
+    def __init__(self, evaluator: Evaluator, y: np.ndarray) -> None:
+        self.evaluator, self.y = evaluator, y
+        self.kept = evaluator.kept_rows(y)
         G = self._jacobian(y)
-        scaled = G * plant.scale
+        scaled = G * evaluator.scale
         order = qr(scaled / np.linalg.norm(scaled, axis=1)[:, None], mode="r", pivoting=True)[1]
         self.dependent, self.independent = np.sort(order[: len(G)]), np.sort(order[len(G) :])
         self.inverse = np.linalg.inv(G[:, self.dependent])
         self.R = self.tangent(y)
-        if len(G) < plant.gap_count:
+        if len(G) < evaluator.gap_count:
             self._probe()
 
     def _probe(self) -> None:
-        """Refuse a state where conditions follow from others at this place only: the loops are about to branch."""
+        """Refuse a state where conditions are redundant at this configuration only: a bifurcation of the loops."""
         mixed = PROBE * np.cos(np.arange(len(self.independent)))
-        left = self.plant.gaps(self.moved(mixed * self.plant.scale[self.independent]))[0]
+        left = self.evaluator.gaps(self.moved(mixed * self.evaluator.scale[self.independent]))[0]
         if np.abs(left).max() > BRANCHES * PROBE**2:
             raise SimulationError(SINGULAR)
 
     def _jacobian(self, y: np.ndarray) -> np.ndarray:
-        return self.plant.jacobian(y)[self.kept]
+        return self.evaluator.jacobian(y)[self.kept]
 
     def tangent(self, y: np.ndarray) -> np.ndarray:
         """Return R (nu, n) at another state, for the same independent coordinates."""
-        G, R = self._jacobian(y), np.zeros((self.plant.nu, len(self.independent)))
+        G, R = self._jacobian(y), np.zeros((self.evaluator.nu, len(self.independent)))
         R[self.independent, np.arange(len(self.independent))] = 1.0
         R[self.dependent] = -np.linalg.solve(G[:, self.dependent], G[:, self.independent])
         return R
 
-    def moved(self, place: np.ndarray, speed: np.ndarray | None = None) -> np.ndarray:
-        """Return the state whose independent coordinates and speeds differ by `place` and `speed` (n,), loops closed.
+    def moved(self, change: np.ndarray, speed: np.ndarray | None = None) -> np.ndarray:
+        """Return the closed state whose independent coordinates and speeds differ by `change` and `speed` (n,).
 
         Without `speed` the speeds are those of the reference, closed or not.
 
@@ -97,33 +97,35 @@ class Chart:
         SimulationError
             When the loops cannot be closed there.
         """
-        plant, step = self.plant, self.R @ place
-        state = plant.moved(self.y, step)
+        evaluator, step = self.evaluator, self.R @ change
+        state = evaluator.moved(self.y, step)
         inverse = self.inverse
 
-        def shift(change: np.ndarray) -> None:
-            step[self.dependent] += change
-            state[: plant.nx] = plant.moved(self.y, step)[: plant.nx]
+        def correct_position(correction: np.ndarray) -> None:
+            step[self.dependent] += correction
+            state[: evaluator.nx] = evaluator.moved(self.y, step)[: evaluator.nx]
 
-        def turn(change: np.ndarray) -> None:
-            state[plant.nx + self.dependent] += change
+        def correct_speed(correction: np.ndarray) -> None:
+            state[evaluator.nx + self.dependent] += correction
 
         if len(self.dependent):
-            inverse = self._close(lambda: plant.gaps(state)[0], shift, inverse, state, 1.0)
+            inverse = self._close(lambda: evaluator.gaps(state)[0], correct_position, inverse, state, 1.0)
         if speed is not None:
-            state[plant.nx + self.independent] += speed
+            state[evaluator.nx + self.independent] += speed
             if len(self.dependent):
-                self._close(lambda: plant.gaps(state)[1], turn, inverse, state, np.abs(state[plant.nx :]).max())
+                self._close(
+                    lambda: evaluator.gaps(state)[1], correct_speed, inverse, state, np.abs(state[evaluator.nx :]).max()
+                )
         return state
 
-    def _close(self, gap: Callable, change: Callable, inverse: np.ndarray, state: np.ndarray, size: float):
-        """Newton's method with an old Jacobian, renewed where it converges slowly; returns the last inverse."""
+    def _close(self, gap: Callable, correct: Callable, inverse: np.ndarray, state: np.ndarray, size: float):
+        """Close the loops by Newton's method, the Jacobian renewed on slow convergence; returns its last inverse."""
         left = gap()[self.kept]
-        for _ in range(MOST):
+        for _ in range(MAX_STEPS):
             before = np.abs(left).max()
             if before <= TIGHT * size:
                 return inverse
-            change(-inverse @ left)
+            correct(-inverse @ left)
             left = gap()[self.kept]
             now = np.abs(left).max()
             if not now <= SLOW * before:

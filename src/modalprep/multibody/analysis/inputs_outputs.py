@@ -8,19 +8,19 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPHERICAL
 from modalprep.multibody.kernels.interfaces import add_wrench, carried, node_acceleration, node_state, world
 from modalprep.multibody.model.loads import locate
 from modalprep.suggest import suggestion
 
 AXES = ("x", "y", "z")
-MOTIONS = ("position", "rotation", "velocity", "spin", "acceleration", "angular_acceleration")
-PLACES, RATES = {REVOLUTE: "angle", PRISMATIC: "displacement"}, {REVOLUTE: "rate", PRISMATIC: "speed"}
+MOTIONS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
+COORDINATES, RATES = {REVOLUTE: "angle", PRISMATIC: "displacement"}, {REVOLUTE: "rate", PRISMATIC: "speed"}
 
 
-class Effort:
-    """An input: a hinge force, or a component of a force or torque on an interface, inertial axes.
+class Input:
+    """An input: a hinge force, or a component of a force or torque on an interface in inertial axes.
 
     ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N), ``.torque.z``
     (N m).
@@ -28,18 +28,18 @@ class Effort:
     Raises
     ------
     InputError
-        When the name says nothing of the system.
+        When the name is not known in the system.
     """
 
-    def __init__(self, plant: Plant, name: str) -> None:
-        self.plant, self.tau, self.wrench = plant, np.zeros(plant.nu), np.zeros(6)
+    def __init__(self, evaluator: Evaluator, name: str) -> None:
+        self.evaluator, self.tau, self.wrench = evaluator, np.zeros(evaluator.nu), np.zeros(6)
         self.link, self.node = -1, 0
         joint, _, number = name.partition(".")
         parts = name.rsplit(".", 2)
-        if joint in [j.name for j in plant.system.joints] and (not number or number.isdigit()):
-            self.tau[_speed(plant, joint, number, name)] = 1.0
+        if joint in [j.name for j in evaluator.system.joints] and (not number or number.isdigit()):
+            self.tau[_speed(evaluator, joint, number, name)] = 1.0
         elif len(parts) == 3 and parts[1] in ("force", "torque") and parts[2] in AXES:
-            self.link, self.node = _interface(plant, parts[0], name)
+            self.link, self.node = _interface(evaluator, parts[0], name)
             self.wrench[3 * (parts[1] == "torque") + AXES.index(parts[2])] = 1.0
         else:
             raise InputError(
@@ -48,37 +48,37 @@ class Effort:
             )
 
     def apply(self, size: float) -> np.ndarray:
-        """Let it act, between `Plant.load` and `Plant.accelerations`; returns its hinge forces (nu,)."""
+        """Apply it between `Evaluator.load` and `Evaluator.accelerations`; returns its hinge forces (nu,)."""
         if self.link >= 0:
-            p, w = self.plant, tuple((size * self.wrench).tolist())
+            p, w = self.evaluator, tuple((size * self.wrench).tolist())
             add_wrench(p.packed.model, p.data, self.link, self.node, w[:3], w[3:])
         return size * self.tau
 
 
-def output(plant: Plant, name: str, y: np.ndarray) -> Callable[[np.ndarray], float]:
-    """Return the function of the state that an output's name means; rotations are counted from state y.
+def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarray], float]:
+    """Return the function of the state that a name denotes; rotations are relative to state y.
 
     ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
-    ``body.stress.point.xx``, ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.spin``,
-    ``.acceleration`` and ``.angular_acceleration`` in inertial axes; to be called after `Plant.accelerations`.
+    ``body.stress.point.xx``, ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.angular_velocity``,
+    ``.acceleration`` and ``.angular_acceleration`` in inertial axes; to be called after `Evaluator.accelerations`.
 
     Raises
     ------
     InputError
-        When the name says nothing of the system.
+        When the name is not known in the system.
     """
     first, _, rest = name.partition(".")
     parts = name.rsplit(".", 2)
     if len(parts) == 3 and parts[1] in MOTIONS and parts[2] in AXES:
-        return _motion(plant, *_interface(plant, parts[0], name), parts[1], AXES.index(parts[2]), y)
-    if first in plant.system.bodies and rest.startswith("modal."):
-        places, number = plant.coordinates("body", first), rest.removeprefix("modal.")
+        return _motion(evaluator, *_interface(evaluator, parts[0], name), parts[1], AXES.index(parts[2]), y)
+    if first in evaluator.system.bodies and rest.startswith("modal."):
+        places, number = evaluator.coordinates("body", first), rest.removeprefix("modal.")
         if number.isdigit() and 1 <= int(number) <= len(places):
             return lambda y, place=places[int(number) - 1]: y[place]
-    if first in plant.system.bodies and rest.startswith("stress."):
-        return _stress(plant, first, rest.removeprefix("stress."), name)
-    if first in [joint.name for joint in plant.system.joints]:
-        known = _hinges(plant, first)
+    if first in evaluator.system.bodies and rest.startswith("stress."):
+        return _stress(evaluator, first, rest.removeprefix("stress."), name)
+    if first in [joint.name for joint in evaluator.system.joints]:
+        known = _hinges(evaluator, first)
         if rest not in known:
             raise InputError(f"output {name!r}: {suggestion(rest, known, f'joint {first} has')}")
         return lambda y, place=known[rest]: y[place]
@@ -88,15 +88,15 @@ def output(plant: Plant, name: str, y: np.ndarray) -> Callable[[np.ndarray], flo
     )
 
 
-def _interface(plant: Plant, text: str, name: str) -> tuple[int, int]:
-    found = locate(plant.system.bodies, text, repr(name))
+def _interface(evaluator: Evaluator, text: str, name: str) -> tuple[int, int]:
+    found = locate(evaluator.system.bodies, text, repr(name))
     if found is None:
-        raise InputError(f"{name!r}: the ground does not move; name 'body.interface'")
-    return plant.packed.link_of(found[0]), found[1]
+        raise InputError(f"{name!r}: the ground has no motion; name 'body.interface'")
+    return evaluator.packed.link_of(found[0]), found[1]
 
 
-def _speed(plant: Plant, joint: str, number: str, name: str) -> int:
-    rows = plant.packed.speeds_of(joint)
+def _speed(evaluator: Evaluator, joint: str, number: str, name: str) -> int:
+    rows = evaluator.packed.speeds_of(joint)
     if not number and len(rows) == 1:
         return rows[0]
     if not number.isdigit() or not 1 <= int(number) <= len(rows):
@@ -104,54 +104,56 @@ def _speed(plant: Plant, joint: str, number: str, name: str) -> int:
     return rows[int(number) - 1]
 
 
-def _hinges(plant: Plant, joint: str) -> dict[str, int]:
-    """Return the places in the state of a joint's coordinates and speeds by name."""
+def _hinges(evaluator: Evaluator, joint: str) -> dict[str, int]:
+    """Return the indices in the state of a joint's coordinates and speeds by name."""
     found: dict[str, list[int]] = {}
-    for i in plant.packed.links_of(joint):
-        kind, row = plant.packed.types[i], plant.packed.model.links[i]
-        if kind in PLACES:
-            found.setdefault(PLACES[kind], []).append(int(row["x"]))
-            found.setdefault(RATES[kind], []).append(plant.nx + int(row["u"]))
+    for i in evaluator.packed.links_of(joint):
+        kind, row = evaluator.packed.types[i], evaluator.packed.model.links[i]
+        if kind in COORDINATES:
+            found.setdefault(COORDINATES[kind], []).append(int(row["x"]))
+            found.setdefault(RATES[kind], []).append(evaluator.nx + int(row["u"]))
         elif kind in (SPHERICAL, FREE):
-            first = plant.nx + int(row["u"]) + (3 if kind == FREE else 0)
-            found["spin"] = [first, first + 1, first + 2]
+            first = evaluator.nx + int(row["u"]) + (3 if kind == FREE else 0)
+            found["angular_velocity"] = [first, first + 1, first + 2]
     single = {name: places[0] for name, places in found.items() if len(places) == 1}
     return single | {f"{name}.{k + 1}": place for name, places in found.items() for k, place in enumerate(places)}
 
 
-def _stress(plant: Plant, body: str, place: str, name: str) -> Callable[[np.ndarray], float]:
-    points, modal = plant.system.bodies[body].stress, plant.coordinates("body", body)
+def _stress(evaluator: Evaluator, body: str, place: str, name: str) -> Callable[[np.ndarray], float]:
+    points, modal = evaluator.system.bodies[body].stress, evaluator.coordinates("body", body)
     rows = {f"{p}.{c}": row for p, at in points.items() for c, row in zip(at.components, at.modes, strict=True)}
     if place not in rows:
         raise InputError(f"output {name!r}: {suggestion(place, rows, f'the linear stresses of {body} are')}")
     return lambda y, row=rows[place]: row @ y[modal]
 
 
-def _motion(plant: Plant, link: int, node: int, what: str, axis: int, y: np.ndarray) -> Callable[[np.ndarray], float]:
-    model, data = plant.packed.model, plant.data
+def _motion(
+    evaluator: Evaluator, link: int, node: int, what: str, axis: int, y: np.ndarray
+) -> Callable[[np.ndarray], float]:
+    model, data = evaluator.packed.model, evaluator.data
     if what in ("acceleration", "angular_acceleration"):
-        return _acceleration(plant, link, node, what == "angular_acceleration", axis)
-    place = ("position", "rotation", "velocity", "spin").index(what)
+        return _acceleration(evaluator, link, node, what == "angular_acceleration", axis)
+    place = ("position", "rotation", "velocity", "angular_velocity").index(what)
 
     def state() -> tuple:
         return node_state(model, data, link, node)
 
     if what != "rotation":
         return lambda y: state()[place][axis]
-    plant.load(y)
+    evaluator.load(y)
     world(model, data)
     start = np.reshape(state()[1], (3, 3))
     return lambda y: Rotation.from_matrix(np.reshape(state()[1], (3, 3)) @ start.T).as_rotvec()[axis]
 
 
-def _acceleration(plant: Plant, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:
-    """As seen from the ground, which may turn."""
-    at = (plant.packed.model, plant.data, link, node)
-    ground = np.array([0, 0, plant.packed.model.ground_rate])
+def _acceleration(evaluator: Evaluator, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:
+    """Return the acceleration relative to the ground, which may rotate."""
+    at = (evaluator.packed.model, evaluator.data, link, node)
+    ground = np.array([0, 0, evaluator.packed.model.ground_rate])
 
-    def seen(y: np.ndarray) -> float:
+    def relative(y: np.ndarray) -> float:
         position, _, velocity, spin = node_state(*at)
-        own = np.cross(ground, spin) if turn else carried(plant.data, position, velocity)
+        own = np.cross(ground, spin) if turn else carried(evaluator.data, position, velocity)
         return node_acceleration(*at, 1.0)[turn][axis] - own[axis]
 
-    return seen
+    return relative

@@ -1,4 +1,4 @@
-"""Inverse dynamics of closed loops: each history is a coupler with a value, whose multiplier is the force."""
+"""Inverse dynamics with closed loops: each prescribed history is a coupler whose multiplier is the drive force."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def drive_loops(
 ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
     """Return states (nt, nx + nu), accelerations (nt, nu) and forces {joint: (nt, k)} of driven joints in loops.
 
-    Modes, and joints without a history, follow by their equations of motion from the start.
+    Modes, and joints without a prescribed history, follow from their equations of motion and start values.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def drive_loops(
     Raises
     ------
     InputError
-        When the times begin elsewhere, or the histories ask for more than the loops leave free.
+        When the first time is not 0, or there are more histories than degrees of freedom.
 
     Examples
     --------
@@ -41,7 +41,7 @@ def drive_loops(
     >>> from modalprep.multibody.model.joint import Joint
     >>> rod = rigid_body("rod", mass=1.0, centre=np.zeros(3), inertia=np.eye(3),
     ...                  interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])})
-    >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, hold=True),
+    >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, keep_start=True),
     ...           Joint(name="knee", type="revolute", parent="a.end", child="b", angle=-2.0))
     >>> slot = Closure(name="slot", type="point_on_plane", a="ground", b="b.end", axis=np.array([0, 1.0, 0]))
     >>> system = System(bodies={"a": rod, "b": rod}, joints=joints, closures=(slot,))
@@ -50,7 +50,7 @@ def drive_loops(
     [6.0]
     """
     if times[0] != 0.0:
-        raise InputError(f"inverse dynamics: with closed loops the times begin at 0, not at {times[0]:g} s")
+        raise InputError(f"inverse dynamics: with closed loops the times must begin at 0, not at {times[0]:g} s")
     drives = [
         Coupler(name=f"drive of {joint}.{k}", factors={f"{joint}.{k}": 1.0}, value=law)
         for joint, several in laws.items()
@@ -60,20 +60,20 @@ def drive_loops(
     options = {"method": "explicit", "rtol": rtol, "atol": 1e-3 * rtol}
     span = times if len(times) > 1 else np.array([0.0, AHEAD])
     run = prepare(driven, span, **options)
-    _refuse_more_than_free(prepare(system, span, **options), run, drives)
+    _refuse_dependent(prepare(system, span, **options), run, drives)
     states = _states(run, times)
-    udot, multipliers = zip(*(_answer(run, t, y) for t, y in zip(times, states, strict=True)), strict=True)
+    udot, multipliers = zip(*(_evaluated(run, t, y) for t, y in zip(times, states, strict=True)), strict=True)
     force = np.array(multipliers)[:, len(system.closures) :]
     ends = np.cumsum([len(several) for several in laws.values()])
     columns = np.split(force, ends[:-1], axis=1)
     return states[:, :-1], np.array(udot), dict(zip(laws, columns, strict=True))
 
 
-def _refuse_more_than_free(free: Integration, driven: Integration, drives: Sequence[Coupler]) -> None:
+def _refuse_dependent(free: Integration, driven: Integration, drives: Sequence[Coupler]) -> None:
     added = int(driven.loading.loops.work.rank[0]) - int(free.loading.loops.work.rank[0])
     if added < len(drives):
         raise InputError(
-            f"inverse dynamics: the loops leave {added} of the {len(drives)} coordinates with a history free, so the "
+            f"inverse dynamics: only {added} of the {len(drives)} coordinates with a history are independent, so the "
             "forces are not determined; leave histories out"
         )
 
@@ -87,8 +87,8 @@ def _states(run: Integration, times: np.ndarray) -> np.ndarray:
     return np.vstack(blocks)
 
 
-def _answer(run: Integration, t: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the accelerations (nu,) and the multipliers, a sum for each closure, of a state."""
+def _evaluated(run: Integration, t: float, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the accelerations (nu,) and the multipliers, summed over each closure, of a state."""
     run.loading.enter(*next(s for s in run.loading.stretches if t <= s[1]))
     ydot, loops = np.zeros(len(y)), run.loading.loops
     evaluate(run.model, t, y, ydot)

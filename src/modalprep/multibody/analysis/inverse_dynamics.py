@@ -12,32 +12,32 @@ from scipy.integrate import solve_ivp
 from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.inverse_closed import drive_loops
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.tree import Packed, pack
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
-MOST = 30  # Newton steps of a quasi-static instant
-CONVERGED = 1e-11  # of those, in scales of the coordinates
+MAX_STEPS = 30  # Newton steps of a quasi-static solution
+CONVERGED = 1e-11  # Newton step, in scales of the coordinates
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class InverseDynamics(Record):
-    """Hinge forces and what follows of a prescribed motion.
+    """Hinge forces, modal coordinates and states of a prescribed motion.
 
     Attributes
     ----------
     time : (nt,)
     force : dict of (nt, k)
-        Force (N) or torque (N m) of an actuator in each coordinate of the joints with a history, springs and other
-        loads of the system already at work.
+        Force (N) or torque (N m) of an actuator in each coordinate of the joints with a history, in addition
+        to springs and other loads of the system.
     modal : dict of (nt, n)
         Modal coordinates of each body.
     y, udot : (nt, nx + nu), (nt, nu)
-        States and accelerations.
+        States, which `coordinates` reads by name, and accelerations.
     """
 
     time: np.ndarray
@@ -48,9 +48,20 @@ class InverseDynamics(Record):
 
 
 def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0) -> np.ndarray:
-    """Return the generalised forces (nu,) that a state and its accelerations need beyond the loads, in O(n).
+    """Return the generalised forces (nu,) that a state and its accelerations require besides the loads, in O(n).
 
-    The inverse of forward dynamics: its modal rows vanish where the modal accelerations are those of the motion.
+    The inverse of forward dynamics: the modal rows vanish where the modal accelerations are those of the motion.
+
+    Returns
+    -------
+    (nu,) float
+        N, N m, and the modal rows in m sqrt(kg) / s^2.
+
+    References
+    ----------
+    J. Y. S. Luh, M. W. Walker, R. P. C. Paul, On-line computational scheme for mechanical manipulators,
+    J. Dyn. Syst. Meas. Control 102 (1980) 69.
+    Theory 5.2.
 
     Examples
     --------
@@ -58,19 +69,19 @@ def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0
     >>> from modalprep.multibody.model.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
-    >>> hinge_forces(arm, np.zeros(4), np.array([1.0, 0.0]))[:1].round(6)  # 12 kg 100 m^2 / 3, and the section's own
+    >>> hinge_forces(arm, np.zeros(4), np.array([1.0, 0.0]))[:1].round(6)  # 12 kg 100 m^2 / 3, plus rotary inertia
     array([400.006])
     """
     return _tree(system, t).required(np.asarray(y, dtype=float), np.asarray(udot, dtype=float))
 
 
-def _tree(system: System, t: float) -> Plant:
+def _tree(system: System, t: float) -> Evaluator:
     if system.closures:
         raise InputError(
             f"hinge forces: {system.closures[0].name!r} closes a loop, so that a state and its accelerations do not "
             "determine them; use inverse_dynamics with histories of as many joints as are driven"
         )
-    return Plant(system, t)
+    return Evaluator(system, t)
 
 
 def inverse_dynamics(
@@ -83,27 +94,36 @@ def inverse_dynamics(
 ) -> InverseDynamics:
     """Return the hinge forces that move joints as prescribed.
 
-    What has no history follows: modes and the other joints by their equations of motion from the start of the
-    joints, modes at rest ("dynamic"), or, in a tree where every joint has a history, modes by the loads and the motion
-    of each instant, without vibration ("quasi_static": their speeds and accelerations are left out, so that the force
-    misses what they carry). In closed loops as many coordinates have a history as are driven.
+    Modes and joints without a prescribed history follow from their equations of motion, from the joints' start values
+    with modes at rest ("dynamic"). In a tree where every joint has a history the modes may instead be in quasi-static
+    equilibrium with the loads and the motion at each time ("quasi_static"): their speeds and accelerations are
+    neglected, also in the forces. With closed loops the number of histories is that of the drives.
 
     Parameters
     ----------
     motion : {joint: function of time, or one for each of its coordinates}
-        Length (m) or angle (rad), travels before turns; anything that makes a `TimeFunction`.
+        Length (m) or angle (rad), translations before rotations; anything that makes a `TimeFunction`.
     times : (nt,)
         s, ascending.
     rtol : float
-        Of the integration of what follows.
+        Relative tolerance of the integration of modes and joints without a history.
+
+    Returns
+    -------
+    InverseDynamics
+        Forces (N) and torques (N m) over the times, by joint, and all coordinates.
 
     Raises
     ------
     InputError
-        When a joint is unknown, prescribed already, spherical or free, the times do not ascend, or histories ask for
-        more than closed loops leave free.
+        When a joint is unknown, prescribed already, spherical or free, the times do not ascend, or there are
+        more histories than degrees of freedom.
     SimulationError
-        When what follows cannot be integrated, the loops cannot be closed, or no quasi-static deflection is found.
+        When the integration fails, the loops cannot be closed, or no quasi-static deflection is found.
+
+    References
+    ----------
+    Theory 5.2.
 
     Examples
     --------
@@ -116,6 +136,7 @@ def inverse_dynamics(
     >>> found.force["hinge"][:, 0].tolist()
     [12.0, 12.0]
     """
+    refuse_other("inverse_dynamics: the system", System, system)
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or not len(times) or np.any(np.diff(times) <= 0):
         raise InputError("inverse dynamics: the times must ascend")
@@ -124,10 +145,10 @@ def inverse_dynamics(
     if system.closures:
         return _looped(system, motion, times, modes, rtol)
     guided = _Guided(system, motion, times)
-    states = guided.follow(times, rtol) if modes == "dynamic" else guided.settle(times)
-    answers = [guided.answer(t, y, dynamic=modes == "dynamic") for t, y in zip(times, states, strict=True)]
-    udot, force = (np.array(rows) for rows in zip(*answers, strict=True))
-    forces = {name: force[:, guided.plant.packed.speeds_of(name)] for name in motion}
+    states = guided.dynamic(times, rtol) if modes == "dynamic" else guided.quasi_static(times)
+    responses = [guided.response(t, y, dynamic=modes == "dynamic") for t, y in zip(times, states, strict=True)]
+    udot, force = (np.array(rows) for rows in zip(*responses, strict=True))
+    forces = {name: force[:, guided.evaluator.packed.speeds_of(name)] for name in motion}
     return _result(system, times, states, udot, forces)
 
 
@@ -160,8 +181,7 @@ def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:
     count = sum(COORDINATES[kind] for kind in kinds)
     if not count or np.isin(kinds, (SPHERICAL, FREE)).any():
         raise InputError(
-            f"inverse dynamics: joint {name!r} has no coordinate that a function of time can say; leave it out, "
-            "and it follows"
+            f"inverse dynamics: joint {name!r} has no coordinate that a function of time can prescribe; leave it out"
         )
     laws = [TimeFunction.of(f) for f in (functions if _several(functions) else [functions])]
     if len(laws) != count:
@@ -172,47 +192,47 @@ def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:
 
 
 class _Guided:
-    """A system whose joints partly follow histories: `given` are their speeds, `left` the others."""
+    """A system with prescribed histories of some joints: `given` are the indices of their speeds, `left` the others."""
 
     def __init__(self, system: System, motion: Mapping[str, Any], times: np.ndarray) -> None:
-        self.plant = _tree(system, float(times[-1]))
-        self.start = self.plant.start
+        self.evaluator = _tree(system, float(times[-1]))
+        self.start = self.evaluator.start
         self.laws: list[tuple[int, int, TimeFunction]] = []
-        packed = self.plant.packed
+        packed = self.evaluator.packed
         for name, functions in motion.items():
             laws = _laws(packed, name, functions)
             self.laws += zip(packed.coordinates_of(name), packed.speeds_of(name), laws, strict=True)
         self.given = np.array([u for _, u, _ in self.laws], dtype=int)
-        self.left = np.setdiff1d(np.arange(self.plant.nu), self.given)
+        self.left = np.setdiff1d(np.arange(self.evaluator.nu), self.given)
 
     def guide(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Write the histories into state y at time t; returns the accelerations (nu,) with zeros for the rest."""
-        udot = np.zeros(self.plant.nu)
-        self.plant.at(t)
+        """Write the histories into state y at time t; returns their accelerations (nu,), zero for all others."""
+        udot = np.zeros(self.evaluator.nu)
+        self.evaluator.at(t)
         for x, u, law in self.laws:
-            y[x], y[self.plant.nx + u], udot[u] = law(t)
+            y[x], y[self.evaluator.nx + u], udot[u] = law(t)
         return udot
 
-    def answer(self, t: float, y: np.ndarray, *, dynamic: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Accelerations of all, by the equations of motion of what is left, and the forces they need."""
+    def response(self, t: float, y: np.ndarray, *, dynamic: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return all accelerations, those without a history by the equations of motion, and the required forces."""
         udot = self.guide(t, y)
-        need, left = self.plant.required(y, udot), self.left
+        need, left = self.evaluator.required(y, udot), self.left
         if dynamic and len(left):
-            unit = np.eye(self.plant.nu)[left]
-            columns = np.column_stack([self.plant.required(y, udot + e) - need for e in unit])
+            unit = np.eye(self.evaluator.nu)[left]
+            columns = np.column_stack([self.evaluator.required(y, udot + e) - need for e in unit])
             udot[left] = -np.linalg.solve(columns[left], need[left])
             need = need + columns @ udot[left]
         return udot, need
 
-    def follow(self, times: np.ndarray, rtol: float) -> np.ndarray:
-        """States (nt, nx + nu) by integration of what is left."""
-        plant, y = self.plant, self.start.copy()
+    def dynamic(self, times: np.ndarray, rtol: float) -> np.ndarray:
+        """Return the states (nt, nx + nu) by integration of the coordinates without a history."""
+        evaluator, y = self.evaluator, self.start.copy()
 
         def rate(t: float, y: np.ndarray) -> np.ndarray:
             y, out = y.copy(), np.zeros(len(y))
-            udot, _ = self.answer(t, y, dynamic=True)
-            plant.rates(y, out)
-            out[plant.nx :] = udot
+            udot, _ = self.response(t, y, dynamic=True)
+            evaluator.rates(y, out)
+            out[evaluator.nx :] = udot
             return out
 
         self.guide(times[0], y)
@@ -227,38 +247,37 @@ class _Guided:
             self.guide(t, state)
         return states
 
-    def settle(self, times: np.ndarray) -> np.ndarray:
-        """States (nt, nx + nu) with the modes at the rest that each instant's motion has for them."""
-        passive = [name for kind, name in (self.plant.owner[u] for u in self.left) if kind == "joint"]
+    def quasi_static(self, times: np.ndarray) -> np.ndarray:
+        """Return the states (nt, nx + nu) with the modes in quasi-static equilibrium at each time."""
+        passive = [name for kind, name in (self.evaluator.owner[u] for u in self.left) if kind == "joint"]
         if passive:
             raise InputError(
-                f"inverse dynamics: joint {passive[0]!r} has no history, so nothing rests; give it one, or use dynamic "
-                "modes"
+                f"inverse dynamics: joint {passive[0]!r} has no history; give it one, or use dynamic modes"
             )
         y, states = self.start.copy(), []
-        y[self.plant.nx :] = 0.0
+        y[self.evaluator.nx :] = 0.0
         for t in times:
             y = self._settled(float(t), y)
             states.append(y)
         return np.array(states)
 
     def _settled(self, t: float, y: np.ndarray) -> np.ndarray:
-        plant, left = self.plant, self.left
-        udot, scale = self.guide(t, y := y.copy()), self.plant.scale[self.left]
-        lift = np.eye(plant.nu)[:, left] * scale
-        for _ in range(MOST):
+        evaluator, left = self.evaluator, self.left
+        udot, scale = self.guide(t, y := y.copy()), self.evaluator.scale[self.left]
+        lift = np.eye(evaluator.nu)[:, left] * scale
+        for _ in range(MAX_STEPS):
 
-            def lack(z: np.ndarray, y: np.ndarray = y) -> np.ndarray:
-                return scale * plant.required(plant.moved(y, lift @ z), udot)[left]
+            def residual(z: np.ndarray, y: np.ndarray = y) -> np.ndarray:
+                return scale * evaluator.required(evaluator.moved(y, lift @ z), udot)[left]
 
-            K, _ = jacobian(lack, np.full(len(left), 1e-2))
-            step = -np.linalg.solve(K, lack(np.zeros(len(left)))) if len(left) else np.zeros(0)
-            y = plant.moved(y, lift @ step)
+            K, _ = jacobian(residual, np.full(len(left), 1e-2))
+            step = -np.linalg.solve(K, residual(np.zeros(len(left)))) if len(left) else np.zeros(0)
+            y = evaluator.moved(y, lift @ step)
             if np.abs(step).max(initial=0.0) < CONVERGED:
                 return y
         raise SimulationError(f"inverse dynamics: no quasi-static deflection of the modes at t = {t:g} s")
 
 
 def _several(functions: Any) -> bool:
-    """Whether it is a function for each coordinate, not one in pieces ``(until, expression)``."""
+    """Whether there is a function for each coordinate, not a single one in pieces ``(until, expression)``."""
     return isinstance(functions, list) and not isinstance(functions[0], tuple)

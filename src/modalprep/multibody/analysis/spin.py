@@ -10,6 +10,7 @@ from scipy.linalg import eigvals
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import steady_mass
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 from modalprep.vectors import skew
 
 
@@ -22,12 +23,12 @@ class SpinModes(Record):
 
 
 def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None) -> SpinModes:
-    """Return the vibration of a body whose root turns steadily.
+    """Return the vibration of a body whose root rotates steadily.
 
     ``M q'' + (2 w~_ab P_ab + D) q' + [K + W_ab (P_ab + Kg_W_ab) + A_a Kg_A_a] q = -(S_a A_a + W_ab H_ab)`` with
     ``W = w~ w~``: theory 4 with constant A and w, and M the modal mass, of a body with T that of the steady deflection.
-    What that deflection changes beside is of its second order, of the fourth in the spin: `linearise` and
-    `system_modes` have it, this has not. A complex pair counts once; an unstable real pair has frequency 0.
+    Other effects of that deflection are of second order in it, of fourth order in the spin: `linearise` and
+    `system_modes` include them. A complex pair counts once; an unstable real pair has frequency 0.
 
     Parameters
     ----------
@@ -35,6 +36,15 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
         rad/s in the body frame.
     acceleration : (3,)
         Steady specific acceleration A of the root in the body frame, m/s^2.
+
+    Returns
+    -------
+    SpinModes
+        Eigenvalues (1/s), frequencies (Hz), damping ratios and shapes.
+
+    References
+    ----------
+    Theory 4.4.
 
     Examples
     --------
@@ -44,6 +54,7 @@ def spin_modes(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | 
     >>> bool(np.allclose(still.frequency, body.frequency)), bool(spinning.frequency[0] > still.frequency[0])
     (True, True)
     """
+    refuse_other("spin_modes: the body", FlexibleBody, body)
     A = np.zeros(3) if acceleration is None else np.asarray(acceleration, dtype=float)
     w = skew(np.asarray(spin, dtype=float))
     W = w @ w

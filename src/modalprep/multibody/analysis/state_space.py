@@ -16,7 +16,7 @@ class StateSpace(Record):
 
     Coordinates are minimal: closed loops leave n of the tree's nu independent, without loops all are. A spherical
     joint's three are the rotation vector of the child relative to the reference, in its axes; a free joint's six the
-    displacement and that rotation, in the body's axes. The reference moves on with its speeds where they are not zero.
+    displacement and that rotation, in the body's axes. With nonzero speeds the reference itself moves.
 
     Attributes
     ----------
@@ -25,17 +25,21 @@ class StateSpace(Record):
     owner : tuple of (str, str)
         What each of the nu coordinates belongs to: ``("joint", name)`` or ``("body", name)``.
     independent : (n,) int
-        Which of them z has.
+        Indices of the coordinates in z.
     R : (nu, n)
-        Changes of all coordinates by those.
+        Derivative of all coordinates by the independent ones.
     y : (nx + nu,)
-        The state.
+        The state; `coordinates` reads it by name.
     udot : (nu,)
         Accelerations there; zero at rest or in a steady motion.
     error : float
         Largest estimated error of an entry, relative to the largest entry of its matrix.
-    doubt : (2 n, 2 n)
+    error_estimate : (2 n, 2 n)
         Estimated error of each entry of A.
+
+    References
+    ----------
+    Theory 5.6.
     """
 
     A: np.ndarray
@@ -50,7 +54,23 @@ class StateSpace(Record):
     y: np.ndarray
     udot: np.ndarray
     error: float
-    doubt: np.ndarray
+    error_estimate: np.ndarray
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the 2 n numbers of z: ``hinge``, ``ball.2``, ``arm.modal.1``, then ``hinge.rate`` and so on."""
+        number = [sum(each == of for each in self.owner[:k]) + 1 for k, of in enumerate(self.owner)]
+        counts = {of: self.owner.count(of) for of in self.owner}
+        names = [
+            f"{name}.modal.{number[k]}"
+            if kind == "body"
+            else name
+            if counts[kind, name] == 1
+            else f"{name}.{number[k]}"
+            for k, (kind, name) in enumerate(self.owner)
+        ]
+        kept = tuple(names[k] for k in self.independent)
+        return (*kept, *(f"{name}.rate" for name in kept))
 
 
 def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
@@ -61,15 +81,24 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     frequency : (nf,)
         Hz.
 
+    Returns
+    -------
+    (nf, no, ni) complex
+        Unit of the output per unit of the input.
+
     Raises
     ------
     InputError
-        When there are no inputs or no outputs, or a frequency is a pole.
+        When there are no inputs or outputs, or a frequency is an undamped pole.
+
+    References
+    ----------
+    Theory 5.6.
 
     Examples
     --------
     >>> one = dict(inputs=("f",), outputs=("x",), owner=(("joint", "x"),), y=np.zeros(2), udot=np.zeros(1), error=0.0,
-    ...            doubt=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
+    ...            error_estimate=np.zeros((2, 2)), independent=np.arange(1), R=np.eye(1))
     >>> oscillator = StateSpace(A=np.array([[0, 1.0], [-4.0, 0]]), B=np.array([[0], [1.0]]), C=np.array([[1.0, 0]]),
     ...                         D=np.zeros((1, 1)), **one)
     >>> frequency_response(oscillator, np.array([1 / (2 * np.pi)])).real.round(9).tolist()
@@ -81,5 +110,5 @@ def frequency_response(linear: StateSpace, frequency: np.ndarray) -> np.ndarray:
     try:
         moved = np.linalg.solve(omega * np.eye(len(linear.A)) - linear.A, linear.B.astype(complex))
     except np.linalg.LinAlgError:
-        raise InputError("a frequency is a pole of the undamped system; move it, or add damping") from None
+        raise InputError("a frequency is an undamped pole; change it, or add damping") from None
     return linear.C @ moved + linear.D

@@ -12,8 +12,9 @@ from modalprep.multibody.analysis.linearise import linearise
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
-UNSURE = 10.0  # times its estimated error: a root below this counts as zero
+UNCERTAIN = 10.0  # a root below this multiple of its estimated error counts as zero
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -27,9 +28,9 @@ class SystemModes(Record):
     frequency : (n,)
         Hz, ``|eigenvalue| / 2 pi``; 0 for motions without stiffness.
     damping : (n,)
-        ``-Re / |eigenvalue|``: 1 for an overdamped motion, negative for an unstable one, 0 without stiffness.
+        ``-Re / |eigenvalue|``: 1 if overdamped, negative if unstable, 0 without stiffness.
     shape : (nu, n) complex
-        All coordinates of the tree, those that closed loops make dependent too; the largest of each is 1.
+        All coordinates of the tree, dependent ones included; the largest of each mode is 1.
     motion : dict of (6, n) complex
         ``body.interface``: displacement (m) and rotation (rad) in inertial axes.
     modal : dict of (k, n) complex
@@ -60,10 +61,20 @@ class SystemModes(Record):
 def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) -> SystemModes:
     """Return the modes of the linear equations about a state; arguments and errors as `linearise`.
 
-    About a steady motion the shapes are seen from the moving reference. Motions without stiffness have double roots,
+    About a steady motion the shapes are relative to the moving reference. Rigid-body motions have double zero roots,
     which round-off splits; a root within its first-order error (Wilkinson 1965, chapter 2: ``y E x / y x``, E the error
     of A) counts as zero, and a pair of them once.
+
+    Returns
+    -------
+    SystemModes
+        Eigenvalues (1/s) and mode shapes by ascending frequency (Hz).
+
+    References
+    ----------
+    J. H. Wilkinson, The Algebraic Eigenvalue Problem, Oxford 1965, chapter 2.
     """
+    refuse_other("system_modes: the system", System, system)
     ends = [f"{name}.{interface}" for name, body in system.bodies.items() for interface in body.interface_name]
     names = [f"{end}.{what}.{axis}" for end in ends for what in ("position", "rotation") for axis in AXES]
     linear = linearise(system, y, t, outputs=names)
@@ -87,15 +98,15 @@ def system_modes(system: System, y: np.ndarray | None = None, t: float = 0.0) ->
 
 
 def _error(linear: StateSpace, left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Error of each root, of first order in that of A and its round-off."""
-    E = linear.doubt + np.finfo(float).eps * np.abs(linear.A)
+    """Return the first-order error of each root due to the error and round-off of A."""
+    E = linear.error_estimate + np.finfo(float).eps * np.abs(linear.A)
     across = np.abs(np.sum(left.conj() * right, axis=0))
     return np.sum(np.abs(left) * (E @ np.abs(right)), axis=0) / np.maximum(across, np.finfo(float).tiny)
 
 
 def _once(values: np.ndarray, error: np.ndarray) -> np.ndarray:
-    """Set roots within their error to zero; return one of each pair, by ascending size."""
-    values[np.abs(values) <= UNSURE * error] = 0.0
+    """Set roots within their error to zero; return the index of one of each pair, by ascending magnitude."""
+    values[np.abs(values) <= UNCERTAIN * error] = 0.0
     values.imag[np.abs(values.imag) <= 1e-9 * np.abs(values)] = 0.0
     zero = np.flatnonzero(values == 0)[::2]
     kept = np.concatenate([zero, np.flatnonzero((values != 0) & (values.imag >= 0))])

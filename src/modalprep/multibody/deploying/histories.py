@@ -1,4 +1,4 @@
-"""Channels of a run whose rods change."""
+"""Channels of a run with a changing number of rods."""
 
 from __future__ import annotations
 
@@ -11,40 +11,40 @@ from modalprep.multibody.results.result import Result
 
 
 class Histories:
-    """Channels of a run whose rods change."""
+    """Collects the channels of all phases of a run; those of stowed rods are NaN."""
 
     def __init__(self, system: DeployingSystem, times: np.ndarray) -> None:
         self.system, self.times, self.count = system, times, 0
         self.channels: dict[str, np.ndarray] = {}
-        self.gained: list[tuple[float, float]] = []
-        self.hidden = tuple(f"{d.leads}." for d in system.deployments)
+        self.event_energy: list[tuple[float, float]] = []
+        self.hidden = tuple(f"{d.exit_body}." for d in system.deployments)
         self.names = {f"{d.name}.displacement": f"{d.name}.length" for d in system.deployments}
         self.names |= {f"{d.name}.drive": f"{d.name}.tension" for d in system.deployments}
 
-    def add(self, places: dict, rows: np.ndarray) -> None:
+    def add(self, columns: dict, rows: np.ndarray) -> None:
         """Add the rows of a phase."""
-        place = slice(self.count, self.count + len(rows))
-        for name, columns in places.items():
+        here = slice(self.count, self.count + len(rows))
+        for name, own in columns.items():
             if name.startswith(self.hidden):
                 continue
             name = self.names.get(name, name)
-            shape = (len(self.times),) + ((columns.stop - columns.start,) if isinstance(columns, slice) else ())
+            shape = (len(self.times),) + ((own.stop - own.start,) if isinstance(own, slice) else ())
             if name not in self.channels:
                 self.channels[name] = np.full(shape, np.nan)
             if len(rows):
-                self.channels[name][place] = rows[:, columns]
-        self.count = place.stop
+                self.channels[name][here] = rows[:, own]
+        self.count = here.stop
 
     def result(self, status: str, message: str, stats: dict, events: dict) -> Result:
-        """Return the result, with what the deployments add."""
+        """Return the result with the additional channels of the deployments."""
         time = self.times[: self.count]
         channels = {name: values[: self.count] for name, values in self.channels.items()}
         for d in self.system.deployments:
             channels[f"{d.name}.tension"] = -channels[f"{d.name}.tension"]
-            channels[f"{d.name}.rods"] = np.ceil(np.maximum(channels[f"{d.name}.length"] / d.rod - EXACT, 0.0))
-        gained = np.array(self.gained).reshape(-1, 2)
-        channels["energy.events"] = np.append(0.0, np.cumsum(gained[:, 1]))[
-            np.searchsorted(gained[:, 0], time, side="left")
+            channels[f"{d.name}.rods"] = np.ceil(np.maximum(channels[f"{d.name}.length"] / d.rod_length - EXACT, 0.0))
+        changes = np.array(self.event_energy).reshape(-1, 2)
+        channels["energy.events"] = np.append(0.0, np.cumsum(changes[:, 1]))[
+            np.searchsorted(changes[:, 0], time, side="left")
         ]
         if not len(time):
             return Result(time=time, channels=channels, status=status, message=message)

@@ -1,4 +1,4 @@
-"""One phase of a deployment: the system between two changes of its rods, and impulses in it."""
+"""One phase of a deployment: the system between two changes of its rods, and impulses between phases."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ from modalprep.multibody.simulate import deflections
 
 
 class RunSettings(NamedTuple):
-    """What all phases of a run share."""
+    """Settings shared by all phases of a run."""
 
     system: DeployingSystem
-    times: np.ndarray  # (nt,) s, the samples
+    times: np.ndarray  # (nt,) s, output times
     histories: Histories
     tolerances: dict
     method: str
@@ -42,7 +42,7 @@ class Phase:
 
     def __init__(
         self, run: RunSettings, stages: list[Stage], t: float, start: dict, before: Phase | None = None,
-        places: dict | None = None,
+        hinges: dict | None = None,
     ) -> None:  # fmt: skip
         self.settings, self.method, self.stages, self.t = run, run.method, stages, t
         self.system = run.system.at(stages, start)
@@ -54,9 +54,9 @@ class Phase:
         y = np.append(start_state(self.packed), 0.0)
         if before:
             _carry(before.packed, before.steps.y, self.packed, y)
-        for name, (place, rate) in (places or {}).items():
+        for name, (position, rate) in (hinges or {}).items():
             x, u = self.rows(name)
-            y[x], y[u] = place, rate
+            y[x], y[u] = position, rate
         later = run.times[run.times > t * (1 + 1e-14)] if before else run.times
         self.integration = Integration(
             self.system, self.packed, self.loading, y, later, deflections(self.system, self.packed),
@@ -68,17 +68,17 @@ class Phase:
             self.steps.size[:SIZES] = before.steps.size[:SIZES]
 
     def _events(self) -> list[Event]:
-        """Return the ends of the stages of reels that move by themselves."""
+        """Return the events that end the stages of free reels."""
         found = []
         for k, (d, stage) in enumerate(zip(self.settings.system.deployments, self.stages, strict=True)):
-            if stage.law is None and d.law is None:
+            if stage.length is None and d.deployed_length is None:
                 low, high = np.clip(stage.range(d), 0.0, d.length)
-                found.append(_reaches(d.name, f"{k}.{OUT}", high, 1))
-                found.append(_reaches(d.name, f"{k}.{IN}", low, -1))
+                found.append(_length_event(d.name, f"{k}.{OUT}", high, 1))
+                found.append(_length_event(d.name, f"{k}.{IN}", low, -1))
         return found
 
     def run(self, planned: Change, progress: Callable | None) -> tuple[str, str, Change | None]:
-        """Integrate to a planned change, or to one that comes before; returns status, message and the change."""
+        """Integrate to a planned change or to an earlier event; returns status, message and the change."""
         if planned.t <= self.t:
             return "done", "", planned
         self.loading.clip(self.t, planned.t)
@@ -87,20 +87,20 @@ class Phase:
         outcome = self.integration.run(recorder.add, progress)
         self.t, self.counts = outcome.t, outcome.stats
         count = min(recorder.count, int(np.sum(self.integration.watch.times <= self.t * (1 + 1e-14))))
-        self.settings.histories.add(recorder.channels.places, recorder.rows[:count])
+        self.settings.histories.add(recorder.channels.index, recorder.rows[:count])
         self.method = self._method()
         for name, times in outcome.events.items():
             if len(times) and times[-1] == outcome.t and outcome.t < planned.t:
-                k, what = name.split(".")
-                return outcome.status, outcome.message, Change(outcome.t, int(k), what)
+                k, kind = name.split(".")
+                return outcome.status, outcome.message, Change(outcome.t, int(k), kind)
         return outcome.status, outcome.message, planned if planned.k >= 0 else None
 
     def _method(self) -> str:
-        """Return the name of the method that was chosen, for the next phase."""
+        """Return the name of the chosen method, for the next phase."""
         return next(name for name, method in METHODS.items() if method == self.integration.choice.method)
 
     def rows(self, name: str) -> tuple[list[int], list[int]]:
-        """Return the places in y of coordinates and speeds of a joint."""
+        """Return the indices in y of coordinates and speeds of a joint."""
         return self.packed.coordinates_of(name), [self.packed.nx + u for u in self.packed.speeds_of(name)]
 
     def hinge(self, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -108,14 +108,14 @@ class Phase:
         x, u = self.rows(name)
         return self.steps.y[x], self.steps.y[u]
 
-    def travel(self, d: Deployment) -> tuple[float, float]:
+    def length_and_speed(self, d: Deployment) -> tuple[float, float]:
         """Return length and speed of a deployment."""
         i = self.packed.links_of(d.name)[0]
         if self.packed.types[i] in PRESCRIBED:
-            place, rate, _ = self.loading.prescribe(self.t)[i]
-            return float(place), float(rate)
-        place, rate = self.hinge(d.name)
-        return float(place[0]), float(rate[0])
+            position, rate, _ = self.loading.prescribe(self.t)[i]
+            return float(position), float(rate)
+        position, rate = self.hinge(d.name)
+        return float(position[0]), float(rate[0])
 
     def number(self, hinge: str) -> int:
         """Return the number of the deployment that a hinge belongs to."""
@@ -127,22 +127,22 @@ class Phase:
         i = self.packed.links_of(name)[0]
         kind = self.packed.types[i]
         if kind == SPHERICAL:
-            place, rate = self.hinge(name)
-            return Rotation.from_quat(place, scalar_first=True).as_matrix(), rate
+            position, rate = self.hinge(name)
+            return Rotation.from_quat(position, scalar_first=True).as_matrix(), rate
         if kind == WELD:
-            return self.stages[self.number(name)].turn, np.zeros(3)
-        place, rate = self.loading.prescribe(self.t)[i, :2] if kind in PRESCRIBED else np.ravel(self.hinge(name))
-        return Rotation.from_euler("z", place).as_matrix(), np.array([0.0, 0.0, rate])
+            return self.stages[self.number(name)].rotation, np.zeros(3)
+        angle, rate = self.loading.prescribe(self.t)[i, :2] if kind in PRESCRIBED else np.ravel(self.hinge(name))
+        return Rotation.from_euler("z", angle).as_matrix(), np.array([0.0, 0.0, rate])
 
-    def turned_in(self, d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray, float]:
-        """Return rotation and spin (in its axes) of the next rod, the innermost one gone, and the reel's speed.
+    def release_innermost(self, d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray, float]:
+        """Return rotation, angular velocity (own axes) and sliding speed of the next rod, the innermost one removed.
 
-        What is out slid along the innermost rod, now along the next: an impulse at the exit turns its velocity. Before
-        it, the next rod moves freely.
+        The deployed part slid along the innermost rod and slides along the next one from now on: an impulse at the exit
+        changes the direction of its velocity. Before the impulse the next rod moves freely.
         """
         (first, spin), (turn, rate) = (self.relative(f"{d.name}{k}") for k in (stage.rods, stage.rods - 1))
-        speed, spin, place = self.travel(d)[1], turn.T @ spin + rate, first @ turn
-        system = self.settings.system.without_exit(self.stages, d, place, speed * turn[0], spin)
+        speed, spin, rotation = self.length_and_speed(d)[1], turn.T @ spin + rate, first @ turn
+        system = self.settings.system.without_exit(self.stages, d, rotation, speed * turn[0], spin)
         packed = pack(system)
         _take_masses(self.packed, self.integration.equations.data, packed, self.settings.system.bodies)
         loading = Loading(system, packed, self.loading.t_end)
@@ -150,22 +150,24 @@ class Phase:
         y = np.append(start_state(packed), 0.0)
         _carry(self.packed, self.steps.y, packed, y)
         root = int(packed.model.links["u"][packed.link_of(f"{d.name}{stage.rods - 1}")])
-        wanted = {0: speed, 1: 0.0, 2: 0.0} if d.spatial else {0: speed, 1: 0.0, 2: 0.0, 3: 0.0, 4: 0.0}
+        target = {0: speed, 1: 0.0, 2: 0.0} if d.spatial else {0: speed, 1: 0.0, 2: 0.0, 3: 0.0, 4: 0.0}
         if self.packed.types[self.packed.links_of(d.name)[0]] == PRISMATIC:
-            wanted.pop(0)
-        rows = root + np.array(list(wanted))
-        push(build_equations(system, packed, loading), packed, self.t, y, rows, np.array(list(wanted.values())))
+            target.pop(0)
+        rows = root + np.array(list(target))
+        apply_impulse(
+            build_equations(system, packed, loading), packed, self.t, y, rows, np.array(list(target.values()))
+        )
         _carry(packed, y, self.packed, self.steps.y)
         free = y[packed.nx + root : packed.nx + root + 6]
-        return place, free[3:], float(free[0])
+        return rotation, free[3:], float(free[0])
 
-    def stop(self, name: str, wanted: np.ndarray) -> None:
-        """Give a joint other speeds by an impulse in it."""
+    def change_speed(self, name: str, target: np.ndarray) -> None:
+        """Change the speeds of a joint to target values by an impulse in it."""
         rows = np.array(self.rows(name)[1]) - self.packed.nx
-        push(self.integration.equations, self.packed, self.t, self.steps.y, rows, wanted)
+        apply_impulse(self.integration.equations, self.packed, self.t, self.steps.y, rows, target)
 
-    def take_speeds(self, other: Phase) -> None:
-        """Take the speeds of the same joints in another phase."""
+    def copy_speeds(self, other: Phase) -> None:
+        """Copy the speeds of the same joints from another phase."""
         _carry(other.packed, other.steps.y, self.packed, self.steps.y)
 
     def energy(self) -> float:
@@ -173,10 +175,11 @@ class Phase:
         return energy(self.integration.equations, self.t, self.steps.y)
 
 
-def push(m: Equations, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, wanted: np.ndarray) -> None:
-    """Give speeds other values by impulses in them; all others follow: ``u+ = u- + M^-1 G' p``.
+def apply_impulse(m: Equations, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray, target: np.ndarray) -> None:
+    """Change some speeds to target values by impulses in them; the others follow: ``u+ = u- + M^-1 G' p``.
 
-    The inertia of these speeds does not matter; a unit more makes a thin rod's spin about itself determinate.
+    The inertia of these speeds does not affect the result; a unit inertia is added to them, so that the rotation of a
+    thin rod about its own axis is determinate.
     """
     nx, more = packed.nx, np.zeros(packed.nu)
     more[rows] = 1.0
@@ -189,18 +192,18 @@ def push(m: Equations, packed: Packed, t: float, y: np.ndarray, rows: np.ndarray
         unit[row] = 1.0
         kernel.inward_bias(m.model, m.data, unit)
         kernel.forward_bias(m.model, m.data, unit, out)
-    impulse = np.linalg.solve(response[:, rows].T, wanted - y[nx + rows])
+    impulse = np.linalg.solve(response[:, rows].T, target - y[nx + rows])
     y[nx : nx + packed.nu] += impulse @ response
 
 
-def _reaches(joint: str, name: str, length: float, direction: int) -> Event:
+def _length_event(joint: str, name: str, length: float, direction: int) -> Event:
     return Event(
         name=name, when=lambda t, state: state.joint(joint).position[0] - length, direction=direction, terminal=True
     )
 
 
 def _carry(old: Packed, before: np.ndarray, new: Packed, y: np.ndarray) -> None:
-    """Copy coordinates and speeds of the joints that are the same, and the work."""
+    """Copy coordinates and speeds of the joints common to both, and the work."""
     known = {(link.joint.name, link.hinge): i for i, link in enumerate(old.links)}
     for row, kind, link in zip(new.model.links, new.types, new.links, strict=True):
         i = known.get((link.joint.name, link.hinge), -1)

@@ -42,11 +42,11 @@ def start_state(packed: Packed) -> np.ndarray:
             x, u = x + 3, u + 3
         if kind in (FREE, SPHERICAL):
             y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
-            y[u : u + 3] = joint.spin
+            y[u : u + 3] = joint.angular_velocity
     return y
 
 
-class Plant:
+class Evaluator:
     """A packed system and its loads at one time.
 
     Attributes
@@ -66,9 +66,10 @@ class Plant:
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
-    >>> plant = Plant(System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), gravity=np.array([0, -10.0, 0])))
-    >>> y = start_state(plant.packed)
-    >>> float(plant.required(y, np.zeros(2))[0])  # 12 kg, centre at 5 m
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,), gravity=np.array([0, -10.0, 0]))
+    >>> evaluator = Evaluator(arm)
+    >>> y = start_state(evaluator.packed)
+    >>> float(evaluator.required(y, np.zeros(2))[0])  # 12 kg, centre at 5 m
     600.0
     """
 

@@ -12,7 +12,7 @@ from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.evaluation.stresses import stress_reader
 from modalprep.multibody.kernels.force_laws import rotation_vector
-from modalprep.multibody.model.joint import TRAVELS, TURNS, Joint
+from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS, Joint
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.safe_expression import read_expression
 from modalprep.multibody.model.system import System
@@ -20,12 +20,12 @@ from modalprep.suggest import suggestion
 
 CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
 AXES = {"x": 0, "y": 1, "z": 2}
-PARTS = ("position", "rotation", "velocity", "spin")
-PLACES, RATES = {"angle": TURNS, "displacement": TRAVELS}, {"rate": TURNS, "speed": TRAVELS}
+PARTS = ("position", "rotation", "velocity", "angular_velocity")
+PLACES, RATES = {"angle": ROTATIONS, "displacement": TRANSLATIONS}, {"rate": ROTATIONS, "speed": TRANSLATIONS}
 KNOWN = (
     "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
-    ".velocity.x or .spin.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also <closure>.gap or "
-    ".multiplier"
+    ".velocity.x or .angular_velocity.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also "
+    "<closure>.gap or .multiplier"
 )
 
 
@@ -35,9 +35,9 @@ def channel_expression(
     """Return ``(t, state) -> value`` of an expression of channels and ``t``.
 
     Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
-    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.spin.x`` and ``.rotation.x``, the rotation vector (rad,
-    below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also its
-    ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
+    ``<body>.<interface>.position.x``, ``.velocity.x``, ``.angular_velocity.x`` and ``.rotation.x``, the rotation
+    vector (rad, below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also
+    its ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
     ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
     one condition, active or not.
 
@@ -81,7 +81,7 @@ def _joint_reader(joint: Joint, part: str) -> Callable[[State], float] | None:
     count, k = counts.get(joint.type, 0), int(number or 1) - 1
     if not 0 <= k < count or (count > 1 and not number):
         return None
-    k += TRAVELS.get(joint.type, 0) if counts is TURNS else 0
+    k += TRANSLATIONS.get(joint.type, 0) if counts is ROTATIONS else 0
     which = "position" if kind in PLACES else "rate"
     return lambda state: float(getattr(state.joint(joint.name), which)[k])
 

@@ -26,6 +26,11 @@ def feedback(
     axes : {"inertial", "body"}
         Of values on an interface; body axes turn with it.
 
+    Returns
+    -------
+    Callback
+        One of the `loads` of a system.
+
     Raises
     ------
     InputError

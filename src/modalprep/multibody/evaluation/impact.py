@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError, SimulationError
-from modalprep.multibody.evaluation.evaluator import Plant
+from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels import constraints
@@ -23,7 +23,7 @@ from modalprep.multibody.kernels.constraints import RANK_TOLERANCE
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
 MOST_SWEEPS, SETTLED = 2000, 1e-13  # of friction and normal impulses against each other
 
@@ -37,10 +37,10 @@ class Impact(Record):
     t : float
         s.
     y : (nx + nu,)
-        State after it, as `kernels.data` says; the coordinates are those before.
+        State after it; the coordinates are those before. `coordinates` reads it by name.
     impulse : dict
         ``name.force`` (3,) N s and ``name.torque`` (3,) N m s on b, at b, in a's axes; ``name.multiplier`` of couplers.
-    lost : float
+    energy_loss : float
         Kinetic energy that its impulses took, J; prescribed hinges that move may give some back.
     sticks : dict of str to bool
         Of each closure with friction that was hit: whether b's point stopped sliding.
@@ -49,7 +49,7 @@ class Impact(Record):
     t: float
     y: np.ndarray
     impulse: dict[str, np.ndarray]
-    lost: float
+    energy_loss: float
     sticks: dict[str, bool]
 
 
@@ -62,7 +62,7 @@ class Contact(NamedTuple):
 
 
 def impact(
-    system: System, y: np.ndarray | None = None, *, hits: Sequence[str], restitution: float = 0.0, t: float = 0.0
+    system: System, y: np.ndarray | None = None, *, closures: Sequence[str], restitution: float = 0.0, t: float = 0.0
 ) -> Impact:
     """Return what happens when closures act suddenly on a state.
 
@@ -72,7 +72,7 @@ def impact(
     ----------
     y : (nx + nu,) or None
         State before; None: the start.
-    hits : sequence of str
+    closures : sequence of str
         Closures that act suddenly, usually ``active = False`` ones; their gaps may be open.
     restitution : float
         Newton's coefficient, 0 (plastic: the closure's motion stops, energy lost ``r (G M^-1 G')^-1 r / 2`` with its
@@ -80,12 +80,21 @@ def impact(
     t : float
         s, at which functions of time are taken.
 
+    Returns
+    -------
+    Impact
+        Speeds after, impulses (N s, N m s) and the energy lost (J).
+
     Raises
     ------
     InputError
         When a name is unknown, or the restitution is not between 0 and 1.
     SimulationError
         When no impulse is found that satisfies Coulomb's law.
+
+    References
+    ----------
+    F. Pfeiffer, C. Glocker, Multibody Dynamics with Unilateral Contacts, Wiley 1996, chapter 8; theory 9.4.
 
     Examples
     --------
@@ -100,22 +109,23 @@ def impact(
     ...              speed=np.array([0, -1.0]))
     >>> pin = Closure(name="pin", type="point_on_plane", a="ground", b="rod.end", axis=np.array([0, 1.0, 0]),
     ...               active=False)
-    >>> caught = impact(System(bodies={"rod": rod}, joints=(fall,), closures=(pin,)), hits=["pin"])
-    >>> caught.impulse["pin.force"].round(12) + 0.0, round(caught.lost, 12)
+    >>> caught = impact(System(bodies={"rod": rod}, joints=(fall,), closures=(pin,)), closures=["pin"])
+    >>> caught.impulse["pin.force"].round(12) + 0.0, round(caught.energy_loss, 12)
     (array([0.  , 0.25, 0.  ]), 0.125)
     """
+    refuse_other("impact: the system", System, system)
     names = [closure.name for closure in system.closures]
-    for name in hits:
+    for name in closures:
         refuse_unknown(name, names, "impact: closure")
     if not 0 <= restitution <= 1:
         raise InputError(f"impact: restitution = {restitution:g} must be between 0 and 1")
-    plant = Plant(system, t)
-    state = plant.start if y is None else np.asarray(y, dtype=float)
-    if plant.loops is None:
+    evaluator = Evaluator(system, t)
+    state = evaluator.start if y is None else np.asarray(y, dtype=float)
+    if evaluator.loops is None:
         raise InputError("impact: the system has no closures; name what is hit by a Closure with active = False")
-    plant.load(state)
-    struck = [names.index(name) for name in hits]
-    return strike(plant.loops, plant.data, state, t, struck, restitution)
+    evaluator.load(state)
+    struck = [names.index(name) for name in closures]
+    return strike(evaluator.loops, evaluator.data, state, t, struck, restitution)
 
 
 def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[int], restitution: float) -> Impact:
@@ -137,13 +147,13 @@ def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[i
         t=t,
         y=after,
         impulse=loops.exerted(),
-        lost=-_work_done(loops),
+        energy_loss=-_work_done(loops),
         sticks={system.closures[k].name: stuck for k, stuck in zip(contacts, sticks, strict=True)},
     )
 
 
 def _contact(loops: Loops, k: int) -> Contact:
-    return Contact(loops.closing.normal(k), loops.closing.sliding(k), loops.system.closures[k].friction)
+    return Contact(loops.closing.normal(k), loops.closing.sliding(k), loops.system.closures[k].friction_coefficient)
 
 
 def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:

@@ -116,7 +116,7 @@ class Loading:
         power = float(tau @ y[self.packed.nx : self.packed.nx + self.packed.nu])
         for w in wrenches:
             moved = frame(w.body, w.interface)
-            power += float(w.force @ moved.velocity + w.torque @ moved.spin)
+            power += float(w.force @ moved.velocity + w.torque @ moved.angular_velocity)
             force, torque = tuple(w.force.tolist()), tuple(w.torque.tolist())
             add_wrench(self.packed.model, data, self.packed.link_of(w.body), w.interface, force, torque)
         return power

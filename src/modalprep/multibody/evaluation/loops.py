@@ -39,7 +39,7 @@ class Loops:
     >>> from modalprep.multibody.packing.tree import pack
     >>> rod = rigid_body("rod", mass=1.0, centre=np.array([0.5, 0, 0]), inertia=np.eye(3),
     ...                  interfaces={"root": np.zeros(3), "end": np.array([1.0, 0, 0])})
-    >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, hold=True),
+    >>> joints = (Joint(name="crank", type="revolute", parent="ground", child="a", angle=1.0, keep_start=True),
     ...           Joint(name="knee", type="revolute", parent="a.end", child="b", angle=-2.2))
     >>> slot = Closure(name="slot", type="point_on_plane", a="ground", b="b.end", axis=np.array([0, 1.0, 0]))
     >>> system = System(bodies={"a": rod, "b": rod}, joints=joints, closures=(slot,))
@@ -95,7 +95,7 @@ class Loops:
     def assemble(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float = 0.0) -> np.ndarray:
         """Return the consistent state nearest to y, and write the notes.
 
-        Joints with `hold` and modes at rest are kept where the loops close without them: in the metric they
+        Joints with `keep_start` and modes at rest are kept where the loops close without them: in the metric they
         are 1e8 times heavier. Nearest is meant in the mass matrix.
 
         Raises
@@ -175,13 +175,13 @@ class Loops:
             self.work.value[rows] += self.work.phi[rows]
 
     def _held(self, data, y, motion) -> np.ndarray:
-        """Inertias that keep the coordinates of joints with `hold`: each HELD times what the hinge carries."""
+        """Inertias that keep the coordinates of joints with `keep_start`: each HELD times what the hinge carries."""
         model, hinge = self.packed.model, np.zeros(self.packed.nu)
         kernel.outward(model, data, y, motion)
         kernel.inward(model, data, np.zeros(self.packed.nu), hinge, 0.0, 0.0)
         for i, link in enumerate(self.packed.links):
             kind, u = self.packed.types[i], model.links["u"][i]
-            if link.joint.hold and SPEEDS[kind]:
+            if link.joint.keep_start and SPEEDS[kind]:
                 along, about = data.links["M"][i, [0, 3, 5]], data.links["J"][i, [0, 3, 5]]
                 sizes = {REVOLUTE: about[2:], PRISMATIC: along[2:], SPHERICAL: about, FREE: [*along, *about]}[kind]
                 hinge[u : u + SPEEDS[kind]] = HELD * np.abs(sizes).max()
@@ -203,7 +203,7 @@ class Loops:
             self.notes.append(f"closing the loops moved {', '.join(moved)}")
 
     def _note_redundant(self) -> None:
-        """Name the rows that the factorization left out, by closure."""
+        """Name the rows that the factorisation left out, by closure."""
         left = sorted(i for i in self.work.order[self.work.rank[0] :] if self.holding[i])
         for k, closure in enumerate(self.system.closures):
             names = [self.closing.rows[i].stops for i in left if self.closing.rows[i].closure == k]

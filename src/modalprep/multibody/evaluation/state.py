@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS
+from modalprep.multibody.evaluation.coordinates import Coordinates
 from modalprep.multibody.model.loads import Callback, locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
-from modalprep.suggest import refuse_unknown
 
 
 class Frame(NamedTuple):
@@ -21,14 +20,7 @@ class Frame(NamedTuple):
     position: np.ndarray  # (3,) m
     rotation: np.ndarray  # (3, 3) interface (the body's axes, turned with it) to inertial
     velocity: np.ndarray  # (3,) m/s
-    spin: np.ndarray  # (3,) rad/s
-
-
-class JointState(NamedTuple):
-    """Coordinates and speeds of a joint, travels before turns: m or rad; a quaternion where it is spherical or free."""
-
-    position: np.ndarray
-    rate: np.ndarray
+    angular_velocity: np.ndarray  # (3,) rad/s
 
 
 class Wrench(NamedTuple):
@@ -40,13 +32,14 @@ class Wrench(NamedTuple):
     torque: np.ndarray
 
 
-class State:
+class State(Coordinates):
     """The system at one time: ``state["body.interface"]`` is a `Frame`, ``state.joint(name)`` a `JointState`."""
 
     def __init__(
         self, system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, frame: Callable[[str, int], Frame]
     ) -> None:
-        self.system, self.packed, self._y, self._motion, self._frame = system, packed, y, motion, frame
+        super().__init__(system, packed, y, motion)
+        self._frame = frame
         self._seen: dict[tuple[str, int], Frame] = {}
 
     @property
@@ -54,33 +47,20 @@ class State:
         """All coordinates (nx,) in the order of the packed system."""
         return self._y[: self.packed.nx]
 
-    def modal(self, body: str) -> np.ndarray:
-        """Return the modal coordinates (n,) of a body."""
-        return self._y[self.packed.modes_of(body)]
-
     def __getitem__(self, name: str) -> Frame:
-        """Return the motion of ``body.interface``."""
+        """Return the motion of ``body.interface``.
+
+        Returns
+        -------
+        Frame
+            Position (m), rotation, velocity (m/s) and spin (rad/s), inertial axes.
+        """
         found = locate(self.system.bodies, name, "state")
         if found is None:
             raise InputError("state: the ground does not move")
         if found not in self._seen:
             self._seen[found] = self._frame(*found)
         return self._seen[found]
-
-    def joint(self, name: str) -> JointState:
-        """Return coordinates and speeds of a joint."""
-        known = [joint.name for joint in self.system.joints]
-        refuse_unknown(name, known, "state: joint")
-        position, rate = [], []
-        for i in self.packed.links_of(name):
-            row, kind = self.packed.model.links[i], self.packed.types[i]
-            if kind in PRESCRIBED:
-                position.append(self._motion[i, :1])
-                rate.append(self._motion[i, 1:2])
-            first = self.packed.nx + row["u"]
-            position.append(self._y[row["x"] : row["x"] + COORDINATES[kind]])
-            rate.append(self._y[first : first + SPEEDS[kind]])
-        return JointState(np.concatenate(position), np.concatenate(rate))
 
 
 def callback_loads(system: System, packed: Packed, t: float, state: State) -> tuple[list[Wrench], np.ndarray]:

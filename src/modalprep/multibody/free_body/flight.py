@@ -6,17 +6,17 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
-from modalprep.multibody.free_body.free_flyer import Flight, fly_free
+from modalprep.multibody.free_body.free_flyer import FreeBodyMotion, simulate_free_body
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.reference.equations import node_motion, quaternion_matrix
 from modalprep.multibody.results.result import Result, output_times
 
 
-def fly_system(
+def simulate_free_system(
     system: System, *, t_end: float, output_step: float = 0.01, rtol: float = 1e-7, variables: str = "momentum"
 ) -> Result:
-    """Integrate a system of one free body by `fly_free`, from the start of its joint; arguments as `simulate`.
+    """Integrate a system of one free body by `simulate_free_body` from its joint's start; arguments as `simulate`.
 
     Returns
     -------
@@ -27,29 +27,29 @@ def fly_system(
     Raises
     ------
     InputError
-        When there is more than one free body under uniform gravity, or the variables do not suit it.
+        When the system is not one free body under uniform gravity, or the variables do not apply to it.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> free = Joint(name="flight", type="free", parent="ground", child="arm", spin=np.array([0, 0, 1.0]))
-    >>> run = fly_system(System(bodies={"arm": uniform_beam(modes=2)}, joints=(free,)), t_end=0.1)
+    >>> free = Joint(name="flight", type="free", parent="ground", child="arm", angular_velocity=np.array([0, 0, 1.0]))
+    >>> run = simulate_free_system(System(bodies={"arm": uniform_beam(modes=2)}, joints=(free,)), t_end=0.1)
     >>> run["arm.tip.position"].shape, run.stats["energy_error"] < 1e-6
     ((11, 3), True)
     """
     joint = _only_joint(system, variables)
     name, body = next(iter(system.bodies.items()))
-    start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "spin")}
-    way = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
-    flight = fly_free(body, output_times(t_end, output_step), **start, **way)
-    energy = flight.energy
+    start = {key: getattr(joint, key) for key in ("position", "rotation", "velocity", "angular_velocity")}
+    options = {"gravity": system.gravity, "variables": variables, "rtol": rtol}
+    motion = simulate_free_body(body, output_times(t_end, output_step), **start, **options)
+    energy = motion.energy
     total = sum(energy.values())
     channels = {
-        f"{name}.origin": flight.position,
-        f"{name}.orientation": flight.quaternion,
-        f"{name}.modal": flight.q,
-        "momentum.linear": flight.linear,
-        "momentum.angular": flight.angular,
+        f"{name}.origin": motion.position,
+        f"{name}.orientation": motion.quaternion,
+        f"{name}.modal": motion.q,
+        "momentum.linear": motion.linear,
+        "momentum.angular": motion.angular,
         "energy.kinetic": energy["kinetic"],
         "energy.strain": energy["strain"],
         "energy.gravity": energy["gravity"],
@@ -57,12 +57,12 @@ def fly_system(
         "energy.error": total - total[0],
     }
     for k, interface in enumerate(body.interface_name):
-        channels[f"{name}.{interface}.position"] = _positions(system, name, k, flight)
+        channels[f"{name}.{interface}.position"] = _positions(system, name, k, motion)
     channels |= stress_channels({name: body}, channels)
     largest = max(np.abs(part - part[0] * (key == "gravity")).max() for key, part in energy.items())
-    stats = {"steps": float(flight.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
+    stats = {"steps": float(motion.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
     message = f"free flight in {variables} variables, explicit method of order 8"
-    return Result(time=flight.time, channels=channels, status="done", message=message, stats=stats)
+    return Result(time=motion.time, channels=channels, status="done", message=message, stats=stats)
 
 
 def _only_joint(system: System, variables: str) -> Joint:
@@ -78,14 +78,13 @@ def _only_joint(system: System, variables: str) -> Joint:
     )  # fmt: skip
     if reason:
         raise InputError(
-            f"variables = {variables!r} are for one free body under uniform gravity, and here is {reason}; "
-            "leave them out"
+            f"variables = {variables!r} need one free body under uniform gravity, but there is {reason}; leave them out"
         )
     return joint
 
 
-def _positions(system: System, name: str, node: int, flight: Flight) -> np.ndarray:
+def _positions(system: System, name: str, node: int, motion: FreeBodyMotion) -> np.ndarray:
     body, none = system.bodies[name], np.zeros(system.bodies[name].n)
-    arms = [node_motion(body, node, np.zeros(3), q, none)[0] for q in flight.q]
-    turns = [quaternion_matrix(e) for e in flight.quaternion]
-    return flight.position + np.einsum("tab,tb->ta", turns, arms)
+    arms = [node_motion(body, node, np.zeros(3), q, none)[0] for q in motion.q]
+    rotations = [quaternion_matrix(e) for e in motion.quaternion]
+    return motion.position + np.einsum("tab,tb->ta", rotations, arms)

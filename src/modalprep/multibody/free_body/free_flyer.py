@@ -5,19 +5,19 @@ With the mass matrix M(q) of theory 4 and ``u = (v, w, q')`` in the body's axes 
 
     p' = -w~ p + F ;   h' = -w~ h - v~ p + T ;   pi' = dT/dq - K q - D q'
 
-Only the pose and q enter with derivatives of M: no inertia force is formed, and R p, x~ R p + R h are constant
-in free flight. Efficient variables go on: with ``sigma = q' + w_c G_c q`` (G_c = eps_cab P_ba), which takes up
-``w x phi q``, the mass matrix M(0) in (v, w, sigma) is constant, factorized once, and
+No inertia force is formed, and R p and x~ R p + R h are constant in free flight. Efficient variables go further: with
+``sigma = q' + w_c G_c q`` (G_c = eps_cab P_ba), which absorbs ``w x phi q``, the mass matrix M(0) in (v, w, sigma) is
+constant, factorised once, and
 
     h = h0 + (G_c q).pi ;   (p, h0, pi) = M(0) (v, w, sigma) ;   pi' = -w_c G_c pi - K q - D q'
 
-exact when ``w x phi`` stays within the modes (`closure_defect` zero), as with all displacements of each particle.
-Modes of finite elements do not have that property (a bending mode has a defect of 1): projected on them even the
-centrifugal load ``W_ab H_ab`` changes, so such a body is refused.
+exact when ``w x phi`` lies in the span of the modes (`closure_defect` zero), as it does for all displacements of each
+particle. Finite-element modes lack that property (a bending mode has a defect of 1): in their span even the centrifugal
+load ``W_ab H_ab`` changes, so such a body is refused.
 
-In the order-n recursion neither pays. It never forms M: it eliminates modes and hinges link by link, and what children
-add to ``M_ff`` and to the articulated inertia changes with the pose in any variables, so that no factor can be kept.
-These formulations are for one body, and as a second derivation against which the recursion is tested.
+Neither reduces the cost of the order-n recursion, which never forms M: it eliminates modes and hinges link by link, and
+the contribution of children to ``M_ff`` and to the articulated inertia depends on the pose in any variables, so that no
+factor can be reused. These formulations serve for one body, and as an independent check of the recursion.
 """
 
 from __future__ import annotations
@@ -42,8 +42,8 @@ VARIABLES = ("momentum", "efficient")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Flight(Record):
-    """Free flight of a body.
+class FreeBodyMotion(Record):
+    """Motion of a free body.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class Flight(Record):
     linear, angular : (nt, 3)
         Momenta about the inertial origin, inertial axes.
     speeds : (nt, 6 + n)
-        Velocity of the root and spin in the body's axes, modal rates.
+        Velocity and angular velocity of the root in the body's axes, modal rates.
     energy : dict of (nt,)
-        ``kinetic``, ``strain``, ``gravity`` and what damping took, ``dissipated`` (J): their sum is constant.
+        ``kinetic``, ``strain``, ``gravity`` and ``dissipated`` (J); their sum is constant.
     steps : int
     """
 
@@ -97,19 +97,19 @@ def closure_defect(body: FlexibleBody) -> float:
     return float(max(np.abs(lacking[c, c]).max() / max(np.abs(whole[c, c]).max(), 1e-300) for c in range(3)))
 
 
-def fly_free(
+def simulate_free_body(
     body: FlexibleBody,
     times: np.ndarray,
     *,
     position: np.ndarray | None = None,
     rotation: np.ndarray | None = None,
     velocity: np.ndarray | None = None,
-    spin: np.ndarray | None = None,
+    angular_velocity: np.ndarray | None = None,
     q: np.ndarray | None = None,
     gravity: np.ndarray | None = None,
     variables: str = "momentum",
     rtol: float = 1e-10,
-) -> Flight:
+) -> FreeBodyMotion:
     """Integrate the free flight of a body.
 
     Parameters
@@ -118,59 +118,69 @@ def fly_free(
         s, ascending.
     position, rotation : (3,), (3, 3)
         Of the root at the start, inertial (m), and of the body's axes to inertial; default the origin, parallel.
-    velocity, spin : (3,)
+    velocity, angular_velocity : (3,)
         Of the root, m/s, and of the frame, rad/s, in the body's axes.
     q : (n,)
         Modal coordinates at the start, their rates zero.
     gravity : (3,)
         m/s^2, inertial.
     variables : {"momentum", "efficient"}
-        Exact for every body; constant mass matrix, for closed modes without geometric stiffness.
+        Momenta are exact for every body; efficient variables have a constant mass matrix and need modes closed under
+        rotation, without geometric stiffness.
+
+    Returns
+    -------
+    FreeBodyMotion
+        Places, orientations, modal coordinates and momenta over the times.
 
     Raises
     ------
     InputError
-        When the variables are unknown, or efficient ones are asked of a body that they cannot hold.
+        When the variables are unknown, or efficient variables do not apply to the body.
     SimulationError
         When the integration stops.
+
+    References
+    ----------
+    Theory 4.4 and 4.8.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
-    >>> flight = fly_free(uniform_beam(modes=2), np.array([0, 0.1]), velocity=np.array([1.0, 0, 0]))
-    >>> flight.position[-1].round(6).tolist(), flight.linear[-1].round(6).tolist()
+    >>> motion = simulate_free_body(uniform_beam(modes=2), np.array([0, 0.1]), velocity=np.array([1.0, 0, 0]))
+    >>> motion.position[-1].round(6).tolist(), motion.linear[-1].round(6).tolist()
     ([0.1, 0.0, 0.0], [12.0, 0.0, 0.0])
     """
     if variables not in VARIABLES:
         raise InputError(f"variables {variables!r} are not one of {', '.join(VARIABLES)}")
     if variables == "efficient" and (body.has_geometric_stiffness or body.T is not None):
         raise InputError(
-            f"body {body.name!r} has geometric stiffness, which a constant mass matrix cannot hold; use "
+            f"body {body.name!r} has geometric stiffness, which a constant mass matrix cannot represent; use "
             "variables = 'momentum', or the body without it: theory = 'no_geometric_stiffness', body.conventional()"
         )
     defect = closure_defect(body) if variables == "efficient" else 0.0
     if defect > CLOSED:
         raise InputError(
-            f"body {body.name!r}: its modes miss a share of {defect:.2g} of their own rotation, so efficient variables "
-            "would change its motion; use variables = 'momentum'"
+            f"body {body.name!r}: its modes do not represent a fraction {defect:.2g} of their own rotation, so that "
+            "efficient variables would change its motion; use variables = 'momentum'"
         )
     times, n = np.asarray(times, dtype=float), body.n
     q0 = np.zeros(n) if q is None else np.asarray(q, dtype=float)
-    u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, spin)])
+    u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, angular_velocity)])
     momenta = (_Momentum if variables == "momentum" else _Efficient)(body)
     turn = Rotation.from_matrix(np.eye(3) if rotation is None else rotation).as_quat(scalar_first=True)
-    place = np.zeros(3) if position is None else np.asarray(position, dtype=float)
-    start = np.concatenate([place, turn, q0, momenta.of(q0, np.concatenate([u, np.zeros(n)])), [0.0]])
+    origin = np.zeros(3) if position is None else np.asarray(position, dtype=float)
+    start = np.concatenate([origin, turn, q0, momenta.of(q0, np.concatenate([u, np.zeros(n)])), [0.0]])
     g = np.zeros(3) if gravity is None else np.asarray(gravity, dtype=float)
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:
         return _rate(momenta, y, g)
 
-    way = {"method": "DOP853", "t_eval": times, "rtol": rtol, "atol": 1e-3 * rtol, "dense_output": True}
-    run = solve_ivp(rate, times[[0, -1]], start, **way)
+    options = {"method": "DOP853", "t_eval": times, "rtol": rtol, "atol": 1e-3 * rtol, "dense_output": True}
+    run = solve_ivp(rate, times[[0, -1]], start, **options)
     if not run.success:
         raise SimulationError(f"free flight stopped at t = {run.t[-1]:g} s: {run.message}")
-    return _flight(momenta, times, run.y.T, g, len(run.sol.ts) - 1)
+    return _motion(momenta, times, run.y.T, g, len(run.sol.ts) - 1)
 
 
 def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
@@ -187,7 +197,7 @@ def _rate(momenta, y: np.ndarray, g: np.ndarray) -> np.ndarray:
     return np.concatenate([R @ v, turn, qd, linear, angular, modal, [body.D @ qd**2]])
 
 
-def _flight(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int) -> Flight:
+def _motion(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int) -> FreeBodyMotion:
     body, n = momenta.body, momenta.body.n
     q, P = y[:, 7 : 7 + n], y[:, 7 + n : -1]
     speeds = np.array([momenta.speeds(*row) for row in zip(q, P, strict=True)])
@@ -202,7 +212,7 @@ def _flight(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int
         "gravity": -moment @ g,
         "dissipated": y[:, -1],
     }
-    return Flight(
+    return FreeBodyMotion(
         time=times, position=y[:, :3], quaternion=turns, q=q, linear=linear, angular=angular, speeds=speeds,
         energy=energy, steps=steps,
     )  # fmt: skip

@@ -37,11 +37,11 @@ class Changes:
         """Return whether an event that is there to begin or to end closures still can."""
         if event.once and event.name in self.past:
             return False
-        if not event.changes or event.hits:
+        if not event.changes or event.impacts:
             return True
-        active = self.loading.loops.active
-        waiting = any(not active(self.number[name]) for name in event.begins)
-        return waiting or any(active(self.number[name]) for name in event.ends)
+        active = self.loading.loops.closing.active
+        waiting = any(not active(self.number[name]) for name in event.activates)
+        return waiting or any(active(self.number[name]) for name in event.deactivates)
 
     def apply(self, event: Event, t: float, y: np.ndarray) -> None:
         """Let the closures of an event act on a state ``y (nx + nu + 1,)``; the change of energy counts as work.
@@ -53,7 +53,9 @@ class Changes:
         """
         self.past.add(event.name)
         loops = self.loading.loops
-        begins, ends, hits = ([self.number[n] for n in names] for names in (event.begins, event.ends, event.hits))
+        begins, ends, hits = (
+            [self.number[n] for n in names] for names in (event.activates, event.deactivates, event.impacts)
+        )
         for k in ends:
             loops.activate(k, False)
         if begins or hits:
@@ -78,7 +80,9 @@ class Changes:
     def notes(self) -> list[str]:
         """Return a sentence for each impact, the first ten."""
         blows = [(name, blow) for name, blows in self.impacts.items() for blow in blows]
-        found = [f"event {name!r} at t = {b.t:.6g} s took {b.lost:.6g} J" for name, b in sorted(blows, key=_time)[:10]]
+        found = [
+            f"event {name!r} at t = {b.t:.6g} s took {b.energy_loss:.6g} J" for name, b in sorted(blows, key=_time)[:10]
+        ]
         return [*found, f"and {len(blows) - 10} more"] if len(blows) > 10 else found
 
 

@@ -22,7 +22,7 @@ WORTH = 0.8  # of the cost of the method in use: another that takes more does no
 ITERATIONS, SETTLED = 30, 5e-3  # of a power iteration: the frequency to a few per cent, which is all that is asked
 NUDGE = 1e-7  # of the largest coordinate
 
-METHODS = {"explicit": EXPLICIT, "generalized_alpha": ALPHA, "rosenbrock": ROSENBROCK}
+METHODS = {"explicit": EXPLICIT, "generalised_alpha": ALPHA, "rosenbrock": ROSENBROCK}
 SHORT = {EXPLICIT: "explicit", ROSENBROCK: "Rosenbrock", ALPHA: "generalized-alpha"}
 
 

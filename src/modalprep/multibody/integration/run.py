@@ -75,7 +75,7 @@ class Integration:
     times : (nt,)
         Output times, s, ascending, within the stretches of `loading`.
     method : str
-        "auto", "explicit", "generalized_alpha" or "rosenbrock".
+        "auto", "explicit", "generalised_alpha" or "rosenbrock".
     step : float or None
         A fixed step, s; by error control otherwise.
     rho : float
@@ -218,7 +218,7 @@ class Integration:
         record(np.array([t]), self.steps.y[None])
         self._begin(t, end)
         self._look(t)
-        self._send_back([e for e in here if self.events[e].hits and self.watch.before[e] == at[e]], beyond)
+        self._send_back([e for e in here if self.events[e].impacts and self.watch.before[e] == at[e]], beyond)
         return True
 
     def _send_back(self, hits: list[int], beyond: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""Closed loops and motion constraints of a system: joints that no tree has, couplings of joints, prescribed places."""
+"""Loop closures and motion constraints of a system: loop-closing joints, couplers, prescribed positions."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ ClosureType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
     "point_on_plane", "distance", "position",
 ]  # fmt: skip
-RUBS = ("point_on_line", "point_on_plane")  # types that may have friction
+WITH_FRICTION = ("point_on_line", "point_on_plane")
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Closure(Record):
-    """A joint or a condition between two interfaces, or an interface and the ground, that closes a loop of the tree.
+    """A joint or condition that closes a loop of the tree, between two interfaces or an interface and the ground.
 
     Attributes
     ----------
@@ -41,17 +41,17 @@ class Closure(Record):
     position : (3,)
         m, inertial: the end on the ground.
     rotation : (3, 3)
-        b's axes to a's axes at zero angle. Only what the type holds fast counts.
+        b's axes to a's axes at zero angle. Only the rotations that the type constrains matter.
     length : TimeFunction or what makes one, or None
         m, of a distance; None: as at the start.
     path : (3,) of TimeFunction or what makes one, or None
         m, of a position, in a's axes; a component None is free.
-    friction, sliding : float
-        Coefficient of Coulomb friction of a point on a line or plane, and the speed (m/s) from which it slides: force
-        ``friction N tanh(v / sliding)`` against the motion of b's point along it. A blow rubs by ``friction`` times its
-        impulse at most, or sticks.
+    friction_coefficient, transition_velocity : float
+        Regularised Coulomb friction of a point on a line or plane: the force ``friction_coefficient N tanh(v /
+        transition_velocity)`` (m/s) opposes the sliding of b's point. In an impact the tangential impulse is at most
+        ``friction_coefficient`` times the normal one; below that the point sticks.
     active : bool
-        Whether it holds from the start; otherwise an `Event` may begin it.
+        Whether it is active from the start; otherwise an `Event` may activate it.
 
     Raises
     ------
@@ -75,8 +75,8 @@ class Closure(Record):
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     length: TimeFunction | None = None
     path: tuple | None = None
-    friction: float = 0.0
-    sliding: float = 1e-3
+    friction_coefficient: float = 0.0
+    transition_velocity: float = 1e-3
     active: bool = True
 
     def __post_init__(self) -> None:
@@ -95,12 +95,14 @@ class Closure(Record):
         super().__post_init__()
 
     def _check_friction(self) -> None:
-        if not (0 <= self.friction < float("inf") and 0 < self.sliding < float("inf")):
+        if not 0 <= self.friction_coefficient < float("inf"):
+            raise InputError(f"{self._what}: friction_coefficient = {self.friction_coefficient:g} must not be negative")
+        if not 0 < self.transition_velocity < float("inf"):
+            raise InputError(f"{self._what}: transition_velocity = {self.transition_velocity:g} must be positive")
+        if self.friction_coefficient and self.type not in WITH_FRICTION:
             raise InputError(
-                f"{self._what}: friction = {self.friction:g} must not be negative, sliding = {self.sliding:g} positive"
+                f"{self._what}: a {self.type} closure has no friction; only {' and '.join(WITH_FRICTION)} may have it"
             )
-        if self.friction and self.type not in RUBS:
-            raise InputError(f"{self._what}: a {self.type} closure has no friction; {' and '.join(RUBS)} may have it")
 
     @property
     def _what(self) -> str:
@@ -140,11 +142,12 @@ class Coupler(Record):
     ----------
     name : str
     factors : dict of str to float
-        By ``joint``, or ``joint.k`` for coordinate k = 1, 2, ... of a joint of several, travels before turns.
+        By ``joint``, or ``joint.k`` for coordinate k = 1, 2, ... of a joint with several, translations before
+        rotations.
     value : TimeFunction or what makes one, or None
-        m or rad, as the sum; None: as at the start, or at the event that begins it.
+        m or rad, as the sum; None: as at the start, or at the event that activates it.
     active : bool
-        Whether it holds from the start; otherwise an `Event` may begin it.
+        Whether it is active from the start; otherwise an `Event` may activate it.
 
     Raises
     ------
@@ -181,7 +184,7 @@ class Coupler(Record):
 def check_closures(
     bodies: Mapping[str, FlexibleBody], counts: Mapping[str, int], closures: tuple[Closure | Coupler, ...]
 ) -> None:
-    """Refuse closures of what is not there; `counts` is how many coordinates a joint has that a coupler can take."""
+    """Refuse closures with unknown ends; `counts` is the number of coordinates of each joint that a coupler can use."""
     names = [closure.name for closure in closures]
     for name in names:
         if names.count(name) > 1:
@@ -200,7 +203,7 @@ def coordinate_of(text: str, counts: Mapping[str, int], what: str) -> tuple[str,
     Raises
     ------
     InputError
-        When there is no such coordinate; `what` begins the sentence.
+        When there is no such coordinate; `what` starts the message.
 
     Examples
     --------
@@ -215,5 +218,5 @@ def coordinate_of(text: str, counts: Mapping[str, int], what: str) -> tuple[str,
     if number.isdigit() and 1 <= int(number) <= count:
         return joint, int(number) - 1
     if count == 0:
-        raise InputError(f"{what}: joint {joint!r} has no coordinate that can be coupled")
-    raise InputError(f"{what}: {text!r} is no coordinate; joint {joint!r} has {count}, name it {joint}.1 and so on")
+        raise InputError(f"{what}: joint {joint!r} has no coordinate to couple")
+    raise InputError(f"{what}: {text!r} is not a coordinate; joint {joint!r} has {count}, name it {joint}.1 and so on")

@@ -1,4 +1,4 @@
-"""Beams, cables and tethers that come out of a body, or go back into it, cut into rods whose number changes."""
+"""Beams, cables and tethers that deploy from a body or retract into it, as rigid rods whose number changes."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.records import Record
 
-LEAST = 0.25  # of a cable's rod: what must be out before the innermost turns by itself; below, its inertia is too small
-FIRST_BEND = 1.875  # of a beam's rod: length that bends in the first hinge outside when the next one follows
-STIFF = 1e-3  # of a beam's rod: length that bends in a hinge where it leaves the exit
-EXACT = 1e-9  # of a rod: how well a length is known
+LEAST = 0.25  # of a cable's rod: deployed length from which the innermost rod rotates freely; else its inertia is small
+FIRST_BEND = 1.875  # of a beam's rod: bending length of the first hinge outside when the next rod is inserted
+STIFF = 1e-3  # of a beam's rod: bending length of a hinge at the exit
+EXACT = 1e-9  # of a rod: tolerance of lengths
 OUT, IN = "out", "in"
 
 
@@ -22,11 +22,12 @@ OUT, IN = "out", "in"
 class Deployment(Record):
     """A uniform beam, cable or tether that slides through an exit of a rigid body or of the ground.
 
-    It is cut into `segments` rods of length l, hinged where they meet; rod 1 is the outermost. What is out is a chain
-    of full rods and the innermost one, of length r outside. That of a beam (EI > 0) slides along the exit as in a
-    guide, and springs bend as the beam does, ``EI`` over the length around each hinge; that of a cable turns about the
-    exit. Stowed mass sits at the exit. Rods and the hinges on their inner ends are named ``<name>1``, ``<name>2``, ...,
-    the sliding joint `name`; what hangs on the end is a body with the parent ``<name>1.tip``.
+    It is divided into `segments` hinged rigid rods of length l; rod 1 is the outermost. The deployed part is a chain
+    of full rods and the innermost rod, of which the length r is outside. The innermost rod of a beam (EI > 0) slides
+    along the exit as in a guide, and each hinge has a spring of stiffness ``EI`` over the length that it represents;
+    the innermost rod of a cable rotates about the exit. Stowed mass is located at the exit. Rods and the hinges at
+    their inner ends are named ``<name>1``, ``<name>2``, ..., the sliding joint `name`; a body at the end has the parent
+    ``<name>1.tip``.
 
     Attributes
     ----------
@@ -34,45 +35,46 @@ class Deployment(Record):
     parent : str
         ``ground`` or ``body.interface``, the exit.
     length : float
-        All of it, m.
+        Total length, m.
     segments : int
-        Rods that it is cut into.
+        Number of rods of equal length.
     mass_per_length : float
         kg/m.
-    law : TimeFunction or None
-        Length that is out (m) at each time; its rate may jump, as when it jams.
+    deployed_length : TimeFunction or None
+        Prescribed deployed length (m); its rate may jump.
     tension : TimeFunction or None
-        N, of a reel that moves by itself, beside `law`; it holds what is out back.
+        N, tension of a free reel, instead of `deployed_length`; it opposes deployment.
     brake : float
-        N s/m, of such a reel.
-    out, speed : float
-        Where such a reel starts: length that is out (m), its rate (m/s).
+        N s/m, viscous brake of a free reel.
+    initial_length, initial_speed : float
+        Deployed length (m) and its rate (m/s) of a free reel at the start.
     EI : float
         Bending stiffness, N m^2; zero for a cable.
     damping : float
-        Of the material: damping over stiffness, s.
+        s, damping over stiffness of the material.
     axis, normal : (3,)
-        Direction of exit, and normal of the plane of bending, in the parent's frame.
+        Direction of deployment and normal of the bending plane, in the parent's frame.
     position : (3,)
         m, of an exit in the ground.
     spatial : bool
-        A cable that moves in space, its hinges spherical; else it bends in the plane of `normal`.
+        Whether a cable moves in space, with spherical hinges; otherwise in the plane of `normal`.
     rotary_inertia : float
-        Of the cross-section about the axis, per length, kg m; needed in space.
-    jam : float
-        s: from then on the length does not change.
+        Of the cross-section about the axis, per length, kg m; required in space.
+    stop_time : float
+        s, from which the deployed length is constant.
     deflection : float
-        m, of the tip at the start, in the shape of a static force there, which it keeps while the length changes.
+        m, initial deflection of a beam's tip, in the shape due to a static tip force, kept while the length changes.
 
     Raises
     ------
     InputError
-        When a number cannot be, or there is neither a law nor a tension.
+        When a constant is out of range, or there is neither a deployed length nor a tension.
 
     Examples
     --------
-    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
-    >>> boom.rod, boom.start
+    >>> boom = Deployment(name="boom", parent="ground", length=10.0, segments=5, mass_per_length=1.2,
+    ...                   deployed_length="5 + t/2")
+    >>> boom.rod_length, boom.start
     (2.0, (5.0, 0.5))
     """
 
@@ -81,11 +83,11 @@ class Deployment(Record):
     length: float
     segments: int
     mass_per_length: float
-    law: TimeFunction | None = None
+    deployed_length: TimeFunction | None = None
     tension: TimeFunction | None = None
     brake: float = 0.0
-    out: float = 0.0
-    speed: float = 0.0
+    initial_length: float = 0.0
+    initial_speed: float = 0.0
     EI: float = 0.0
     damping: float = 0.0
     axis: np.ndarray = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
@@ -93,7 +95,7 @@ class Deployment(Record):
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     spatial: bool = False
     rotary_inertia: float = 0.0
-    jam: float = FOREVER
+    stop_time: float = FOREVER
     deflection: float = 0.0
 
     def __post_init__(self) -> None:
@@ -107,17 +109,21 @@ class Deployment(Record):
                 raise InputError(f"{what}{name} = {getattr(self, name):g} must not be negative")
         if self.segments < 1:
             raise InputError(f"{what}segments = {self.segments} must be 1 or more")
-        if (self.law is None) == (self.tension is None):
-            raise InputError(f"{what}give either a 'law' of the length or the 'tension' of a reel that moves by itself")
+        if (self.deployed_length is None) == (self.tension is None):
+            raise InputError(f"{what}give either a 'deployed_length' or the 'tension' of a free reel")
         if self.spatial and (self.EI > 0 or self.rotary_inertia == 0):
-            raise InputError(f"{what}in space it has EI = 0 and a rotary_inertia; a beam with EI bends in a plane")
+            raise InputError(
+                f"{what}a spatial cable needs EI = 0 and a rotary_inertia; a beam with EI bends in a plane"
+            )
         if self.deflection and not self.EI > 0:
-            raise InputError(f"{what}a deflection at the start needs EI")
-        for name in ("law", "tension"):
+            raise InputError(f"{what}an initial deflection needs EI")
+        for name in ("deployed_length", "tension"):
             value = getattr(self, name)
             object.__setattr__(self, name, None if value is None else TimeFunction.of(value))
-        if self.law is None and not 0 < self.out <= self.length:
-            raise InputError(f"{what}out = {self.out:g} m must be positive and not above length = {self.length:g} m")
+        if self.deployed_length is None and not 0 < self.initial_length <= self.length:
+            raise InputError(
+                f"{what}initial_length = {self.initial_length:g} m must be positive and at most {self.length:g} m"
+            )
         self._frame(what)
         super().__post_init__()
 
@@ -132,24 +138,26 @@ class Deployment(Record):
         object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
 
     @property
-    def rod(self) -> float:
+    def rod_length(self) -> float:
         """Length of a rod, m."""
         return self.length / self.segments
 
     @property
-    def least(self) -> float:
-        """Length from which the innermost rod turns by itself, m."""
-        return 0.0 if self.guided else LEAST * self.rod
+    def free_rod_length(self) -> float:
+        """Length from which the innermost rod rotates freely, m."""
+        return 0.0 if self.guided else LEAST * self.rod_length_length
 
     @property
     def guided(self) -> bool:
-        """Whether the innermost rod is aligned with the exit: a beam, no cable."""
+        """Whether the innermost rod is aligned with the exit, as that of a beam."""
         return self.EI > 0
 
     @property
     def start(self) -> tuple[float, float]:
-        """Length that is out at the start, and its rate (m, m/s)."""
-        return (self.out, self.speed) if self.law is None else self.law(0.0)[:2]
+        """Deployed length at the start, and its rate (m, m/s)."""
+        if self.deployed_length is None:
+            return self.initial_length, self.initial_speed
+        return self.deployed_length(0.0)[:2]
 
     @property
     def frame(self) -> np.ndarray:
@@ -157,92 +165,99 @@ class Deployment(Record):
         return np.column_stack([self.axis, np.cross(self.normal, self.axis), self.normal])
 
     @property
-    def leads(self) -> str:
-        """Name of the massless body between exit hinge and sliding joint."""
+    def exit_body(self) -> str:
+        """Name of the massless body between the exit hinge and the sliding joint."""
         return f"{self.name}_exit"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Stage(Record):
-    """Which rods of a deployment are in the recursion, and how the innermost is held.
+    """Which rods of a deployment take part in the recursion, and how the innermost rod is constrained.
 
     Attributes
     ----------
     rods : int
-        The innermost included, at least 1.
+        Number of rods, the innermost included, at least 1.
     locked : bool
-        The innermost of a cable is too short to turn by itself: it is welded to the next, or the only one to the exit.
-    turn : (3, 3)
-        Rotation that the weld holds.
+        Whether the innermost rod of a cable is too short to rotate freely: it is then welded to the next rod, or to the
+        exit when it is the only one.
+    rotation : (3, 3)
+        Relative rotation fixed by the weld.
     tilt : TimeFunction or None
-        Angle (rad) by which the innermost of a beam still differs from the exit's direction.
-    fading : float
-        Rest angle of the first spring that fades while the innermost rod comes out, the next one's is its opposite.
-    law : TimeFunction or None
-        Length that is out, where it is driven or held.
-    held : bool
-        The reel is stopped for good.
+        Angle (rad) between the innermost rod of a beam and the exit's direction while it aligns.
+    vanishing_angle : float
+        Free angle (rad) of the first spring, which vanishes while the innermost rod comes out; that of the next spring
+        is its opposite.
+    length : TimeFunction or None
+        Deployed length (m), where it is prescribed or locked.
+    stopped : bool
+        Whether the reel has stopped for the rest of the run.
     """
 
     rods: int
     locked: bool
-    turn: np.ndarray = field(default_factory=lambda: np.eye(3))
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     tilt: TimeFunction | None = None
-    fading: float = 0.0
-    law: TimeFunction | None = None
-    held: bool = False
+    vanishing_angle: float = 0.0
+    length: TimeFunction | None = None
+    stopped: bool = False
 
     def inner(self, deployment: Deployment) -> float:
         """Return the length of all rods but the innermost, m."""
-        return (self.rods - 1) * deployment.rod
+        return (self.rods - 1) * deployment.rod_length
 
     def range(self, deployment: Deployment) -> tuple[float, float]:
-        """Return the lengths between which the stage holds, m; without end where there is no next stage."""
-        inner, least = self.inner(deployment), deployment.least
+        """Return the deployed lengths between which the stage is valid, m; infinite where there is no next stage."""
+        inner, shortest = self.inner(deployment), deployment.free_rod_length
         if self.locked:
-            return (inner if self.rods > 1 else -np.inf), inner + least
-        low = -np.inf if deployment.guided and self.rods == 1 else inner + least
-        return low, (self.rods * deployment.rod if self.rods < deployment.segments else np.inf)
+            return (inner if self.rods > 1 else -np.inf), inner + shortest
+        low = -np.inf if deployment.guided and self.rods == 1 else inner + shortest
+        return low, (self.rods * deployment.rod_length if self.rods < deployment.segments else np.inf)
 
 
 class Change(NamedTuple):
-    """What ends a stage of deployment k at time t."""
+    """The change that ends a stage of deployment k at time t."""
 
     t: float
     k: int
-    what: str
+    kind: str
 
 
-def bending(d: Deployment, rods: int) -> np.ndarray:
-    """Return what bends in a beam's hinges (3, rods - 1), that of rod 1 first: lengths as polynomials of r.
+def bending_lengths(d: Deployment, rods: int) -> np.ndarray:
+    """Return the bending lengths of a beam's hinges (3, rods - 1), from rod 1 on, as polynomials of r.
 
-    Where a hinge leaves the exit it is stiff, and nothing jumps when the next one follows. The three next to the exit
-    have together the length of the beam around them, and its first moment about the exit: the slope and deflection
-    outside are those of the beam.
+    A hinge is stiff where it leaves the exit, so that stiffness is continuous when the next rod is inserted. The three
+    hinges next to the exit together have the length of the beam that they represent and its first moment about the
+    exit, so that slope and deflection outside are those of the beam.
 
     Examples
     --------
-    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, EI=3.0, law="3.2")
-    >>> (bending(boom, 5).T @ [1.0, 0.5, 0.25]).round(3).tolist()  # the sum 3 l, its first moment (3 l)^2 / 2
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, EI=3.0,
+    ...                   deployed_length="3.2")
+    >>> (bending_lengths(boom, 5).T @ [1.0, 0.5, 0.25]).round(3).tolist()  # the sum 3 l, its first moment (3 l)^2 / 2
     [1.0, 0.812, 1.375, 0.813]
     """
     found = np.array([[1.0], [0.0], [0.0]]) * np.ones(max(3, rods - 1))
     found[:, -3:] = [
         [0.625, FIRST_BEND - STIFF, STIFF], [0.375, -0.75 + STIFF, FIRST_BEND - 0.5 - STIFF], [0.0, -0.5, 0.5]
     ]  # fmt: skip
-    return found[:, -(rods - 1) :] * np.array([[d.rod], [1.0], [1 / d.rod]]) if rods > 1 else found[:, :0]
+    return (
+        found[:, -(rods - 1) :] * np.array([[d.rod_length], [1.0], [1 / d.rod_length_length]])
+        if rods > 1
+        else found[:, :0]
+    )
 
 
 def start_angles(d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles and rates (rods - 1,) of a beam's hinges at the start, those of rod 1 first.
+    """Return initial angles and rates (rods - 1,) of a beam's hinges, from rod 1 on.
 
-    They carry the moments of a static force at the tip, which keeps its deflection when the length changes: the
+    They carry the moments of a static tip force whose deflection w stays constant when the length changes: the
     curvature at a distance c from the tip is ``3 w c / L^3``.
     """
-    (out, speed), bends = d.start, bending(d, stage.rods)
+    (out, speed), bends = d.start, bending_lengths(d, stage.rods)
     r = out - stage.inner(d)
     bend, slope = np.array([1.0, r, r**2]) @ bends, np.array([0.0, 1.0, 2 * r]) @ bends
     if not d.deflection or not out > 0:
         return 0 * bend, 0 * bend
-    curvature = 3 * d.deflection * d.rod * np.arange(1, stage.rods) / out**3
+    curvature = 3 * d.deflection * d.rod_length * np.arange(1, stage.rods) / out**3
     return bend * curvature, speed * curvature * (slope - 3 * bend / out)

@@ -1,4 +1,4 @@
-"""The law of a deployment: its smooth stretches, the stage it starts in, and when it leaves a range of lengths."""
+"""The deployed length over time: its smooth intervals, the initial stage, and when it leaves a range of lengths."""
 
 from __future__ import annotations
 
@@ -9,41 +9,40 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.deployment import EXACT, IN, OUT, Change, Deployment, Stage
 from modalprep.multibody.model.time_function import FOREVER, Piece, TimeFunction
 
-SAMPLES = 20_000  # of a law, between which it is taken to pass a length once
+SAMPLES = 20_000  # of the deployed length; between two of them it is assumed to cross a length at most once
 
 
-def stretches(d: Deployment) -> list[tuple[float, TimeFunction]]:
-    """Return the smooth stretches of a law, ``(until, law)``: its rate jumps where they meet.
+def smooth_intervals(d: Deployment) -> list[tuple[float, TimeFunction]]:
+    """Return the intervals ``(until, length)`` in which the deployed length has a continuous rate.
 
     Raises
     ------
     InputError
-        When the length itself jumps.
+        When the length is discontinuous.
 
     Examples
     --------
     >>> law = [(2.0, "t"), (3.0, "2"), (float("inf"), "2")]
-    >>> boom = Deployment(name="boom", parent="ground", length=9.0, segments=9, mass_per_length=1.0, law=law)
-    >>> [until for until, _ in stretches(boom)]
+    >>> boom = Deployment(name="boom", parent="ground", length=9.0, segments=9, mass_per_length=1.0,
+    ...                   deployed_length=law)
+    >>> [until for until, _ in smooth_intervals(boom)]
     [2.0, inf]
     """
     found, pieces = [], []
-    for k, (until, what) in enumerate(d.law.given):
+    for k, (until, what) in enumerate(d.deployed_length.given):
         pieces.append((until, what))
-        if until == FOREVER or k == len(d.law.pieces) - 1:
+        if until == FOREVER or k == len(d.deployed_length.pieces) - 1:
             found.append((FOREVER, TimeFunction(pieces)))
-        elif _kinks(d, until, *d.law.pieces[k : k + 2]):
+        elif _rate_jumps(d, until, *d.deployed_length.pieces[k : k + 2]):
             found.append((until, TimeFunction([*pieces[:-1], (FOREVER, what)])))
             pieces = []
     return found
 
 
-def _kinks(d: Deployment, t: float, left: Piece, right: Piece) -> bool:
+def _rate_jumps(d: Deployment, t: float, left: Piece, right: Piece) -> bool:
     a, b = (piece.evaluate(np.array([t]))[:, 0] for piece in (left, right))
-    if abs(b[0] - a[0]) > EXACT * d.rod:
-        raise InputError(
-            f"deployment {d.name!r}: the law jumps from {a[0]:g} to {b[0]:g} m at t = {t:g} s; a length cannot jump"
-        )
+    if abs(b[0] - a[0]) > EXACT * d.rod_length:
+        raise InputError(f"deployment {d.name!r}: deployed_length jumps from {a[0]:g} to {b[0]:g} m at t = {t:g} s")
     return abs(b[1] - a[1]) > 1e-9 * max(abs(a[1]), abs(b[1]))
 
 
@@ -53,72 +52,75 @@ def first_stage(d: Deployment) -> Stage:
     Raises
     ------
     InputError
-        When the length is not between zero and all of it.
+        When the deployed length is not between zero and the total length.
     """
     out, speed = d.start
-    if not -EXACT * d.rod <= out <= d.length + EXACT * d.rod:
-        raise InputError(f"deployment {d.name!r}: {out:g} m are out at the start; there are only {d.length:g} m")
-    rods = int(np.floor(out / d.rod + EXACT)) + 1
-    if abs(out / d.rod - (rods - 1)) < EXACT and speed <= 0:
+    if not -EXACT * d.rod_length <= out <= d.length + EXACT * d.rod_length:
+        raise InputError(
+            f"deployment {d.name!r}: deployed_length = {out:g} m at the start, but length = {d.length:g} m"
+        )
+    rods = int(np.floor(out / d.rod_length + EXACT)) + 1
+    if abs(out / d.rod_length - (rods - 1)) < EXACT and speed <= 0:
         rods -= 1
     rods = min(max(rods, 1), d.segments)
-    locked = out - (rods - 1) * d.rod < d.least
-    return Stage(rods=rods, locked=locked, law=stretches(d)[0][1] if d.law is not None else None)
+    locked = out - (rods - 1) * d.rod_length < d.free_rod_length
+    return Stage(rods=rods, locked=locked, length=smooth_intervals(d)[0][1] if d.deployed_length is not None else None)
 
 
 def samples(d: Deployment, t_end: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return times (s) and lengths (m) of a law, each (SAMPLES + 1,).
+    """Return samples of the prescribed length: times (s) and lengths (m), each (SAMPLES + 1,).
 
     Raises
     ------
     InputError
-        When it leaves what there is.
+        When it is not between zero and the total length.
     """
     t, begin = np.linspace(0.0, t_end, SAMPLES + 1), 0.0
     length = np.zeros_like(t)
-    for piece in d.law.pieces:
+    for piece in d.deployed_length.pieces:
         here = t >= begin
         length[here], begin = piece.evaluate(t[here])[0], piece.until
-    length[t >= d.jam] = d.law(min(d.jam, t_end))[0]
-    wrong = ~((length >= -EXACT * d.rod) & (length <= d.length + EXACT * d.rod))
+    length[t >= d.stop_time] = d.deployed_length(min(d.stop_time, t_end))[0]
+    wrong = ~((length >= -EXACT * d.rod_length) & (length <= d.length + EXACT * d.rod_length))
     if np.any(wrong):
         first = np.flatnonzero(wrong)[0]
         raise InputError(
-            f"deployment {d.name!r}: the law asks for {length[first]:g} m at t = {t[first]:g} s; there are "
-            f"{d.length:g} m, from none to all of it may be out"
+            f"deployment {d.name!r}: deployed_length = {length[first]:g} m at t = {t[first]:g} s; it must be "
+            f"between 0 and length = {d.length:g} m"
         )
     return t, length
 
 
-def leaving(d: Deployment, k: int, bounds: tuple[float, float], t: float, sampled: tuple) -> Change:
-    """Return when the law first leaves a range of lengths (m), after time t and as its samples show it.
+def next_exit(d: Deployment, k: int, bounds: tuple[float, float], t: float, sampled: tuple) -> Change:
+    """Return when the prescribed length first leaves a range (m) after time t, according to its samples.
 
     Examples
     --------
-    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0, law="0.5 + t")
-    >>> leaving(boom, 0, (0.0, 1.0), 0.0, samples(boom, t_end=2.0))
-    Change(t=0.5, k=0, what='out')
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=4, mass_per_length=1.0,
+    ...                   deployed_length="0.5 + t")
+    >>> next_exit(boom, 0, (0.0, 1.0), 0.0, samples(boom, t_end=2.0))
+    Change(t=0.5, k=0, kind='out')
     """
     times, length = sampled
-    slack = EXACT * d.rod
+    slack = EXACT * d.rod_length
     after = np.flatnonzero((times > t) & ((length > bounds[1] + slack) | (length < bounds[0] - slack)))
     if not len(after):
         return Change(FOREVER, k, "")
     i = after[0]
     what, bound = (OUT, bounds[1]) if length[i] > bounds[1] else (IN, bounds[0])
     a, b = max(t, times[i - 1]), times[i]
-    sides = [d.law(s)[0] - bound for s in (a, b)]
+    sides = [d.deployed_length(s)[0] - bound for s in (a, b)]
     if sides[0] * sides[1] >= 0:
         return Change(float(a), k, what)
-    return Change(float(brentq(lambda s: d.law(s)[0] - bound, a, b, xtol=1e-15 * times[-1])), k, what)
+    return Change(float(brentq(lambda s: d.deployed_length(s)[0] - bound, a, b, xtol=1e-15 * times[-1])), k, what)
 
 
-def aligning(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:
-    """Return an angle that goes from a value and rate at time t smoothly to zero, or None when it is there.
+def alignment_angle(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:
+    """Return an angle that decays smoothly to zero from a value and rate at time t, or None when both are zero.
 
     Examples
     --------
-    >>> tilt = aligning(2.0, 0.1, -0.3, 0.5)
+    >>> tilt = alignment_angle(2.0, 0.1, -0.3, 0.5)
     >>> [round(x, 9) for x in tilt(2.0)[:2]], tilt(2.5)[:2]
     ([0.1, -0.3], (0.0, 0.0))
     """

@@ -21,8 +21,8 @@ class CentralGravity(Record):
 
     The field is linearised about each body's root: ``g(r) = g0 + Gamma r``, ``g0 = -mu n / R^2``,
     ``Gamma = -mu / R^3 (1 - 3 n n')``. It enters the twelve integrals of the body as the specific acceleration does,
-    A by -g0 and W by -Gamma; the second order of the force on the body is kept, so that energy is conserved. What is
-    left out is of order (size / R)^3 of the force.
+    A by -g0 and W by -Gamma; the second order of the force on the body is kept, so that energy is conserved. The
+    neglected terms are of order (size / R)^3 of the force.
 
     Attributes
     ----------
@@ -30,6 +30,10 @@ class CentralGravity(Record):
         Gravitational constant times mass, m^3/s^2; 3.986004418e14 for the Earth.
     centre : (3,)
         m, inertial.
+
+    References
+    ----------
+    P. C. Hughes, Spacecraft Attitude Dynamics, Wiley 1986, section 8.1.
 
     Examples
     --------
@@ -50,7 +54,7 @@ class CentralGravity(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Dipole(Record):
-    """Magnetic field of a planet: a dipole at its centre, turning with it.
+    """Magnetic field of a planet: a dipole at its centre that rotates with it.
 
     Attributes
     ----------
@@ -87,9 +91,9 @@ class Dipole(Record):
 class Orbit(Record):
     """A point on a circular orbit as the origin of all axes: x up, y along the flight, z normal to the orbit.
 
-    The ground of the system is that local frame. It turns at `rate` about z, so that positions, velocities, joint
-    coordinates and closures to the ground are those relative to it, and the audit of the energy is that of the Jacobi
-    integral: ``energy.kinetic`` is that of the relative motion, ``energy.gravity`` has the centrifugal potential.
+    The ground of the system is this local frame. It rotates at `rate` about z: positions, velocities, joint coordinates
+    and closures to the ground are relative to it, and the energy balance is that of the Jacobi integral, in which
+    ``energy.kinetic`` is that of the relative motion and ``energy.gravity`` includes the centrifugal potential.
     Bodies feel the planet's gravity less that at the origin, linearised about their roots as in `CentralGravity`; an
     infinite `radius` is the first order in all distances from the origin (Hill 1878; Clohessy and Wiltshire 1960)::
 
@@ -101,7 +105,7 @@ class Orbit(Record):
         n, rad/s.
     radius : float
         m; with it mu is ``rate**2 radius**3``.
-    inclination, argument : float
+    inclination, argument_of_latitude : float
         rad, of the orbit to the planet's equator, and from the ascending node to the origin at the start.
     planet_spin : float
         rad/s, of the planet with its atmosphere and magnetic field.
@@ -117,7 +121,7 @@ class Orbit(Record):
     rate: float
     radius: float = float("inf")
     inclination: float = 0.0
-    argument: float = 0.0
+    argument_of_latitude: float = 0.0
     planet_spin: float = EARTH_SPIN
     dipole: Dipole | None = None
 
@@ -128,18 +132,37 @@ class Orbit(Record):
         if not self.radius > 0:
             raise InputError(f"orbit: radius = {self.radius:g} must be positive (m)")
         if self.dipole is not None and self.radius == float("inf"):
-            raise InputError("orbit: a dipole needs to know where the orbit is; give its radius")
+            raise InputError("orbit: a dipole needs the radius of the orbit; give it")
         super().__post_init__()
 
     @classmethod
     def circular(cls, radius: float, mu: float = EARTH_MU, **others) -> Orbit:
-        """Return the orbit of a radius (m) about a planet of gravitational constant times mass mu (m^3/s^2)."""
+        """Return the orbit of a radius (m) about a planet of gravitational constant times mass mu (m^3/s^2).
+
+        Returns
+        -------
+        Orbit
+            With the rate ``sqrt(mu / radius^3)`` (rad/s).
+
+        References
+        ----------
+        Theory 9.1.
+        """
         if not (0 < radius < float("inf") and 0 < mu < float("inf")):
             raise InputError(f"orbit: radius = {radius:g} and mu = {mu:g} must be positive (m and m^3/s^2)")
         return cls(rate=float(np.sqrt(mu / radius**3)), radius=radius, **others)
 
     def semi_major_axis(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
-        """Return that of the osculating orbits (m) of points with positions and velocities (..., 3) in this frame.
+        """Return the semi-major axis (m) of the osculating orbits of points, from positions and velocities (..., 3).
+
+        Returns
+        -------
+        (...) float
+            m; negative on a hyperbola.
+
+        References
+        ----------
+        Theory 9.1.
 
         Examples
         --------
@@ -157,10 +180,10 @@ class Orbit(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Conductor(Record):
-    """A current that flows straight from interface to interface through the magnetic field of the orbit's planet.
+    """A current along straight segments between interfaces, in the magnetic field of the orbit's planet.
 
-    Each leg L takes the force ``I L x B``, B at its middle, half at each end. The electromotive force
-    ``(v x B) . L``, v the leg's velocity relative to the turning planet, is the channel ``<name>.emf`` (V).
+    A segment L takes the force ``I L x B`` with B at its midpoint, half of it at each end. The electromotive force
+    ``(v x B) . L``, with v the segment's velocity relative to the rotating planet, is the channel ``<name>.emf`` (V).
 
     Attributes
     ----------
@@ -181,14 +204,16 @@ class Conductor(Record):
     current: TimeFunction
 
     def __post_init__(self) -> None:
-        """Check that it leads somewhere, and read the function of time."""
+        """Check the interfaces and read the function of time."""
         object.__setattr__(self, "through", tuple(self.through))
         object.__setattr__(self, "current", TimeFunction.of(self.current))
-        if any(a == b for a, b in self.legs) or not self.legs:
-            raise InputError(f"conductor {self.name!r}: 'through' needs two or more interfaces, none twice running")
+        if any(a == b for a, b in self.segments) or not self.segments:
+            raise InputError(
+                f"conductor {self.name!r}: 'through' needs two or more interfaces, no two equal in sequence"
+            )
         super().__post_init__()
 
     @property
-    def legs(self) -> tuple[tuple[str, str], ...]:
-        """Pairs of interfaces between which the current flows straight."""
+    def segments(self) -> tuple[tuple[str, str], ...]:
+        """Pairs of interfaces at the ends of the straight segments."""
         return tuple(zip(self.through[:-1], self.through[1:], strict=True))

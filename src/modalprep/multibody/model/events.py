@@ -26,16 +26,16 @@ class Event(Record):
         Rising crossings only (1), falling only (-1), or both.
     terminal : bool
         Whether the run ends there.
-    begins, ends : tuple of str
-        Closures that hold from there on, with the sudden impulse that this takes (see `impact`), and that are let go. A
-        closure that begins holds the ends as they are then, friction included. The event is looked for while there is
-        something to begin or to end.
-    hits : tuple of str
-        Closures that act for this moment only: a blow that comes back by `restitution`.
+    activates, deactivates : tuple of str
+        Closures that become active, with the impulse that this takes (see `impact`), and closures that are released.
+        An activated closure keeps the relative position of its ends at that time, friction included. The event is
+        monitored while at least one of these closures can still change its state.
+    impacts : tuple of str
+        Closures that act as an impulse at that time only, with the coefficient `restitution`.
     restitution : float
-        Newton's coefficient of the hits, 0 to 1.
+        Newton's coefficient of restitution of the impacts, 0 to 1.
     once : bool
-        Whether it begins, ends or hits something the first time only.
+        Whether the event changes closures at its first occurrence only.
 
     Examples
     --------
@@ -47,9 +47,9 @@ class Event(Record):
     when: str | Callable[[float, Any], float]
     direction: int = 0
     terminal: bool = False
-    begins: tuple[str, ...] = ()
-    ends: tuple[str, ...] = ()
-    hits: tuple[str, ...] = ()
+    activates: tuple[str, ...] = ()
+    deactivates: tuple[str, ...] = ()
+    impacts: tuple[str, ...] = ()
     restitution: float = 0.0
     once: bool = False
 
@@ -59,19 +59,19 @@ class Event(Record):
             raise InputError(f"event {self.name!r}: direction {self.direction} is none of -1, 0, 1")
         if not 0 <= self.restitution <= 1:
             raise InputError(f"event {self.name!r}: restitution = {self.restitution:g} must be between 0 and 1")
-        for key in ("begins", "ends", "hits"):
+        for key in ("activates", "deactivates", "impacts"):
             object.__setattr__(self, key, tuple(getattr(self, key)))
         super().__post_init__()
 
     @property
     def changes(self) -> bool:
-        """Whether the motion goes on with other speeds or closures."""
-        return bool(self.begins or self.ends or self.hits)
+        """Whether the event changes speeds or closures."""
+        return bool(self.activates or self.deactivates or self.impacts)
 
 
 def check_changes(system: System, events: Sequence[Event]) -> None:
-    """Refuse events that begin, end or hit closures that are not there."""
+    """Refuse events that name unknown closures."""
     names = [closure.name for closure in system.closures]
     for event in events:
-        for name in (*event.begins, *event.ends, *event.hits):
+        for name in (*event.activates, *event.deactivates, *event.impacts):
             refuse_unknown(name, names, f"event {event.name!r}: closure")

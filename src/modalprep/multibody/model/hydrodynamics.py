@@ -10,7 +10,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown, suggestion
+from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
 
 
@@ -25,11 +25,11 @@ class Water(Record):
     current : (3,) or (k, 3)
         m/s, inertial; a row for each depth.
     depths : (k,)
-        m below the surface, growing: between them the current is interpolated, beyond them it is constant.
+        m below the surface, increasing: the current is interpolated between them and constant beyond.
     up : (3,)
         Inertial.
     surface : float
-        m along `up`. It is no limit: rods above are in water too.
+        m along `up`, from which depths are measured; rods above it count as immersed too.
 
     Raises
     ------
@@ -67,20 +67,26 @@ class Water(Record):
         super().__post_init__()
 
     def at(self, depth: float) -> np.ndarray:
-        """Return the current (3,) at a depth (m)."""
+        """Return the current (3,) at a depth (m).
+
+        Returns
+        -------
+        (3,) float
+            m/s, inertial axes.
+        """
         return np.array([np.interp(depth, self.depths, column) for column in self.current.T])
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class ImmersedRod(Record):
-    """A slender rod of a rigid body in water: Morison's drag, added mass and buoyancy, strip by strip.
+    """A slender rod of a rigid body in water: Morison's drag, added mass and buoyancy by strip theory.
 
     With the velocity of a strip relative to the water, across and along the rod, a unit length feels the drag
     ``-(rho / 2) Cn d |v_n| v_n - (rho / 2) Ct pi d |v_t| v_t``, the buoyancy of its volume, and the reaction
-    ``-rho Ca (pi d^2 / 4) a_n`` of the water that it accelerates across, a its own acceleration (Morison et al. 1950).
-    That is the inertia of a rigid body whose mass along and across differ; it enters the recursion as such. The energy
-    of this water counts under ``energy.stored``. The moment of an ideal flow around a rod at an angle (Munk), which a
-    cable does not have in its wake, is left out.
+    ``-rho Ca (pi d^2 / 4) a_n`` of the accelerated water, a being the acceleration of the strip (Morison et al. 1950).
+    The reaction enters the recursion as the inertia of a rigid body with different mass along and across the rod. The
+    kinetic energy of this water is part of ``energy.stored``. The Munk moment of potential flow about an inclined rod,
+    which a cable with its wake does not have, is neglected.
 
     Attributes
     ----------
@@ -134,28 +140,26 @@ class ImmersedRod(Record):
 
     @property
     def displaced(self) -> float:
-        """Mass of water whose place the rod takes, kg/m."""
+        """Displaced mass of water, kg/m."""
         return self.water.density * np.pi * self.diameter**2 / 4
 
     @property
     def added(self) -> float:
-        """Mass of water that moves across with the rod, kg/m."""
+        """Added mass across the rod, kg/m."""
         return self.added_mass * self.displaced
 
 
 def check_rod(bodies: Mapping[str, FlexibleBody], rod: ImmersedRod) -> None:
-    """Refuse a rod on what is not there, of no length, or of a flexible body."""
+    """Refuse a rod with unknown interfaces, of zero length, or of a flexible body."""
     what = f"immersed {rod.name!r}"
     refuse_unknown(rod.body, bodies, f"{what}: body")
     body = bodies[rod.body]
     if body.n:
-        raise InputError(f"{what}: body {rod.body!r} is flexible; cut it into rigid rods, a [chains] of them")
+        raise InputError(f"{what}: body {rod.body!r} is flexible; divide it into rigid rods, for example by [chains]")
     for end in rod.ends:
-        if end not in body.interface_name:
-            known = suggestion(end, body.interface_name, f"{rod.body} has")
-            raise InputError(f"{what}: {rod.body!r} has no interface {end!r}; {known}")
+        refuse_unknown(end, body.interface_name, f"{what}: body {rod.body!r}: interface")
     if len(set(rod.ends)) != 2 or not np.linalg.norm(np.subtract(*_places(body, rod))) > 0:
-        raise InputError(f"{what}: {rod.ends[0]} and {rod.ends[1]} are one place; a rod needs two")
+        raise InputError(f"{what}: {rod.ends[0]} and {rod.ends[1]} are at one point; a rod needs two")
 
 
 def rod_constants(body: FlexibleBody, rod: ImmersedRod, align: np.ndarray) -> np.ndarray:

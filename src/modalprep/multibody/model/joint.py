@@ -1,4 +1,4 @@
-"""Joints: what kinds there are, how they move, where they start."""
+"""Joints: types, coordinates and initial values."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from modalprep.suggest import refuse_unknown
 JointType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
 ]
-TURNS = {"revolute": 1, "cylindrical": 1, "universal": 2, "gimbal": 3, "planar": 1}  # angles of a joint
-TRAVELS = {"prismatic": 1, "cylindrical": 1, "planar": 2}  # displacements
-SCALARS = {kind: TRAVELS.get(kind, 0) + TURNS.get(kind, 0) for kind in get_args(JointType)}  # both
+ROTATIONS = {"revolute": 1, "cylindrical": 1, "universal": 2, "gimbal": 3, "planar": 1}  # angles of a joint
+TRANSLATIONS = {"prismatic": 1, "cylindrical": 1, "planar": 2}  # displacements
+SCALARS = {kind: TRANSLATIONS.get(kind, 0) + ROTATIONS.get(kind, 0) for kind in get_args(JointType)}  # both
 SPEEDS = SCALARS | {"spherical": 3, "free": 6}
 
 
@@ -30,10 +30,10 @@ class Joint(Record):
     ----------
     name : str
     type : {"weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"}
-        Cylindrical: travel along and turn about `axis`. Universal: turn about `axis` (fixed in the parent), then about
-        `second_axis` (fixed in the child). Gimbal: turn about `axis`, `second_axis` and the normal of both, for springs
-        in three directions; it locks where the second turn is a right angle. Planar: travel along `second_axis` and
-        its normal in the plane, turn about the plane's normal `axis`.
+        Cylindrical: translation along and rotation about `axis`. Universal: rotation about `axis` (fixed in the
+        parent), then about `second_axis` (fixed in the child). Gimbal: rotations about `axis`, `second_axis` and the
+        normal of both, for springs in three directions; singular where the second angle is 90 degrees. Planar:
+        translation along `second_axis` and its normal in the plane, rotation about the plane's normal `axis`.
     parent : str
         ``ground`` or ``body.interface``.
     child : str
@@ -44,24 +44,26 @@ class Joint(Record):
         Second axis of a universal joint, of a gimbal or first direction of a planar joint (these made normal to `axis`;
         None: any), in the parent's frame at zero angles.
     position : (3,)
-        m: where a joint to the ground sits (inertial), or where the root of a free body starts, in the parent's frame.
+        m: position of a joint to the ground (inertial), or initial position of a free body's root in the parent's
+        frame.
     rotation : (3, 3)
         Child frame to parent frame at zero angle; of a spherical or free joint at the start.
     angle, rate : float, or (2,) of a universal joint, (3,) of a gimbal
-        Start of the turn of a revolute, cylindrical, universal, gimbal or planar joint, rad and rad/s.
+        Initial rotation of a revolute, cylindrical, universal, gimbal or planar joint, rad and rad/s.
     displacement, speed : float, or (2,) of a planar joint
-        Start of the travel of a prismatic, cylindrical or planar joint, m and m/s.
-    velocity, spin : (3,)
-        Start of a free body: velocity of its root and angular velocity, relative to the parent, in its own frame;
-        `spin` also of a spherical joint.
+        Initial translation of a prismatic, cylindrical or planar joint, m and m/s.
+    velocity, angular_velocity : (3,)
+        Initial values of a free body: velocity of its root and angular velocity, relative to the parent, in its own
+        frame; `angular_velocity` also of a spherical joint.
     motion : TimeFunction, a sequence of them, or None
         Prescribed angle of a revolute joint, or displacement of a prismatic one; of a cylindrical, universal, gimbal or
-        planar joint one for each coordinate, travels before turns. Value and rate without jumps.
+        planar joint one for each coordinate, translations before rotations. Value and rate must be continuous.
     elements : tuple of HingeElement
-        Springs, dampers, friction, limits and drives, one element for each speed (travels before turns), or
-        none; a single one needs no tuple. A spherical or free joint has no stiffness and limits: use a `Bushing`.
-    hold : bool
-        Keep the start values where closed loops allow it: other joints move when the loops are closed.
+        Springs, dampers, friction, limits and drives, one element for each speed (translations before rotations), or
+        none; a single element needs no tuple. Spherical and free joints have neither stiffness nor limits: use a
+        `Bushing`.
+    keep_start : bool
+        Keep the start values where closed loops allow it; the other joints move when the loops are closed.
 
     Examples
     --------
@@ -82,18 +84,23 @@ class Joint(Record):
     displacement: float | np.ndarray = 0.0
     speed: float | np.ndarray = 0.0
     velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    spin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    angular_velocity: np.ndarray = field(default_factory=lambda: np.zeros(3))
     motion: TimeFunction | tuple[TimeFunction, ...] | None = None
     elements: tuple[HingeElement, ...] = ()
-    hold: bool = False
+    keep_start: bool = False
 
     def __post_init__(self) -> None:
-        """Normalise the axes and refuse what cannot be."""
+        """Normalise the axes and check the values."""
         refuse_unknown(self.type, SCALARS, f"joint {self.name!r}: type")
         axis = self._direction("axis")
         if self.type in ("universal", "gimbal", "planar"):
             object.__setattr__(self, "second_axis", self._second(axis))
-        for key, counts in (("angle", TURNS), ("rate", TURNS), ("displacement", TRAVELS), ("speed", TRAVELS)):
+        for key, counts in (
+            ("angle", ROTATIONS),
+            ("rate", ROTATIONS),
+            ("displacement", TRANSLATIONS),
+            ("speed", TRANSLATIONS),
+        ):
             self._refuse_count(key, counts.get(self.type, 0))
         object.__setattr__(self, "axis", axis)
         self._check_elements()
@@ -102,7 +109,7 @@ class Joint(Record):
 
     @property
     def motions(self) -> tuple[TimeFunction, ...]:
-        """The prescribed motions of its coordinates, travels before turns; none of a joint that moves freely."""
+        """The prescribed motions of its coordinates, translations before rotations; empty for a joint without any."""
         return () if self.motion is None else self.motion if isinstance(self.motion, tuple) else (self.motion,)
 
     def _check_motion(self) -> None:
@@ -125,14 +132,14 @@ class Joint(Record):
         if self.elements and self.motion is not None:
             raise InputError(
                 f"joint {self.name!r}: its motion is prescribed, so stiffness, damping, friction, limits and drives "
-                "have no effect; leave them or the motion out"
+                "have no effect; leave out either them or the motion"
             )
         if self.elements and len(self.elements) != SPEEDS[self.type]:
             raise InputError(
-                f"joint {self.name!r}: {len(self.elements)} hinge elements, but a {self.type} joint moves in "
-                f"{SPEEDS[self.type]} ways; give one for each"
+                f"joint {self.name!r}: {len(self.elements)} hinge elements, but a {self.type} joint needs "
+                f"{SPEEDS[self.type]}, one for each speed"
             )
-        if self.type in ("spherical", "free") and any(element.by_place for element in self.elements):
+        if self.type in ("spherical", "free") and any(element.needs_coordinate for element in self.elements):
             raise InputError(
                 f"joint {self.name!r}: a {self.type} joint has no coordinate for stiffness or limits; use a bushing"
             )

@@ -1,4 +1,4 @@
-"""What acts in one coordinate of a joint: spring, damper, friction, limits, drive."""
+"""Forces in one coordinate of a joint: spring, damper, friction, limits, drive."""
 
 from __future__ import annotations
 
@@ -13,21 +13,22 @@ from modalprep.records import Record
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HingeElement(Record):
-    """What acts in one coordinate of a joint: force (N) of a length, torque (N m) of an angle.
+    """Spring, damper, friction, limits and drive in one coordinate of a joint: forces (N) or torques (N m).
 
     Attributes
     ----------
-    stiffness, rest : float
-        Spring ``-stiffness (x - rest)``; N/m or N m/rad, m or rad.
+    stiffness, free_position : float
+        Spring ``-stiffness (x - free_position)``; N/m or N m/rad, m or rad.
     damping : float
         Viscous, N s/m or N m s/rad.
-    friction, sliding : float
-        Coulomb friction ``-friction tanh(rate / sliding)``: level in N or N m, rate from which it counts as sliding.
+    friction, transition_velocity : float
+        Regularised Coulomb friction ``-friction tanh(rate / transition_velocity)``: the Coulomb force (N) or torque
+        (N m), and the velocity of transition from sticking to sliding (m/s or rad/s).
     lower, upper : float
         Limits of the coordinate, m or rad.
     limit_stiffness, limit_damping : float
         The limits push back by ``k p (1 + limit_damping p')`` at penetration p, never inwards; N/m or N m/rad, and
-        s/m or s/rad. A blow at speed v returns at about ``v / (1 + 2/3 limit_damping v)``.
+        s/m or s/rad. An impact at speed v rebounds at about ``v / (1 + 2/3 limit_damping v)``.
     drive : TimeFunction or what makes one
         Force or torque of an actuator.
 
@@ -43,10 +44,10 @@ class HingeElement(Record):
     """
 
     stiffness: float = 0.0
-    rest: float = 0.0
+    free_position: float = 0.0
     damping: float = 0.0
     friction: float = 0.0
-    sliding: float = 1e-3
+    transition_velocity: float = 1e-3
     lower: float = -float("inf")
     upper: float = float("inf")
     limit_stiffness: float = 0.0
@@ -58,12 +59,12 @@ class HingeElement(Record):
         for name in ("stiffness", "damping", "friction", "limit_stiffness", "limit_damping"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"{name} = {getattr(self, name):g} must not be negative")
-        if not self.sliding > 0:
-            raise InputError(f"friction: sliding = {self.sliding:g} must be positive")
+        if not self.transition_velocity > 0:
+            raise InputError(f"friction: transition_velocity = {self.transition_velocity:g} must be positive")
         if not self.lower < self.upper:
             raise InputError(f"limits: lower = {self.lower:g} must be below upper = {self.upper:g}")
         if self.limited and not self.limit_stiffness > 0:
-            raise InputError("limits need a stiffness: how hard they push back")
+            raise InputError("limits need a stiffness")
         object.__setattr__(self, "drive", None if self.drive is None else TimeFunction.of(self.drive))
         super().__post_init__()
 
@@ -73,12 +74,12 @@ class HingeElement(Record):
         return bool(np.isfinite(self.lower) or np.isfinite(self.upper))
 
     @property
-    def by_place(self) -> bool:
-        """Whether it needs a coordinate to measure, not only a speed."""
+    def needs_coordinate(self) -> bool:
+        """Whether it depends on a coordinate, not only on a speed."""
         return self.stiffness > 0 or self.limited
 
     @property
     def constants(self) -> list[float]:
         """The constants as `laws.hinge_law` reads them."""
-        names = ("stiffness", "rest", "damping", "friction", "sliding", "lower", "upper")
+        names = ("stiffness", "free_position", "damping", "friction", "transition_velocity", "lower", "upper")
         return [getattr(self, name) for name in (*names, "limit_stiffness", "limit_damping")]

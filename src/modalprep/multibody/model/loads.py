@@ -1,4 +1,4 @@
-"""What loads a system: forces, springs, bushings, gravity of a planet, water, callbacks."""
+"""Loads of a system: forces, springs, bushings, central gravity, water, callbacks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from modalprep.records import Record
 from modalprep.suggest import find_interface, refuse_unknown
 
 GROUND = "ground"
-NOTHING = (0.0, 0.0, 0.0)
+ZERO = (0.0, 0.0, 0.0)
 Axes = Literal["inertial", "body"]
 
 
@@ -33,7 +33,7 @@ class PointForce(Record):
         ``body.interface``.
     force, torque : (3,) of TimeFunction or what makes one
     axes : {"inertial", "body"}
-        Body axes turn with the interface, elastic rotation included.
+        Body axes rotate with the interface, elastic rotation included.
 
     Examples
     --------
@@ -43,8 +43,8 @@ class PointForce(Record):
 
     name: str
     at: str
-    force: tuple = NOTHING
-    torque: tuple = NOTHING
+    force: tuple = ZERO
+    torque: tuple = ZERO
     axes: Axes = "inertial"
 
     def __post_init__(self) -> None:
@@ -60,7 +60,7 @@ class PointForce(Record):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class DistributedForce(Record):
-    """Forces on all mesh points of a body, times one function of time; its modes take them by their nodal shapes.
+    """Forces on all mesh points of a body, times one function of time; modal forces follow from the nodal shapes.
 
     Attributes
     ----------
@@ -102,18 +102,18 @@ class AxialSpring(Record):
         ``body.interface`` twice, or one and ``ground``.
     stiffness, damping : float
         N/m, N s/m.
-    length : float
-        m, at which the spring is free.
+    free_length : float
+        m, at which the spring carries no force.
     position : (3,)
         m, inertial: the end on the ground.
-    pull : TimeFunction or what makes one
-        N, an actuator that draws the ends together.
+    actuator_force : TimeFunction or what makes one
+        N, of an actuator that draws the ends together.
     tension_only : bool
-        It goes slack below its length, and its damper never pushes: a tether or a strap.
+        It goes slack below its free length, and its damper never pushes: a tether or a strap.
 
     Examples
     --------
-    >>> AxialSpring(name="stay", between=("ground", "mast.top"), stiffness=1e4, length=2.0).damping
+    >>> AxialSpring(name="stay", between=("ground", "mast.top"), stiffness=1e4, free_length=2.0).damping
     0.0
     """
 
@@ -121,21 +121,22 @@ class AxialSpring(Record):
     between: tuple[str, str]
     stiffness: float = 0.0
     damping: float = 0.0
-    length: float = 0.0
+    free_length: float = 0.0
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    pull: TimeFunction | None = None
+    actuator_force: TimeFunction | None = None
     tension_only: bool = False
 
     def __post_init__(self) -> None:
         """Check the constants."""
-        for name in ("stiffness", "damping", "length"):
+        for name in ("stiffness", "damping", "free_length"):
             if not 0 <= getattr(self, name) < float("inf"):
                 raise InputError(f"spring {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
-        if self.tension_only and self.pull is not None:
-            raise InputError(f"spring {self.name!r}: an actuator pulls always, not in tension only; leave one out")
+        if self.tension_only and self.actuator_force is not None:
+            raise InputError(f"spring {self.name!r}: tension_only and actuator_force exclude each other; leave one out")
         _two_ends("spring", self)
         object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
-        object.__setattr__(self, "pull", None if self.pull is None else TimeFunction.of(self.pull))
+        force = None if self.actuator_force is None else TimeFunction.of(self.actuator_force)
+        object.__setattr__(self, "actuator_force", force)
         super().__post_init__()
 
 
@@ -150,8 +151,9 @@ class Bushing(Record):
         ``body.interface`` twice, or one and ``ground``.
     stiffness, damping : (6,)
         x, y, z (N/m, N s/m) and about x, y, z (N m/rad, N m s/rad) of the first interface.
-    rest_position, rest_rotation : (3,), (3, 3)
-        Second frame in the first where the springs are free: its origin (m), and its axes to those of the first.
+    free_position, free_rotation : (3,), (3, 3)
+        Pose of the second frame in the first without spring forces: its origin (m), and its axes to those of the
+        first.
     position, rotation : (3,), (3, 3)
         The frame on the ground, inertial.
 
@@ -166,14 +168,14 @@ class Bushing(Record):
     between: tuple[str, str]
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros(6))
     damping: np.ndarray = field(default_factory=lambda: np.zeros(6))
-    rest_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
-    rest_rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    free_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    free_rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
 
     def __post_init__(self) -> None:
         """Check the constants."""
-        for name, shape in (("stiffness", (6,)), ("damping", (6,)), ("rest_position", (3,)), ("position", (3,))):
+        for name, shape in (("stiffness", (6,)), ("damping", (6,)), ("free_position", (3,)), ("position", (3,))):
             value = np.asarray(getattr(self, name), dtype=float)
             if value.shape != shape:
                 raise InputError(f"bushing {self.name!r}: {name} has {value.size} numbers; give {shape[0]}")
@@ -188,10 +190,10 @@ class Bushing(Record):
 class Callback(Record):
     """Loads of a Python function, for control loops: ``function(t, state) -> {where: load}``.
 
-    `state` is a `State`: ``state["arm.tip"].position``, ``.rotation``, ``.velocity``, ``.spin`` of an interface,
-    ``state.joint("hinge").position`` and ``.rate`` of a joint. ``where`` is ``body.interface`` with a force, or a
-    force and a torque behind each other (3 or 6 numbers, N and N m, inertial), or the name of a joint with a number for
-    each of its speeds. It is called at every evaluation, so it must depend on t and state alone.
+    `state` is a `State`: ``state["arm.tip"].position``, ``.rotation``, ``.velocity``, ``.angular_velocity`` of an
+    interface, ``state.joint("hinge").position`` and ``.rate`` of a joint. ``where`` is ``body.interface`` with a
+    force, or with a force followed by a torque (3 or 6 numbers, N and N m, inertial), or the name of a joint with one
+    number for each of its speeds. The function is called at every evaluation, so it must depend on t and state alone.
 
     Examples
     --------
@@ -216,7 +218,7 @@ def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[st
     Raises
     ------
     InputError
-        When there is no such body or interface; `what` begins the sentence.
+        When there is no such body or interface; `what` starts the message.
 
     Examples
     --------
@@ -227,9 +229,9 @@ def locate(bodies: Mapping[str, FlexibleBody], text: str, what: str) -> tuple[st
 
 
 def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> None:
-    """Refuse loads on what is not there, and a second planet."""
+    """Refuse loads on unknown bodies or interfaces, and a second central gravity field."""
     if sum(isinstance(load, CentralGravity) for load in loads) > 1:
-        raise InputError("a system has one field of central gravity at most")
+        raise InputError("a system has at most one central gravity field")
     for load in loads:
         if isinstance(load, PointForce | Conductor):
             _refuse_ground(bodies, load)
@@ -238,8 +240,10 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
                 locate(bodies, end, f"{'spring' if isinstance(load, AxialSpring) else 'bushing'} {load.name!r}")
         if isinstance(load, DistributedForce):
             _check_distributed(bodies, load)
-        if isinstance(load, ExpelledGas) and None in [locate(bodies, x, f"gas {load.name!r}") for x in load.passes]:
-            raise InputError(f"gas {load.name!r} passes the ground; name 'body.interface'")
+        if isinstance(load, ExpelledGas) and None in [
+            locate(bodies, x, f"gas {load.name!r}") for x in load.flow_points
+        ]:
+            raise InputError(f"gas {load.name!r} has the ground on its flow path; name 'body.interface'")
         if isinstance(load, ImmersedRod):
             check_rod(bodies, load)
 

@@ -1,4 +1,4 @@
-"""Expressions of the user: arithmetic and known functions only, and nothing that grows without bounds."""
+"""User expressions: arithmetic and known functions only, with bounded size."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ OPERATORS = {
 def read_expression(text: str, what: str = "", known: tuple[str, ...] = ("t",)) -> Any:
     """Return an expression of the `known` names as symengine's; all numbers but exponents are floating point.
 
-    Exact numbers would let ``9**9**9`` take all memory. `what` begins the sentence of an error.
+    Exact numbers would let ``9**9**9`` take all memory. `what` starts the error message.
 
     Raises
     ------

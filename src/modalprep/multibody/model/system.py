@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -16,23 +16,24 @@ from modalprep.multibody.model.depletion import Depletion, check_depletions
 from modalprep.multibody.model.environment import CentralGravity, Conductor, Orbit
 from modalprep.multibody.model.joint import SCALARS, Joint
 from modalprep.multibody.model.loads import Load, check_loads, locate
+from modalprep.notebook import html_table
 from modalprep.records import Record
-from modalprep.suggest import refuse_unknown
+from modalprep.suggest import refuse_other, refuse_unknown
 
-LOSES_MASS = "body {0!r} loses mass: the second order of its modal mass (T) is left out"
+LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class System(Record):
-    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads, closed loops, depletions.
+    """Bodies, the joint that carries each of them, gravity (m/s^2, inertial), loads, closures, depletions.
 
-    With an `orbit` the ground is its local orbital frame: "inertial" axes and places of joints, loads and results are
-    then those of that frame.
+    With an `orbit` the ground is its local orbital frame: "inertial" axes and positions of joints, loads and results
+    then refer to that frame.
 
     Attributes
     ----------
     notes : tuple of str
-        What the system leaves out; runs repeat it.
+        What the model neglects; the result message repeats it.
 
     Raises
     ------
@@ -58,12 +59,13 @@ class System(Record):
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check the tree and what loads it."""
+        """Check the tree, its loads and its constraints."""
         gravity = np.asarray(self.gravity, dtype=float)
         if gravity.shape != (3,) or not np.all(np.isfinite(gravity)):
             raise InputError(f"gravity {self.gravity!r} is not three numbers in m/s^2")
         object.__setattr__(self, "gravity", gravity)
         super().__post_init__()
+        self._refuse_other_types()
         if not self.bodies:
             raise InputError("the system has no bodies; name at least one under [bodies]")
         carried = Counter(self.child(joint) for joint in self.joints)
@@ -84,6 +86,32 @@ class System(Record):
             object.__setattr__(self, "notes", (*self.notes, *(LOSES_MASS.format(name) for name in plain)))
         self._check_orbit()
 
+    def __repr__(self) -> str:
+        """Numbers of bodies, joints, loads and closures, and the number of modes."""
+        bodies, modes = len(self.bodies), sum(body.n for body in self.bodies.values())
+        parts = [f"{bodies} bod{'y' if bodies == 1 else 'ies'} with {modes} mode{'s' * (modes != 1)}"]
+        named = {"joint": self.joints, "load": self.loads, "closure": self.closures, "depletion": self.depletions}
+        parts += [f"{len(values)} {name}{'s' * (len(values) != 1)}" for name, values in named.items() if values]
+        return f"System({', '.join(parts)}{', in orbit' if self.orbit else ''})"
+
+    def _repr_html_(self) -> str:
+        """Return the joints with the bodies they carry as an HTML table."""
+        rows = []
+        for name in self.order:
+            joint, body = self.carrier(name), self.bodies[name]
+            rows.append([joint.name, joint.type, joint.parent, joint.child, float(body.m), body.n])
+        return html_table(repr(self), ["joint", "type", "parent", "child", "mass of the child, kg", "modes"], rows)
+
+    def _refuse_other_types(self) -> None:
+        refuse_other("System: bodies", Mapping, self.bodies)
+        for name, body in self.bodies.items():
+            refuse_other(f"System: body {name!r}", FlexibleBody, body)
+        for key in ("joints", "loads", "closures", "depletions"):
+            if not isinstance(getattr(self, key), Sequence):
+                raise InputError(f"System: {key} must be a list or tuple, not {type(getattr(self, key)).__name__}")
+        for joint in self.joints:
+            refuse_other("System: a joint", Joint, joint)
+
     def _check_orbit(self) -> None:
         conductors = [load.name for load in self.loads if isinstance(load, Conductor)]
         if conductors and (self.orbit is None or self.orbit.dipole is None):
@@ -100,7 +128,13 @@ class System(Record):
             )
 
     def child(self, joint: Joint) -> str:
-        """Return the name of the joint's child body."""
+        """Return the name of the joint's child body.
+
+        Returns
+        -------
+        str
+            Name of a body.
+        """
         name, _, interface = joint.child.partition(".")
         refuse_unknown(name, self.bodies, f"joint {joint.name!r}: child body")
         root = self.bodies[name].interface_name[0]
@@ -112,11 +146,23 @@ class System(Record):
         return name
 
     def parent(self, joint: Joint) -> tuple[str, int] | None:
-        """Return the joint's parent body and interface number; None for the ground."""
+        """Return the joint's parent body and interface number; None for the ground.
+
+        Returns
+        -------
+        (str, int) or None
+            Name of the body and number of its interface, from 0.
+        """
         return locate(self.bodies, joint.parent, f"joint {joint.name!r}, its parent")
 
     def carrier(self, body: str) -> Joint:
-        """Return the joint that carries a body."""
+        """Return the joint that carries a body.
+
+        Returns
+        -------
+        Joint
+            The one whose child is the body.
+        """
         return self._carriers[body]
 
     @cached_property
@@ -136,25 +182,51 @@ class System(Record):
             level = [child for name in level for child in children.get(name, ())]
         if len(placed) < len(self.bodies):
             left = ", ".join(name for name in self.bodies if name not in placed)
-            raise InputError(f"bodies {left} hang on each other in a loop; one of them needs a joint to the ground")
+            raise InputError(f"bodies {left} form a closed chain of parents; one of them needs a joint to the ground")
         return tuple(placed)
 
     @property
     def coordinate_counts(self) -> dict[str, int]:
-        """Number of travels and turns of each joint: the coordinates that a coupler can take."""
+        """Number of translations and rotations of each joint: the coordinates that a coupler can use."""
         return {joint.name: SCALARS[joint.type] for joint in self.joints}
 
     def at(self, t: float) -> System:
-        """Return the system with the masses of time t (s) for ever; its gas goes on to leave."""
+        """Return the system with the masses of time t (s) for ever; its gas goes on to leave.
+
+        Returns
+        -------
+        System
+            Without depletions.
+        """
         changed = {each.body: each.at(self.bodies[each.body], t) for each in self.depletions}
         return self.with_(bodies=self.bodies | changed, depletions=()) if changed else self
 
     def conventional(self) -> System:
-        """Return the system without geometric stiffness: the prematurely linearised theory."""
+        """Return the system without geometric stiffness: the prematurely linearised theory.
+
+        Returns
+        -------
+        System
+            Of the same joints, loads and closures.
+
+        References
+        ----------
+        Theory 4.5.
+        """
         return self._with_bodies(FlexibleBody.conventional)
 
     def ruthless(self) -> System:
-        """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`."""
+        """Return the system with ruthlessly linearised bodies: see `FlexibleBody.ruthless`.
+
+        Returns
+        -------
+        System
+            Of the same joints, loads and closures.
+
+        References
+        ----------
+        A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 6.7; theory 4.5.
+        """
         return self._with_bodies(FlexibleBody.ruthless)
 
     def _with_bodies(self, change: Callable[[FlexibleBody], FlexibleBody]) -> System:

@@ -14,9 +14,9 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.safe_expression import FUNCTIONS, read_expression
 
 FOREVER = float("inf")
-SAMPLES = (64, 65536)  # first and largest number of intervals of a sampled callable
-SAMPLED = 1e-11  # of its largest value: error of a sampled callable
-SMOOTH = 1e-6  # a jump of a prescribed motion below this share of its size is a rounded constant
+SAMPLES = (64, 65536)  # initial and largest number of intervals of a sampled callable
+SAMPLED = 1e-11  # error of a sampled callable, relative to its largest value
+SMOOTH = 1e-6  # relative size below which a jump of a prescribed motion is rounding of constants
 
 
 class Piece(NamedTuple):
@@ -33,8 +33,8 @@ class TimeFunction:
     """A function of time ``t`` (s): a number, an expression, or pieces ``(until, expression)``, the last without end.
 
     Expressions are differentiated by symengine; nothing is ever evaluated as Python. `table` takes
-    points, `sampled` a Python function. A force may jump between pieces, the integrator restarts there; a prescribed
-    motion may change its acceleration only.
+    points, `sampled` a Python function. A force may jump between pieces, where the integrator restarts; of a
+    prescribed motion only the acceleration may jump.
 
     Raises
     ------
@@ -65,7 +65,13 @@ class TimeFunction:
 
     @classmethod
     def of(cls, value: Any) -> TimeFunction:
-        """Return `value` if it is one already, else a new one of a number, an expression or pieces."""
+        """Return `value` if it is one already, else a new one of a number, an expression or pieces.
+
+        Returns
+        -------
+        TimeFunction
+            The function.
+        """
         return value if isinstance(value, cls) else cls(value)
 
     @classmethod
@@ -77,6 +83,11 @@ class TimeFunction:
         t : (n,)
             s, from 0 or earlier to the end of the simulation or later.
         values : (n,)
+
+        Returns
+        -------
+        TimeFunction
+            A piece between each two jumps.
 
         Raises
         ------
@@ -104,7 +115,12 @@ class TimeFunction:
 
     @classmethod
     def sampled(cls, function: Callable[[float], float], until: float) -> TimeFunction:
-        """Return the quintic spline of a Python function on [0, until], as fine as a relative error of 1e-11 asks for.
+        """Return the quintic spline of a Python function on [0, until], refined to a relative error of 1e-11.
+
+        Returns
+        -------
+        TimeFunction
+            Of one piece, with four continuous derivatives.
 
         Raises
         ------
@@ -134,7 +150,13 @@ class TimeFunction:
         )
 
     def __call__(self, t: float) -> tuple[float, float, float]:
-        """Return value, rate and acceleration at time t; an `InputError` where they are not finite."""
+        """Return value, rate and acceleration at time t; an `InputError` where they are not finite.
+
+        Returns
+        -------
+        (3,) float
+            Unit of the value, that per s, per s^2.
+        """
         piece = next((p for p in self.pieces if t < p.until), self.pieces[-1])
         value, rate, acceleration = checked(piece, np.array([t]))[:, 0].tolist()
         return value, rate, acceleration

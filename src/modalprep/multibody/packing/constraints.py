@@ -71,7 +71,7 @@ class Closing:
 
 
 ZERO = np.zeros(3)
-DISPLACEMENTS, TURNS = {"x": 0, "y": 1, "z": 2}, {"x": (2, 1), "y": (2, 0), "z": (0, 1)}
+DISPLACEMENTS, ROTATIONS = {"x": 0, "y": 1, "z": 2}, {"x": (2, 1), "y": (2, 0), "z": (0, 1)}
 # what each type holds fast: displacements and turns in the frame whose z is the axis
 HOLDS = {
     "weld": ("xyz", "xyz"),
@@ -154,13 +154,13 @@ def _rows(k: int, closure: Closure | Coupler) -> list[Row]:
         ]
     frame, (moves, turns) = turn_to(closure.axis), HOLDS[closure.type]
     rows = [_point(k, closure, frame[:, DISPLACEMENTS[c]], None) for c in moves]
-    if closure.friction:
+    if closure.friction_coefficient:
         along = [frame[:, c] for c in range(3) if "xyz"[c] not in moves]
-        law = (closure.friction, closure.sliding)
+        law = (closure.friction_coefficient, closure.transition_velocity)
         rows += [Row(k, SLIP, axis, ZERO, 0.0, None, f"sliding of {closure.b} on {closure.a}", law) for axis in along]
     in_b = closure.rotation.T @ frame
     for about in turns:
-        b, a = TURNS[about]
+        b, a = ROTATIONS[about]
         rows.append(Row(k, ANGLE, frame[:, a], in_b[:, b], 0.0, None, _turn(closure, frame[:, DISPLACEMENTS[about]])))
     if closure.type == "universal":
         second = closure.second_axis

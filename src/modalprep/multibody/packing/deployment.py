@@ -9,7 +9,7 @@ import numpy as np
 from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.deployment import AT, REEL, SPRING, Reels
 from modalprep.multibody.kernels.forces import Loads
-from modalprep.multibody.model.deployment import Deployment, Stage, bending
+from modalprep.multibody.model.deployment import Deployment, Stage, bending_lengths
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
@@ -26,7 +26,8 @@ def pack_reels(
     >>> from modalprep.multibody.deploying.system import DeployingSystem
     >>> from modalprep.multibody.packing.tree import pack
     >>> from modalprep.multibody.packing.loads import pack_loads
-    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0, law="3.0")
+    >>> boom = Deployment(name="boom", parent="ground", length=4.0, segments=2, mass_per_length=1.0, EI=3.0,
+    ...                   deployed_length="3.0")
     >>> stages = [first_stage(boom)]
     >>> system = DeployingSystem(bodies={}, joints=(), deployments=(boom,)).at(stages)
     >>> packed = pack(system)
@@ -37,7 +38,7 @@ def pack_reels(
     row_of = {int(u): row for row, u in enumerate(loads.hinge_at[:, 1])}
     for k, (d, stage) in enumerate(zip(deployments, stages, strict=True)):
         at.append(_at(d, system, packed))
-        reel.append([d.mass_per_length, d.rotary_inertia, d.rod, d.length, stage.inner(d)])
+        reel.append([d.mass_per_length, d.rotary_inertia, d.rod_length, d.length, stage.inner(d)])
         for number, numbers in _springs(d, stage):
             u = packed.speeds_of(f"{d.name}{number}")[0]
             spring_at.append((k, row_of[u]))
@@ -64,6 +65,8 @@ def _at(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:
 def _springs(d: Deployment, stage: Stage) -> Iterator[tuple[int, list[float]]]:
     """Yield the three hinges next to the exit: rod, length that bends as a polynomial of r, rest that fades."""
     if d.guided:
-        bends = bending(d, stage.rods)
-        for k, rest in zip(range(stage.rods - 1, 0, -1), (stage.fading, -stage.fading, 0.0), strict=False):
+        bends = bending_lengths(d, stage.rods)
+        for k, rest in zip(
+            range(stage.rods - 1, 0, -1), (stage.vanishing_angle, -stage.vanishing_angle, 0.0), strict=False
+        ):
             yield k, [*bends[:, k - 1], rest]

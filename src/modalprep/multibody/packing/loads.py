@@ -153,25 +153,25 @@ class _Builder:
         at, constants, way = [], [], []
         for load in loads:
             first = len(way)
-            way += [self.end(point) for point in load.passes]
+            way += [self.end(point) for point in load.flow_points]
             at.append((self.table(f"gas {load.name!r}", load.source), first, len(way) - 1))
-            constants.append(np.array([load.share, load.speed, load.pressure, *load.axis]))
+            constants.append(np.array([load.mass_fraction, load.speed, load.pressure, *load.axis]))
         return at, constants, way
 
     def spring(self, load: AxialSpring) -> tuple:
-        pull = self.table(f"spring {load.name!r}", load.pull)
+        pull = self.table(f"spring {load.name!r}", load.actuator_force)
         at = [*self.end(load.between[0]), *self.end(load.between[1]), pull, int(load.tension_only)]
-        return at, np.array([load.stiffness, load.damping, load.length, *load.position, *load.position])
+        return at, np.array([load.stiffness, load.damping, load.free_length, *load.position, *load.position])
 
     def legs(self, load: Conductor) -> list[list[int]]:
         current = self.table(f"conductor {load.name!r}", load.current)
-        return [[*self.end(a), *self.end(b), current] for a, b in load.legs]
+        return [[*self.end(a), *self.end(b), current] for a, b in load.segments]
 
     def bushing(self, load: Bushing) -> tuple:
         row = np.zeros(BUSHING)
         row[:6], row[6:REST_POSITION] = load.stiffness, load.damping
-        row[REST_POSITION:REST_ROTATION], row[GROUND:GROUND_ROTATION] = load.rest_position, load.position
-        row[REST_ROTATION:GROUND], row[GROUND_ROTATION:] = load.rest_rotation.ravel(), load.rotation.ravel()
+        row[REST_POSITION:REST_ROTATION], row[GROUND:GROUND_ROTATION] = load.free_position, load.position
+        row[REST_ROTATION:GROUND], row[GROUND_ROTATION:] = load.free_rotation.ravel(), load.rotation.ravel()
         return [*self.end(load.between[0]), *self.end(load.between[1])], row
 
 
@@ -220,4 +220,6 @@ def _orbit(orbit: Orbit | None) -> np.ndarray:
         return np.zeros(ORBIT)
     d = orbit.dipole
     field = (0.0, 0.0, 0.0) if d is None else (d.strength * (d.radius / orbit.radius) ** 3, d.tilt, d.longitude)
-    return np.array([orbit.rate, 1 / orbit.radius, orbit.inclination, orbit.argument, orbit.planet_spin, *field])
+    return np.array(
+        [orbit.rate, 1 / orbit.radius, orbit.inclination, orbit.argument_of_latitude, orbit.planet_spin, *field]
+    )

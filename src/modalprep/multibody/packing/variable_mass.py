@@ -25,12 +25,12 @@ def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -
 
     Examples
     --------
-    >>> from modalprep.body.levels import scaled
+    >>> from modalprep.body.levels import with_density_factor
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.model.joint import Joint
     >>> from modalprep.multibody.packing.tree import pack
     >>> full = uniform_beam(modes=1)
-    >>> fuel = Depletion(name="fuel", body="arm", levels=(scaled(full, 0.5),), mass="12 - t")
+    >>> fuel = Depletion(name="fuel", body="arm", levels=(with_density_factor(full, 0.5),), mass="12 - t")
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": full}, joints=(hinge,), depletions=(fuel,))
     >>> pack_fill(arm, pack(arm), [0], 1.0).mass.round(9)

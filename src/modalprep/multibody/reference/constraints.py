@@ -96,7 +96,7 @@ def _end(s: BodyState | None, end: np.void, system: System, nu: int) -> _End:
         return _End(origin, end["rotation"].reshape(3, 3), w, none, np.zeros(3))
     frame, J, c = interface_point(s, int(end["interface"]))
     origin = _Vector(frame.position, frame.velocity, J[:3], c[:3])
-    return _End(origin, frame.rotation, frame.spin, J[3:], c[3:])
+    return _End(origin, frame.rotation, frame.angular_velocity, J[3:], c[3:])
 
 
 def _row(row: np.void, a: _End, b: _End) -> tuple:
@@ -172,7 +172,7 @@ def _friction(loops: Loops, i: int, rate: np.ndarray, multiplier: np.ndarray) ->
 def reduced_accelerations(system: System, loops: Loops, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
     """Solve in as many independent speeds as there are degrees of freedom (theory 5.6).
 
-    A pivoted QR factorization of G chooses the dependent speeds, ``G_d u_d = -G_i u_i + b``; with
+    A pivoted QR factorisation of G chooses the dependent speeds, ``G_d u_d = -G_i u_i + b``; with
     ``u' = R z' + s`` the equations are ``R' M R z' = R' (f - M s)``.
 
     Returns

@@ -52,10 +52,13 @@ def _in_field(s: BodyState, n: np.ndarray, k: float, q: float, g: np.ndarray, U:
 def conductor_force(load: Conductor, system: System, states: dict[str, BodyState], t: float) -> DenseLoads:
     """Return the forces on a conductor; the dipole's field by rotation matrices from the planet's axes."""
     orbit, total = system.orbit, DenseLoads(np.zeros(next(iter(states.values())).J.shape[1]), 0.0, 0.0, 0.0)
-    d, to_orbit = orbit.dipole, Rotation.from_euler("ZXZ", [0.0, orbit.inclination, orbit.argument + orbit.rate * t])
+    d, to_orbit = (
+        orbit.dipole,
+        Rotation.from_euler("ZXZ", [0.0, orbit.inclination, orbit.argument_of_latitude + orbit.rate * t]),
+    )
     turn = d.longitude + orbit.planet_spin * t
     north = to_orbit.inv().apply(Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
-    for ends in load.legs:
+    for ends in load.segments:
         a, b = (end_point(system, states, end, load) for end in ends)
         r = (a.frame.position + b.frame.position) / 2 + [orbit.radius, 0, 0]
         R = np.linalg.norm(r)

@@ -86,7 +86,7 @@ def _one(load, system: System, packed: Packed, states: dict[str, BodyState], t: 
     if isinstance(load, Conductor):
         return conductor_force(load, system, states, t)
     if isinstance(load, ExpelledGas):
-        return _gas(load, [end_point(system, states, point, load) for point in load.passes], t)
+        return _gas(load, [end_point(system, states, point, load) for point in load.flow_points], t)
     if isinstance(load, ImmersedRod):
         return _rod(load, system.gravity, states[load.body])
     none = DenseLoads(np.zeros(packed.nu), 0.0, 0.0, 0.0)
@@ -131,8 +131,8 @@ def _spring(load: AxialSpring, a: Point, b: Point, t: float) -> DenseLoads:
     length = np.linalg.norm(apart)
     along = apart / length if length > 0 else apart
     rate = along @ (b.frame.velocity - a.frame.velocity)
-    other = load.damping * rate + value_at(load.pull, t)
-    stretch = length - load.length
+    other = load.damping * rate + value_at(load.actuator_force, t)
+    stretch = length - load.free_length
     tension = load.stiffness * stretch + other
     if load.tension_only:
         stretch, tension = max(stretch, 0.0), max(tension, 0.0) if stretch > 0 else 0.0
@@ -145,13 +145,13 @@ def _bushing(load: Bushing, a: Point, b: Point) -> DenseLoads:
     """Virtual work of the relative displacement and rotation vector, the latter by its left Jacobian."""
     Ra = a.frame.rotation
     r = Ra.T @ (b.frame.position - a.frame.position)
-    d = r - load.rest_position
-    x = Rotation.from_matrix(Ra.T @ b.frame.rotation @ load.rest_rotation.T).as_rotvec()
+    d = r - load.free_position
+    x = Rotation.from_matrix(Ra.T @ b.frame.rotation @ load.free_rotation.T).as_rotvec()
     left = expm(np.block([[skew(x), np.eye(3)], [np.zeros((3, 6))]]))[:3, 3:]
     linear = Ra.T @ (b.J[:3] - a.J[:3]) + skew(r) @ Ra.T @ a.J[3:]
     angular = Ra.T @ (b.J[3:] - a.J[3:])
-    v = Ra.T @ (b.frame.velocity - a.frame.velocity) + np.cross(r, Ra.T @ a.frame.spin)
-    w = Ra.T @ (b.frame.spin - a.frame.spin)
+    v = Ra.T @ (b.frame.velocity - a.frame.velocity) + np.cross(r, Ra.T @ a.frame.angular_velocity)
+    w = Ra.T @ (b.frame.angular_velocity - a.frame.angular_velocity)
     k, c = load.stiffness, load.damping
     f = -linear.T @ (k[:3] * d + c[:3] * v) - angular.T @ (np.linalg.solve(left.T, k[3:] * x) + c[3:] * w)
     return DenseLoads(f, -(c[:3] @ v**2 + c[3:] @ w**2), (k[:3] @ d**2 + k[3:] @ x**2) / 2, 0.0)
@@ -202,6 +202,6 @@ def _element(e: HingeElement, x: float, rate: float, t: float) -> tuple[float, f
     outside = x - min(max(x, e.lower), e.upper)  # positive above the upper limit
     stop = -e.limit_stiffness * outside
     push = stop * max(0.0, 1 + e.limit_damping * rate * np.sign(outside))
-    other = value_at(e.drive, t) - e.damping * rate - e.friction * np.tanh(rate / e.sliding) + push - stop
-    energy = (e.stiffness * (x - e.rest) ** 2 + e.limit_stiffness * outside**2) / 2
-    return -e.stiffness * (x - e.rest) + stop, other, energy
+    other = value_at(e.drive, t) - e.damping * rate - e.friction * np.tanh(rate / e.transition_velocity) + push - stop
+    energy = (e.stiffness * (x - e.free_position) ** 2 + e.limit_stiffness * outside**2) / 2
+    return -e.stiffness * (x - e.free_position) + stop, other, energy

@@ -66,4 +66,6 @@ def end_point(system: System, states: dict[str, BodyState], text: str, load) -> 
 def wrench_at(point: Point, force: np.ndarray, torque: np.ndarray) -> DenseLoads:
     """Return what a force and a torque (inertial axes) do at a point."""
     wrench = np.concatenate([force, torque])
-    return DenseLoads(point.J.T @ wrench, float(force @ point.frame.velocity + torque @ point.frame.spin), 0.0, 0.0)
+    return DenseLoads(
+        point.J.T @ wrench, float(force @ point.frame.velocity + torque @ point.frame.angular_velocity), 0.0, 0.0
+    )

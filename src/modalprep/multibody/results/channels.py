@@ -1,4 +1,4 @@
-"""Names of all channels of a system, and the columns where `observation` writes their numbers."""
+"""Names of all channels of a system, and the columns in which `observation` writes their values."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ TOTALS = {
     "energy.gravity": GRAVITY,
     "energy.stored": STORED,
     "energy.work": WORK,
-    "power.in": POWER_IN,
+    "power.input": POWER_IN,
     "momentum.linear": slice(LINEAR, ANGULAR),
     "momentum.angular": slice(ANGULAR, SUMS),
 }
 ENERGIES = ("energy.kinetic", "energy.strain", "energy.gravity", "energy.stored")
-STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT = range(5)  # what a number is: arrays of one evaluation
+STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT = range(5)  # sources of a value: arrays of one evaluation
 INTERFACE = ("position", "velocity", "deflection", "acceleration")  # three numbers each, in this order
 
 
 class Columns(NamedTuple):
-    """What stands where in a row; link -1 is the ground."""
+    """Layout of a row; link -1 is the ground."""
 
     joints: np.ndarray  # (n, 4) int: STATE, HINGE_FORCE and so on, index, second index, column; masses too
     wrenches: np.ndarray  # (joints, 4) int: link, parent link and interface, column of force and torque
     bodies: np.ndarray  # (bodies, 4) int: link, column of modal, origin, orientation; interfaces, their column
     closures: np.ndarray  # (closures, 4) int: first row, rows, whether a coupler, column
     springs: np.ndarray  # (springs, 4) int: number, 0, 0, column of length and force
-    conductors: np.ndarray  # (conductors, 4) int: first leg, legs, 0, column of current and electromotive force
-    reactions: np.ndarray  # (nl, 6) scratch
+    conductors: np.ndarray  # (conductors, 4) int: first segment, segments, 0, column of current and electromotive force
+    reactions: np.ndarray  # (nl, 6) work array
 
 
 class Channels:
@@ -56,11 +56,11 @@ class Channels:
 
     Attributes
     ----------
-    places : dict of int or slice
-        Column of a number, columns of a vector, by the channel's name: ``rows[:, places[name]]`` is its history.
+    index : dict of int or slice
+        Column of a scalar or columns of a vector by the channel's name: ``rows[:, index[name]]`` is its history.
     columns : Columns
     width : int
-        Numbers in a row.
+        Number of columns.
 
     Examples
     --------
@@ -70,13 +70,13 @@ class Channels:
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> channels = Channels(arm, pack(arm), None)
-    >>> channels.width, channels.places["hinge.angle"], channels.places["arm.modal"]
+    >>> channels.width, channels.index["hinge.angle"], channels.index["arm.modal"]
     (53, 12, slice(20, 22, None))
     """
 
     def __init__(self, system: System, packed: Packed, loops: Loops | None) -> None:
         self.system, self.packed = system, packed
-        self.places: dict[str, int | slice] = dict(TOTALS)
+        self.index: dict[str, int | slice] = dict(TOTALS)
         self.width = SUMS
         self.columns = Columns(
             *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
@@ -87,14 +87,14 @@ class Channels:
         )  # fmt: skip
 
     def _number(self, name: str) -> int:
-        self.places[name] = self.width
+        self.index[name] = self.width
         self.width += 1
         return self.width - 1
 
     def _vector(self, name: str, size: int) -> int:
         first, self.width = self.width, self.width + size
         if size:
-            self.places[name] = slice(first, self.width)
+            self.index[name] = slice(first, self.width)
         return first
 
     def _joints(self) -> list[tuple]:
@@ -112,22 +112,22 @@ class Channels:
         ]
 
     def _hinge(self, i: int) -> list[tuple[str, tuple]]:
-        """Return the numbers of one link's hinge: name, what it is, indices."""
+        """Return the values of one link's hinge: name, source, indices."""
         kind, joint = self.packed.types[i], self.packed.links[i].joint
         row = self.packed.model.links[i]
         x, u = int(row["x"]), int(row["u"])
         turns = kind in (REVOLUTE, PRESCRIBED_REVOLUTE)
-        place, speed = ("angle", "rate") if turns else ("displacement", "speed")
+        position, speed = ("angle", "rate") if turns else ("displacement", "speed")
         if kind in (REVOLUTE, PRISMATIC):
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
-            return [(place, (STATE, x, 0)), (speed, (STATE, self.packed.nx + u, 0)), *drive]
+            return [(position, (STATE, x, 0)), (speed, (STATE, self.packed.nx + u, 0)), *drive]
         if kind in PRESCRIBED:
             along = (REACTION, i, 5 if turns else 2)
-            return [(place, (MOTION, i, 0)), (speed, (MOTION, i, 1)), ("drive", along)]
+            return [(position, (MOTION, i, 0)), (speed, (MOTION, i, 1)), ("drive", along)]
         if kind in (SPHERICAL, FREE):
-            turn = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
+            rotation = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
             first = self.packed.nx + u + SPEEDS[kind] - 3
-            return turn + [("spin", (STATE, first + k, 0)) for k in range(3)]
+            return rotation + [("angular_velocity", (STATE, first + k, 0)) for k in range(3)]
         return []
 
     def _wrenches(self) -> list[tuple]:
@@ -174,8 +174,8 @@ class Channels:
         rows, first = [], 0
         for load in self.system.loads:
             if isinstance(load, Conductor):
-                rows.append((first, len(load.legs), 0, self._pair(load.name, "current", "emf")))
-                first += len(load.legs)
+                rows.append((first, len(load.segments), 0, self._pair(load.name, "current", "emf")))
+                first += len(load.segments)
         return rows
 
     def _pair(self, name: str, one: str, two: str) -> int:

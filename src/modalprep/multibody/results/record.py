@@ -13,12 +13,12 @@ from modalprep.multibody.results.result import Result
 
 
 class Recorder:
-    """Collects the channels of a `Result`; `most` times of a run are expected.
+    """Collects the channels of a `Result`; `most` output times are expected.
 
     Raises
     ------
     InputError
-        When there is not enough memory for so many.
+        When there is not enough memory for them.
     """
 
     def __init__(self, integration: Integration, most: int) -> None:
@@ -36,37 +36,37 @@ class Recorder:
 
     def add(self, times: np.ndarray, states: np.ndarray) -> None:
         """Record every channel at times (nt,) of states (nt, nx + nu + 1), the work their last number."""
-        place = slice(self.count, self.count + len(times))
-        if place.stop > len(self.time):
+        here = slice(self.count, self.count + len(times))
+        if here.stop > len(self.time):
             self.time, self.rows = (np.concatenate([a, np.empty_like(a)]) for a in (self.time, self.rows))
-        self.time[place] = times
-        record(self.equations, self.channels.columns, times, states, self.soft, self.rows[place])
-        self.count = place.stop
+        self.time[here] = times
+        record(self.model, self.channels.columns, times, states, self.soft, self.rows[here])
+        self.count = here.stop
 
     def result(self, status: str, message: str, stats: dict[str, float]) -> Result:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
         rows = self.rows[: self.count]
-        channels = {name: rows[:, place] for name, place in self.channels.places.items()}
+        channels = {name: rows[:, columns] for name, columns in self.channels.index.items()}
         channels |= self._axes(channels) | stress_channels(self.channels.system.bodies, channels)
         return audited(self.time[: self.count], channels, status, message, stats)
 
     def _axes(self, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return the semi-major axes of the orbits of the bodies' roots, where it is known how far the planet is."""
+        """Return the semi-major axes of the orbits of the bodies' roots, where the orbit's radius is known."""
         system = self.channels.system
         if system.orbit is None or system.orbit.radius == np.inf:
             return {}
         root = {name: f"{name}.{body.interface_name[0]}" for name, body in system.bodies.items()}
         found = {}
         for name, at in root.items():
-            places, speeds = channels[f"{at}.position"], channels[f"{at}.velocity"]
-            found[f"{name}.semi_major_axis"] = system.orbit.semi_major_axis(places, speeds)
+            positions, velocities = channels[f"{at}.position"], channels[f"{at}.velocity"]
+            found[f"{name}.semi_major_axis"] = system.orbit.semi_major_axis(positions, velocities)
         return found
 
 
 def audited(
     time: np.ndarray, channels: dict[str, np.ndarray], status: str, message: str, stats: dict[str, float]
 ) -> Result:
-    """Return the result of histories by name, its energy balance closed: ``energy.error``, and the largest in stats."""
+    """Return the result with its energy balance: ``energy.error``, and the largest relative error in the stats."""
     parts = [channels[name] for name in ENERGIES]
     total = np.sum(parts, axis=0)
     error = total - total[0] - channels["energy.work"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
@@ -11,7 +11,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
+from modalprep.notebook import html_table
 from modalprep.records import Record
+from modalprep.suggest import refuse_other
 
 if TYPE_CHECKING:
     import pandas
@@ -30,28 +32,28 @@ class Result(Record):
     channels : dict of (nt,) or (nt, k) float
         ``<joint>.angle`` (rad), ``.rate``, ``.displacement`` (m), ``.speed`` by what the joint can do, ``.drive`` of
         its prescribed motion or hinge elements (N or N m, along the hinge), ``.quaternion`` (nt, 4) of a spherical
-        joint, ``.spin`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``, ``.torque`` (nt, 3):
-        what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
-        (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
-        m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
-        the orbit of its root, in orbit at a known radius. ``<body>.stress.<point>.<component>`` (Pa) at the points of
-        its modal file, and ``.von_mises``. ``<spring>.length`` (m) and ``.tension`` (N),
-        ``<conductor>.current`` (A) and ``.emf`` (V).
+        joint, ``.angular_velocity`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``,
+        ``.torque`` (nt, 3): force and torque of the parent on the child at the child's root, drives included, in the
+        axes of the parent's interface (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n),
+        ``.origin`` (nt, 3, inertial, m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame;
+        ``<body>.semi_major_axis`` (m) of the orbit of its root, in orbit at a known radius.
+        ``<body>.stress.<point>.<component>`` (Pa) at the points of its modal file, and ``.von_mises``.
+        ``<spring>.length`` (m) and ``.tension`` (N), ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
-        body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``,
-        ``energy.stored`` (springs, moved water), ``energy.work``, ``energy.error`` (J), ``power.in`` (W, the rate
-        of the work), ``momentum.linear``, ``momentum.angular`` (nt, 3).
+        body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``, ``energy.stored``
+        (springs, accelerated water), ``energy.work``, ``energy.error`` (J), ``power.input`` (W, the rate of the work),
+        ``momentum.linear``, ``momentum.angular`` (nt, 3).
     status : str
         ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
     message : str
-        One sentence for the user.
+        A message for the user.
     stats : dict of float
-        Steps, evaluations of the equations, steps rejected and halved, ``stiffness_ratio`` (steps that stability would
-        ask of the explicit method), and the energy error relative to the largest energy.
+        Steps, evaluations of the equations, rejected and halved steps, ``stiffness_ratio`` (steps that stability would
+        require of the explicit method), and the energy error relative to the largest energy.
     events : dict of (k,) float
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact
-        What the events did that begin or hit closures.
+        The impulses of events that activate closures or act as impacts.
 
     Examples
     --------
@@ -69,8 +71,25 @@ class Result(Record):
     events: dict[str, np.ndarray] = field(default_factory=dict)
     impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
 
+    def __repr__(self) -> str:
+        """Status, span of time and number of channels."""
+        span = f"{self.time[0]:.4g}..{self.time[-1]:.4g} s in {len(self.time)} times" if len(self.time) else "no times"
+        return f"Result({self.status}, {span}, {len(self.channels)} channels)"
+
+    def _repr_html_(self) -> str:
+        """Return the channels with their smallest, largest and last values as an HTML table."""
+        rows = [[name, *_extremes(values)] for name, values in self.table().items()]
+        return html_table(repr(self), ["channel", "smallest", "largest", "last"], rows)
+
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``."""
+        """Return a channel, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``.
+
+        Returns
+        -------
+        (nt,) or (nt, k) float
+            In the unit of the channel.
+        """
+        refuse_other("Result: the name of a channel", str, name)
         if name in self.channels:
             return self.channels[name]
         parent, _, component = name.rpartition(".")
@@ -80,14 +99,34 @@ class Result(Record):
         known = ", ".join(sorted(self.channels))
         raise InputError(f"the result has no channel {name!r}; it has {known}")
 
+    def __contains__(self, name: object) -> bool:
+        """Say whether there is a channel, or a component of one, of this name."""
+        parent, _, component = str(name).rpartition(".")
+        return name in self.channels or component in self.columns().get(parent, ())
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names of the channels."""
+        return iter(self.channels)
+
     def columns(self) -> dict[str, list[str]]:
-        """Return the component names of every channel with more than one column."""
+        """Return the component names of every channel with more than one column.
+
+        Returns
+        -------
+        dict of list of str
+            ``x``, ``y``, ``z`` or ``1``, ``2``, ... by the channel's name.
+        """
         vectors = {name: a.shape[1] for name, a in self.channels.items() if a.ndim == 2}
         return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
                 for name, k in vectors.items()}  # fmt: skip
 
-    def seen_from(self, body: str) -> Result:
-        """Return the run with every place, the channels ``.position`` and ``.origin``, in the frame of a body.
+    def relative_to(self, body: str) -> Result:
+        """Return the run with all positions, the channels ``.position`` and ``.origin``, in the frame of a body.
+
+        Returns
+        -------
+        Result
+            The places in m, in the axes of that body; the other channels as they were.
 
         Raises
         ------
@@ -99,16 +138,21 @@ class Result(Record):
         >>> turned = {"hub.origin": [[1.0, 0, 0]], "hub.orientation": [[0.5**0.5, 0, 0, 0.5**0.5]]}
         >>> channels = {name: np.array(a) for name, a in turned.items()} | {"arm.tip.position": np.array([[1.0, 2, 0]])}
         >>> run = Result(time=np.zeros(1), channels=channels, status="done", message="")
-        >>> run.seen_from("hub")["arm.tip.position"].round(9) + 0.0
+        >>> run.relative_to("hub")["arm.tip.position"].round(9) + 0.0
         array([[2., 0., 0.]])
         """
-        origin, turn = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
-        places = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
-        seen = {name: turn.inv().apply(place - origin) for name, place in places.items()}
-        return self.with_(channels=self.channels | seen)
+        origin, rotation = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
+        positions = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
+        relative = {name: rotation.inv().apply(a - origin) for name, a in positions.items()}
+        return self.with_(channels=self.channels | relative)
 
     def to_dataframe(self, channels: Sequence[str] = ()) -> pandas.DataFrame:
         """Return the named channels (all when none is named) as columns over time, one per component.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each time (s), a column for each component.
 
         Raises
         ------
@@ -130,13 +174,27 @@ class Result(Record):
         return pandas.DataFrame(self.table(channels), index=pandas.Index(self.time, name="time"))
 
     def table(self, channels: Sequence[str] = ()) -> dict[str, np.ndarray]:
-        """Return the named channels (all when none is named), one (nt,) per component, by name."""
+        """Return the named channels (all when none is named), one (nt,) per component, by name.
+
+        Returns
+        -------
+        dict of (nt,) float
+            By the channel's name and component, such as ``arm.tip.position.x``.
+        """
         components = self.columns()
         names = [
             [f"{name}.{c}" for c in components[name]] if name in components else [name]
             for name in channels or sorted(self.channels)
         ]
         return {part: self[part] for parts in names for part in parts}
+
+
+def _extremes(values: np.ndarray) -> list[float]:
+    """Return the smallest, the largest and the last value; NaN where there is none."""
+    known = values[np.isfinite(values)]
+    if not len(known):
+        return [np.nan] * 3
+    return [float(known.min()), float(known.max()), float(values[-1])]
 
 
 def output_times(t_end: float, output_step: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""Many pipeline files in parallel: what is finished is not run again, and one bad job does not stop the rest."""
+"""Many pipeline files in parallel: finished jobs are skipped, and a failed job does not stop the others."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 
-TICK = 0.5  # s between two looks at the clock of the progress bar
+TICK = 0.5  # s, refresh interval of the progress bar
 
 
 @dataclass(frozen=True)
 class Batch:
-    """The jobs of a batch, in the order of the user, and the records of those that need not run.
+    """The jobs of a batch in the given order, and the records of those already finished.
 
     Attributes
     ----------
     jobs : tuple of Job
     before : {Job: Record}
     folder : Path
-        Where the manifest of the batch goes, and by default its cache.
+        Folder of the batch manifest and, by default, of the cache.
     """
 
     jobs: tuple[Job, ...]
@@ -42,7 +42,7 @@ class Batch:
 
     @property
     def waiting(self) -> list[Job]:
-        """The jobs to run."""
+        """The unfinished jobs."""
         return [job for job in self.jobs if job.file not in self.before]
 
 
@@ -63,20 +63,20 @@ def plan_batch(patterns: Sequence[str], output: Path | None) -> Batch:
 def run_batch(
     batch: Batch, reporter: Reporter, *, jobs: int = 1, scheduler: str | None = None, cache: Path | None, limit: float
 ) -> dict[str, Any]:
-    """Run what is not finished, and return the manifest of the batch, which is in ``<folder>/batch.json`` too.
+    """Run the unfinished jobs; return the manifest of the batch, also written to ``<folder>/batch.json``.
 
     Parameters
     ----------
     batch : Batch
     reporter : Reporter
     jobs : int
-        Processes of this machine.
+        Number of local processes.
     scheduler : str or None
         Address of a Dask scheduler to use instead.
     cache : Path or None
         Folder of the cache; None for none.
     limit : float
-        Its size, bytes.
+        Maximum cache size, bytes.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def run_batch(
 
     def ended(job: Job, record: Record) -> None:
         records[job.file] = record
-        with suppress(OutputError):  # the other jobs go on; the last record is refused below
+        with suppress(OutputError):  # the other jobs continue; the last record is refused below
             write()
 
     write()
@@ -110,7 +110,7 @@ def run_batch(
 
 
 def list_batch(batch: Batch, reporter: Reporter) -> dict[str, Any]:
-    """Print the jobs and which of them are finished; return the same as the manifest would say it."""
+    """Print the jobs and which of them are finished; return the same in the form of the manifest."""
     manifest = _manifest(batch, batch.before, datetime.now(UTC), 0.0)
     jobs_table(manifest["jobs"], reporter.console)
     return manifest
@@ -126,7 +126,7 @@ def _team(jobs: int, scheduler: str | None, setting: Setting) -> Iterator[Team]:
 
 
 def _dispatch(batch: Batch, team: Team, progress: Progress, ended: Callable[[Job, Record], None]) -> None:
-    """Keep the team busy until every job has ended; a job waits for those that make its bodies."""
+    """Submit jobs until every one has ended; a job waits for those that build its bodies."""
     needs = _needs(batch.waiting)
     waiting, running = sorted(batch.waiting, key=_modes, reverse=True), set()
     with progress:
@@ -146,7 +146,7 @@ def _dispatch(batch: Batch, team: Team, progress: Progress, ended: Callable[[Job
 
 
 def _needs(jobs: Sequence[Job]) -> dict[Path, set[Path]]:
-    """Return the jobs that each one waits for: those of its bodies' pipelines and modal files."""
+    """Return the jobs that each one depends on: those of its bodies' pipelines and modal files."""
     file = {job.file.resolve(): job.file for job in jobs}
     folder = {job.folder.resolve(): job.file for job in jobs}
     found: dict[Path, set[Path]] = {}
@@ -163,7 +163,7 @@ def _needs(jobs: Sequence[Job]) -> dict[Path, set[Path]]:
 
 
 def _modes(job: Job) -> int:
-    """Return the modes that a job asks for: the largest number goes first, since the others find theirs in it."""
+    """Return the number of modes of a job: the largest runs first, since the others reuse its modes from the cache."""
     try:
         return load_pipeline(job.file).reduction.modes
     except InputError:

@@ -1,4 +1,4 @@
-"""What a batch says: a live bar with the time left on a terminal, a plain line per job in a log, a table at the end."""
+"""Console output of a batch: a progress bar on a terminal, a line per job in a log, and a final table."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from modalprep.pipeline.batch.job import DONE, Job, Record
 from modalprep.pipeline.console import Reporter
 
 STYLE = {DONE: "green", "failed": "bold red"}
-SHOWN = 3  # jobs that are named beside the bar
+SHOWN = 3  # jobs named beside the bar
 
 
 class Progress:
-    """Says which jobs ended, and when the rest will have, from the mean time of a job.
+    """Reports ended jobs and estimates the remaining time from the mean time of a job.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ class Progress:
     total : int
         Jobs to run.
     workers : int
-        Jobs at a time.
+        Number of concurrent jobs.
     """
 
     def __init__(self, reporter: Reporter, total: int, workers: int) -> None:
@@ -37,7 +37,12 @@ class Progress:
         self._begun: dict[str, float] = {}
         self._taken: list[float] = []
         live = reporter.console.is_terminal and not reporter.console.quiet
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+        )
         self._bar = Bar(*columns, TextColumn("{task.fields[left]}"), console=reporter.console, disable=not live)
         self._task = self._bar.add_task("jobs", total=total, left="")
 
@@ -51,11 +56,11 @@ class Progress:
         self._bar.stop()
 
     def started(self, job: Job) -> None:
-        """Take note of the start of a job."""
+        """Record the start of a job."""
         self._begun[job.name] = time.perf_counter()
 
     def ended(self, job: Job, record: Record) -> None:
-        """Say how a job ended, what it took, and what is left."""
+        """Report how a job ended, its time, and the remaining time."""
         del self._begun[job.name]
         self._taken.append(record["seconds"])
         count, left = len(self._taken), self.seconds_left()
@@ -74,14 +79,14 @@ class Progress:
         )
 
     def seconds_left(self) -> float:
-        """Return the time that the jobs left will take: at the mean of those that ended, less what runs already."""
+        """Return the estimated remaining time: the mean of ended jobs, less the time of those that already run."""
         mean = sum(self._taken) / len(self._taken)
         spent = sum(min(mean, time.perf_counter() - begun) for begun in self._begun.values())
         return max(0.0, (self._total - len(self._taken)) * mean - spent) / self._workers
 
 
 def clock(seconds: float) -> str:
-    """Return a duration as people read it.
+    """Return a duration as text.
 
     Examples
     --------
@@ -95,7 +100,7 @@ def clock(seconds: float) -> str:
 
 
 def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print a row per job: what the grid chose, how it ended, its time, what the cache saved; then a line per cause.
+    """Print a row per job: grid values, status, time, time saved by the cache; then a line per cause of failure.
 
     Examples
     --------
@@ -107,7 +112,7 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     keys = list(dict.fromkeys(key for row in rows for key in row["values"]))
     table = Table(box=box.SIMPLE)
     for head in ("job", *keys, "state", "time", "saved"):
-        table.add_column(head, overflow="fold", justify="right" if head in ("time", "saved") else "left")
+        table.add_column(Text(head), overflow="fold", justify="right" if head in ("time", "saved") else "left")
     for row in rows:
         table.add_row(*map(Text, [row["job"], *(row["values"].get(key, "") for key in keys)]), *_ending(row))
     console.print(table)

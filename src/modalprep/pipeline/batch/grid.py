@@ -11,17 +11,17 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from pydantic import ValidationError
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Job, relative
-from modalprep.pipeline.batch.toml_text import toml_text
-from modalprep.pipeline.schema.base import complaint
+from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
 
-LONGEST = 40  # characters of a value in the name of a folder
+LONGEST = 40  # characters of a value in a folder name
 MOST = 10_000  # combinations
 FILES = ("file", "pipeline", "stiffness", "mass", "nodes", "dof")  # keys that name files
 
@@ -49,12 +49,12 @@ def _matches(pattern: str) -> list[Path]:
         return [Path(pattern)]
     found = [path for path in sorted(map(Path, glob.glob(pattern, recursive=True))) if path.is_file()]
     if not found:
-        raise InputError(f"no pipeline file fits {pattern!r}")
+        raise InputError(f"no pipeline file matches {pattern!r}")
     return found
 
 
 def _jobs(file: Path, output: Path | None) -> list[Job]:
-    """Return the job of a file, or those of its grid; a file that cannot be read is a job that will fail."""
+    """Return the job of a file, or those of its grid; a file that cannot be read becomes a job that fails."""
     try:
         data = read_toml(file)[1]
     except InputError:
@@ -65,7 +65,7 @@ def _jobs(file: Path, output: Path | None) -> list[Job]:
 
 
 def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
-    """Write a pipeline file for every combination of a grid, each in the folder of its outputs; return the jobs.
+    """Write a pipeline file for every combination of a grid into its output folder; return the jobs.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
         job = Job(output / name / f"{name}.toml", output, shown)
         combined = _combined(file, base, chosen)
         problems.append(_problem(combined))
-        texts.append(toml_text(_moved(combined, file.parent, job.folder)))
+        texts.append(tomli_w.dumps(_moved(combined, file.parent, job.folder)))
         jobs.append(job)
     if all(problems):
         raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problems[0]}")
@@ -93,7 +93,7 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
 
 
 def _checked(file: Path, grid: Any) -> dict[str, list]:
-    """Refuse what is no table of lists; keys have dots, so that TOML wants them in quotes."""
+    """Refuse anything but a table of lists; keys contain dots and need quotes in TOML."""
     if not isinstance(grid, dict) or not grid:
         raise InputError(f'{file}: [grid] is empty; write for example "reduction.modes" = [10, 20]')
     for key, values in grid.items():
@@ -120,7 +120,7 @@ def _combined(file: Path, base: dict[str, Any], chosen: dict[str, Any]) -> dict[
         for table in tables:
             place = place.setdefault(table, {})
             if not isinstance(place, dict):
-                raise InputError(f"{file}: [grid]: {key!r} leads through {table!r}, which is no table")
+                raise InputError(f"{file}: [grid]: {key!r} passes through {table!r}, which is not a table")
         place[last] = value
     return data
 
@@ -130,12 +130,12 @@ def _problem(data: dict[str, Any]) -> str | None:
         Pipeline.model_validate(data)
     except ValidationError as error:
         where = ".".join(str(part) for part in error.errors()[0]["loc"])
-        return f"{where}: {complaint(error)}".removeprefix(": ")
+        return f"{where}: {first_message(error)}".removeprefix(": ")
     return None
 
 
 def _labels(values: Iterable[Any]) -> list[str]:
-    """Return a short text of each value, good for the name of a folder, and no two alike."""
+    """Return a short, unique text of each value for a folder name."""
     texts = [re.sub(r"[^\w.+-]+", "_", str(value)).strip("_.")[:LONGEST] or "_" for value in values]
     if len({text.lower() for text in texts}) < len(texts):
         texts = [f"{text}_{number}" for number, text in enumerate(texts, start=1)]

@@ -1,4 +1,4 @@
-"""What a batch runs, and the record that each job leaves.
+"""Jobs of a batch and their records.
 
 Light to import, like `workers`: a worker process sets its threads before numpy is loaded.
 """
@@ -24,7 +24,7 @@ class Job:
     output : Path or None
         Folder of outputs, as `run_pipeline` takes it.
     values : {key: text}
-        What a grid chose.
+        Values chosen by a grid.
     """
 
     file: Path
@@ -43,7 +43,7 @@ class Job:
 
     @property
     def log(self) -> Path:
-        """What its run says."""
+        """Log file of its run."""
         return self.folder / f"{self.name}.log"
 
     @property
@@ -54,7 +54,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Setting:
-    """What every job of a batch shares.
+    """Settings shared by all jobs of a batch.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Setting:
     limit : float
         Size of the cache, bytes.
     program : dict of str
-        That of the batch, which a worker must have too.
+        Program of the batch; workers must have the same.
     """
 
     cache: Path | None
@@ -71,7 +71,7 @@ class Setting:
 
 
 def failure(job: Job, cause: str, error: BaseException | None = None) -> Record:
-    """Return the record of a job that could not be run to its end, with the kind of its error if it ended by one.
+    """Return the record of a failed job, with the type of its error if there was one.
 
     Examples
     --------
@@ -83,7 +83,7 @@ def failure(job: Job, cause: str, error: BaseException | None = None) -> Record:
 
 
 def relative(file: Path, folder: Path) -> str:
-    """Return a file as seen from a folder, so that both may be moved together.
+    """Return the path of a file relative to a folder, so that both may be moved together.
 
     Examples
     --------
@@ -92,5 +92,5 @@ def relative(file: Path, folder: Path) -> str:
     """
     try:
         return Path(os.path.relpath(file.resolve(), folder.resolve())).as_posix()
-    except ValueError:  # another drive
+    except ValueError:  # on another drive
         return file.resolve().as_posix()

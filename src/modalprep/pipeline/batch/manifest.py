@@ -1,4 +1,4 @@
-"""The manifest of a job: hashes of everything that went in and came out, by which a finished job is known."""
+"""The manifest of a job: hashes of its inputs and outputs, which identify a finished job."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ HEAD = {"format": "modalprep job", "version": 1}
 def input_digests(path: Path) -> dict[str, str]:
     """Return the hash of each file that a pipeline file needs, itself and the pipelines of its bodies included.
 
-    Files are named relative to the pipeline file's folder. A mesh counts with its includes; a missing file is empty.
+    Files are named relative to the pipeline file's folder. A mesh includes the files that it includes; the hash of a
+    missing file is empty.
 
     Raises
     ------
@@ -63,13 +64,13 @@ def output_digests(job: Job, files: Iterable[Path]) -> dict[str, str]:
 
 
 def write_manifest(job: Job, record: Record) -> None:
-    """Write the record of a job; the file is whole or absent."""
+    """Write the record of a job; the file is written completely or not at all."""
     with atomic_path(job.manifest) as temporary:
         temporary.write_text(json.dumps(HEAD | record, indent=1))
 
 
 def finished(job: Job, program: dict[str, str]) -> Record | None:
-    """Return the record of a job that is done, with these inputs and by this program, and whose outputs are whole."""
+    """Return the record of a job finished with these inputs by this program and with intact outputs, else None."""
     try:
         record = json.loads(job.manifest.read_text())
         good = record["format"] == HEAD["format"] and record["status"] == DONE and record["program"] == program

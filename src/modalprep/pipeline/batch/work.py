@@ -1,4 +1,4 @@
-"""One job of a batch in its worker: the road of `modalprep run`, its text in a log, its record in a manifest."""
+"""One job of a batch in its worker: `modalprep run` with its text in a log and its record in a manifest."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.run import run_pipeline
 
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
-ONE_AT_A_TIME = threading.Lock()  # drawing and standard output are the process's, whose threads a cluster may use
+ONE_AT_A_TIME = threading.Lock()  # drawing and standard output belong to the process, which may have several threads
 
 
 def work(job: Job, setting: Setting) -> Record:
-    """Run a job and return its record, which is in its manifest too; a failure is a record with its cause.
+    """Run a job and return its record, also written to its manifest; a failed job has a record with its cause.
 
     Parameters
     ----------
     job : Job
     setting : Setting
-        With the program that asks; a worker with another one refuses.
+        Includes the program of the batch; a worker with another program refuses.
     """
     if program() != setting.program:
         differing = [name for name, value in setting.program.items() if program().get(name) != value]
-        return failure(job, f"its worker has another {', '.join(differing)}; install the same there")
-    before = finished(job, setting.program)  # a cluster that lost the record with its worker asks again
+        return failure(job, f"its worker has a different {', '.join(differing)}; install the same there")
+    before = finished(job, setting.program)  # a cluster that lost a worker with its record runs the job again
     if before is not None:
         return before
     cache = Cache(setting.cache, setting.limit) if setting.cache else None
@@ -54,8 +54,8 @@ def work(job: Job, setting: Setting) -> Record:
     try:
         write_manifest(job, record)
     except OutputError as error:
-        if record["status"] == DONE:  # else the folder is the cause already
-            record |= failure(job, _sentence(error), error) | {"seconds": record["seconds"]}
+        if record["status"] == DONE:  # otherwise the folder is already the cause
+            record |= failure(job, _message(error), error) | {"seconds": record["seconds"]}
     return record
 
 
@@ -65,7 +65,7 @@ def _attempt(job: Job, cache: Cache | None) -> Record:
             with redirect_stdout(file), redirect_stderr(file):
                 return _logged(job, cache)
     except OutputError as error:  # of the log itself
-        return failure(job, _sentence(error), error)
+        return failure(job, _message(error), error)
 
 
 def _logged(job: Job, cache: Cache | None) -> Record:
@@ -75,16 +75,16 @@ def _logged(job: Job, cache: Cache | None) -> Record:
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
         return record | {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
     except ModalprepError as error:
-        print(_sentence(error))
-        return failure(job, _sentence(error), error)
+        print(_message(error))
+        return failure(job, _message(error), error)
     except MemoryError as error:
         return failure(job, "not enough memory; run fewer jobs at a time, or a coarser mesh", error)
-    except (Exception, SystemExit) as error:  # a fault of the program or of a library is this job's alone
-        if isinstance(error, OSError) and error.errno in FULL:  # the log is refused too
+    except (Exception, SystemExit) as error:  # a fault of the program or of a library fails this job only
+        if isinstance(error, OSError) and error.errno in FULL:  # the log cannot be written either
             raise
         traceback.print_exc()
-        return failure(job, f"{type(error).__name__}: {_sentence(error)} (its log has more: {job.log})", error)
+        return failure(job, f"{type(error).__name__}: {_message(error)} (see its log: {job.log})", error)
 
 
-def _sentence(error: BaseException) -> str:
+def _message(error: BaseException) -> str:
     return " ".join(str(error).split())

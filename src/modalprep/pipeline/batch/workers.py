@@ -1,4 +1,4 @@
-"""Workers of a batch: processes of this machine, or a Dask cluster.
+"""Workers of a batch: local processes or a Dask cluster.
 
 Light to import: a worker process sets its threads before numpy is loaded.
 """
@@ -20,7 +20,7 @@ from modalprep.errors import InputError
 from modalprep.pipeline.batch.job import Job, Record, Setting, failure
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
-ANSWER = "30s"  # a scheduler that has not answered by then is not there
+ANSWER = "30s"  # s, timeout of a scheduler
 
 
 class Team(Protocol):
@@ -29,7 +29,7 @@ class Team(Protocol):
     Attributes
     ----------
     size : int
-        Jobs at a time.
+        Number of concurrent jobs.
     """
 
     size: int
@@ -45,13 +45,13 @@ class Team(Protocol):
         """Wait at most so long for a job to end; return those that did."""
 
     def close(self) -> None:
-        """Let go of the workers; what still runs is stopped."""
+        """Release the workers and stop running jobs."""
 
 
 class Processes:
-    """Worker processes of this machine, each with its share of the processors for its linear algebra.
+    """Local worker processes, with the processors divided among them for linear algebra.
 
-    A process that dies, for lack of memory or by a fault of a library, is replaced; only its own job has failed.
+    A process that dies, for lack of memory or by a fault of a library, is replaced; only its own job fails.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Processes:
             record = process.pipe.recv()
             self._idle.append(process)
         except (EOFError, OSError):
-            record = failure(job, process.epitaph())
+            record = failure(job, process.exit_report())
             self._tidy(process, job)
         return job, record
 
@@ -109,16 +109,16 @@ class _Process:
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=_serve, args=(other, threads), daemon=True)
-        with _unheard():
+        with _ignore_interrupts():
             self._process.start()
-        other.close()  # so that the pipe ends with the process
+        other.close()  # so that the pipe closes with the process
 
     def start(self, job: Job, setting: Setting) -> None:
-        with suppress(OSError):  # it died: `collect` will find the pipe closed
+        with suppress(OSError):  # it died: `collect` finds the pipe closed
             self.pipe.send((job, setting))
 
-    def epitaph(self) -> str:
-        """Say how the process ended."""
+    def exit_report(self) -> str:
+        """Report how the process ended."""
         self._process.join()
         code = self._process.exitcode
         if code is not None and code < 0:
@@ -136,12 +136,12 @@ class _Process:
 
 
 @contextmanager
-def _unheard() -> Iterator[None]:
-    """Let processes started here inherit that Ctrl-C is not for them; for this one it waits until they are started."""
+def _ignore_interrupts() -> Iterator[None]:
+    """Start processes that ignore Ctrl-C; in this process it is deferred until they have started."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return
-    resource_tracker.ensure_running()  # starting it would end the mask
+    resource_tracker.ensure_running()  # starting it later would reset the mask
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -166,7 +166,7 @@ def processors() -> int:
 
 
 def _serve(pipe: connection.Connection, threads: int) -> None:
-    """Work off jobs until the pipe ends; Ctrl-C is for the parent, which stops its workers."""
+    """Run jobs until the pipe closes; the parent handles Ctrl-C and stops its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     for name in THREADS:
@@ -179,13 +179,13 @@ def _serve(pipe: connection.Connection, threads: int) -> None:
 
 
 def _end_with_parent() -> None:
-    """End this process as soon as its parent is gone, however that ended."""
+    """End this process as soon as its parent has ended."""
     connection.wait([multiprocessing.parent_process().sentinel])
     os._exit(1)
 
 
 class Cluster:
-    """The workers of a Dask cluster, which see the same files and have the same program.
+    """The workers of a Dask cluster with the same file system and program.
 
     The scheduler gives a job of a lost worker to another one.
 
@@ -220,7 +220,7 @@ class Cluster:
 
     @property
     def free(self) -> int:
-        """Jobs that may be submitted now: all, the scheduler has the queue."""
+        """Jobs that may be submitted now: any number, because the scheduler has a queue."""
         return 2**31
 
     def submit(self, job: Job) -> None:
@@ -236,7 +236,7 @@ class Cluster:
         return [(job, _result(job, future)) for job, future in ended]
 
     def close(self) -> None:
-        """Leave the cluster; its workers stay."""
+        """Disconnect from the cluster; its workers keep running."""
         self._executor.shutdown(wait=False)
         self._client.close()
 

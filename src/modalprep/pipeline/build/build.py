@@ -21,20 +21,21 @@ from modalprep.errors import AccuracyError, InputError
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.build.cache import Cache
+from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh, source_digest
+from modalprep.pipeline.build.reduce import reduce_model, target_damping
+from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.base import Vector
 from modalprep.pipeline.schema.depletion import LevelTable
 from modalprep.pipeline.schema.load import load_pipeline, naming
-from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh, source_digest
-from modalprep.pipeline.build.reduce import reduce_model, wanted_damping
-from modalprep.pipeline.schema.reduction import RotationTable
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
-from modalprep.pipeline.build.stages import remembering
+from modalprep.pipeline.schema.reduction import RotationTable
 from modalprep.pipeline.schema.system import inertia_tensor
-from modalprep.pipeline.schema.base import Vector
 from modalprep.reduction.damping import modal_damping
 
-LIGHT, HEAVY = 1e-6, 2.3e4  # kg over the cube of the size, kg/m^3: a thread, and more than a cube of osmium
-GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m weighs 1e9 times as much
+# plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
+LIGHT, HEAVY = 1e-6, 2.3e4
+GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m has 1e9 times its mass
 
 
 def output_folder(path: Path, output: Path | None) -> Path:
@@ -49,7 +50,7 @@ def output_folder(path: Path, output: Path | None) -> Path:
 
 
 def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None = None) -> Built:
-    """Run the mesh part of a pipeline file and write ``<folder>/<name>.h5``; a cache may have it, or parts of it.
+    """Run the mesh part of a pipeline file and write ``<folder>/<name>.h5``; parts may come from a cache.
 
     Raises
     ------
@@ -83,13 +84,13 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
         done(1)
         model = assemble_pipeline(pipeline, mesh)
         done(2)
-        reduction, error = reduce_model(pipeline, mesh, model, remembering(cache))
+        reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache))
         done(4)
         name = pipeline.name or path.stem
         stress = pipeline_stress(pipeline, mesh, model)
         wanted = {"stress": stress, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
-        body = body.with_(D=modal_damping(body, wanted_damping(pipeline.reduction.damping)))
+        body = body.with_(D=modal_damping(body, target_damping(pipeline.reduction.damping)))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     failed = [check for check in checks if not check.passed]
@@ -100,7 +101,7 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
         )
     reporter.wrote(write_body(body, file))
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_doubts(body)), error)
+    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_unit_warnings(body)), error)
 
 
 def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
@@ -116,7 +117,7 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
 
 
 def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> dict[str, FlexibleBody]:
-    """Return the bodies of a pipeline file, read or built: those under [bodies], and the one of its own [mesh]."""
+    """Return the bodies of a pipeline file, read or built: those of [bodies] and that of its own [mesh]."""
     made: dict[int, FlexibleBody] = {}  # the segments of a chain share one table
     for name, table in pipeline.bodies.items():
         if id(table) not in made:
@@ -140,7 +141,7 @@ def _body(name: str, table: BodyTable, path: Path, output: Path | None, reporter
 
 
 def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, Vector]) -> FlexibleBody:
-    """Return the rigid body of a table with its mass, its interfaces at these places (m).
+    """Return the rigid body of a table, with its interfaces at these positions (m).
 
     Examples
     --------
@@ -153,7 +154,7 @@ def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, V
 
 
 def rotation_matrix(table: RotationTable | None) -> np.ndarray:
-    """Return the rotation (3, 3) that a table says, the unit matrix without one."""
+    """Return the rotation (3, 3) of a table, the identity without one."""
     if table is None:
         return np.eye(3)
     axis = np.array(table.axis)
@@ -175,16 +176,16 @@ def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
     }
 
 
-def _doubts(body: FlexibleBody) -> tuple[str, ...]:
-    """Warn of numbers that a wrong unit produces."""
+def _unit_warnings(body: FlexibleBody) -> tuple[str, ...]:
+    """Return warnings of values that suggest a wrong unit."""
     size = np.ptp(body.points, axis=0).max()
     what = (
         f"for a body of {size:.3g} m and {body.m:.3g} kg: check length_unit, mass_unit and the SI units of [materials]"
     )
-    doubts = []
+    warnings = []
     if not (LIGHT < body.m / size**3 < HEAVY and 1 / GIANT < body.m < GIANT):
-        doubts.append(f"its mass is odd {what}")
+        warnings.append(f"its mass is implausible {what}")
     elastic = body.frequency[body.frequency > 0]
-    if len(elastic) and not 1e-3 < elastic[0] * size < 1e5:  # m/s: a wave crosses the body
-        doubts.append(f"first frequency {elastic[0]:.3g} Hz is odd {what}")
-    return tuple(doubts)
+    if len(elastic) and not 1e-3 < elastic[0] * size < 1e5:  # m/s, at which a wave crosses the body
+        warnings.append(f"first frequency {elastic[0]:.3g} Hz is implausible {what}")
+    return tuple(warnings)

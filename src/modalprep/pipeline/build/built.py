@@ -1,4 +1,4 @@
-"""A modal body as a pipeline makes it, and as a cache keeps it."""
+"""A modal body built by a pipeline, and its cache entry."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from modalprep.reduction.error import ReductionError
 
 @dataclass(frozen=True)
 class Built:
-    """A modal body, where it was written, its checks, notes for the user, and its error where it was measured."""
+    """A modal body with its file, checks, notes for the user, and reduction error if measured."""
 
     body: FlexibleBody
     file: Path
@@ -28,7 +28,7 @@ class Built:
 
     @property
     def error_curves(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-        """Curves of the relative errors over frequency (Hz) for the report; empty when none were measured."""
+        """Curves of the relative errors over frequency (Hz) for the report; empty if not measured."""
         if self.error is None:
             return {}
         found = {"frequencies": (self.error.full, self.error.frequency)}
@@ -38,12 +38,12 @@ class Built:
 
 
 def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:
-    """Return the key of a body: its name, mesh and options, whatever its pipeline file is called."""
+    """Return the key of a body: its name, mesh and options, independent of the name of its pipeline file."""
     return cache.key("body", name, inputs["mesh_sha256"], inputs["options_sha256"])
 
 
 def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
-    """Store a body that took so many seconds: its modal file, checks, notes and error."""
+    """Store a body with its computing time: modal file, checks, notes and error."""
     said = json.dumps({"checks": [asdict(check) for check in built.checks], "notes": built.notes})
     arrays = {"modal_file": np.frombuffer(built.file.read_bytes(), dtype=np.uint8), "said": np.array(said)}
     if built.error is not None:

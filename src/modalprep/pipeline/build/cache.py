@@ -1,4 +1,4 @@
-"""A store of arrays by the content of what they were computed from: bounded, checked, without executable parts."""
+"""A content-addressed store of arrays: bounded in size, verified by checksums, without executable content."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from modalprep.pipeline.build.program import program
 
 MAGIC = b"modalprep cache 1\n"
 LIMIT = 5.0  # GiB
-SECONDS = "seconds"  # what an entry cost, stored with it
+SECONDS = "seconds"  # computing time, stored with the entry
 
 
 @dataclass
 class Use:
-    """How often a cache had what was asked for, and the seconds that computing it had taken."""
+    """Hits and misses of a cache, and the computing time saved."""
 
     found: int = 0
     computed: int = 0
     saved_seconds: float = 0.0
 
     def summary(self) -> dict[str, float]:
-        """Return the numbers by name."""
+        """Return the counts by name."""
         return asdict(self)
 
 
 @dataclass(frozen=True)
 class Cache:
-    """Arrays in files of a folder, each named by the hash of its inputs and of the program.
+    """Arrays in the files of a folder, named by the hash of their inputs and of the program.
 
-    Several processes may use one folder. An entry whose checksum is wrong is removed and counts as missing; the
-    entries that were not used for longest go when the folder exceeds `limit`.
+    Several processes may use one folder. An entry with a wrong checksum is removed and counts as missing; the
+    least recently used entries are removed when the folder exceeds `limit`.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Cache:
     use: Use = field(default_factory=Use)
 
     def key(self, *parts: Any) -> str:
-        """Return the hash of arrays, sparse matrices and anything that JSON can say, and of the program."""
+        """Return the hash of arrays, sparse matrices and JSON values, and of the program."""
         total = hashlib.sha256()
         for part in (program(), *parts):
             for piece in _pieces(part):
@@ -80,7 +80,7 @@ class Cache:
         compute: Callable[[], Mapping[str, np.ndarray]],
         enough: Callable[[Mapping[str, np.ndarray]], bool] = lambda found: True,
     ) -> Mapping[str, np.ndarray]:
-        """Return the arrays of an entry that is `enough`, else compute and store them."""
+        """Return the arrays of an entry if `enough` accepts it, else compute and store them."""
         found = self.read(key)
         if found is not None and enough(found):
             self.took(found)
@@ -92,7 +92,7 @@ class Cache:
         return arrays
 
     def took(self, found: Mapping[str, np.ndarray]) -> None:
-        """Count an entry that served."""
+        """Count a used entry."""
         self.use.found += 1
         self.use.saved_seconds += float(found[SECONDS])
 
@@ -113,7 +113,7 @@ class Cache:
         return found
 
     def write(self, key: str, arrays: Mapping[str, np.ndarray], seconds: float) -> None:
-        """Store arrays that took so many seconds; without room on the disk nothing is stored."""
+        """Store arrays with their computing time; on a full disk nothing is stored."""
         size = sum(array.nbytes for array in arrays.values())
         if size > self.limit:
             return
@@ -131,9 +131,9 @@ class Cache:
         return self.folder / f"{key}.stage"
 
     def _prune(self) -> None:
-        """Remove the entries (and what killed writers left) that were not used for longest, down to the limit."""
+        """Remove the least recently used entries, and files of interrupted writers, down to the limit."""
         entries = []
-        with suppress(OSError):  # the folder may not be listed
+        with suppress(OSError):  # the folder cannot be listed
             for path in self.folder.iterdir():
                 with suppress(OSError):
                     entries.append((path.stat().st_mtime, path.stat().st_size, path))
@@ -147,12 +147,12 @@ class Cache:
 
 
 def _checksum(key: str, file: BinaryIO) -> bytes:
-    """Hash of the rest of an open file under its key, 64 characters: a renamed entry does not fit either."""
+    """Return the hash (64 characters) of the rest of an open file and its key, which detects renamed entries too."""
     return hashlib.file_digest(file, lambda: hashlib.sha256(key.encode())).hexdigest().encode()
 
 
 def _pieces(part: Any) -> list[Any]:
-    """Return what to hash of a part: its kind and shape before its bytes, so that no two parts look alike."""
+    """Return what to hash of a part: its kind and shape before its bytes, so that different parts never hash alike."""
     if issparse(part):
         matrix = part.tocsr()
         matrix = matrix if matrix.has_sorted_indices else matrix.sorted_indices()

@@ -9,14 +9,14 @@ from modalprep.body.checks import CheckReport, check_body, check_model
 from modalprep.body.verify import check_buckling, check_geometric_stiffness, check_projection
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
-from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.build.reduce import reduce_model
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.load import load_pipeline, naming
 
 
 def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckReport:
-    """Check a modal file by itself; for a pipeline file build its body anew and check it against the mesh as well.
+    """Check a modal file; for a pipeline file build its body again and check it against the mesh as well.
 
     Nothing is written. With `energy` the geometric stiffness is also compared with the nonlinear strain energy.
 
@@ -35,7 +35,7 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckRep
     True
     """
     if path.suffix != ".toml" and energy:
-        raise InputError(f"{path.name} has no mesh whose strain energy could be taken; give its pipeline file")
+        raise InputError(f"{path.name} has no mesh to compute strain energy from; give its pipeline file")
     if path.suffix != ".toml":
         return CheckReport(subject=path.name, checks=tuple(check_body(read_body(path))))
     pipeline = load_pipeline(path)

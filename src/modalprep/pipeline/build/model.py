@@ -10,19 +10,19 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.assemble import assemble
-from modalprep.fe.links.interface import Connection, Interface, connect
-from modalprep.fe.properties.materials import Material, Orthotropic
-from modalprep.fe.external.files import Matrices, matrices_digest, read_matrices
-from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
+from modalprep.fe.external.files import Matrices, matrices_digest, read_matrices
+from modalprep.fe.links.interface import Connection, Interface, connect
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Beam, Ply, PointMass, Property, Shell, Solid, Spring, Truss
+from modalprep.fe.properties.sections import beam_section
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import mesh_digest, read_mesh
-from modalprep.fe.properties.sections import beam_section
-from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
 from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_unknown
 
 Materials = Mapping[str, Material | Orthotropic]
 
@@ -38,7 +38,7 @@ def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
 
 
 def source_digest(path: Path, pipeline: Pipeline) -> str:
-    """Return the hash of the files that the body is made of; empty without a body."""
+    """Return the hash of the files that define the body; empty without a body."""
     if pipeline.matrices is not None:
         return matrices_digest(_matrix_files(path, pipeline).values())
     return mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
@@ -61,20 +61,20 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
     if isinstance(mesh, Matrices):
         return mesh.model(interfaces, pipeline.reduction.root)
     if not {**mesh.properties, **sections}:
-        raise InputError(f"there are no [properties]: say what each mesh group is made of ({', '.join(mesh.groups)})")
+        raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
     model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections)
-    return model.with_(notes=(*model.notes, *_flaws(mesh, sections, {**interfaces, **connections})))
+    return model.with_(notes=(*model.notes, *_defects(mesh, sections, {**interfaces, **connections})))
 
 
 def mesh_quality(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> Quality:
-    """Check the cells that carry a property; `ties` hold parts of the mesh together."""
+    """Check the cells with a property; `ties` connect parts of the mesh."""
     joined = [spec.group for spec in ties.values() if spec.kind != "node" and spec.group]
     own = {name: section for name, section in {**mesh.properties, **sections}.items() if name not in ties}
     return check_mesh(mesh, own or None, joined)
 
 
-def _flaws(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> list[str]:
-    """Sentences on the flaws of a mesh that could be assembled; elements listed twice are refused."""
+def _defects(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> list[str]:
+    """Return messages on the defects of a mesh that can be assembled; duplicate elements are refused."""
     quality = mesh_quality(mesh, sections, ties)
     for finding in quality.errors:
         if finding.kind == "duplicate":
@@ -90,13 +90,13 @@ def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interf
 
 
 def connected_mesh(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Mesh:
-    """Return the mesh with the new nodes of the file's [connections], whose names are groups."""
+    """Return the mesh with the new nodes of the file's [connections], in groups of their names."""
     used = np.flatnonzero(model.dof[: len(mesh.points), 0] >= 0)
     return connect(mesh, pipeline_node_sets(pipeline, mesh)[1], used)
 
 
 def pipeline_stress(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> StressRecovery | None:
-    """Return the recovery of the file's [stress]; None without any."""
+    """Return the stress recovery of the file's [stress]; None without any."""
     if not pipeline.stress:
         return None
     points = {
@@ -111,7 +111,7 @@ def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
     """Read and check the mesh of the pipeline file at `path`."""
     pipeline = load_pipeline(path)
     if pipeline.matrices is not None:
-        raise InputError(f"{path}: [matrices] have no elements whose quality could be checked; use [mesh]")
+        raise InputError(f"{path}: [matrices] have no elements to check; use [mesh]")
     with naming(path):
         mesh = read_pipeline_mesh(path, pipeline)
         interfaces, connections = pipeline_node_sets(pipeline, mesh)
@@ -135,21 +135,20 @@ def _material(name: str, table: Any) -> Material | Orthotropic:
 
 
 def _find(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
-    if name not in materials:
-        raise InputError(f"names material {name!r}, which is not there; {suggestion(name, materials, 'known are')}")
+    refuse_unknown(name, materials, "material")
     if not isinstance(materials[name], kinds):
-        raise InputError(f"material {name!r} is orthotropic: only shells and plies can be made of it")
+        raise InputError(f"material {name!r} is orthotropic: use it for shells and plies only")
     return materials[name]
 
 
 def _beam(table: Any, materials: Materials) -> Beam:
-    material, shear = _find(table.material, materials, (Material,)), table.theory == "timoshenko"
+    material = _find(table.material, materials, (Material,))
     more = {"offset": tuple(table.offset), "nsm": table.nsm}
     if table.section is not None:
         sizes = table.section.model_dump(exclude={"shape"}, exclude_none=True)
-        return beam_section(table.section.shape, material, up=tuple(table.up), shear=shear, **sizes, **more)
+        return beam_section(table.section.shape, material, up=tuple(table.up), theory=table.theory, **sizes, **more)
     values = table.model_dump(include={"A", "Iy", "Iz", "J", "ky", "kz"}, exclude_none=True)
-    return Beam(material=material, up=tuple(table.up), shear=shear, **values, **more)
+    return Beam(material=material, up=tuple(table.up), theory=table.theory, **values, **more)
 
 
 def _truss(table: Any, materials: Materials) -> Truss:
@@ -179,7 +178,12 @@ def _mass(table: Any, materials: Materials) -> PointMass:
 
 
 def _spring(table: Any, materials: Materials) -> Spring:
-    return Spring(k=(*table.translation, *table.rotation), up=tuple(table.up), location=table.location)
+    return Spring(
+        translation=tuple(table.translation),
+        rotation=tuple(table.rotation),
+        up=tuple(table.up),
+        location=table.location,
+    )
 
 
 SECTIONS = {"beam": _beam, "truss": _truss, "shell": _shell, "solid": _solid, "mass": _mass, "spring": _spring}
@@ -191,7 +195,7 @@ def _interface(table: Any, scale: float) -> Interface:
 
 
 def node_set(table: Any, scale: float) -> dict[str, Any]:
-    """Return what a table says that names nodes, lengths in m."""
+    """Return the node set of a table, lengths in m."""
     given = {key: value for key, value in table.model_dump().items() if value is not None}
     for key in ("near", "position"):
         if key in given:

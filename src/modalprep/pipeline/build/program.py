@@ -1,4 +1,4 @@
-"""Which program makes a file: versions, and a hash of its own sources."""
+"""Identity of the program that writes a file: versions and a hash of its sources."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from pathlib import Path
 
 from modalprep import __version__
 
-NUMERICAL = ("numpy", "scipy", "mkl")  # packages whose version may change the last digits
+NUMERICAL = ("numpy", "scipy", "mkl")  # packages whose version may change results by round-off
 
 
 def file_digest(path: Path) -> str:
-    """Return the SHA-256 of a file; empty when it is not there.
+    """Return the SHA-256 of a file; empty when it is missing.
 
     Examples
     --------

@@ -7,18 +7,18 @@ from collections.abc import Mapping
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.mesh.mesh import Mesh
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.pipeline.schema.load import naming
 from modalprep.pipeline.build.model import connected_mesh, node_set
-from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
+from modalprep.pipeline.schema.load import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.craig_bampton import craig_bampton, guyan
 from modalprep.reduction.damping import Ratio, Rayleigh
 from modalprep.reduction.error import ReductionError, reduction_error, to_target
-from modalprep.reduction.free_interface import free_interface, improved_guyan
+from modalprep.reduction.free_interface_basis import free_interface, improved_guyan
 from modalprep.reduction.loads import Load, nodal_load
 from modalprep.reduction.notes import dropped_in_band
 
@@ -26,7 +26,7 @@ from modalprep.reduction.notes import dropped_in_band
 def reduce_model(
     pipeline: Pipeline, mesh: Mesh, model: FEModel, algebra: Algebra = DIRECT
 ) -> tuple[Reduction, ReductionError | None]:
-    """Reduce as the file says; with `up_to` also measure the error."""
+    """Reduce the model by the file's options; with `up_to` also measure the error."""
     table, loads = pipeline.reduction, pipeline_loads(pipeline, mesh, model)
 
     def basis(modes: int) -> Reduction:
@@ -59,7 +59,7 @@ def _basis(
 
 
 def _statement(error: ReductionError) -> str:
-    parts = {"frequencies": error.frequency, "static answers": error.static, "dynamic compliance": error.dynamic}
+    parts = {"frequencies": error.frequency, "static responses": error.static, "dynamic compliance": error.dynamic}
     worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
     return (
         f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "
@@ -78,12 +78,12 @@ def pipeline_loads(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> dict[str, 
     return found
 
 
-def wanted_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
-    """Return the damping that a file asks for, as `reduction.damping` takes it.
+def target_damping(given: float | list | RayleighTable) -> Ratio | Rayleigh:
+    """Return the damping of a file in the form of `reduction.damping`.
 
     Examples
     --------
-    >>> wanted_damping([[5.0, 0.02], [50.0, 0.01]])
+    >>> target_damping([[5.0, 0.02], [50.0, 0.01]])
     {5.0: 0.02, 50.0: 0.01}
     """
     if isinstance(given, RayleighTable):

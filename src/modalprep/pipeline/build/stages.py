@@ -1,8 +1,8 @@
-"""The linear algebra of a reduction, remembered by a cache: solutions of factorized matrices, modes, counts.
+"""The linear algebra of a reduction with a cache: solutions of factorised matrices, modes, counts.
 
-Measured on a solid of 57 000 DOFs (20 modes): reading and assembling is 5 % of the work, so that the assembled model
-is not worth its room; factorizing and finding modes is more than half, and a factor cannot be stored. What is stored
-are its solutions, which do not depend on the number of modes.
+Measured on a solid of 57 000 DOFs (20 modes): reading and assembly take 5 % of the time, so that storing the assembled
+model does not pay; factorisation and eigensolution take more than half, but a factor cannot be stored. Its solutions
+are stored instead, which do not depend on the number of modes.
 """
 
 from __future__ import annotations
@@ -21,51 +21,51 @@ from modalprep.pipeline.build.cache import Cache
 UNKNOWN = -1  # stands for None where a count is stored
 
 
-class RememberedFactor:
-    """A factor whose solutions are stored; the matrix is factorized only when one is missing.
+class CachedFactor:
+    """A factor whose solutions are stored; the matrix is factorised only when one is missing.
 
     Parameters
     ----------
     cache : Cache
     A : (n, n) csr
     solver, definite
-        As `factorize` takes them.
+        As `factorise` takes them.
     """
 
     def __init__(self, cache: Cache, A: csr_array, solver: str, definite: bool) -> None:
-        A.sort_indices()  # as factorizing does: products with A are to round the same way without it
+        A.sort_indices()  # as the factorisation does: products with A must round alike with and without the cache
         self._cache, self._arguments = cache, (A, solver, definite)
         self.key = cache.key("factor", A, solver, definite)
-        # A singular matrix is refused here, as by `factorize`.
+        # A singular matrix is refused here, as by `factorise`.
         self.negative = _number(cache.recall(self.key, lambda: _count(self.exact.negative)))
 
     @cached_property
     def exact(self) -> Factor:
-        """The factor itself."""
-        return DIRECT.factorize(*self._arguments)
+        """The factorisation itself."""
+        return DIRECT.factorise(*self._arguments)
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""
         return self._cache.recall(self._cache.key(self.key, B), lambda: {"X": self.exact.solve(B)})["X"]
 
 
-def remembering(cache: Cache | None) -> Algebra:
-    """Return the algebra of reductions that stores its results; without a cache the plain one.
+def caching_algebra(cache: Cache | None) -> Algebra:
+    """Return the linear algebra of reductions with stored results; without a cache the plain one.
 
-    Solutions come back to the last bit. Fewer modes than an entry has are its lowest ones, which differ from those
-    computed alone by the tolerance of the eigensolver.
+    Stored solutions are bitwise identical. When fewer modes are needed than an entry has, its lowest ones are used,
+    which agree with directly computed ones to the tolerance of the eigensolver.
     """
     if cache is None:
         return DIRECT
 
-    def factorize(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
-        return RememberedFactor(cache, A, solver, definite)
+    def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:
+        return CachedFactor(cache, A, solver, definite)
 
     def lowest_modes(
         K: csr_array, M: csr_array, n: int, *, factor: Factor | None = None, shift: float = 0.0, solver: str = "auto"
     ) -> Modes:
         def compute() -> dict[str, np.ndarray]:
-            exact = factor.exact if isinstance(factor, RememberedFactor) else factor
+            exact = factor.exact if isinstance(factor, CachedFactor) else factor
             found = DIRECT.lowest_modes(K, M, n, factor=exact, shift=shift, solver=solver)
             return {"w2": found.w2, "phi": found.phi, "counted": np.array(found.counted), "asked": np.array(n)}
 
@@ -76,7 +76,7 @@ def remembering(cache: Cache | None) -> Algebra:
         key = cache.key("count", K, M, w2, solver)
         return _number(cache.recall(key, lambda: _count(DIRECT.count_below(K, M, w2, solver))))
 
-    return Algebra(factorize, lowest_modes, count_below)
+    return Algebra(factorise, lowest_modes, count_below)
 
 
 def _count(number: int | None) -> dict[str, np.ndarray]:

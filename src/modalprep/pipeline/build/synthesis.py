@@ -1,4 +1,4 @@
-"""From a pipeline file to the modes of welded bodies, and back to the bodies: smaller bases, damping."""
+"""Component mode synthesis of a pipeline file: modes of welded bodies, projected bases and damping of the bodies."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline, naming
-from modalprep.pipeline.build.reduce import wanted_damping
-from modalprep.pipeline.schema.reduction import PlaceTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
-from modalprep.reduction.synthesis import Placement, SystemModes, synthesize
-from modalprep.suggest import suggestion
+from modalprep.reduction.synthesis import Placement, SystemModes, synthesise
+from modalprep.suggest import refuse_unknown
 
 GROUND = "ground"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Synthesized:
-    """System modes of a pipeline, and what they made of its bodies.
+class Synthesised:
+    """System modes of a pipeline, and the bodies changed by them.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Synthesized:
     damping : ComponentDamping or None
     projected : {name: ProjectedBasis}
     bodies : {name: FlexibleBody}
-        Those with a new basis or damping.
+        Bodies with a new basis or damping.
     """
 
     modes: SystemModes
@@ -45,39 +45,39 @@ class Synthesized:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the user should know."""
+        """Notes for the user."""
         said = [f"redundant: {text}" for text in self.modes.redundant]
         for name, found in self.projected.items():
             said.append(
-                f"{name}: {len(found.frequency)} of {self.modes.bodies[name].n} coordinates stay; they hold at least "
-                f"{100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
+                f"{name}: {len(found.frequency)} of {self.modes.bodies[name].n} coordinates are kept; they "
+                f"represent at least {100 * found.captured.min(initial=1.0):.6g}% of its mass in a system mode"
             )
         if self.damping is not None:
-            wanted = self.damping.wanted > 0
-            share = self.damping.achieved[wanted] / self.damping.wanted[wanted]
+            given = self.damping.target > 0
+            share = self.damping.achieved[given] / self.damping.target[given]
             said.append(
                 f"damping of the bodies gives the system's modes {share.min(initial=1.0):.3g} to "
-                f"{share.max(initial=1.0):.3g} times the ratios wanted, and couples two of them by up to "
+                f"{share.max(initial=1.0):.3g} times their target ratios, and couples two of them by up to "
                 f"{self.damping.coupling:.2g} of their own"
             )
         return tuple(said)
 
     def summary(self) -> dict:
-        """Return what the JSON file says: frequencies in Hz, shares of strain energy, damping ratios."""
+        """Return the content of the JSON file: frequencies in Hz, fractions of strain energy, damping ratios."""
         found = {
             "frequency": self.modes.frequency.tolist(),
             "rigid": self.modes.rigid,
-            "strain_energy": {name: share.tolist() for name, share in strain_shares(self.modes).items()},
+            "strain_energy": {name: share.tolist() for name, share in strain_fractions(self.modes).items()},
             "position": {name: place.tolist() for name, place in self.modes.position.items()},
             "rotation": {name: turn.tolist() for name, turn in self.modes.rotation.items()},
             "notes": list(self.notes),
         }
         if self.damping is not None:
-            found["damping"] = {"wanted": self.damping.wanted.tolist(), "achieved": self.damping.achieved.tolist()}
+            found["damping"] = {"target": self.damping.target.tolist(), "achieved": self.damping.achieved.tolist()}
         return found
 
 
-def synthesize_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Synthesized:
+def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Synthesised:
     """Weld the bodies of a pipeline file; write ``<name>-synthesis.json`` and ``<name>-<body>.h5`` of changed bodies.
 
     Raises
@@ -90,7 +90,7 @@ def synthesize_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
         raise InputError(f"{path} has no [synthesis]: add one with modes")
     bodies = read_bodies(pipeline, path, output, reporter)
     with naming(path), reporter.progress(f"{path.name}: system modes", 1) as done:
-        found = _synthesized(pipeline, bodies)
+        found = _synthesised(pipeline, bodies)
         done(1)
     folder = output_folder(path, output)
     reporter.wrote(write_json(found.summary(), folder / f"{path.stem}-synthesis.json"))
@@ -99,17 +99,17 @@ def synthesize_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
     return found
 
 
-def _synthesized(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthesized:
+def _synthesised(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthesised:
     table = pipeline.synthesis
     welds, ground = _joined(pipeline.welds)
-    places = {name: _place(name, place) for name, place in table.place.items()}
-    modes = synthesize(bodies, welds, placement=places, ground=ground, modes=table.modes)
-    damping = None if table.damping is None else component_damping(modes, wanted_damping(table.damping))
+    places = {name: _place(name, place) for name, place in table.placement.items()}
+    modes = synthesise(bodies, welds, placement=places, ground=ground, modes=table.modes)
+    damping = None if table.damping is None else component_damping(modes, target_damping(table.damping))
     damped = bodies if damping is None else damping.applied(bodies)
     projected = {name: _projected(modes, name, table) for name in table.projected}
     changed = {name: damped[name] for name in (bodies if damping is not None else projected)}
     changed |= {name: reduced_body(damped[name], basis) for name, basis in projected.items()}
-    return Synthesized(modes=modes, damping=damping, projected=projected, bodies=changed)
+    return Synthesised(modes=modes, damping=damping, projected=projected, bodies=changed)
 
 
 def _joined(tables: dict[str, WeldTable]) -> tuple[list[tuple], list[tuple]]:
@@ -121,16 +121,14 @@ def _joined(tables: dict[str, WeldTable]) -> tuple[list[tuple], list[tuple]]:
     return welds, ground
 
 
-def _place(name: str, table: PlaceTable) -> Placement:
-    with naming(f"[synthesis.place.{name}]"):
+def _place(name: str, table: PlacementTable) -> Placement:
+    with naming(f"[synthesis.placement.{name}]"):
         return np.array(table.position), rotation_matrix(table.rotation)
 
 
 def _projected(modes: SystemModes, name: str, table: SynthesisTable) -> ProjectedBasis:
-    """Return what the elastic system modes ask of a body, beside the static answers at its interfaces."""
-    if name not in modes.bodies:
-        known = suggestion(name, modes.bodies, "known are")
-        raise InputError(f"[synthesis] project: there is no body {name!r}; {known}")
+    """Return the basis of a body for the elastic system modes, with the static responses at its interfaces."""
+    refuse_unknown(name, modes.bodies, "[synthesis] project: body")
     body = modes.bodies[name]
     with naming(f"[synthesis] project {name!r}"):
         keep = interface_shapes(body, *body.interface_name[1:])
@@ -138,15 +136,15 @@ def _projected(modes: SystemModes, name: str, table: SynthesisTable) -> Projecte
         return projected_basis(shapes, np.diag(body.K), np.eye(body.n), tolerance=table.tolerance, keep=keep)
 
 
-def strain_shares(modes: SystemModes) -> dict[str, np.ndarray]:
-    """Return the share (s,) of each body in the strain energy of each system mode; 0 in motions without strain.
+def strain_fractions(modes: SystemModes) -> dict[str, np.ndarray]:
+    """Return the fraction (s,) of each body in the strain energy of each system mode; 0 in rigid motions.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> arm = uniform_beam(modes=4)
-    >>> pair = synthesize({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
-    >>> strain_shares(pair)["a"].round(2)
+    >>> pair = synthesise({"a": arm, "b": arm}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
+    >>> strain_fractions(pair)["a"].round(2)
     array([0.95, 0.95])
     """
     energy = {name: modes.bodies[name].K @ x[6:] ** 2 for name, x in modes.coordinates.items()}

@@ -1,1 +1,1 @@
-"""What a pipeline file may say."""
+"""Schema of pipeline files."""

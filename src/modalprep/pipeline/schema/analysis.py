@@ -1,4 +1,4 @@
-"""What a pipeline file may ask of a system besides its motion: rest, vibration, linear equations, hinge forces."""
+"""Analyses in pipeline files: equilibrium, modes, linear equations, frequency response, inverse dynamics."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ class ResponseTable(Table):
 
 
 class SweepTable(Table):
-    """Modes at many times: loads and masses are those of each time, the state does not move."""
+    """Modes at many times: loads and masses change with time, the reference state does not move."""
 
-    until: float = Field(gt=0, description="s; from `time` of the analysis on")
+    until: float = Field(gt=0, description="s, end of the sweep, which begins at `time`")
     points: Annotated[int, Field(ge=2, le=10_000)] = 100
     modes: Annotated[int, Field(ge=1)] = Field(6, description="lowest that vibrate")
-    label: str = Field("time (s)", description="of the axis, where loads are ramps that stand for something else")
-    reference: list[ReferenceTable] = Field([], description="known frequencies (y, Hz) over time (t) for the picture")
+    label: str = Field("time (s)", description="label of the axis, for loads that are ramps of another parameter")
+    reference: list[ReferenceTable] = Field([], description="reference frequencies (y, Hz) over time (t) for the plot")
 
 
 class InverseTable(Table):
-    """Hinge forces that move joints as prescribed."""
+    """Inverse dynamics: hinge forces of a prescribed motion."""
 
     motion: Annotated[dict[str, Time | list[Time]], Field(min_length=1)] = Field(
         description="by joint, m or rad: " + TIME + EACH
@@ -44,16 +44,16 @@ class InverseTable(Table):
     t_end: float = Field(gt=0, description="s")
     output_step: float = Field(0.01, gt=0, description="s")
     modes: Literal["dynamic", "quasi_static"] = Field(
-        "dynamic", description="quasi_static: modes rest in the motion of each instant"
+        "dynamic", description="quasi_static: modes in quasi-static equilibrium at each time"
     )
-    rtol: float = Field(1e-9, ge=1e-13, le=1e-2, description="of the integration of what has no history")
+    rtol: float = Field(1e-9, ge=1e-13, le=1e-2, description="relative tolerance of modes and joints without a history")
 
 
 class AnalysisTable(Table):
-    """Rest, modes, linear equations, frequency response and hinge forces of the system."""
+    """Equilibrium, modes, linear equations, frequency response and hinge forces of the system."""
 
     about: Literal["equilibrium", "steady", "start"] = Field(
-        "equilibrium", description="state of the linear equations; steady: rest while prescribed joints move"
+        "equilibrium", description="reference state; steady: equilibrium while prescribed joints move"
     )
     time: float = Field(0.0, ge=0, description="s, at which functions of time are taken")
     theory: Theory = Field("consistent", description=THEORY)

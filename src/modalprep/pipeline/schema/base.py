@@ -1,4 +1,4 @@
-"""What every TOML table of a pipeline file shares: unknown keys refused, vectors and angles read."""
+"""Base of all TOML tables of a pipeline file: unknown keys are refused, vectors and angles are read."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ def _radians(value: Any) -> Any:
 Angle = Annotated[float, BeforeValidator(_radians)]
 
 
-def complaint(error: ValidationError) -> str:
-    """Return the words of the first problem.
+def first_message(error: ValidationError) -> str:
+    """Return the message of the first validation error.
 
     Examples
     --------
     >>> try:
     ...     ReferenceTable(label="a", t=[0.0], y=[])
     ... except ValidationError as error:
-    ...     print(complaint(error))
+    ...     print(first_message(error))
     t has 1 values and y 0; give as many of each
     """
     return error.errors()[0]["msg"].removeprefix("Value error, ")
@@ -55,7 +55,7 @@ class Table(BaseModel):
 
 
 class ReferenceTable(Table):
-    """Known points to draw into a plot."""
+    """Reference points drawn in a plot."""
 
     label: str
     t: list[float]

@@ -1,4 +1,4 @@
-"""Beams of large deflection: rigid segments, hinged by springs that bend and twist as the beam does."""
+"""Beams with large deflection: rigid segments connected by springs with the beam's stiffness."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from modalprep.errors import InputError
-from modalprep.pipeline.schema.base import Table, Vector, complaint
+from modalprep.pipeline.schema.base import Table, Vector, first_message
 from modalprep.pipeline.schema.chain import ChainTable
 from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable
 
@@ -18,8 +18,8 @@ Positive = Annotated[float, Field(gt=0)]
 class BeamTable(Table):
     """A straight or curved uniform beam along x; a chain of bodies and joints ``<beam>1``, ``<beam>2``, ...
 
-    A joint gives way as one segment of length l does: its springs are EI/l, GJ/l, EA/l, GA/l. The clamp has the half
-    segment next to it, 2 EI/l. Deflections and frequencies then converge with order two in l.
+    A joint has the flexibility of one segment of length l: its springs are EI/l, GJ/l, EA/l, GA/l. The clamp has that
+    of the half segment next to it, 2 EI/l. Deflections and frequencies then converge with order two in l.
 
     Source: Banerjee (2016), Flexible Multibody Dynamics, chapter 10.
     """
@@ -29,17 +29,17 @@ class BeamTable(Table):
     mass_per_length: Positive = Field(description="kg/m")
     rotary_inertia: Vector = Field([0.0, 0.0, 0.0], description="of the cross-section about x, y, z, per length, kg m")
     EI: Positive | Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(
-        description="bending stiffness, N m^2: a number bends in the plane x y; two, about y and z, also out of it"
+        description="bending stiffness, N m^2: one number for the plane x y, two (about y and z) for space"
     )
-    GJ: Positive | None = Field(None, description="twisting stiffness, N m^2, with two of EI; default: no twist")
-    EA: Positive | None = Field(None, description="stretching stiffness, N, with GA and one EI; default: no stretch")
-    GA: Positive | None = Field(None, description="shearing stiffness, shear factor included, N, with EA")
+    GJ: Positive | None = Field(None, description="torsional stiffness, N m^2, with two of EI; default rigid")
+    EA: Positive | None = Field(None, description="axial stiffness, N, with GA and one EI; default rigid")
+    GA: Positive | None = Field(None, description="shear stiffness, shear factor included, N, with EA")
     curvature: float = Field(0.0, description="of the unloaded beam, in the plane x y, 1/m")
     damping: float = Field(0.0, ge=0, description="of the material: damping over stiffness, s")
     parent: str = Field("ground", description="what carries it: 'ground' or 'body.interface'")
     root: dict[str, Any] = Field(
         {},
-        description="joint to the parent: keys that the clamp has (turns about z, y, x), or, with a 'type', its own",
+        description="joint to the parent: keys instead of the clamp's (rotations about z, y, x), or its own 'type'",
     )
 
     @model_validator(mode="after")
@@ -47,11 +47,11 @@ class BeamTable(Table):
         if self.GJ is not None and not isinstance(self.EI, list):
             raise ValueError("GJ twists the beam out of its plane: give EI as two numbers, about y and z")
         if (self.EA is None) != (self.GA is None) or (self.EA is not None and isinstance(self.EI, list)):
-            raise ValueError("EA and GA go together, with one EI: a beam stretches and shears in its plane only")
+            raise ValueError("EA and GA need each other and one EI: a beam extends and shears in its plane only")
         try:
             self.chain()
         except ValidationError as error:
-            raise ValueError(complaint(error).replace("first:", "root:")) from None
+            raise ValueError(first_message(error).replace("first:", "root:")) from None
         return self
 
     def chain(self) -> ChainTable:
@@ -78,9 +78,9 @@ class BeamTable(Table):
         return self.chain().bodies(name)
 
     def joints(self, name: str) -> dict[str, JointTable]:
-        """Return a table for each joint; every second one turns in the reverse order.
+        """Return a table for each joint; every second one has the reverse order of rotations.
 
-        Turns a, b in a row leave a twist of a b/2, an error of order one in l, which the reverse order takes back.
+        Successive rotations a, b leave a twist of a b/2, an error of order one in l, which the reverse order cancels.
         """
         tables = self.chain().joints(name)
         if isinstance(self.EI, list):
@@ -103,24 +103,24 @@ class BeamTable(Table):
         )
 
     def _joint(self, length: float, *, reverse: bool = False) -> dict[str, Any]:
-        """Return the joint that gives way as this length does: travels along x, y, turns about z, y, x (or x, y, z)."""
-        travels = [c for c in (self.EA, self.GA) if c is not None]
-        turns = [*(self.EI[::-1] if isinstance(self.EI, list) else [self.EI]), *([self.GJ] if self.GJ else [])]
-        bend = [self.curvature * length, *[0.0] * (len(turns) - 1)]
-        axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]][: max(2, len(turns))]
-        if travels:
+        """Return the joint of a length of beam: translations along x, y, rotations about z, y, x (or reversed)."""
+        translations = [c for c in (self.EA, self.GA) if c is not None]
+        rotations = [*(self.EI[::-1] if isinstance(self.EI, list) else [self.EI]), *([self.GJ] if self.GJ else [])]
+        bend = [self.curvature * length, *[0.0] * (len(rotations) - 1)]
+        axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]][: max(2, len(rotations))]
+        if translations:
             axes[1] = [1.0, 0.0, 0.0]
         if reverse:
-            turns, bend, axes = turns[::-1], bend[::-1], axes[::-1]
-        stiffness = [c / length for c in travels + turns]
+            rotations, bend, axes = rotations[::-1], bend[::-1], axes[::-1]
+        stiffness = [c / length for c in translations + rotations]
         return {
-            "type": "planar" if travels else ("revolute", "universal", "gimbal")[len(turns) - 1],
+            "type": "planar" if translations else ("revolute", "universal", "gimbal")[len(rotations) - 1],
             "axis": axes[0],
             "second_axis": axes[1],
             "stiffness": stiffness,
             "damping": [self.damping * k for k in stiffness],
-            "rest": [0.0] * len(travels) + bend,
-            "start": {"angle": bend if len(turns) > 1 else bend[0]},
+            "free_position": [0.0] * len(translations) + bend,
+            "start": {"angle": bend if len(rotations) > 1 else bend[0]},
         }
 
 
@@ -132,12 +132,12 @@ def with_chains(
     Raises
     ------
     InputError
-        When a name stands twice.
+        When a name occurs twice.
     """
     bodies, joints = dict(bodies), dict(joints)
     for name, chain in chains.items():
         for known, new in ((bodies, chain.bodies(name)), (joints, chain.joints(name))):
             for twice in known.keys() & new.keys():
-                raise InputError(f"{name!r} makes {twice!r}, which is already there; rename one")
+                raise InputError(f"{name!r} makes {twice!r}, which exists already; rename one")
             known |= new
     return bodies, joints

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field, ValidationError, model_validator
 
-from modalprep.pipeline.schema.base import Table, complaint
+from modalprep.pipeline.schema.base import Table, first_message
 from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable
 
 
@@ -15,17 +15,17 @@ class ChainTable(Table):
 
     segment: BodyTable = Field(description="one segment: a table as under [bodies]")
     count: int = Field(ge=1, le=100_000, description="number of segments")
-    parent: str = Field("ground", description="what the first hangs on: 'ground' or 'body.interface'")
+    parent: str = Field("ground", description="parent of the first segment: 'ground' or 'body.interface'")
     through: str = Field("tip", description="interface of a segment that carries the next one")
     joint: HingeTable = Field(description="between neighbours: a table as under [joints], without parent and child")
-    first: dict[str, Any] = Field({}, description="keys that the joint to the parent has instead")
+    first: dict[str, Any] = Field({}, description="keys that differ in the joint to the parent")
 
     @model_validator(mode="after")
     def _first_joint(self) -> ChainTable:
         try:
             self.joints("")
         except ValidationError as error:
-            raise ValueError(f"first: {complaint(error)}") from None
+            raise ValueError(f"first: {first_message(error)}") from None
         return self
 
     def bodies(self, name: str) -> dict[str, BodyTable]:

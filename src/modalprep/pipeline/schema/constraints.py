@@ -1,4 +1,4 @@
-"""What a pipeline file may say of closed loops and couplings of joints."""
+"""Closures and couplers in pipeline files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ END = "'body.interface' or 'ground'"
 
 
 class ClosureTable(Table):
-    """A joint or a condition that closes a loop of the tree, or ties a body to the ground."""
+    """A joint or a condition that closes a loop of the tree, or connects a body to the ground."""
 
     type: ClosureType = Field(description="a joint, or point_on_line, point_on_plane, distance, position")
     a: str = Field(description=END)
@@ -26,16 +26,20 @@ class ClosureTable(Table):
     rotation: RotationTable | None = Field(None, description="b's axes to a's axes at zero angle")
     length: Time | None = Field(None, description="of a distance, m; default as at the start: " + TIME)
     path: Annotated[list[Time], Field(min_length=3, max_length=3)] | None = Field(
-        None, description='of a position: b seen from a, m, each component "free" or ' + TIME
+        None, description='of a position: b relative to a, m, each component "free" or ' + TIME
     )
-    friction: Annotated[float, Field(ge=0)] = Field(0.0, description="coefficient, of a point on a line or plane")
-    sliding: Annotated[float, Field(gt=0)] = Field(1e-3, description="speed from which it slides, m/s")
-    active: bool = Field(True, description="false: only an event begins it")
+    friction_coefficient: Annotated[float, Field(ge=0)] = Field(0.0, description="of a point on a line or plane")
+    transition_velocity: Annotated[float, Field(gt=0)] = Field(
+        1e-3, description="of friction, from sticking to sliding, m/s"
+    )
+    active: bool = Field(True, description="false: inactive until an event activates it")
 
 
 class CouplerTable(Table):
     """A linear relation of joint coordinates: gears, rack and pinion, screw, a driven joint."""
 
-    factors: dict[str, float] = Field(description="by joint, or joint.k for its coordinate k, travels before turns")
+    factors: dict[str, float] = Field(
+        description="by joint, or joint.k for its coordinate k, translations before rotations"
+    )
     value: Time | None = Field(None, description="of the sum, m or rad; default as at the start: " + TIME)
-    active: bool = Field(True, description="false: only an event begins it")
+    active: bool = Field(True, description="false: inactive until an event activates it")

@@ -1,4 +1,4 @@
-"""What a pipeline file may say of bodies that lose mass and of the gas that leaves."""
+"""Depleting bodies and their jets in pipeline files."""
 
 from __future__ import annotations
 
@@ -13,35 +13,36 @@ Rate = Annotated[float, Field(ge=0)] | list[PieceTable]
 
 
 class LevelTable(Table):
-    """A body at another fill level: a rigid one, one of other densities, or a modal file with the same modes."""
+    """A body at another fill level: a rigid body, scaled densities, or a modal file with the same modes."""
 
     mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field([0.0, 0.0, 0.0], description="of a rigid body about its centre of mass, as in [bodies]")
-    density: float | None = Field(None, gt=0, description="what all densities of the body are multiplied by")
+    density_factor: float | None = Field(None, gt=0, description="factor on all densities of the body")
     file: str | None = Field(None, description="modal file with the modes of the body")
 
     @model_validator(mode="after")
     def _one_source(self) -> LevelTable:
-        if sum(source is not None for source in (self.mass, self.density, self.file)) != 1:
-            raise ValueError("a fill level needs either 'mass', 'density' or 'file'")
+        if sum(source is not None for source in (self.mass, self.density_factor, self.file)) != 1:
+            raise ValueError("a fill level needs either 'mass', 'density_factor' or 'file'")
         if self.mass is None and self.model_fields_set & {"centre", "inertia"}:
             raise ValueError("centre and inertia are those of a rigid body, which has a 'mass'")
         return self
 
 
 class DepletionTable(Table):
-    """A body that loses mass."""
+    """A body whose mass decreases."""
 
     body: str = Field(description="as it is in [bodies], full")
-    empty: LevelTable = Field(description="when all is gone")
-    between: list[LevelTable] = Field(
-        [], description="fill levels between, where the density does not change uniformly"
+    empty: LevelTable = Field(description="the empty body")
+    intermediate: list[LevelTable] = Field(
+        [], description="fill levels between full and empty, where the density does not change uniformly"
     )
     rate: Rate | None = Field(
-        None, description="kg/s, until it is empty; pieces [{ value, until }, ...] of numbers for a throttled engine"
+        None,
+        description="mass flow rate, kg/s, until the body is empty; pieces [{ value, until }, ...] if throttled",
     )
-    mass: Time | None = Field(None, description="of the body (kg) instead of a rate: " + TIME)
+    mass: Time | None = Field(None, description="of the body (kg), instead of a rate: " + TIME)
 
     @model_validator(mode="after")
     def _one_law(self) -> DepletionTable:
@@ -56,11 +57,12 @@ class JetTable(Table):
     """Gas that leaves through an exit."""
 
     at: str = Field(description="'body.interface', the exit")
-    depletion: str = Field(description="where the gas comes from")
-    speed: float = Field(ge=0, description="of the gas as it leaves, m/s")
-    axis: Vector = Field(description="where the gas goes, in the axes of the exit; the thrust is opposite")
-    share: float = Field(1.0, ge=0, description="of the mass that the depletion loses")
+    depletion: str = Field(description="the depletion that supplies the gas")
+    speed: float = Field(ge=0, description="exhaust velocity, m/s")
+    axis: Vector = Field(description="direction of the exhaust, in the axes of the exit, opposite to the thrust")
+    mass_fraction: float = Field(1.0, ge=0, description="of the mass lost that leaves through this exit")
     pressure: float = Field(0.0, ge=0, description="N, exit pressure times exit area, while gas flows")
-    way: list[str] = Field(
-        [], description="'body.interface' that the gas passes on its way to the exit: its Coriolis force damps rotation"
+    flow_path: list[str] = Field(
+        [],
+        description="'body.interface' along which the gas flows to the exit; its Coriolis force damps rotation",
     )

@@ -1,4 +1,4 @@
-"""What a pipeline file may say of the environment: gravity, an orbit, currents in its magnetic field, control laws."""
+"""Environment in pipeline files: gravity, orbit, conductors in its magnetic field, water, control laws."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ConductorTable(Table):
     """A current through the magnetic field of the orbit's planet."""
 
     through: Annotated[list[str], Field(min_length=2)] = Field(
-        description="'body.interface' of each corner of its way, in the direction of the current"
+        description="'body.interface' of each point along it, in the direction of the current"
     )
     current: Time = Field(description="A: " + TIME)
 
@@ -48,17 +48,17 @@ class CentralTable(Table):
 
 
 class WaterTable(Table):
-    """Water with a steady current; what is in it is said by [immersed]."""
+    """Water with a steady current; immersed bodies are listed in [immersed]."""
 
     density: float = Field(1025.0, gt=0, description="kg/m^3")
     current: Vector | list[Vector] = Field([0.0, 0.0, 0.0], description="m/s; or one for each of `depths`")
-    depths: Annotated[list[float], Field(min_length=1)] = Field([0.0], description="m below the surface, growing")
+    depths: Annotated[list[float], Field(min_length=1)] = Field([0.0], description="m below the surface, increasing")
     up: Vector = Field([0.0, 0.0, 1.0], description="direction")
     surface: float = Field(0.0, description="where the depth is zero, m along `up`")
 
 
 class DipoleTable(Table):
-    """Magnetic field of a planet, turning with it."""
+    """Magnetic field of a planet, rotating with it."""
 
     strength: float = Field(gt=0, description="on the magnetic equator at `radius`, T; about 3.12e-5 for the Earth")
     radius: float = Field(EARTH_RADIUS, gt=0, description="m")
@@ -74,7 +74,7 @@ class OrbitTable(Table):
     rate: float | None = Field(None, gt=0, description="instead, rad/s: gravity to first order in distances (Hill)")
     mu: float = Field(EARTH_MU, gt=0, description="of the planet, m^3/s^2")
     inclination: Angle = Field(0.0, description="to the planet's equator")
-    argument: Angle = Field(0.0, description="from the ascending node to the origin at the start")
+    argument_of_latitude: Angle = Field(0.0, description="from the ascending node to the origin at the start")
     planet_spin: float = Field(EARTH_SPIN, description="rad/s")
     dipole: DipoleTable | None = None
 
@@ -86,10 +86,10 @@ class OrbitTable(Table):
 
 
 class EnvironmentTable(Table):
-    """What acts on every body."""
+    """Loads on every body."""
 
     gravity: Annotated[Annotated[Vector, Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(form)] = (
         Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
     )
     orbit: OrbitTable | None = Field(None, description="the ground is the local frame of a circular orbit")
-    water: WaterTable | None = Field(None, description="that bodies of [immersed] are in")
+    water: WaterTable | None = Field(None, description="that surrounds the bodies of [immersed]")

@@ -1,4 +1,4 @@
-"""What a pipeline file may say of events: when they come, and what begins, ends or is hit then."""
+"""Events in pipeline files: when they occur, and which closures they activate, deactivate or let act as impacts."""
 
 from __future__ import annotations
 
@@ -13,16 +13,18 @@ DIRECTIONS = {"both": 0, "rising": 1, "falling": -1}
 
 
 class EventTable(Table):
-    """A zero crossing that is located; closures may begin, end or be hit there."""
+    """A zero crossing to be located; there closures may become active or inactive, or act as an impact."""
 
     when: str = Field(description="what crosses zero: channels and t, 'port.gap', 'arm.angle - pi/2'")
     direction: Literal["both", "rising", "falling"] = "both"
     terminal: bool = Field(False, description="whether the run ends there")
-    begins: list[str] = Field([], description="closures that hold from there on, as a sudden constraint")
-    ends: list[str] = Field([], description="closures that are let go")
-    hits: list[str] = Field([], description="closures that act as a blow only")
-    restitution: Annotated[float, Field(ge=0, le=1)] = Field(0.0, description="of the hits")
-    once: bool = Field(False, description="whether it does so the first time only")
+    activates: list[str] = Field([], description="closures that become active, with the impulse that this takes")
+    deactivates: list[str] = Field([], description="closures that are released")
+    impacts: list[str] = Field([], description="closures that act as an impulse at that time only")
+    restitution: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.0, description="coefficient of restitution of the impacts"
+    )
+    once: bool = Field(False, description="whether it changes closures at its first occurrence only")
 
 
 def read_events(tables: dict[str, EventTable]) -> tuple[Event, ...]:
@@ -30,7 +32,7 @@ def read_events(tables: dict[str, EventTable]) -> tuple[Event, ...]:
 
     Examples
     --------
-    >>> read_events({"dock": EventTable(when="port.gap", direction="falling", begins=["port"])})[0].direction
+    >>> read_events({"dock": EventTable(when="port.gap", direction="falling", activates=["port"])})[0].direction
     -1
     """
     return tuple(

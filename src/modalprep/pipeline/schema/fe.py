@@ -1,4 +1,4 @@
-"""What a pipeline file may say of a mesh: units, materials, sections, interfaces and connections."""
+"""Finite-element models in pipeline files: mesh, units, materials, sections, interfaces and connections."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class MeshTable(Table):
 
 
 class MatricesTable(Table):
-    """Stiffness and mass that another program assembled, instead of [mesh]: of the unsupported structure."""
+    """Stiffness and mass of the unsupported structure, assembled by another program, instead of [mesh]."""
 
     file: str | None = Field(
         None,
@@ -235,7 +235,7 @@ class NodeSetTable(Table):
 
 
 class NodesTable(NodeSetTable):
-    """Nodes, and the place that stands for them."""
+    """A node set and its reference point."""
 
     position: Vector | None = Field(None, description="of the frame, in mesh coordinates; default the centroid")
 
@@ -243,7 +243,7 @@ class NodesTable(NodeSetTable):
 class StressTable(NodeSetTable):
     """Stress at every node of a set, in the modal file: the mean over the elements that meet there."""
 
-    of: str | None = Field(None, description="mesh group of these elements, where others meet there too")
+    element_group: str | None = Field(None, description="mesh group of these elements, where other elements meet there")
     direction: Vector | None = Field(
         None, description="only elements whose axis (beams, trusses) or normal (shells) points there, to 32 degrees"
     )
@@ -260,7 +260,7 @@ class InterfaceTable(NodesTable):
 
     kind: Literal["node", "rbe2", "rbe3"] | None = Field(
         None,
-        description="one node, a frame tied rigidly to all nodes, or one that moves with their mean; "
+        description="one node, a frame tied rigidly to all nodes (rbe2), or one that follows their mean motion (rbe3); "
         "default node for 'node' and 'near', else rbe2",
     )
     boundary: Literal["fixed", "free"] = Field(
@@ -271,4 +271,6 @@ class InterfaceTable(NodesTable):
 class ConnectionTable(NodesTable):
     """A new node tied to others, in a group of the connection's name, for a mass, spring or beam."""
 
-    kind: Literal["rbe2", "rbe3"] = Field("rbe3", description="tied rigidly, or moving with their mean")
+    kind: Literal["rbe2", "rbe3"] = Field(
+        "rbe3", description="tied rigidly (rbe2), or following their mean motion (rbe3)"
+    )

@@ -1,4 +1,4 @@
-"""Read a pipeline file; every mistake becomes one sentence with file, line and key."""
+"""Read a pipeline file; every error is reported in one message with file, line and key."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from modalprep.errors import InputError
-from modalprep.pipeline.schema.base import complaint
+from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 SMALLEST, LARGEST = 1e-60, 1e60  # of a number
@@ -25,7 +25,7 @@ def load_pipeline(path: str | Path) -> Pipeline:
     Raises
     ------
     InputError
-        When the file is missing, is not TOML, or says something unknown.
+        When the file is missing, is not TOML, or has an unknown key.
 
     Examples
     --------
@@ -39,7 +39,7 @@ def load_pipeline(path: str | Path) -> Pipeline:
     try:
         pipeline = Pipeline.model_validate(data)
     except ValidationError as error:
-        raise InputError(_sentence(path, text, error)) from None
+        raise InputError(_message(path, text, error)) from None
     if pipeline.grid:
         raise InputError(f"{path} has a [grid] of several jobs: write modalprep batch {path}")
     with naming(path):
@@ -60,7 +60,7 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         text = path.read_text(encoding="utf-8")
         return text, tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{path} nests lists or tables too deep to be a pipeline file; write it again") from None
+        raise InputError(f"{path} has too deeply nested lists or tables; correct it") from None
     except ValueError as error:  # also of bytes that are no text, and numbers of thousands of digits
         raise InputError(f"{path} is not valid TOML: {error}") from None
 
@@ -85,7 +85,7 @@ def naming(file: Path | str) -> Iterator[None]:
 
 
 def _refuse_odd_numbers(path: Path, text: str, value: Any, place: list[str]) -> None:
-    """Refuse numbers whose powers overflow, wherever they stand; no quantity in SI units is so large or small."""
+    """Refuse numbers whose powers overflow; no quantity in SI units is so large or small."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, inner in items:
         _refuse_odd_numbers(path, text, inner, [*place, str(key)])
@@ -94,10 +94,10 @@ def _refuse_odd_numbers(path: Path, text: str, value: Any, place: list[str]) -> 
         raise InputError(f"{path}, line {line}: [{'.'.join(place)}]: {value:g} is no quantity in SI units; correct it")
 
 
-def _sentence(path: Path, text: str, error: ValidationError) -> str:
+def _message(path: Path, text: str, error: ValidationError) -> str:
     first = error.errors()[0]
     place = _place(first, tomllib.loads(text))
-    message = complaint(error)
+    message = first_message(error)
     unknown = re.match(r"unknown key '(.+?)'", message)
     line = _line(text, [*place, unknown[1]] if unknown else place)
     where = f"{path}, line {line}" if line else str(path)

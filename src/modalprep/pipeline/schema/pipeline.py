@@ -1,4 +1,4 @@
-"""What a pipeline file may say: every key, its default and its meaning (`modalprep schema`)."""
+"""Schema of a pipeline file: every key, its default and its meaning (`modalprep schema`)."""
 
 from __future__ import annotations
 
@@ -41,21 +41,21 @@ BUILT_IN = ("interfaces", "inertia")  # loads that every model has
 
 
 class OutputTable(Table):
-    """What is written besides the modal file and the report."""
+    """Outputs besides the modal file and the report."""
 
     pictures: Literal["kept", "none"] | Annotated[int, Field(ge=0)] = Field(
-        "kept", description="mode pictures: kept, none, or how many"
+        "kept", description="mode pictures: kept, none, or a number"
     )
     export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
 
 
 class PlotTable(Table):
-    """One picture of channels over time."""
+    """One plot of channels over time."""
 
     y: str | list[str]
     title: str = ""
     ylabel: str = ""
-    seen_from: str | None = Field(None, description="body in whose frame positions are drawn; default inertial")
+    relative_to: str | None = Field(None, description="body in whose frame positions are drawn; default inertial")
     reference: list[ReferenceTable] = Field([])
 
     @property
@@ -75,14 +75,16 @@ class Pipeline(Table):
 
     name: str | None = Field(None, description="name of the body; default the file's name")
     mesh: MeshTable | None = None
-    matrices: MatricesTable | None = Field(None, description="instead of [mesh] and what it is made of")
+    matrices: MatricesTable | None = Field(None, description="instead of [mesh] and its properties")
     materials: dict[str, AnyMaterial] = Field({})
     properties: dict[str, Section] = Field(
-        {}, description="one table per mesh group or connection; a deck's own need no repeating"
+        {}, description="one table per mesh group or connection; those of an input deck need not be repeated"
     )
     connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
     interfaces: dict[str, InterfaceTable] = Field({})
-    stress: dict[str, StressTable] = Field({}, description="points whose stress the body carries, histories of a run")
+    stress: dict[str, StressTable] = Field(
+        {}, description="points whose stress modes the body has, for histories of a run"
+    )
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
     output: OutputTable = Field(OutputTable())
@@ -91,19 +93,19 @@ class Pipeline(Table):
     synthesis: SynthesisTable | None = None
     joints: dict[str, JointTable] = Field({})
     chains: dict[str, ChainTable] = Field({}, description="many equal bodies, each hinged to the one before")
-    beams: dict[str, BeamTable] = Field({}, description="of large deflection, in rigid segments with springs")
-    deployments: dict[str, DeploymentTable] = Field({}, description="beams, cables and tethers that come out of a body")
+    beams: dict[str, BeamTable] = Field({}, description="with large deflection, as rigid segments with springs")
+    deployments: dict[str, DeploymentTable] = Field({}, description="beams, cables and tethers that deploy from a body")
     forces: dict[str, ForceTable] = Field({})
     springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
     bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
     conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
-    controls: dict[str, ControlTable] = Field({}, description="forces by expressions of the system's own motion")
+    controls: dict[str, ControlTable] = Field({}, description="forces by expressions of the system's motion")
     closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
     couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
     depletions: dict[str, DepletionTable] = Field({}, description="bodies that lose mass")
     jets: dict[str, JetTable] = Field({}, description="thrust of the gas that leaves, and jet damping")
     immersed: dict[str, ImmersedTable] = Field({}, description="slender bodies in the water of [environment]")
-    events: dict[str, EventTable] = Field({}, description="what happens when a channel crosses zero")
+    events: dict[str, EventTable] = Field({}, description="zero crossings of channels and their effects")
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
     analysis: AnalysisTable | None = None
@@ -114,26 +116,26 @@ class Pipeline(Table):
 
     @property
     def has_body(self) -> bool:
-        """Whether the file makes a modal body."""
+        """Whether the file builds a modal body."""
         return self.mesh is not None or self.matrices is not None
 
     @model_validator(mode="after")
     def _matrices_stand_alone(self) -> Pipeline:
         for name in ("mesh", "materials", "properties", "connections"):
             if self.matrices is not None and getattr(self, name):
-                raise ValueError(f"[{name}] does not go with [matrices], which hold the whole structure; leave one out")
+                raise ValueError(
+                    f"[{name}] cannot be combined with [matrices], which have the whole structure; leave one out"
+                )
         return self
 
     @model_validator(mode="after")
     def _stress_has_elements(self) -> Pipeline:
         if self.stress and self.mesh is None:
-            raise ValueError(
-                "[stress] is that of elements, which the body of a [mesh] has; add it, or leave stress out"
-            )
+            raise ValueError("[stress] needs the elements of a [mesh]; add it, or leave out [stress]")
         return self
 
     def with_chains(self) -> Pipeline:
-        """Return the file with the bodies and joints of its chains and beams written out."""
+        """Return the file with the bodies and joints of its chains and beams expanded."""
         bodies, joints = with_chains(self.chains, self.bodies, self.joints)
         bodies, joints = with_chains(self.beams, bodies, joints)
         return self.model_copy(update={"bodies": bodies, "joints": joints, "chains": {}, "beams": {}})
@@ -142,13 +144,13 @@ class Pipeline(Table):
     def _deployments_stand_alone(self) -> Pipeline:
         others = ("analysis", "synthesis", "closures", "couplers", "depletions", "events")
         if found := [name for name in others if self.deployments and getattr(self, name)]:
-            raise ValueError(f"[{found[0]}] does not go with [deployments], whose rods come and go; leave one out")
+            raise ValueError(f"[{found[0]}] cannot be combined with [deployments]; leave one out")
         s = self.simulation
         if self.deployments and s and (s.variables != "joint" or s.chosen_theory != "consistent"):
             raise ValueError("[deployments] are simulated in joint variables and the consistent theory only")
         if self.deployments and s and s.compare_conventional:
             raise ValueError(
-                "[deployments] have no conventional theory to compare with; leave compare_conventional out"
+                "[deployments] have no conventional theory to compare with; leave out compare_conventional"
             )
         return self
 
@@ -162,13 +164,13 @@ class Pipeline(Table):
     @model_validator(mode="after")
     def _welds_are_used(self) -> Pipeline:
         if self.welds and self.synthesis is None:
-            raise ValueError("[welds] join the bodies of [synthesis], which is missing; add it, or use [joints]")
+            raise ValueError("[welds] belong to [synthesis], which is missing; add it, or use [joints]")
         return self
 
     @model_validator(mode="after")
     def _events_have_a_run(self) -> Pipeline:
         if self.events and (self.simulation is None or self.simulation.variables != "joint"):
-            raise ValueError("[events] happen in a [simulation], in joint variables; add one, or leave them out")
+            raise ValueError("[events] need a [simulation] in joint variables; add one, or leave them out")
         return self
 
     @field_validator("loads")

@@ -1,4 +1,4 @@
-"""What a pipeline file may say of reduction: modes, loads, damping, and synthesis of several bodies."""
+"""Reduction and synthesis in pipeline files: modes, loads, damping, welds."""
 
 from __future__ import annotations
 
@@ -40,26 +40,26 @@ DAMPING = (
 
 
 class ReductionTable(Table):
-    """How the body is reduced."""
+    """Reduction of the body."""
 
     method: Literal["craig_bampton", "guyan", "irs", "free_interface"] = Field(
         "craig_bampton",
         description="irs: Guyan with the interior's inertia; free_interface: modes of the floating body and residual "
         "attachment modes",
     )
-    modes: int = Field(20, ge=0, description="modes to compute as candidates; with target_error to start with")
+    modes: int = Field(20, ge=0, description="number of candidate modes; with target_error the initial number")
     keep: str | list[int] = Field(
         "all",
         description="which to keep, e.g. 'effective_mass > 0.1% or 20 < frequency < 500 Hz', or mode numbers; "
         "values are frequency, effective_mass, cumulative, static, controllability, observability, mode",
     )
-    up_to: float | None = Field(None, gt=0, description="Hz; the error against the full model is measured below it")
+    up_to: float | None = Field(None, gt=0, description="Hz, below which the error against the full model is measured")
     target_error: float | None = Field(
-        None, gt=0, description="take as many modes as this relative error needs, below up_to"
+        None, gt=0, description="use as many modes as this relative error needs, below up_to"
     )
     truncation_vectors: list[str] = Field(
         ["interfaces", "inertia"],
-        description="loads whose static answer is kept exact: interfaces (free ones), inertia, names of [loads]",
+        description="loads whose static response remains exact: interfaces (free ones), inertia, names of [loads]",
     )
     second_order_mass: bool | Literal["auto"] = Field(
         "auto",
@@ -72,15 +72,15 @@ class ReductionTable(Table):
     @model_validator(mode="after")
     def _target_has_a_band(self) -> ReductionTable:
         if self.target_error is not None and self.up_to is None:
-            raise ValueError("target_error needs up_to, the frequency in Hz below which it holds")
+            raise ValueError("target_error needs up_to, the frequency (Hz) below which it applies")
         return self
 
 
 class LoadTable(NodesTable):
-    """A load for truncation vectors and the static share of modes, mesh axes; its size does not matter."""
+    """A load for truncation vectors and static participation, mesh axes; its magnitude does not matter."""
 
-    force: Vector = Field([0.0, 0.0, 0.0], description="in all, shared by the nodes as by an rbe3, N")
-    moment: Vector = Field([0.0, 0.0, 0.0], description="in all, N m")
+    force: Vector = Field([0.0, 0.0, 0.0], description="total, distributed over the nodes as by an rbe3, N")
+    moment: Vector = Field([0.0, 0.0, 0.0], description="total, N m")
     pressure: float = Field(0.0, description="on the faces of a group, along their right-hand normal, Pa")
 
     @model_validator(mode="after")
@@ -116,8 +116,8 @@ class RotationTable(Table):
     angle: Angle
 
 
-class PlaceTable(Table):
-    """Where a body stands in the system."""
+class PlacementTable(Table):
+    """Position and orientation of a body in the system."""
 
     position: Vector = Field([0.0, 0.0, 0.0], description="of its frame, m")
     rotation: RotationTable | None = Field(None, description="from its axes to the system's")
@@ -126,15 +126,18 @@ class PlaceTable(Table):
 class SynthesisTable(Table):
     """Component mode synthesis: modes of the [bodies] that [welds] join."""
 
-    modes: int = Field(10, ge=1, description="system modes, motions without strain included")
-    place: dict[str, PlaceTable] = Field(
+    modes: int = Field(10, ge=1, description="number of system modes, rigid-body modes included")
+    placement: dict[str, PlacementTable] = Field(
         {}, description="by body; the others follow from the welds, with axes parallel to their neighbour's"
     )
     project: list[str] | str = Field(
-        [], description="bodies to reduce to what they do in these modes, by singular value decomposition; name or list"
+        [], description="bodies to project onto these modes by singular value decomposition; name or list"
     )
     tolerance: float = Field(
-        1e-6, ge=0, lt=1, description="of project: singular values to keep, over the largest; interfaces stay complete"
+        1e-6,
+        ge=0,
+        lt=1,
+        description="of project: smallest singular value kept, relative to the largest; interfaces stay complete",
     )
     damping: Damping | None = Field(
         None, description="of the system modes, from which that of the bodies follows; " + DAMPING

@@ -1,4 +1,4 @@
-"""What a pipeline file may say of a system: bodies, joints, forces, simulation."""
+"""Multibody systems in pipeline files: bodies, joints, forces, simulation."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ INERTIA_ROUNDING = 1e-6
 Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
 Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
 ENDS = "'body.interface' twice, or one and 'ground'"
-EACH = "; a list for a joint of several coordinates, travels before turns"
+EACH = "; a list for a joint with several coordinates, translations before rotations"
 
 
 def _three_or_six(inertia: list[float]) -> list[float]:
@@ -28,10 +28,10 @@ Inertia = Annotated[list[float], AfterValidator(_three_or_six)]
 
 
 class BodyTable(Table):
-    """A body of the system: a modal file, the pipeline that makes it, or a rigid body."""
+    """A body of the system: a modal file, the pipeline that builds it, or a rigid body."""
 
     file: str | None = Field(None, description="modal file")
-    pipeline: str | None = Field(None, description="pipeline file, run when its modal file is missing or out of date")
+    pipeline: str | None = Field(None, description="pipeline file, run if its modal file is missing or outdated")
     mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field(
@@ -97,7 +97,7 @@ class PointsTable(Table):
 
 
 def form(value: Any) -> str:
-    """Tell the forms of a value apart, so that an error speaks of the one that was meant."""
+    """Return the form of a value, so that an error message refers to the intended one."""
     forms = {str: "text", list: "list"}
     return "table" if isinstance(value, (dict, Table)) else forms.get(type(value), "number")
 
@@ -113,32 +113,38 @@ TIME = "number, expression of t (s), pieces [{ value, until }, ...], or points {
 
 
 class StartTable(Table):
-    """Start values of a joint; lists for a joint with several turns or travels."""
+    """Initial values of a joint; lists for a joint with several rotations or translations."""
 
-    angle: Angle | Annotated[list[Angle], Field(min_length=2, max_length=3)] = Field(0.0, description="of the turn")
+    angle: Angle | Annotated[list[Angle], Field(min_length=2, max_length=3)] = Field(
+        0.0, description="initial rotation"
+    )
     rate: float | Annotated[list[float], Field(min_length=2, max_length=3)] = Field(0.0, description="rad/s")
     displacement: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
-        0.0, description="of the travel, m"
+        0.0, description="initial translation, m"
     )
     speed: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(0.0, description="m/s")
     velocity: Vector = Field([0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
-    spin: Vector = Field([0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s")
+    angular_velocity: Vector = Field(
+        [0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s"
+    )
 
 
 class FrictionTable(Table):
-    """Coulomb friction ``-level tanh(rate / sliding)``."""
+    """Regularised Coulomb friction ``-coulomb tanh(rate / transition_velocity)``."""
 
-    level: float = Field(ge=0, description="N or N m")
-    sliding: float = Field(1e-3, gt=0, description="rate from which it slides, m/s or rad/s")
+    coulomb: float = Field(ge=0, description="Coulomb force or torque, N or N m")
+    transition_velocity: float = Field(1e-3, gt=0, description="from sticking to sliding, m/s or rad/s")
 
 
 class LimitsTable(Table):
-    """One-sided springs that hold a coordinate between limits."""
+    """One-sided springs that keep a coordinate within limits."""
 
     lower: Angle | None = Field(None, description="m or rad")
     upper: Angle | None = Field(None, description="m or rad")
     stiffness: float = Field(gt=0, description="N/m or N m/rad")
-    damping: float = Field(0.0, ge=0, description="s/m or s/rad: a blow at v returns at about v / (1 + 2/3 damping v)")
+    damping: float = Field(
+        0.0, ge=0, description="s/m or s/rad: an impact at v rebounds at about v / (1 + 2/3 damping v)"
+    )
 
 
 Constant = Annotated[float, Field(ge=0)]
@@ -146,27 +152,29 @@ Friction = Annotated[Annotated[Constant, Tag("number")] | Annotated[FrictionTabl
 
 
 class HingeTable(Table):
-    """What a joint does, and what acts in it."""
+    """Type, geometry, motion and forces of a joint."""
 
     type: JointType
     axis: Vector = Field([0.0, 0.0, 1.0], description="hinge axis in the parent's frame; normal of a planar joint")
     second_axis: Vector | None = Field(
-        None, description="of a universal joint or gimbal; first direction of travel of a planar one"
+        None, description="of a universal joint or gimbal; first direction of translation of a planar one"
     )
     position: Vector = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
     rotation: RotationTable | None = None
     start: StartTable = StartTable()
-    hold: bool = Field(False, description="keep the start values where closed loops allow it")
+    keep_start: bool = Field(False, description="keep the start values where closed loops allow it")
     motion: Time | list[Time] | None = Field(
         None, description="prescribed angle (rad) or displacement (m), " + TIME + EACH
     )
     stiffness: Constant | list[Constant] = Field(0.0, description="N/m or N m/rad" + EACH)
-    rest: Angle | list[Angle] = Field(0.0, description="where the spring is free, m or rad" + EACH)
+    free_position: Angle | list[Angle] = Field(
+        0.0, description="free length (m) or free angle (rad) of the spring" + EACH
+    )
     damping: Constant | list[Constant] = Field(0.0, description="N s/m or N m s/rad" + EACH)
-    friction: Friction | list[Friction] = Field(0.0, description="Coulomb friction: level, or a table" + EACH)
+    friction: Friction | list[Friction] = Field(0.0, description="Coulomb force or torque, or a table" + EACH)
     limits: LimitsTable | list[LimitsTable | None] | None = Field(None, description="of the coordinate" + EACH)
-    force: Time | list[Time] | None = Field(None, description="of an actuator in the travels, N: " + TIME)
-    torque: Time | list[Time] | None = Field(None, description="of an actuator in the turns, N m: " + TIME)
+    force: Time | list[Time] | None = Field(None, description="of an actuator in the translations, N: " + TIME)
+    torque: Time | list[Time] | None = Field(None, description="of an actuator in the rotations, N m: " + TIME)
 
 
 class JointTable(HingeTable):
@@ -177,10 +185,10 @@ class JointTable(HingeTable):
 
 
 class ForceTable(Table):
-    """A force on an interface, or shared by the points of a body."""
+    """A force on an interface, or distributed over the points of a body."""
 
     at: str | None = Field(None, description="'body.interface'")
-    body: str | None = Field(None, description="instead: body whose mesh points share the force equally")
+    body: str | None = Field(None, description="instead: body over whose mesh points the force is distributed equally")
     box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
         None, description="of `body`: only points between two opposite corners, body frame, m; default all"
     )
@@ -190,7 +198,7 @@ class ForceTable(Table):
     torque: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
         [0.0, 0.0, 0.0], description="of `at`, N m, each component as those of the force"
     )
-    factor: Time = Field(1.0, description="of `body`: what its force is multiplied by, " + TIME)
+    factor: Time = Field(1.0, description="of `body`: factor of its force over time, " + TIME)
     axes: Literal["inertial", "body"] = Field("inertial", description="body: follows the interface, or the body")
 
     @model_validator(mode="after")
@@ -198,7 +206,7 @@ class ForceTable(Table):
         if (self.at is None) == (self.body is None):
             raise ValueError("a force needs either 'at' or 'body'")
         if self.body is not None and not all(isinstance(value, float) for value in self.force):
-            raise ValueError("the force on the points of a body is three numbers; let 'factor' say how it changes")
+            raise ValueError("the force on the points of a body is three numbers; give its time dependence by 'factor'")
         return self
 
 
@@ -208,10 +216,10 @@ class AxialSpringTable(Table):
     between: Ends = Field(description=ENDS)
     stiffness: Constant = Field(0.0, description="N/m")
     damping: Constant = Field(0.0, description="N s/m")
-    length: Constant = Field(0.0, description="at which it is free, m")
+    free_length: Constant = Field(0.0, description="m")
     position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
-    pull: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
-    tension_only: bool = Field(False, description="it goes slack below its length: a tether or a strap")
+    actuator_force: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
+    tension_only: bool = Field(False, description="it goes slack below its free length: a tether or a strap")
 
 
 class BushingTable(Table):
@@ -220,8 +228,10 @@ class BushingTable(Table):
     between: Ends = Field(description=ENDS)
     stiffness: Six = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
     damping: Six = Field([0.0] * 6, description="N s/m and N m s/rad")
-    rest_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first, where free, m")
-    rest_rotation: RotationTable | None = Field(None, description="its axes to those of the first, there")
+    free_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first without spring force, m")
+    free_rotation: RotationTable | None = Field(
+        None, description="from its axes to those of the first, without spring torque"
+    )
     position: Vector = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
     rotation: RotationTable | None = Field(None, description="of the frame on the ground")
 
@@ -230,7 +240,7 @@ class ImmersedTable(Table):
     """Slender rods in the water: drag, added mass, buoyancy of rigid bodies."""
 
     bodies: str = Field(description="name, or pattern as 'cable*' for all segments of a chain")
-    ends: Ends = Field(["root", "tip"], description="interfaces between which the rod is")
+    ends: Ends = Field(["root", "tip"], description="interfaces at the ends of the rod")
     diameter: Constant = Field(description="m")
     normal_drag: Constant = Field(1.2, description="coefficient, on the diameter")
     tangential_drag: Constant = Field(0.01, description="coefficient, on the circumference")
@@ -239,19 +249,19 @@ class ImmersedTable(Table):
 
 Theory = Literal["consistent", "no_geometric_stiffness", "ruthless"]
 THEORY = (
-    "no_geometric_stiffness: the conventional theory, softened by rotation; ruthless: also without second order of "
-    "the modes in the inertia (book section 6.7)"
+    "no_geometric_stiffness: the conventional theory, which rotation softens; ruthless: linearised in the modes, also "
+    'in the inertia ("ruthless" in book section 6.7)'
 )
 
 
 class SimulationTable(Table):
-    """How the system is integrated."""
+    """Time integration of the system."""
 
     t_end: float = Field(gt=0, description="s")
     output_step: float = Field(0.01, gt=0, description="s")
     rtol: float = Field(1e-5, ge=1e-13, le=1e-2, description="relative tolerance")
     atol: float = Field(1e-10, gt=0, description="absolute tolerance of coordinates and speeds")
-    method: Literal["auto", "explicit", "generalized_alpha", "rosenbrock"] = Field(
+    method: Literal["auto", "explicit", "generalised_alpha", "rosenbrock"] = Field(
         "auto", description="auto: implicit for stiff modes"
     )
     variables: Literal["joint", "momentum", "efficient"] = Field(
@@ -277,5 +287,5 @@ class SimulationTable(Table):
 
     @property
     def chosen_theory(self) -> Theory:
-        """The theory that `theory` and `geometric_stiffness` ask for."""
+        """The theory chosen by `theory` and `geometric_stiffness`."""
         return self.theory or ("consistent" if self.geometric_stiffness else "no_geometric_stiffness")

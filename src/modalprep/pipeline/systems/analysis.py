@@ -1,4 +1,4 @@
-"""From a pipeline file to rest, modes, linear equations, frequency response and hinge forces of its system."""
+"""From a pipeline file to equilibrium, modes, linear equations, frequency response and hinge forces of a system."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from modalprep.pipeline.build.build import output_folder
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
 from modalprep.pipeline.schema.load import load_pipeline, naming
-from modalprep.pipeline.systems.loads import several, time_function
+from modalprep.pipeline.systems.loads import has_several_values, time_function
 from modalprep.pipeline.systems.systems import in_theory, read_system
 from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
 
 
 @dataclass(frozen=True, kw_only=True)
 class Analysed:
-    """What an analysis found; None or absent where it was not asked for."""
+    """Results of an analysis; None where not requested."""
 
-    rest: Equilibrium | None
+    equilibrium: Equilibrium | None
     modes: SystemModes | None
     linear: StateSpace | None
     sweep: dict[float, SystemModes] | None
@@ -41,14 +41,15 @@ class Analysed:
     table: AnalysisTable
 
     def summary(self) -> dict[str, Any]:
-        """Return what the JSON file says: SI units, frequencies in Hz, damping ratios, eigenvalues in 1/s."""
+        """Return the content of the JSON file: SI units, frequencies in Hz, damping ratios, eigenvalues in 1/s."""
         found: dict[str, Any] = {}
-        if self.rest is not None:
-            kinds = {"joints": self.rest.joints, "modal": self.rest.modal, "closures": self.rest.closures}
+        if self.equilibrium is not None:
+            rest = self.equilibrium
+            kinds = {"joints": rest.joints, "modal": rest.modal, "closures": rest.closures}
             lists = {
                 kind: {name: np.asarray(v).tolist() for name, v in values.items()} for kind, values in kinds.items()
             }
-            found["equilibrium"] = {"stable": self.rest.stable, "steps": self.rest.steps} | lists
+            found["equilibrium"] = {"stable": rest.stable, "steps": rest.steps} | lists
         if self.modes is not None:
             kept = slice(self.table.modes)
             names = ("frequency", "damping")
@@ -61,7 +62,7 @@ class Analysed:
 
 
 def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Analysed:
-    """Do the [analysis] of a pipeline file; write ``<name>-analysis.json`` and the files that it asks for.
+    """Run the [analysis] of a pipeline file; write ``<name>-analysis.json`` and the requested files.
 
     Raises
     ------
@@ -85,11 +86,11 @@ def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Ana
 def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
     rest = _rest(system, table, table.time)
     at = (None if rest is None else rest.y, table.time)
-    wanted = table.inputs or table.outputs or table.state_space
+    needed = table.inputs or table.outputs or table.state_space
     return Analysed(
-        rest=rest,
+        equilibrium=rest,
         modes=system_modes(system, *at) if table.modes else None,
-        linear=linearise(system, *at, inputs=table.inputs, outputs=table.outputs) if wanted else None,
+        linear=linearise(system, *at, inputs=table.inputs, outputs=table.outputs) if needed else None,
         sweep=None if table.sweep is None else _sweep(system, table),
         inverse=None if table.inverse is None else _inverse(system, table.inverse, folder),
         table=table,
@@ -114,16 +115,16 @@ def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynami
 
 def _law(name: str, value: Any, folder: Path) -> TimeFunction | list[TimeFunction]:
     with naming(f"motion of joint {name!r}"):
-        if several(value):
+        if has_several_values(value):
             return [time_function("motion", each, folder) for each in value]
         return time_function("motion", value, folder)
 
 
 def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
-    """Print the rest and the table of modes, write all files."""
-    if found.rest is not None:
-        how = "stable" if found.rest.stable else "not stable"
-        reporter.say(f"  {how} equilibrium after {found.rest.steps} steps")
+    """Print the equilibrium and the table of modes, write all files."""
+    if found.equilibrium is not None:
+        how = "stable" if found.equilibrium.stable else "not stable"
+        reporter.say(f"  {how} equilibrium after {found.equilibrium.steps} steps")
     if found.modes is not None:
         system_table(found.modes, found.table.modes, reporter.console)
     reporter.wrote(write_json(found.summary(), stem.with_name(f"{stem.name}-analysis.json")))

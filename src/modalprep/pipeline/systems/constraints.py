@@ -1,4 +1,4 @@
-"""From the tables of a pipeline file to closed loops and couplings of joints."""
+"""From the tables of a pipeline file to closures and couplers."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def _closure(name: str, table: ClosureTable, folder: Path) -> Closure:
         rotation=rotation_matrix(table.rotation),
         length=time_function("length", table.length, folder),
         path=path,
-        friction=table.friction,
-        sliding=table.sliding,
+        friction_coefficient=table.friction_coefficient,
+        transition_velocity=table.transition_velocity,
         active=table.active,
     )

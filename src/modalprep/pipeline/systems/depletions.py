@@ -1,4 +1,4 @@
-"""From the tables of a pipeline file to bodies that lose mass and to jets."""
+"""From the tables of a pipeline file to depletions and jets."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.levels import scaled
+from modalprep.body.levels import with_density_factor
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
-from modalprep.multibody.model.depletion import Depletion, ExpelledGas, burn
+from modalprep.multibody.model.depletion import Depletion, ExpelledGas, deplete
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.pipeline.build.build import read_rigid
 from modalprep.pipeline.schema.depletion import DepletionTable, JetTable, LevelTable
@@ -42,25 +42,27 @@ def read_depletions(
 def _depletion(
     name: str, table: DepletionTable, body: FlexibleBody, source: BodyTable | None, folder: Path
 ) -> Depletion:
-    levels = tuple(_level(level, body, source, folder) for level in (table.empty, *table.between))
-    mass = time_function("mass", table.mass, folder) or _burnt(table, body.m, levels[0].m)
+    levels = tuple(_level(level, body, source, folder) for level in (table.empty, *table.intermediate))
+    mass = time_function("mass", table.mass, folder) or _depleted(table, body.m, levels[0].m)
     return Depletion(name=name, body=table.body, levels=levels, mass=mass)
 
 
 def _level(table: LevelTable, body: FlexibleBody, source: BodyTable | None, folder: Path) -> FlexibleBody:
-    if table.density is not None:
-        return scaled(body, table.density)
+    if table.density_factor is not None:
+        return with_density_factor(body, table.density_factor)
     if table.file is not None:
         return read_body(folder / table.file)
     if source is None or source.mass is None:
-        raise InputError("a level with a 'mass' is for rigid bodies; give a 'density' or a 'file' with the same modes")
+        raise InputError(
+            "a fill level with a 'mass' is for rigid bodies; give a 'density_factor' or a 'file' with the same modes"
+        )
     return read_rigid(body.name, table, source.interfaces)
 
 
-def _burnt(table: DepletionTable, full: float, empty: float) -> TimeFunction:
+def _depleted(table: DepletionTable, full: float, empty: float) -> TimeFunction:
     if isinstance(table.rate, list):
-        return burn(full, empty, pieces(table.rate))
-    return burn(full, empty, table.rate)
+        return deplete(full, empty, pieces(table.rate))
+    return deplete(full, empty, table.rate)
 
 
 def _jet(name: str, table: JetTable, depletions: dict[str, Depletion]) -> ExpelledGas:

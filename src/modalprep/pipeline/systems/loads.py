@@ -14,7 +14,7 @@ from modalprep.multibody.evaluation.feedback import feedback
 from modalprep.multibody.model.deployment import Deployment
 from modalprep.multibody.model.environment import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
-from modalprep.multibody.model.joint import SCALARS, TRAVELS, TURNS
+from modalprep.multibody.model.joint import ROTATIONS, SCALARS, TRANSLATIONS
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
@@ -36,11 +36,11 @@ from modalprep.pipeline.schema.system import (
 )
 from modalprep.suggest import refuse_unknown, suggestion
 
-BY_TRAVEL_AND_TURN = {"spherical": (0, 3), "free": (3, 3)}
+TRANSLATIONS_AND_ROTATIONS = {"spherical": (0, 3), "free": (3, 3)}
 
 
 def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | None:
-    """Return the function of time that a key of a pipeline file holds; its files are relative to `folder`.
+    """Return the function of time that a key of a pipeline file has; its files are relative to `folder`.
 
     Examples
     --------
@@ -69,8 +69,8 @@ def pieces(tables: list[PieceTable]) -> list[tuple[float, Any]]:
     return [(FOREVER if piece.until is None else piece.until, piece.value) for piece in tables]
 
 
-def several(value: Any) -> bool:
-    """Whether a key holds a value for each coordinate, not one in pieces."""
+def has_several_values(value: Any) -> bool:
+    """Whether a key has a value for each coordinate, not a single one in pieces."""
     return isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
 
 
@@ -79,15 +79,16 @@ def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployme
 
     Examples
     --------
-    >>> boom = DeploymentTable(length=10.0, segments=5, mass_per_length=1.2, law="5 + t/2")
+    >>> boom = DeploymentTable(length=10.0, segments=5, mass_per_length=1.2, deployed_length="5 + t/2")
     >>> read_deployment("boom", boom, Path()).start
     (5.0, 0.5)
     """
     with naming(f"deployment {name!r}"):
-        given = {key: value for key, value in table if key not in ("law", "tension", "jam")}
+        given = {key: value for key, value in table if key not in ("deployed_length", "tension", "stop_time")}
         given |= {key: np.array(given[key]) for key in ("axis", "normal", "position")}
-        functions = {key: time_function(key, getattr(table, key), folder) for key in ("law", "tension")}
-        return Deployment(name=name, jam=FOREVER if table.jam is None else table.jam, **functions, **given)
+        functions = {key: time_function(key, getattr(table, key), folder) for key in ("deployed_length", "tension")}
+        stop_time = FOREVER if table.stop_time is None else table.stop_time
+        return Deployment(name=name, stop_time=stop_time, **functions, **given)
 
 
 def _points(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -109,29 +110,31 @@ def _header(lines: list[str]) -> int:
 
 
 def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
-    """Return one hinge element for each speed of a joint, or none when nothing acts in it.
+    """Return one hinge element for each speed of a joint, or none without any force.
 
     Raises
     ------
     InputError
         When a list has not one value for each speed.
     """
-    travels, turns = BY_TRAVEL_AND_TURN.get(table.type, (TRAVELS.get(table.type, 0), TURNS.get(table.type, 0)))
-    drives = _list("force", table.force, travels) + _list("torque", table.torque, turns)
-    keys = ("stiffness", "rest", "damping", "friction", "limits")
+    translations, rotations = TRANSLATIONS_AND_ROTATIONS.get(
+        table.type, (TRANSLATIONS.get(table.type, 0), ROTATIONS.get(table.type, 0))
+    )
+    drives = _list("force", table.force, translations) + _list("torque", table.torque, rotations)
+    keys = ("stiffness", "free_position", "damping", "friction", "limits")
     if not any(getattr(table, key) for key in keys) and drives == [None] * len(drives):
         return ()
-    columns = [_list(key, getattr(table, key), travels + turns) for key in keys]
+    columns = [_list(key, getattr(table, key), translations + rotations) for key in keys]
     return tuple(
         HingeElement(
             stiffness=stiffness or 0.0,
-            rest=rest or 0.0,
+            free_position=free_position or 0.0,
             damping=damping or 0.0,
             drive=time_function("drive", drive, folder),
             **_friction(friction),
             **_limits(limits),
         )
-        for stiffness, rest, damping, friction, limits, drive in zip(*columns, drives, strict=True)
+        for stiffness, free_position, damping, friction, limits, drive in zip(*columns, drives, strict=True)
     )
 
 
@@ -139,7 +142,7 @@ def prescribed_motion(table: JointTable, folder: Path) -> TimeFunction | tuple[T
     """Return the prescribed motion of a joint, one function for each of its coordinates."""
     if table.motion is None:
         return None
-    count = max(1, SCALARS[table.type])  # where there is none, the joint says so
+    count = max(1, SCALARS[table.type])  # a joint without coordinates reports the error
     laws = [time_function("motion", value, folder) for value in _list("motion", table.motion, count)]
     return laws[0] if len(laws) == 1 else tuple(laws)
 
@@ -148,16 +151,16 @@ def _list(key: str, value: Any, count: int) -> list:
     """Return one value for each of `count` coordinates; pieces of a function of time are one value."""
     if value is None or value == 0.0:
         return [value] * count
-    values = value if several(value) else [value]
+    values = value if has_several_values(value) else [value]
     if len(values) != count:
-        raise InputError(f"{key} has {len(values)} value(s), but the joint has {count} coordinate(s) to take it")
+        raise InputError(f"{key} has {len(values)} value(s), but the joint has {count} coordinate(s)")
     return values
 
 
 def _friction(value: Any) -> dict[str, float]:
     if not value or isinstance(value, float):
         return {"friction": value or 0.0}
-    return {"friction": value.level, "sliding": value.sliding}
+    return {"friction": value.coulomb, "transition_velocity": value.transition_velocity}
 
 
 def _limits(table: LimitsTable | None) -> dict[str, float]:
@@ -168,7 +171,7 @@ def _limits(table: LimitsTable | None) -> dict[str, float]:
 
 
 def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[Load, ...]:
-    """Return all loads of a pipeline file but jets."""
+    """Return all loads of a pipeline file except jets."""
     loads: list[Load] = []
     for name, table in pipeline.forces.items():
         with naming(f"force {name!r}"):
@@ -204,7 +207,7 @@ def read_orbit(table: OrbitTable | None) -> Orbit | None:
     if table is None:
         return None
     with naming("orbit"):
-        others = {key: getattr(table, key) for key in ("inclination", "argument", "planet_spin")}
+        others = {key: getattr(table, key) for key in ("inclination", "argument_of_latitude", "planet_spin")}
         others["dipole"] = Dipole(**table.dipole.model_dump()) if table.dipole else None
         if table.rate is not None:
             return Orbit(rate=table.rate, **others)
@@ -234,9 +237,9 @@ def _spring(name: str, table: AxialSpringTable, folder: Path) -> AxialSpring:
         between=tuple(table.between),
         stiffness=table.stiffness,
         damping=table.damping,
-        length=table.length,
+        free_length=table.free_length,
         position=np.array(table.position),
-        pull=time_function("pull", table.pull, folder),
+        actuator_force=time_function("actuator_force", table.actuator_force, folder),
         tension_only=table.tension_only,
     )
 
@@ -254,15 +257,15 @@ def _bushing(name: str, table: BushingTable) -> Bushing:
         between=tuple(table.between),
         stiffness=np.array(table.stiffness),
         damping=np.array(table.damping),
-        rest_position=np.array(table.rest_position),
-        rest_rotation=rotation_matrix(table.rest_rotation),
+        free_position=np.array(table.free_position),
+        free_rotation=rotation_matrix(table.free_rotation),
         position=np.array(table.position),
         rotation=rotation_matrix(table.rotation),
     )
 
 
 def _rods(name: str, table: ImmersedTable, water: WaterTable | None, bodies: dict[str, FlexibleBody]) -> list[Load]:
-    """Return a rod for each body whose name fits the pattern."""
+    """Return a rod for each body whose name matches the pattern."""
     if water is None:
         raise InputError("there is no water; add [environment.water] with density and current")
     found = [body for body in bodies if fnmatchcase(body, table.bodies)]

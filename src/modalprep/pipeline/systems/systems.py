@@ -12,7 +12,7 @@ from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.multibody.deploying.simulate import deployment_channels, simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
-from modalprep.multibody.free_body.flight import fly_system
+from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
@@ -36,7 +36,7 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """The system, its runs by label, the first is the main one, and the files written."""
+    """The system, its runs by label (the main one first), and the files written."""
 
     system: System | DeployingSystem
     runs: dict[str, Result]
@@ -51,7 +51,7 @@ def simulate_pipeline(
     *,
     target: Path | None = None,
     geometric_stiffness: bool = True,
-    dense: bool = False,
+    reference: bool = False,
 ) -> Simulated:
     """Run the simulation part of a pipeline file; write HDF5 and CSV.
 
@@ -72,7 +72,9 @@ def simulate_pipeline(
         theory = "no_geometric_stiffness"
     others = ["no_geometric_stiffness"] if pipeline.simulation.compare_conventional else []
     variants = {LABELS[name]: in_theory(system, name) for name in [theory, *others]}
-    runs = {label: _simulate(path, label, variant, pipeline, reporter, dense) for label, variant in variants.items()}
+    runs = {
+        label: _simulate(path, label, variant, pipeline, reporter, reference) for label, variant in variants.items()
+    }
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
@@ -84,7 +86,7 @@ def simulate_pipeline(
 
 
 def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
-    """Return the system with its bodies as a theory of deformation takes them.
+    """Return the system with its bodies by a theory of deformation.
 
     Examples
     --------
@@ -106,22 +108,22 @@ def _csv_beside(target: Path) -> Path:
 
 
 def _simulate(
-    path: Path, label: str, system: System | DeployingSystem, pipeline: Pipeline, reporter: Reporter, dense: bool
+    path: Path, label: str, system: System | DeployingSystem, pipeline: Pipeline, reporter: Reporter, reference: bool
 ) -> Result:
     s = pipeline.simulation
     with reporter.progress(f"{path.name}: {label}", s.t_end) as progress:
         span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
         if isinstance(system, DeployingSystem):
-            if dense:
-                raise InputError("[deployments] have no dense twin; leave --dense out")
+            if reference:
+                raise InputError("[deployments] have no reference implementation; leave out --reference")
             run = simulate_deployment(system, **span, atol=s.atol, method=s.method, progress=progress)
         elif s.variables == "joint":
             events = read_events(pipeline.events)
             run = simulate(
-                system, **span, atol=s.atol, method=s.method, events=events, dense=dense, progress=progress
+                system, **span, atol=s.atol, method=s.method, events=events, reference=reference, progress=progress
             )  # fmt: skip
         else:
-            run = fly_system(system, **span, variables=s.variables)
+            run = simulate_free_system(system, **span, variables=s.variables)
     reporter.say(
         f"  {run.message}; {run.stats['steps']:.0f} steps, "
         f"energy balance to {run.stats['energy_error']:.0e} of its largest part"
@@ -133,7 +135,7 @@ def _refuse_unknown_channels(pipeline: Pipeline, system: System, path: Path) -> 
     with naming(path):
         known = _first_channels(pipeline.simulation, system)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
-        plotted += [f"{plot.seen_from}.origin" for plot in pipeline.plots if plot.seen_from is not None]
+        plotted += [f"{plot.relative_to}.origin" for plot in pipeline.plots if plot.relative_to is not None]
         for name in [*pipeline.simulation.output, *plotted]:
             known[name]
 
@@ -144,7 +146,9 @@ def _first_channels(table: SimulationTable, system: System) -> Result:
     if table.variables == "joint":
         return start_channels(system, table.t_end)
     step = min(table.output_step, table.t_end)
-    return fly_system(in_theory(system, table.chosen_theory), t_end=step, output_step=step, variables=table.variables)
+    return simulate_free_system(
+        in_theory(system, table.chosen_theory), t_end=step, output_step=step, variables=table.variables
+    )
 
 
 def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
@@ -167,7 +171,7 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
-    """Let bodies of equal inputs share one record, so that the kernel stores their arrays once."""
+    """Use one record for equal bodies, so that the kernel stores their arrays once."""
     first: dict[tuple, FlexibleBody] = {}
     return {
         name: first.setdefault((body.name, *sorted(body.provenance.items())), body) if body.provenance else body
@@ -189,6 +193,6 @@ def _joint(name: str, table: JointTable, folder: Path) -> Joint:
             rotation=rotation_matrix(table.rotation),
             motion=prescribed_motion(table, folder),
             elements=hinge_elements(table, folder),
-            hold=table.hold,
+            keep_start=table.keep_start,
             **start,
         )

@@ -1,1 +1,1 @@
-"""Pictures and films of meshes, modes and systems, drawn off screen."""
+"""Pictures and animations of meshes, modes and systems, drawn off screen."""

@@ -1,4 +1,4 @@
-"""A mode that moves, as a GIF or an MP4."""
+"""Animation of a mode as a GIF or an MP4."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from modalprep.report.pictures.colour import node_colour
 if TYPE_CHECKING:
     from PIL import Image
 
-SIZE = (720, 540)  # both even, as video wants them
+SIZE = (720, 540)  # both even, as required for video
 PERIOD = 1.5  # s
-REPEATS = 4  # periods in a video, which does not start again by itself
+REPEATS = 4  # periods in a video, which does not repeat
 
 
 def animate_mode(
@@ -33,7 +33,7 @@ def animate_mode(
 ) -> Path:
     """Write one period of a mode as a GIF that repeats, or a few periods as an MP4.
 
-    The colour is the displacement, or the density of strain energy, of the moment. The file is whole or absent.
+    The colour is the current displacement or density of strain energy. The file is written completely or not at all.
 
     Parameters
     ----------
@@ -47,6 +47,11 @@ def animate_mode(
         Of one period.
     size : (int, int)
         Width and height in pixels; even numbers for an .mp4.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -69,7 +74,7 @@ def animate_mode(
 
 
 def check_target(path: str | Path, frames: int = 2) -> Path:
-    """Refuse an animation that cannot be written, before it is drawn."""
+    """Refuse an animation that cannot be written."""
     path = Path(path)
     if path.suffix.lower() not in (".gif", ".mp4"):
         raise InputError(f"cannot write {path}: an animation is a .gif or an .mp4 file")
@@ -78,7 +83,7 @@ def check_target(path: str | Path, frames: int = 2) -> Path:
     if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
         raise RenderError(
             f"cannot write {path}: an MP4 needs the package imageio-ffmpeg (pip install 'modalprep[video]'); "
-            "a .gif needs nothing more"
+            "a .gif needs no other package"
         )
     return path
 
@@ -96,7 +101,7 @@ def write_frames(images: list[np.ndarray], path: Path, period: float, repeats: i
 def _frames(
     body: FlexibleBody, mode: int, scale: float, colour: str, count: int, size: tuple[int, int]
 ) -> list[np.ndarray]:
-    """Draw one period, from rest; the camera holds both extremes."""
+    """Draw one period from rest, with both extremes in view."""
     amount = node_colour(body, mode, colour)
     swing = scale * body.shape[:, :, mode - 1]
     plotter = render.framed_plotter(body, size, np.concatenate([body.points + swing, body.points - swing]), mode)
@@ -128,7 +133,7 @@ def _palette(images: list[np.ndarray]) -> Image.Image:
 
     mark = np.array(ImageColor.getrgb(render.MARK))
     common = np.array(Image.fromarray(np.concatenate(images)).quantize(250).getpalette()).reshape(-1, 3)[:250]
-    common[(common > 245).all(axis=1)] = 255  # the mean of white and almost white is not white
+    common[(common > 245).all(axis=1)] = 255  # averaging makes white slightly grey
     extra = np.concatenate([[[255] * 3], np.outer([0.6, 0.75, 0.9, 1.0, 1.15], mark).clip(0, 255)])
     colours = np.concatenate([common, extra]).astype(int)
     image = Image.new("P", (1, 1))

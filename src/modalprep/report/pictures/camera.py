@@ -1,4 +1,4 @@
-"""Where to look at a body from, so that its motion is seen and the picture is full."""
+"""Camera position for a body, from which its motion is visible and fills the picture."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ FRAME = (0.05, 0.13, 0.93, 0.89)  # left, bottom, right, top of the picture that
 
 
 def aim(plotter, seen: np.ndarray, points: np.ndarray, shape: np.ndarray | None) -> None:
-    """Turn the camera of a plotter to the body and fit the picture to the points `seen` (n, 3).
+    """Point the camera of a plotter at the body and fit the picture to the points `seen` (n, 3).
 
     Parameters
     ----------
     points : (n_points, 3)
         The undeformed nodes.
     shape : (n_points, 3), optional
-        The displacement that is to be seen.
+        The displacement to show.
     """
     look(plotter, seen, *view(points, shape))
 
 
 def look(plotter, seen: np.ndarray, towards: np.ndarray, up: np.ndarray) -> None:
-    """Turn the camera of a plotter to see the points ``seen (n, 3)`` from the unit vector `towards`, with `up` (3,)."""
+    """Point the camera of a plotter at the points ``seen (n, 3)`` from the unit vector `towards`, with `up` (3,)."""
     right = np.cross(up, towards)
     across, along = seen @ right, seen @ up
     height, shift = _fit(np.ptp(across), np.ptp(along), plotter.window_size[0] / plotter.window_size[1])
@@ -37,7 +37,7 @@ def look(plotter, seen: np.ndarray, towards: np.ndarray, up: np.ndarray) -> None
 
 
 def _fit(width: float, height: float, aspect: float) -> tuple[float, np.ndarray]:
-    """Return the height of the picture, and the way from the body's middle to the picture's (right, up)."""
+    """Return the height of the picture and the offset (right, up) from the body's centre to that of the picture."""
     left, bottom, right, top = FRAME
     tall = max(height / (top - bottom), width / (right - left) / aspect) or 1.0
     return tall, -tall * np.array([aspect * ((left + right) / 2 - 0.5), (bottom + top) / 2 - 0.5])
@@ -85,7 +85,7 @@ def _positive(v: np.ndarray) -> np.ndarray:
 
 
 def upright_camera(towards: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the unit direction towards the camera, and what is up in the picture, normal to it."""
+    """Return the unit direction towards the camera, and the up direction of the picture, normal to it."""
     towards = towards / np.linalg.norm(towards)
     up = up - (up @ towards) * towards
     return towards, up / np.linalg.norm(up)

@@ -1,4 +1,4 @@
-"""What the colour of a mode picture says: how far each node moves, or how densely it strains."""
+"""Colour of a mode picture: nodal displacement or strain energy density."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from modalprep.report.pictures.motion import largest_displacement
 
 WORDS = {"displacement": "displacement / largest", "energy": "root of strain energy density"}
 SOLID = ("tetra", "pyramid", "wedge", "hexahedron")
-FULL = 0.9  # share of the strain energy that lies where the density is on the scale; notches are above
+FULL = 0.9  # fraction of the strain energy in cells on the scale; the density at notches exceeds it
 
 
 def node_colour(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     """Return the value of each node (n_points,) in a picture of `mode` (counted from 1), from 0 to 1.
 
     The displacement is divided by the largest; the root of the strain energy per volume by that above which a tenth of
-    the energy lies. Both are means of the cells around a node. A spring counts as a cell of middling volume.
+    the energy lies. Both are means of the cells around a node. A spring counts as a cell of median volume.
 
     Raises
     ------
@@ -42,13 +42,13 @@ def node_colour(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
 
 
 def colours(body: FlexibleBody) -> dict[str, str]:
-    """Return the colours that the body can have, and what their scales say."""
+    """Return the available colours of a body with the description of their scales."""
     known = body.energy and body.volume
     return WORDS if known else {"displacement": WORDS["displacement"]}
 
 
 def refuse_colour(body: FlexibleBody, colour: str) -> None:
-    """Refuse a colour that is unknown, or that the body cannot have."""
+    """Refuse a colour that is unknown or not available for the body."""
     if colour not in WORDS:
         raise InputError(f"colour {colour!r} is not one of {', '.join(WORDS)}")
     if colour not in colours(body):
@@ -64,7 +64,7 @@ def _strain(body: FlexibleBody, k: int) -> np.ndarray:
     springs = {kind: _middling(body) * (own > 0) for kind, own in energy.items()}
     volume = {kind: np.where(own > 0, own, springs[kind]) for kind, own in body.volume.items()}
     density = _at_nodes(body, energy, volume)
-    # solids once more over their neighbours: in a bent one, cells at the surface strain more than those inside
+    # solids are averaged once more: in bending, cells at the surface strain more than those inside
     solid = {kind: nodes for kind, nodes in body.cells.items() if kind.startswith(SOLID)}
     energy |= {kind: volume[kind] * density[nodes].mean(axis=1) for kind, nodes in solid.items()}
     density = _at_nodes(body, energy, volume)
@@ -83,7 +83,7 @@ def _at_nodes(body: FlexibleBody, energy: dict[str, np.ndarray], volume: dict[st
 
 
 def _high(body: FlexibleBody, density: np.ndarray, energy: dict[str, np.ndarray]) -> float:
-    """Density up to which the share `FULL` of the energy lies."""
+    """Density below which the fraction `FULL` of the energy lies."""
     of_cells = np.concatenate([density[nodes].max(axis=1) for nodes in body.cells.values()])
     energies = np.concatenate([energy[kind] for kind in body.cells])
     order = np.argsort(of_cells)

@@ -1,4 +1,4 @@
-"""Off-screen picture of a mesh with what its quality check found."""
+"""Off-screen picture of a mesh with the findings of its quality check."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import numpy as np
 
 from modalprep.report.pictures import render
 
-EDGE = "#3c4f5b"  # darker than in other pictures: here the elements are what one looks at
+EDGE = "#3c4f5b"  # darker than in other pictures, to show the elements
 COLOURS = {"error": "#d62728", "warning": "#f07f00"}
 MATT = {"ambient": 0.4, "diffuse": 0.65}
-LIFT = 2e-3  # of the body's depth: so far edges lie before their faces
-SHOWN = 400  # markers of one finding, at most
+LIFT = 2e-3  # of the body's depth: offset of edges in front of their faces
+SHOWN = 400  # maximum number of markers of one finding
 SMALL = 3.0  # radii of a marker: smaller cells get one
 ROOM = 0.1  # of the body's size: nodes further outside are not drawn
-LEGEND = 9  # findings named in the picture, at most
+LEGEND = 9  # maximum number of findings named in the picture
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """What the drawing functions of `report` need of a body: its mesh."""
+    """Interface of a body for the drawing functions of `report`: its mesh."""
 
     name: str
     points: np.ndarray
@@ -47,11 +47,16 @@ def render_findings(
     ----------
     points : (n_points, 3) float
     cells : {cell type: (n_cells, n_nodes) int}
-        meshio's types; points are not drawn, nor cells with nodes that are nowhere.
+        meshio's types; points are not drawn, nor cells with nodes without finite position.
     findings : sequence of Finding
         Of `check_mesh`: severity, count, kind, cells (rows of `cells`), edges and nodes are read.
     path : path
         A .png or .jpg file.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -99,9 +104,9 @@ def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
 
 
 def _towards(plotter, body: Body) -> np.ndarray:
-    """Return the vector to the camera as long as the body is deep.
+    """Return the vector to the camera with the length of the body's depth.
 
-    In the parallel projection a flaw inside the body is seen unchanged when it is moved along it.
+    In the parallel projection a defect inside the body can be moved along it to the front without visible change.
     """
     camera = plotter.camera
     direction = np.array(camera.position) - camera.focal_point
@@ -140,7 +145,7 @@ def _add_cells(plotter, bad: Body, style: dict[str, Any], towards: np.ndarray) -
 
 
 def _small_cells(bad: Body, limit: float) -> np.ndarray:
-    """Return the centres of cells too thin or too short to be seen."""
+    """Return the centres of cells too thin or too short to be visible."""
     found = [np.zeros((0, 3))]
     for kind, conn in bad.cells.items():
         corners = bad.points[conn]

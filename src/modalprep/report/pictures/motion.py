@@ -1,17 +1,17 @@
-"""How far a mode moves the nodes of the mesh."""
+"""Largest nodal displacement of modes."""
 
 from __future__ import annotations
 
 import numpy as np
 
-NOISE = 1e-6  # of the largest displacement of any mode: below, nodes turn without moving
+NOISE = 1e-6  # of the largest displacement of any mode: below it the mode has rotations only
 
 
 def largest_displacement(shape: np.ndarray) -> np.ndarray:
-    """Return the largest displacement of each mode, 0 where it is rounding only.
+    """Return the largest displacement of each mode, 0 where it is round-off.
 
-    A straight beam in torsion turns its nodes and moves none; what its shape then holds is noise,
-    which no picture must enlarge.
+    A straight beam in torsion has nodal rotations only; its displacements are then round-off, which pictures must not
+    amplify.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def largest_displacement(shape: np.ndarray) -> np.ndarray:
 
 
 def unseen_modes(shape: np.ndarray) -> list[int]:
-    """Return the modes, counted from 1, that move no node.
+    """Return the modes, counted from 1, without nodal displacement.
 
     Examples
     --------

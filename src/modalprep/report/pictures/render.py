@@ -27,7 +27,7 @@ plotter = pyvista.Plotter(off_screen=True, window_size=(32, 32))
 plotter.add_mesh(pyvista.Sphere())
 sys.exit(0 if plotter.screenshot(return_img=True).std() > 0 else "blank")
 """
-PATIENCE = 120  # s; the first import of VTK from a cold network disk takes most of a minute
+PATIENCE = 120  # s; the first import of VTK from a network disk takes most of a minute
 ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
 SHARE = 0.12  # largest displacement shown, of the body's size
 BALL = 0.016  # radius of an interface's mark, of half the picture's height
@@ -38,12 +38,12 @@ PICTURES = (".png", ".jpg", ".jpeg")
 
 @cache
 def drawing_problem() -> str | None:
-    """Return why this machine cannot draw, in one sentence, or None when it can.
+    """Return the reason why this machine cannot draw, or None if it can.
 
-    A VTK without EGL ends the process, so a subprocess tries first; what worked there is set up here.
-    The answer is kept for the life of the process.
+    A VTK without EGL terminates the process, so that a subprocess tries first; its working setup is used here. The
+    result is kept for the lifetime of the process.
     """
-    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # Mesa otherwise writes its search for devices to the terminal
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # otherwise Mesa writes its device search to the terminal
     problem = ""
     for window in ("vtkEGLRenderWindow", None):
         problem = _attempt(window)
@@ -55,7 +55,7 @@ def drawing_problem() -> str | None:
 
 
 def _attempt(window: str | None) -> str:
-    """Draw a sphere in a subprocess with this kind of window; return what went wrong."""
+    """Draw a sphere in a subprocess with this kind of window; return the error."""
     environment = os.environ | ({WINDOW: window} if window else {})
     try:
         done = subprocess.run(
@@ -87,6 +87,11 @@ def render_mode(
     ----------
     colour : {"displacement", "energy"}
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
@@ -106,6 +111,11 @@ def render_mode(
 def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
     """Draw the undeformed mesh with its interfaces.
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError
@@ -120,7 +130,7 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
         drawn = plotter.add_mesh(edges(body, body.points), color=EDGE, line_width=1)
-        # less towards the camera than VTK's habit, by which the edges behind a silhouette peep over it
+        # a smaller offset than VTK's default, with which edges behind a silhouette become visible
         drawn.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(1.0, 2.0)
     if beams is not None:
         plotter.add_mesh(beams, color=BODY_COLOUR, smooth_shading=True, ambient=0.25)
@@ -192,7 +202,7 @@ def add_ghost(plotter, body: FlexibleBody) -> None:
 def add_deformed(
     plotter, body: FlexibleBody, mode: int, scale: float, amount: np.ndarray, phase: float = 1.0, *, names=True
 ) -> None:
-    """Add the body at its modal coordinate `scale * phase`, coloured by `amount` (n_points,), in place of the last."""
+    """Add or replace the body at its modal coordinate `scale * phase`, coloured by `amount` (n_points,)."""
     from modalprep.report.pictures.surface import surface, tubes
 
     displacement = phase * scale * body.shape[:, :, mode - 1]
@@ -217,7 +227,7 @@ def _add_bar(plotter, words: str) -> None:
 
 
 def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: bool = True) -> None:
-    """Mark the interfaces by balls over the body (a bolt's centre lies inside its hole) and by their names."""
+    """Mark the interfaces by spheres drawn over the body (a bolt's centre lies inside its hole) and by their names."""
     places, camera = np.array(places, dtype=float), plotter.camera
     radius = BALL * camera.parallel_scale
     actor = plotter.add_mesh(spheres(places, radius), name="balls", color=MARK, ambient=0.4, reset_camera=False)
@@ -234,14 +244,14 @@ def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: b
 
 
 def spheres(places: np.ndarray, radius: float):
-    """Return a mesh of balls at the places (k, 3)."""
+    """Return a mesh of spheres at points (k, 3)."""
     import pyvista
 
     return pyvista.PolyData(places).glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
 
 
 def save_picture(plotter, path: str | Path) -> Path:
-    """Write what a plotter shows and close it; the file is whole or absent."""
+    """Write the picture of a plotter and close it; the file is written completely or not at all."""
     from PIL import Image
 
     path = Path(path)

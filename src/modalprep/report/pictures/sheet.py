@@ -21,7 +21,7 @@ INK, LINE = "#1d2733", "#c3ccd4"
 def contact_sheet(
     body: FlexibleBody, path: str | Path, *, colour: str = "displacement", columns: int | None = None
 ) -> Path:
-    """Draw every mode small, with its number and frequency: in colour over the undeformed body.
+    """Draw a thumbnail of every mode with its number and frequency, in colour over the undeformed body.
 
     Parameters
     ----------
@@ -30,7 +30,12 @@ def contact_sheet(
         A .png or .jpg file.
     colour : {"displacement", "energy"}
     columns : int, optional
-        Pictures in a row; by default the sheet is a little wider than high.
+        Pictures in a row; by default the sheet is slightly wider than high.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -79,7 +84,7 @@ def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tu
 
 
 def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
-    """Draw one mode without words."""
+    """Draw one mode without text."""
     scale, amount = render.shown_scale(body, mode), node_colour(body, mode, colour)
     plotter = render.framed_plotter(body, TILE, body.points + scale * body.shape[:, :, mode - 1], mode, text=False)
     try:
@@ -91,7 +96,7 @@ def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
 
 
 def _add_head(sheet, pen, body: FlexibleBody, colour: str) -> None:
-    """Write name and number of modes; where there is room, explain the colours."""
+    """Write name and number of modes and, if there is room, the colour legend."""
     from matplotlib import colormaps
     from PIL import Image, ImageFont
 

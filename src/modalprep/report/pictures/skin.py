@@ -25,14 +25,14 @@ SHARP = np.cos(np.radians(30))
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """What is seen of a mesh, as node numbers.
+    """Visible parts of a mesh, as node numbers.
 
     Attributes
     ----------
     triangles : (n, 3) int
         The outer faces of solids and all shells, through their mid-side nodes.
     edges, outline : (n, 2) int
-        Element edges on the surface; those of them where it ends or folds.
+        Element edges on the surface; those at its boundary and at sharp folds.
     lines : (n, 2) int
         Beams and trusses.
     """
@@ -104,7 +104,7 @@ def _rings(kind: str, nodes: np.ndarray) -> Iterator[np.ndarray]:
 
 
 def _outer(rings: np.ndarray) -> np.ndarray:
-    """Return the faces that only one solid has."""
+    """Return the faces that belong to one solid only."""
     corners = np.sort(rings[:, :4], axis=1)
     order = np.lexsort(corners.T)
     twin = (corners[order][1:] == corners[order][:-1]).all(axis=1)
@@ -123,7 +123,7 @@ def _triangles(rings: np.ndarray) -> np.ndarray:
 
 
 def _sides(points: np.ndarray, rings: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return each side once as its two halves (n, 2), or the whole and -1; and whether the surface is sharp there."""
+    """Return each side once as its two halves (n, 2), or as a whole and -1, and whether it is a sharp edge."""
     after = np.where(rings[:, [1, 2, 3, 0]] >= 0, rings[:, [1, 2, 3, 0]], rings[:, [0]])
     sides = np.stack([rings[:, :4], rings[:, 4:8], after], axis=2)
     normal = np.broadcast_to(_normals(points, rings)[:, None], (len(rings), 4, 3))
@@ -152,7 +152,7 @@ def _normals(points: np.ndarray, rings: np.ndarray) -> np.ndarray:
 
 
 def simplified(points: np.ndarray, skin: Skin, limit: int) -> Skin:
-    """Return a skin of at most `limit` triangles: nodes in one box of a grid become the first of them.
+    """Return a skin of at most `limit` triangles: nodes in one box of a grid are merged into the first.
 
     Examples
     --------

@@ -2,30 +2,13 @@
 
 from __future__ import annotations
 
+import meshio
 import numpy as np
 import pyvista
-from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
 
-# meshio name: VTK cell type, and type and number of nodes of the same cell without its mid-side nodes
-CELLS = {
-    "triangle": (5, 5, 3),
-    "quad": (9, 9, 4),
-    "tetra": (10, 10, 4),
-    "hexahedron": (12, 12, 8),
-    "wedge": (13, 13, 6),
-    "pyramid": (14, 14, 5),
-    "triangle6": (22, 5, 3),
-    "quad8": (23, 9, 4),
-    "tetra10": (24, 10, 4),
-    "hexahedron20": (25, 12, 8),
-    "wedge15": (26, 13, 6),
-    "pyramid13": (27, 14, 5),
-    "quad9": (28, 9, 4),
-    "hexahedron27": (29, 12, 8),
-}
 ORDER = {"line": [0, 1], "line3": [0, 2, 1]}  # along the beam: meshio puts the middle node last
 
 
@@ -35,7 +18,7 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
     Parameters
     ----------
     points : (n_points, 3)
-        The nodes, perhaps displaced.
+        The nodes, possibly displaced.
     amount : (n_points,), optional
         Scalar ``amount`` of each node, for its colour.
 
@@ -44,40 +27,32 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
     RenderError
         When a cell type cannot be drawn.
     """
-    cells = {kind: nodes for kind, nodes in body.cells.items() if kind not in ORDER and kind != "vertex"}
-    unknown = sorted(cells.keys() - CELLS.keys())
-    if unknown:
-        raise RenderError(f"cells of type {', '.join(unknown)} cannot be drawn; known are {', '.join(CELLS)}")
-    if not any(len(nodes) for nodes in cells.values()):
+    grid = _grid(body, points)
+    if not grid.n_cells:
         return None
-    grid = pyvista.UnstructuredGrid({CELLS[kind][0]: nodes for kind, nodes in cells.items()}, np.array(points))
     if amount is not None:
         grid["amount"] = amount
-    return _skin(grid)
+    return _skin(grid, 1)
 
 
 def edges(body: FlexibleBody, points: np.ndarray) -> pyvista.PolyData:
     """Return the element edges on the surface, straight between corner nodes."""
-    grid = pyvista.UnstructuredGrid(_linear(body), np.array(points))
-    return _skin(grid).extract_all_edges()
+    return _skin(_grid(body, points), 0).extract_all_edges()
 
 
-def _linear(body: FlexibleBody) -> dict[int, np.ndarray]:
-    """Return {VTK type: corner nodes}; two kinds may share a linear type."""
-    parts: dict[int, list[np.ndarray]] = {}
-    for kind, nodes in body.cells.items():
-        if kind in CELLS:
-            _, linear, count = CELLS[kind]
-            parts.setdefault(linear, []).append(nodes[:, :count])
-    return {linear: np.concatenate(blocks) for linear, blocks in parts.items()}
+def _grid(body: FlexibleBody, points: np.ndarray) -> pyvista.UnstructuredGrid:
+    cells = [(kind, nodes) for kind, nodes in body.cells.items() if kind not in ORDER and kind != "vertex"]
+    try:
+        return pyvista.from_meshio(meshio.Mesh(np.array(points), [block for block in cells if len(block[1])]))
+    except KeyError as error:
+        raise RenderError(f"cells of type {error.args[0]} cannot be drawn") from None
 
 
-def _skin(grid: pyvista.UnstructuredGrid) -> pyvista.PolyData:
-    skin = vtkDataSetSurfaceFilter()
-    skin.SetInputData(grid)
-    skin.SetNonlinearSubdivisionLevel(1)  # one cut at the mid-side nodes
-    skin.Update()
-    return pyvista.wrap(skin.GetOutput())
+def _skin(grid: pyvista.UnstructuredGrid, cuts: int) -> pyvista.PolyData:
+    """Return the outer faces, each side cut so many times at its mid-side node."""
+    return grid.extract_surface(
+        algorithm="dataset_surface", nonlinear_subdivision=cuts, pass_pointid=False, pass_cellid=False
+    )
 
 
 def lines(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = None) -> pyvista.PolyData | None:

@@ -1,4 +1,4 @@
-"""A simulated system that moves, as a GIF or an MP4."""
+"""Animation of a simulated system as a GIF or an MP4."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
 from modalprep.report.pictures.render import BALL, BODY_COLOUR, MARK, TUBE, drawing_problem, spheres
 
-FLAT = 0.15  # extent of the motion across a plane, over that in it, of a system seen square-on
+FLAT = 0.15  # extent of the motion normal to a plane over that in it, below which the plane is viewed square-on
 TILT = 0.1
-SHOWN = 2.0  # body sizes of deflection: a diverging run is shown so far
+SHOWN = 2.0  # deflection in body sizes up to which a diverging run is shown
 GROUND_COLOUR, PATH = "#5b7486", "#c3ccd4"
 STYLE = {"smooth_shading": True, "ambient": 0.25, "reset_camera": False}
 
@@ -32,10 +32,10 @@ def animate_system(
     frames: int = 60,
     size: tuple[int, int] = SIZE,
 ) -> Path:
-    """Write a run as a film: every body's mesh with its deflection, interfaces as balls, time in the corner.
+    """Write a run as an animation: every body's mesh with its deflection, interfaces as spheres, time in the corner.
 
-    Deflections are those of the run, to first order in the modal coordinates, coloured by their size. Of a diverging
-    run the part is shown in which bodies bend by less than twice their size.
+    Deflections are those of the run, to first order in the modal coordinates, coloured by their size. A diverging
+    run is shown while deflections are below twice the body size.
 
     Parameters
     ----------
@@ -44,9 +44,14 @@ def animate_system(
     path : path
         A .gif, or an .mp4 where the package imageio-ffmpeg is installed.
     seconds : float
-        Length of the film, s.
+        Duration, s.
     frames : int
-        Pictures in it.
+        Number of frames.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -74,12 +79,12 @@ def animate_system(
             raise InputError(f"the result has no motion of body {name!r}; simulate the same system")
     if problem := drawing_problem():
         raise RenderError(problem)
-    film = _Film(system, result, frames)
+    film = _Animation(system, result, frames)
     return write_frames(film.draw(size), path, seconds)
 
 
-class _Film:
-    """The bodies of a run at the times of the pictures."""
+class _Animation:
+    """The bodies of a run at the times of the frames."""
 
     def __init__(self, system: System, result: Result, frames: int) -> None:
         self.system, self.result = system, result
@@ -130,7 +135,7 @@ class _Film:
             plotter.close()
 
     def _still(self, plotter) -> None:
-        """Add what does not move: joints on the ground, the paths of the outermost interfaces, the colour bar."""
+        """Add the fixed parts: joints on the ground, the paths of the outermost interfaces, the colour bar."""
         import pyvista
 
         if len(self.ground):
@@ -176,7 +181,7 @@ def _last_shown(system: System, bends: dict[str, list[np.ndarray]]) -> int:
 
 
 def _add_body(plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, largest: float, radius: float):
-    """Add a body in place of its last picture, a flexible one coloured by its deflection; returns what was drawn."""
+    """Add a body in place of its last frame, a flexible one coloured by its deflection; returns its actors."""
     from modalprep.report.pictures.surface import surface, tubes
 
     style = {**STYLE, "color": BODY_COLOUR}

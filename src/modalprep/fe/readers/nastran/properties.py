@@ -40,7 +40,7 @@ def bar(shop: Shop, card: Card, section: Section) -> Beam | Truss:
         kz=(k1 or RIGID) * factor,
         ky=(k2 or RIGID) * factor,
         nsm=nsm,
-        shear=bool(k1 or k2),
+        theory="timoshenko" if k1 or k2 else "euler-bernoulli",
         fibres=tuple((y * m, z * m) for y, z in section.fibres),
     )
 
@@ -130,7 +130,7 @@ def spring(shop: Shop, card: Card, k: list[float], location: float = 0.5) -> Spr
     """Return a spring of six stiffnesses in deck units (force is mass length / s^2)."""
     mass, turning = shop.units.mass, shop.units.mass * shop.units.length**2
     si = tuple(value * (mass if i < 3 else turning) for i, value in enumerate(k))
-    return made(card, Spring, k=si, location=location)
+    return made(card, Spring, translation=si[:3], rotation=si[3:], location=location)
 
 
 BUILDERS: dict[str, Callable[[Shop, Card], Property]] = {

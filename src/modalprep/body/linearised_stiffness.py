@@ -11,13 +11,14 @@ from modalprep.errors import InputError
 from modalprep.vectors import skew
 
 
-def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None) -> FlexibleBody:
-    """Return the body with the geometric stiffness of one steady motion, linearised: constant, in modes that hold it.
+def linearised_geometric_stiffness(
+    body: FlexibleBody, spin: np.ndarray, acceleration: np.ndarray | None = None
+) -> FlexibleBody:
+    """Return the body with the geometric stiffness linearised about one steady motion, included in new modes.
 
     ``K + W_ab Kg_W_ab + A_a Kg_A_a`` with ``W = w~ w~`` of that motion is diagonalised to new modes; the geometric
-    stiffness itself is left out, and so is T but for the modal mass at the steady deflection. At that motion the
-    frequencies are those of the full body, at others they are not. Damping becomes the diagonal of the old one in the
-    new modes.
+    stiffness itself is dropped, as is T except for the modal mass at the steady deflection. At that motion, but not at
+    others, the frequencies are those of the full body. Damping is the diagonal of the old one in the new modes.
 
     Parameters
     ----------
@@ -26,18 +27,27 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
     acceleration : (3,)
         Specific acceleration of the root in the body frame, m/s^2.
 
+    Returns
+    -------
+    FlexibleBody
+        In the modes under that motion, with constant stiffness.
+
     Raises
     ------
     InputError
         When the body buckles under the motion.
+
+    References
+    ----------
+    A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, chapter 6; theory 4.4 and 4.7.
 
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
     >>> from modalprep.multibody.analysis.spin import spin_modes
     >>> body, spin = uniform_beam(modes=4), np.array([0, 0, 6.0])
-    >>> frozen = frozen_stiffness(body, spin)
-    >>> bool(np.allclose(spin_modes(frozen, spin).frequency, spin_modes(body, spin).frequency))
+    >>> linearised = linearised_geometric_stiffness(body, spin)
+    >>> bool(np.allclose(spin_modes(linearised, spin).frequency, spin_modes(body, spin).frequency))
     True
     """
     w = skew(np.asarray(spin, dtype=float))
@@ -47,7 +57,7 @@ def frozen_stiffness(body: FlexibleBody, spin: np.ndarray, acceleration: np.ndar
     q0 = -np.linalg.solve(np.diag(body.K) + Kg + np.einsum("ab,abij->ij", w @ w, body.P), load)
     K, Y = eigh(np.diag(body.K) + (Kg + Kg.T) / 2, steady_mass(body, q0))
     if not np.all(K > 0):
-        raise InputError(f"body {body.name!r} buckles under this motion: it has no frozen stiffness")
+        raise InputError(f"body {body.name!r} buckles under this motion; its stiffness cannot be linearised about it")
     plain = body.conventional()
     changed = {name: getattr(plain, name) @ Y for name in ("S", "H", "phi", "psi", "shape")}
     return plain.with_(

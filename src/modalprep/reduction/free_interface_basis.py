@@ -14,8 +14,9 @@ from modalprep.reduction.notes import completeness, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
+from modalprep.suggest import refuse_other
 
-RIGID = 1e-6  # w^2 of a rigid motion over that of the body held at its root
+RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
 
 
 def free_interface(
@@ -28,9 +29,8 @@ def free_interface(
 ) -> Reduction:
     """Reduce to free-free modes and the residual attachment modes of every interface (MacNeal, Rubin, Craig-Chang).
 
-    The static answer to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
+    The static response to forces and moments on the interfaces is exact, inertia relief included; the elastic modes are
     those of the floating body, as a ground test measures them. The basis is then moved to the frame of the root.
-    Craig and Kurdila, Fundamentals of Structural Dynamics (2006), section 17.4.
 
     Parameters
     ----------
@@ -41,14 +41,25 @@ def free_interface(
         Which of them to keep (`selection.select`); they have no effective mass.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
-        What factorizes and finds modes.
+        Functions for factorisation and eigensolution.
+
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n) in SI units, in the frame of the root, and the table of all candidates.
 
     Raises
     ------
     InputError
         When the mode count is negative or the selection cannot be read.
     MechanismError
-        When the floating body has more than six motions without strain.
+        When the floating body has more than six rigid-body motions.
+
+    References
+    ----------
+    R. H. MacNeal, A hybrid method of component mode synthesis, Comput. Struct. 1 (1971) 581.
+    S. Rubin, Improved component-mode representation for structural dynamic analysis, AIAA J. 13 (1975) 995.
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 17.4.
 
     Examples
     --------
@@ -56,6 +67,7 @@ def free_interface(
     >>> free_interface(cantilever_model(), modes=4).table.kind[:5]
     ('free-interface', 'free-interface', 'free-interface', 'free-interface', 'attachment')
     """
+    refuse_other("free_interface: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
     held = clamp(model, solver, algebra)
@@ -66,7 +78,7 @@ def free_interface(
     notes = (*completeness(w2, counted, f"elastic {FREE}"), *more_modes(keep, candidates, modes))
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
-    W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid motion
+    W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid-body motion
     attached = [f"unit load {d} on interface {frame.name}" for frame in model.interfaces for d in DIRECTIONS]
     return reduced("free_interface", held, W, candidates.with_rows(ATTACHMENT, attached), notes)
 
@@ -74,14 +86,14 @@ def free_interface(
 def _elastic_modes(
     held: Clamped, R: np.ndarray, modes: int, solver: str, algebra: Algebra
 ) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return the lowest modes of the floating body without its six rigid motions, and how they were counted."""
+    """Return the lowest elastic modes of the free body, and how they were counted."""
     x = held.static_free(held.M @ R)
     softest = np.min(np.einsum("ij,ij->j", x, held.K @ x) / np.einsum("ij,ij->j", x, held.M @ x))
     w2, Phi, counted = algebra.lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
     elastic = np.abs(w2) > RIGID * softest
     if np.sum(~elastic) != 6:
         raise MechanismError(
-            f"the floating body has {np.sum(~elastic)} motions without strain, not six; connect its loose parts"
+            f"the floating body has {np.sum(~elastic)} rigid-body motions, not six; connect its loose parts"
         )
     return w2[elastic], Phi[:, elastic], counted
 
@@ -114,11 +126,20 @@ def _candidates(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | lis
 
 
 def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
-    """Guyan's reduction with the interior's inertia to first order (IRS, O'Callahan, IMAC 1989): same size, better.
+    """Guyan's reduction with the interior's inertia to first order (IRS): same size, better.
 
     In the body's frame: the root is locked, the other fixed interfaces are the coordinates.
 
     ``T = [1; Psi + K_ii^-1 (M_ib + M_ii Psi) M_R^-1 K_R]`` with Guyan's ``K_R``, ``M_R``; exact in statics still.
+
+    Returns
+    -------
+    Reduction
+        The basis (n_dof, n), as many vectors as `guyan` has.
+
+    References
+    ----------
+    J. O'Callahan, A procedure for an improved reduced system (IRS) model, Proc. 7th IMAC (1989) 17.
 
     Examples
     --------
@@ -128,10 +149,11 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     >>> guyan(model).frequency[0] > improved_guyan(model).frequency[0]
     np.True_
     """
+    refuse_other("improved_guyan: the model", FEModel, model)
     held = clamp(model, solver, algebra)
     T = np.zeros((held.K.shape[0], len(held.b)))
     T[held.b, np.arange(len(held.b))], T[held.i] = 1.0, held.Psi
-    T = T[:, 6:]  # the root is locked
+    T = T[:, 6:]  # the root is clamped
     reduced_K, reduced_M = T.T @ (held.K @ T), T.T @ (held.M @ T)
     T[held.i] += held.factor.solve((held.M @ T)[held.i] @ np.linalg.solve(reduced_M, reduced_K))
     return reduced("irs", held, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())

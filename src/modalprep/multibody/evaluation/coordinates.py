@@ -1,0 +1,125 @@
+"""Coordinates and speeds by name out of the state vectors that analyses return."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.suggest import refuse_other, refuse_unknown
+
+
+class JointState(NamedTuple):
+    """Coordinates and speeds of a joint, travels before turns: m or rad; a quaternion where it is spherical or free."""
+
+    position: np.ndarray
+    rate: np.ndarray
+
+
+class Coordinates:
+    """A state vector read by name: ``.joint("hinge").position``, ``.modal("arm")``, ``.modal_rate("arm")``.
+
+    `coordinates` makes one of what `static_equilibrium`, `linearise`, `impact` and `inverse_dynamics` return.
+    """
+
+    def __init__(self, system: System, packed: Packed, y: np.ndarray, motion: np.ndarray) -> None:
+        self.system, self.packed, self._y, self._motion = system, packed, y, motion
+
+    def modal(self, body: str) -> np.ndarray:
+        """Return the modal coordinates of a body.
+
+        Returns
+        -------
+        (..., n) float
+            m sqrt(kg).
+        """
+        row = self.packed.model.links[self._link(body)]
+        return self._y[..., row["xq"] : row["xq"] + row["modes"]]
+
+    def modal_rate(self, body: str) -> np.ndarray:
+        """Return the rates of the modal coordinates of a body.
+
+        Returns
+        -------
+        (..., n) float
+            m sqrt(kg) / s.
+        """
+        row = self.packed.model.links[self._link(body)]
+        first = self.packed.nx + row["uq"]
+        return self._y[..., first : first + row["modes"]]
+
+    def joint(self, name: str) -> JointState:
+        """Return coordinates and speeds of a joint, prescribed ones included.
+
+        Returns
+        -------
+        JointState
+            Coordinates (..., k), m and rad, and speeds (..., k), m/s and rad/s.
+        """
+        refuse_unknown(name, [joint.name for joint in self.system.joints], "state: joint")
+        position, rate = [], []
+        for i in self.packed.links_of(name):
+            row, kind = self.packed.model.links[i], self.packed.types[i]
+            if kind in PRESCRIBED:
+                position.append(self._motion[..., i, :1])
+                rate.append(self._motion[..., i, 1:2])
+            first = self.packed.nx + row["u"]
+            position.append(self._y[..., row["x"] : row["x"] + COORDINATES[kind]])
+            rate.append(self._y[..., first : first + SPEEDS[kind]])
+        return JointState(np.concatenate(position, axis=-1), np.concatenate(rate, axis=-1))
+
+    def _link(self, body: str) -> int:
+        refuse_unknown(body, self.system.bodies, "state: body")
+        return self.packed.link_of(body)
+
+
+def coordinates(system: System, y: np.ndarray, t: float | np.ndarray = 0.0) -> Coordinates:
+    """Return what a state vector of a system holds, by name.
+
+    Parameters
+    ----------
+    y : (..., nx + nu)
+        State, or states, such as `Equilibrium.y` and `InverseDynamics.y`.
+    t : float or (...)
+        s, at which prescribed motions are taken.
+
+    Returns
+    -------
+    Coordinates
+        With ``joint(name)``, ``modal(body)`` and ``modal_rate(body)``.
+
+    Raises
+    ------
+    InputError
+        When the state has another size.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
+    >>> state = coordinates(arm, np.array([0.1, 2.0, 3.0, 0.4, 5.0, 6.0]))
+    >>> state.joint("hinge").position, state.joint("hinge").rate, state.modal("arm")
+    (array([0.1]), array([0.4]), array([2., 3.]))
+    """
+    refuse_other("coordinates: the system", System, system)
+    packed, y = pack(system), np.asarray(y, dtype=float)
+    size = packed.nx + packed.nu
+    if y.ndim == 0 or y.shape[-1] != size:
+        raise InputError(f"the state of this system has {size} numbers; the one given has the shape {y.shape}")
+    return Coordinates(system, packed, y, _prescribed(packed, np.broadcast_to(t, y.shape[:-1])))
+
+
+def _prescribed(packed: Packed, t: np.ndarray) -> np.ndarray:
+    """Return position, rate and acceleration ``(..., nl, 3)`` of the prescribed hinges at times ``(...)``."""
+    motion = np.zeros((*t.shape, len(packed.links), 3))
+    for i, (link, kind) in enumerate(zip(packed.links, packed.types, strict=True)):
+        if kind in PRESCRIBED:
+            law = link.joint.motions[link.hinge]
+            motion[..., i, :] = np.reshape([law(float(each)) for each in t.ravel()], (*t.shape, 3))
+    return motion

@@ -1,0 +1,91 @@
+"""One name for one thing: keys of pipeline files are the fields of the records that they fill."""
+
+import dataclasses
+import inspect
+
+import pytest
+
+import modalprep as mp
+from modalprep.fe import Orthotropic, Ply, StressPoint, read_matrices
+from modalprep.multibody import (
+    AxialSpring,
+    Bushing,
+    CentralGravity,
+    Closure,
+    Conductor,
+    Coupler,
+    Deployment,
+    Dipole,
+    ExpelledGas,
+    Orbit,
+    Water,
+    feedback,
+)
+from modalprep.pipeline.schema import constraints, depletion, deployment, environment, events, fe, reduction, system
+from modalprep.reduction import Load, Rayleigh
+
+# Record or function, table, and what only one of them has: names come from the table's own key, functions of time and
+# other files are read on the way.
+PAIRS = {
+    "material": (mp.Material, fe.MaterialTable, set(), set()),
+    "lamina": (Orthotropic, fe.OrthotropicTable, set(), set()),
+    "beam": (mp.Beam, fe.BeamTable, {"fibres"}, {"section"}),
+    "truss": (mp.Truss, fe.TrussTable, set(), set()),
+    "shell": (
+        mp.Shell,
+        fe.ShellTable,
+        {"bending_material", "bending_ratio", "shear_material", "shear_ratio"},
+        {"symmetric"},
+    ),
+    "ply": (Ply, fe.PlyTable, set(), set()),
+    "mass": (mp.PointMass, fe.MassTable, set(), set()),
+    "spring": (mp.Spring, fe.SpringTable, set(), set()),
+    "interface": (mp.Interface, fe.InterfaceTable, set(), set()),
+    "connection": (mp.Connection, fe.ConnectionTable, set(), set()),
+    "stress": (StressPoint, fe.StressTable, set(), set()),
+    "matrices": (read_matrices, fe.MatricesTable, set(), set()),
+    "load": (Load, reduction.LoadTable, set(), set()),
+    "rayleigh": (Rayleigh, reduction.RayleighTable, set(), set()),
+    "event": (mp.Event, events.EventTable, set(), set()),
+    "control": (feedback, environment.ControlTable, set(), {"force", "torque"}),
+    "axial spring": (AxialSpring, system.AxialSpringTable, set(), set()),
+    "bushing": (Bushing, system.BushingTable, set(), set()),
+    "closure": (Closure, constraints.ClosureTable, set(), set()),
+    "coupler": (Coupler, constraints.CouplerTable, set(), set()),
+    "planet": (CentralGravity, environment.CentralTable, set(), set()),
+    "orbit": (Orbit, environment.OrbitTable, set(), {"altitude", "mu"}),
+    "dipole": (Dipole, environment.DipoleTable, set(), set()),
+    "conductor": (Conductor, environment.ConductorTable, set(), set()),
+    "water": (Water, environment.WaterTable, set(), set()),
+    "jet": (ExpelledGas, depletion.JetTable, {"source"}, {"depletion"}),
+    "deployment": (Deployment, deployment.DeploymentTable, set(), set()),
+}
+LABELS = {"name", "type"}
+
+
+def names(record):
+    if dataclasses.is_dataclass(record):
+        return {field.name for field in dataclasses.fields(record)} - LABELS
+    return set(inspect.signature(record).parameters) - LABELS
+
+
+@pytest.mark.parametrize("pair", PAIRS)
+def test_keys_are_fields(pair):
+    record, table, only_record, only_table = PAIRS[pair]
+    keys = set(table.model_fields) - LABELS
+    assert names(record) - keys == only_record
+    assert keys - names(record) == only_table
+
+
+@pytest.mark.parametrize("theory", ["timoshenko", "euler-bernoulli"])
+def test_theories_of_beams_have_one_name(theory):
+    """As written in a file, so in Python."""
+    steel = mp.Material(E=210e9, nu=0.3, rho=7800.0)
+    assert mp.Beam(material=steel, A=1.0, Iy=1.0, Iz=1.0, J=1.0, theory=theory).theory == theory
+    fe.BeamTable(type="beam", material="steel", A=1.0, Iy=1.0, Iz=1.0, J=1.0, theory=theory)
+
+
+def test_another_theory_is_refused():
+    steel = mp.Material(E=210e9, nu=0.3, rho=7800.0)
+    with pytest.raises(mp.InputError, match="theory of a beam: 'euler' does not exist; known are timoshenko"):
+        mp.Beam(material=steel, A=1.0, Iy=1.0, Iz=1.0, J=1.0, theory="euler")
