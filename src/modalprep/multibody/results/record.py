@@ -23,7 +23,7 @@ class Recorder:
 
     def __init__(self, integration: Integration, most: int) -> None:
         loops = integration.loading.loops
-        self.equations, self.count = integration.model, 0
+        self.equations, self.count = integration.equations, 0
         self.channels = Channels(integration.system, integration.packed, loops)
         self.soft = loops.softest() if loops else 0.0
         try:
