@@ -22,7 +22,7 @@ from modalprep.report.mac import mac_chart
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.scene import drawable
-from modalprep.report.tables import carried, hertz, percent, summary_rows
+from modalprep.report.tables import hertz, kept_fraction, percent, summary_rows
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
