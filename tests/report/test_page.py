@@ -128,7 +128,7 @@ def test_modes_that_only_turn_are_named(cantilever, tmp_path):
     shape = cantilever.shape.copy()
     shape[:, :, 2] *= 1e-12
     text = outline(write_page(cantilever.with_(shape=shape), tmp_path / "p.html")).text
-    assert "Mode 3 turns the nodes without moving them" in text
+    assert "Mode 3 rotates the nodes without displacing them" in text
     assert "without moving" not in outline(write_page(cantilever, tmp_path / "q.html")).text
 
 

@@ -193,7 +193,9 @@ def interface_shapes(body: ModalBody, *names: str) -> np.ndarray:
     (4, 6)
     """
     if not np.all(body.K > 0):
-        raise InputError("the body moves without strain when its root is held, so that a load has no static response")
+        raise InputError(
+            "the body moves without strain when its root is clamped, so that a load has no static response"
+        )
     rows = [np.zeros((0, body.n))]
     for name in names:
         if name not in body.interface_name:

@@ -79,7 +79,7 @@ def coriolis(body: FlexibleBody) -> np.ndarray:
 def closure_defect(body: FlexibleBody) -> float:
     """Return how much of ``w x phi`` the modes cannot take up, at most, as a share of its mass-weighted square.
 
-    A ruthless body, without P, says nothing of it: 1.
+    A body linearised in the modes, without P, has 1.
 
     Examples
     --------
