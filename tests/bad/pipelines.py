@@ -1,4 +1,4 @@
-"""Bad pipeline files: what is replaced in a good one, by what, and the words that the sentence must have."""
+"""Bad pipeline files: what is replaced in a good one, by what, and the words that the message must have."""
 
 import json
 

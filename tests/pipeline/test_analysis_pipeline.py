@@ -372,7 +372,7 @@ def test_flights_that_cannot_be(folder, capsys, change, words):
 # ---- files of a run ----
 
 
-def test_a_run_where_it_is_asked_for(folder):
+def test_a_run_where_requested(folder):
     """HDF5 with all channels where -o says, CSV with those named beside it, plots of named channels."""
     text = SWING + '[simulation]\nt_end = 0.5\noutput = ["hinge.angle", "arm.tip.position"]\n'
     text += '[[plots]]\ny = ["hinge.angle", "hinge.rate"]\n[[plots]]\ny = "arm.tip.position.y"\n'

@@ -1,4 +1,4 @@
-"""Events and water in pipeline files: what is read, and what is refused in one sentence."""
+"""Events and water in pipeline files: what is read, and what is refused in one message."""
 
 import numpy as np
 import pytest
@@ -91,7 +91,7 @@ def test_every_key_arrives(tmp_path):
         ('bodies = "on*"', 'bodies = "other"', "'other' has no interface 'tip'"),
     ],
 )
-def test_mistakes_are_one_sentence(tmp_path, old, new, match):
+def test_mistakes_are_one_message(tmp_path, old, new, match):
     path = tmp_path / "water.toml"
     path.write_text(FILE.replace(old, new))
     with pytest.raises(InputError, match=match):

@@ -124,7 +124,7 @@ def test_masses_change_the_mac_and_its_text(block, tmp_path):
     assert "weighted by nodal mass" in weighted
 
 
-def test_modes_that_only_turn_are_named(cantilever, tmp_path):
+def test_modes_with_rotations_only_are_named(cantilever, tmp_path):
     shape = cantilever.shape.copy()
     shape[:, :, 2] *= 1e-12
     text = outline(write_page(cantilever.with_(shape=shape), tmp_path / "p.html")).text

@@ -36,7 +36,7 @@ def test_points_and_shapes_can_be_read_back(name, request):
         assert rows.size == 0 or rows.max() < len(points) - len(body.interface_name)
 
 
-def test_large_bodies_stay_small_and_say_so(block):
+def test_large_bodies_stay_small_and_are_reported(block):
     data = scene(block, triangles=100, shape_bytes=1)
     assert 0 < data["counts"][0] <= 100
     whole = scene(block)["counts"][0]
@@ -48,7 +48,7 @@ def test_large_bodies_stay_small_and_say_so(block):
     assert scene(block)["notes"] == []
 
 
-def test_noise_of_a_mode_that_only_turns_is_not_enlarged(cantilever):
+def test_noise_of_a_mode_with_rotations_only_is_not_enlarged(cantilever):
     shape = cantilever.shape.copy()
     shape[:, :, 2] *= 1e-12
     body = cantilever.with_(shape=shape)

@@ -248,7 +248,7 @@ def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, fraction: float 
     else:
         before = np.concatenate([[0.0], np.cumsum(part)])[: len(part)]
         kept = before < fraction * (1 - 4 * np.finfo(float).eps)
-        words = [f"the stronger ones hold {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
+        words = [f"the stronger ones have {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
                  for v, k in zip(before, kept, strict=True)]  # fmt: skip
     most = np.argmax(np.abs(V), axis=0) if V.size else []
     reasons = zip(words, part, most, strict=True)
