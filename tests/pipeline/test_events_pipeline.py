@@ -87,7 +87,7 @@ def test_every_key_arrives(tmp_path):
         ("water = {", "# water = {", "there is no water; add .environment.water."),
         ('activates = ["floor"]', 'activates = ["flor"]', "closure 'flor' does not exist; did you mean 'floor'"),
         ('"floor.gap"', '"flor.gap"', "event 'down': no channel 'flor.gap'"),
-        ("t_end = 0.1", 't_end = 0.1\nvariables = "momentum"', "events. happen in a .simulation."),
+        ("t_end = 0.1", 't_end = 0.1\nvariables = "momentum"', "events. need a .simulation."),
         ('bodies = "on*"', 'bodies = "other"', "'other' has no interface 'tip'"),
     ],
 )
