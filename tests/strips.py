@@ -207,7 +207,7 @@ def alignment(own: Modal, reference: Modal) -> np.ndarray:
     return T
 
 
-def likeness(own: Modal, reference: Modal, modes: int = 6) -> np.ndarray:
+def mac(own: Modal, reference: Modal, modes: int = 6) -> np.ndarray:
     """Cosine between each aligned mode and that of the reference: 1 where they are the same."""
     a, b = (own.motion @ alignment(own, reference))[:, :modes], reference.motion[:, :modes]
     return np.sum(a * b, axis=0) / np.linalg.norm(a, axis=0) / np.linalg.norm(b, axis=0)

@@ -49,7 +49,7 @@ def refuse_other(call: str, kind: type, value: object) -> None:
 
 
 def refuse_unknown(name: str, known: Iterable[str], what: str) -> None:
-    """Raise an `InputError` when a name is not known; `what` it names begins the sentence.
+    """Raise an `InputError` when a name is not known; `what` it names starts the message.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def find_interface(bodies: Mapping[str, Any], end: str, what: str) -> tuple[str,
     Raises
     ------
     InputError
-        When there is no such body or interface; `what` begins the sentence.
+        When there is no such body or interface; `what` starts the message.
 
     Examples
     --------

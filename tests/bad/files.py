@@ -1,4 +1,4 @@
-"""Bad mesh, matrix and modal files: what is done to a good one, and the words that the sentence must have."""
+"""Bad mesh, matrix and modal files: what is done to a good one, and the words that the message must have."""
 
 import io
 import json

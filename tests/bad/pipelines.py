@@ -1,4 +1,4 @@
-"""Bad pipeline files: what is replaced in a good one, by what, and the words that the sentence must have."""
+"""Bad pipeline files: what is replaced in a good one, by what, and the words that the message must have."""
 
 import json
 
@@ -191,8 +191,8 @@ SYSTEMS = [
     ('file = "body.h5"', "", "[bodies.arm]", "either 'file', 'pipeline' or"),
     ("mass = 2.0", "mass = 0", "[bodies.bob.mass]", "greater than 0"),
     ("mass = 2.0", "mass = -2.0", "[bodies.bob.mass]", "greater than 0"),
-    ("inertia = [0.1, 0.1, 0.1]", "inertia = [1, 0.1, 0.1]", "[bodies.bob]", "belongs to no body"),
-    ("inertia = [0.1, 0.1, 0.1]", "inertia = [-1, -1, -1]", "[bodies.bob]", "belongs to no body"),
+    ("inertia = [0.1, 0.1, 0.1]", "inertia = [1, 0.1, 0.1]", "[bodies.bob]", "is physically impossible"),
+    ("inertia = [0.1, 0.1, 0.1]", "inertia = [-1, -1, -1]", "[bodies.bob]", "is physically impossible"),
     ("inertia = [0.1, 0.1, 0.1]", "inertia = [1, 1]", "[bodies.bob.inertia]", "2 numbers"),
     ("inertia = [0.1, 0.1, 0.1]", "interfaces = {}", "[bodies.bob.interfaces]", "at least 1"),
     ("[bodies.bob]", '[bodies."bob/../../x"]', "bob"),

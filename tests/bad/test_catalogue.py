@@ -1,4 +1,4 @@
-"""Bad input of every kind: exit code 2, one sentence that says what to do, no traceback, nothing left behind."""
+"""Bad input of every kind: exit code 2, one message that says what to do, no traceback, nothing left behind."""
 
 import shutil
 

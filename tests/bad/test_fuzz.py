@@ -1,4 +1,4 @@
-"""Damaged input at random: exit code 0, 1 or 2 with one sentence; never a traceback, a hang, NaN or half a file.
+"""Damaged input at random: exit code 0, 1 or 2 with one message; never a traceback, a hang, NaN or half a file.
 
 `MODALPREP_FUZZ=100` makes a hundred times as many cases as by default, and others each time.
 """

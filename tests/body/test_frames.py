@@ -139,7 +139,7 @@ def _coordinates(there, here, q):
 # --- frames at rest in the old one ----------------------------------------------------------------------------------
 
 
-def test_a_turned_and_shifted_frame_has_the_same_energy(body):
+def test_a_rotated_and_shifted_frame_has_the_same_energy(body):
     rng = np.random.default_rng(2)
     axes = np.linalg.qr(rng.standard_normal((3, 3)))[0]
     axes *= np.sign(np.linalg.det(axes))

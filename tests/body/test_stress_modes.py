@@ -317,7 +317,7 @@ def test_a_run_ends_where_the_stress_is_too_high():
             mp.simulate(wall(body), t_end=1.0, events=(mp.Event(name="crack", when=f"{wrong} - 1"),))
 
 
-def test_every_way_to_run_has_the_channels():
+def test_every_simulation_has_the_channels():
     """In plain Python: kernels of a flexible body with a deployment are compiled for nothing else."""
     paths = os.pathsep.join([str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")])
     code = f"from body.{Path(__file__).stem} import fly_and_deploy; fly_and_deploy()"

@@ -17,7 +17,7 @@ def folder(tmp_path, project):
     return tmp_path
 
 
-def sentence(capsys) -> str:
+def message(capsys) -> str:
     """The one line on standard error."""
     error = capsys.readouterr().err
     assert error.startswith("modalprep: ")
@@ -62,7 +62,7 @@ def test_wrong_unit_of_length_is_warned_of(folder, capsys):
 
 
 @pytest.mark.parametrize("name", [n for n in FUNCTIONS.split(", ") if n != "pi"])
-def test_every_function_the_sentence_offers_works(name):
+def test_every_function_the_message_lists_works(name):
     angle, rate, _ = TimeFunction(f"{name}(t)")(0.5)
     step = (TimeFunction(f"{name}(t)")(0.5 + 1e-6)[0] - angle) / 1e-6
     assert rate == pytest.approx(step, rel=1e-5)  # a forward difference of step 1e-6
@@ -74,7 +74,7 @@ def test_mesh_cut_after_a_section(folder, capsys, name, text):
     for end in [k for k, line in enumerate(lines) if line.startswith("$End")][:-1]:
         (folder / name).write_text("".join(lines[: end + 1]))
         assert main(["run", job(folder, text)]) == 2
-        assert name in sentence(capsys)
+        assert name in message(capsys)
         assert not (folder / "output").exists()
 
 
@@ -100,7 +100,7 @@ def test_mesh_cut_at_any_byte(folder):
 def test_body_without_modes_is_rigid_or_refused(folder, capsys, change):
     assert change[0] in BEAM
     if main(["run", job(folder, BEAM.replace(*change))]) != 0:
-        assert "mode" in sentence(capsys)
+        assert "mode" in message(capsys)
 
 
 def test_simulation_into_a_csv_file_keeps_the_result(folder):
@@ -114,12 +114,12 @@ def test_output_that_cannot_be_written(folder, capsys):
     file = job(folder, BEAM + HINGE)
     for command in (["run", file, "--output"], ["modes", file, "--output"], ["simulate", file, "--output"]):
         assert main([*command, str(folder / "taken")]) == 2
-        assert "cannot write" in sentence(capsys)
+        assert "cannot write" in message(capsys)
     assert main(["simulate", file, "-o", str(folder / "taken" / "a.h5")]) == 2
-    assert "cannot write" in sentence(capsys)
+    assert "cannot write" in message(capsys)
     (folder / "output" / "job" / "job.html").mkdir(parents=True)
     assert main(["run", file]) == 2
-    assert "job.html: Is a directory" in sentence(capsys)
+    assert "job.html: Is a directory" in message(capsys)
     assert not [path for path in folder.rglob("*") if ".part" in path.name]
 
 

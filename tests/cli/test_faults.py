@@ -1,6 +1,6 @@
 """Killed at any time, disk full, folders that cannot be written: final files are whole or absent, and a run goes on.
 
-`MODALPREP_KILLS=60` kills so many times instead of the few of every day, a third of them in test_batch_killed.py.
+`MODALPREP_KILLS=60` sets the number of kills, a third of them in test_batch_fault_injection.py.
 """
 
 import json
@@ -46,7 +46,7 @@ COMMANDS = {
     "simulate": ["simulate", "job.toml"],
     "batch": ["batch", "grid.toml", "--no-cache"],
 }
-ALONE = ("run", "simulate")  # tests/pipeline/test_batch_killed.py kills batches
+ALONE = ("run", "simulate")  # tests/pipeline/test_batch_fault_injection.py kills batches
 
 
 def given(command, folder, output):
@@ -93,7 +93,7 @@ def test_the_same_input_gives_the_same_bytes(warm, folder, undisturbed):
 
 @pytest.mark.parametrize("command", ALONE)
 def test_full_disk(warm, folder, undisturbed, command):
-    """Files may have so many bytes: one sentence, and what has its final name is whole."""
+    """Files may have so many bytes: one message, and what has its final name is whole."""
     sizes = sorted(len(data) for data in undisturbed[command][0].values() if isinstance(data, bytes))
     for limit in (1000, sizes[-1] - 1):
         output = folder / f"full-{command}-{limit}"
@@ -108,7 +108,7 @@ def test_full_disk(warm, folder, undisturbed, command):
 
 
 def test_full_disk_of_a_batch(warm, folder):
-    """The batch says in one sentence that it has no room; where one job has, it is done and the others say why not."""
+    """The batch says in one message that it has no room; where one job has, it is done and the others say why not."""
     whole, output = folder / "whole-batch", folder / "full-batch"
     assert warm.run(*given("batch", folder, whole))[0] == 0
     largest = [max(path.stat().st_size for path in whole.glob(f"grid-modes={n}/*")) for n in (2, 3)]

@@ -91,7 +91,7 @@ KNOWN = ", ".join(EXPORTS)
         (["--to", "sid", "--version", "x"], "format 'sid' has no version; leave --version out, it is for mbdyn"),
     ],
 )
-def test_wrong_options_get_a_sentence(options, message, file, tmp_path, capsys):
+def test_wrong_options_get_a_message(options, message, file, tmp_path, capsys):
     assert main(["export", str(file), *options]) == 2
     assert capsys.readouterr().err == f"modalprep: {message}\n"
     assert list(tmp_path.iterdir()) == [file]

@@ -30,7 +30,7 @@ def test_round_trip_is_lossless(file, bracket_body):
     assert np.array_equal(back.cells["tetra10"], bracket_body.cells["tetra10"])
 
 
-def test_datasets_are_where_a_stranger_looks(file, bracket_body):
+def test_datasets_are_where_other_programs_look(file, bracket_body):
     n, k = bracket_body.n, 2
     with h5py.File(file) as h5:
         for name in "m s0 E0 S H P Kg_A Kg_W Kg_F Kg_T phi psi K D frequency interface_position".split():

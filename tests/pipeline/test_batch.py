@@ -215,7 +215,7 @@ def test_a_worker_with_another_program_refuses(job):
 
 
 def test_a_closed_folder_fails_its_own_job_only(inline, project, tmp_path, capsys):
-    """A file where its folder should be: the others are done; in the end one sentence, and exit code 2."""
+    """A file where its folder should be: the others are done; in the end one message, and exit code 2."""
     for name in ("a", "b"):
         write_beam(project, tmp_path / f"{name}.toml")
     (tmp_path / "output").mkdir()
@@ -300,7 +300,7 @@ def test_bad_grids(project, tmp_path, capsys, grid):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("arguments", "message"),
     [
         (["{folder}/no-*.toml"], "no pipeline file matches"),
         (["{folder}"], "no pipeline file matches"),
@@ -313,13 +313,13 @@ def test_bad_grids(project, tmp_path, capsys, grid):
         ([], "Missing argument"),
     ],
 )
-def test_bad_batches(project, tmp_path, capsys, arguments, sentence):
+def test_bad_batches(project, tmp_path, capsys, arguments, message):
     (tmp_path / "b").mkdir()
     for name in ("a.toml", "b/a.toml"):
         write_beam(project, tmp_path / name)
     assert main(["batch", *(text.format(folder=tmp_path) for text in arguments)]) == 2
     error = capsys.readouterr().err
-    assert sentence in error
+    assert message in error
     assert error.count("\n") == 1
     assert {path.name for path in tmp_path.iterdir()} == {"a.toml", "b"}
 

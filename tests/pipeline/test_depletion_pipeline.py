@@ -85,7 +85,7 @@ def test_what_each_key_becomes(folder):
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "sentence"),
+    ("old", "new", "message"),
     [
         ('mass = "12 - t"', 'mass = "12 - t"\nrate = 1.0', "either 'rate' or 'mass'"),
         ("{ density_factor = 0.5 }", "{ density_factor = 0.5, mass = 3 }", "either 'mass', 'density_factor' or 'file'"),
@@ -107,9 +107,9 @@ def test_what_each_key_becomes(folder):
         ("second_axis = [0, 1, 0]", "second_axis = [0, 1, 0]\nmotion = [0, 1, 2]", "motion has 3 value"),
     ],
 )
-def test_wrong_keys_get_one_sentence(folder, old, new, sentence):
+def test_wrong_keys_get_one_message(folder, old, new, message):
     assert old in FILE
-    with pytest.raises(mp.InputError, match=sentence):
+    with pytest.raises(mp.InputError, match=message):
         mp.simulate(system_of(FILE.replace(old, new), folder), t_end=1.0)
 
 

@@ -1,4 +1,4 @@
-"""Events and water in pipeline files: what is read, and what is refused in one sentence."""
+"""Events and water in pipeline files: what is read, and what is refused in one message."""
 
 import numpy as np
 import pytest
@@ -87,11 +87,11 @@ def test_every_key_arrives(tmp_path):
         ("water = {", "# water = {", "there is no water; add .environment.water."),
         ('activates = ["floor"]', 'activates = ["flor"]', "closure 'flor' does not exist; did you mean 'floor'"),
         ('"floor.gap"', '"flor.gap"', "event 'down': no channel 'flor.gap'"),
-        ("t_end = 0.1", 't_end = 0.1\nvariables = "momentum"', "events. happen in a .simulation."),
+        ("t_end = 0.1", 't_end = 0.1\nvariables = "momentum"', "events. need a .simulation."),
         ('bodies = "on*"', 'bodies = "other"', "body 'other': interface 'tip' does not exist"),
     ],
 )
-def test_mistakes_are_one_sentence(tmp_path, old, new, match):
+def test_mistakes_are_one_message(tmp_path, old, new, match):
     path = tmp_path / "water.toml"
     path.write_text(FILE.replace(old, new))
     with pytest.raises(InputError, match=match):

@@ -110,7 +110,7 @@ def test_shipped_bracket_has_its_point_in_the_unit_of_the_mesh(project, bracket_
         ("clamp.1.xx", "clamp.9.xx", "has no channel 'job.stress.clamp.9.xx'"),
     ],
 )
-def test_bad_tables_are_one_sentence(job, capsys, old, new, words):
+def test_bad_tables_are_one_message(job, capsys, old, new, words):
     assert main(["run", str(job(old=old, new=new))]) == 2
     said = capsys.readouterr().err
     assert words in " ".join(said.split())

@@ -187,6 +187,12 @@ def test_every_exception_of_the_rules_is_used(graph):
         assert {f"{home}.{folder}" for folder in folders} <= homes
 
 
+def test_every_folder_is_a_package(project):
+    """A folder whose name git ignores, such as build, lacks its first file in a clone and in the wheel."""
+    for folder in source(project).rglob("*/"):
+        assert (folder / "__init__.py").exists() or not list(folder.glob("*.py")), folder
+
+
 def test_folders_and_files_stay_small(project):
     for folder in [source(project), *source(project).rglob("*/")]:
         files = [file for file in folder.glob("*.py") if file.name != "__init__.py"]

@@ -152,7 +152,7 @@ def test_target_error_picks_the_number_of_modes(model):
         assert reduction_error(model, craig_bampton(model, modes=int(fewer)), up_to=15.0).worst > error.worst
 
 
-def test_unreachable_target_says_so():
+def test_unreachable_target_is_reported():
     free = cantilever_model(6)
     with pytest.raises(mp.AccuracyError, match="above the target"):
         to_target(free, lambda n: craig_bampton(free, modes=min(n, 2), truncation=()), 1e-6, up_to=50.0)

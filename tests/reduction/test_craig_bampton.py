@@ -68,7 +68,7 @@ def test_truncation_vectors_make_their_loads_exact(keep):
             assert error @ model.K @ error <= 1e-9 * energy
 
 
-def test_without_truncation_vectors_the_tip_load_misses_its_share():
+def test_without_truncation_vectors_the_tip_load_misses_part_of_its_response():
     model = slender_cantilever()
     model_tip = np.zeros(model.n_dof)
     model_tip[model.dof[-1, 1]] = 1.0

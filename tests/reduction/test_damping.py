@@ -198,7 +198,7 @@ def test_undamped_is_undamped(system):
 
 
 @pytest.mark.parametrize(
-    ("target", "sentence"),
+    ("target", "message"),
     [
         (-0.01, "damping ratio -0.01 must not be negative"),
         ({1.0: 0.01, 2.0: -0.02}, "damping ratio -0.02 must not be negative"),
@@ -207,8 +207,8 @@ def test_undamped_is_undamped(system):
         (float("nan"), "damping ratio nan"),
     ],
 )
-def test_bad_ratios_are_refused(target, sentence):
-    with pytest.raises(InputError, match=sentence):
+def test_bad_ratios_are_refused(target, message):
+    with pytest.raises(InputError, match=message):
         component_damping(halves(modes=6), target)
 
 

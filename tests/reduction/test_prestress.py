@@ -163,7 +163,7 @@ def test_modes_of_a_loaded_arch_are_those_of_its_body():
     assert np.abs(other - shift).max() > 0.3 * np.abs(shift).max()
 
 
-def test_what_cannot_buckle_says_so():
+def test_what_cannot_buckle_is_reported():
     model = cantilever_model()
     pull = mp.reduction.interface_load(model, "tip", force=(1.0, 0, 0))
     with pytest.raises(mp.InputError, match="only stiffens"):

@@ -121,7 +121,7 @@ def test_dropped_directions_and_their_reasons(system):
     assert found.captured.min() < 1
 
 
-def test_a_share_keeps_the_fewest_directions_that_hold_it(system):
+def test_a_fraction_keeps_the_fewest_directions_that_hold_it(system):
     found = projected(system, "a", 9, fraction=0.9)
     held = np.cumsum(found.singular**2) / np.sum(found.singular**2)
     assert held[found.kept.sum() - 1] >= 0.9
@@ -199,7 +199,7 @@ def test_units_of_the_matrices_are_those_of_pyyeti(cb, bracket_body):
 
 
 @pytest.mark.parametrize(
-    ("options", "sentence"),
+    ("options", "message"),
     [
         (dict(tolerance=-0.1), "tolerance = -0.1"),
         (dict(tolerance=1.0), "tolerance = 1"),
@@ -209,8 +209,8 @@ def test_units_of_the_matrices_are_those_of_pyyeti(cb, bracket_body):
         (dict(keep=np.ones((3, 1))), "differ in size"),
     ],
 )
-def test_bad_options_are_refused(options, sentence):
-    with pytest.raises(InputError, match=sentence):
+def test_bad_options_are_refused(options, message):
+    with pytest.raises(InputError, match=message):
         projected_basis(np.eye(2), np.eye(2), np.eye(2), **options)
 
 

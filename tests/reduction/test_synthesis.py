@@ -168,7 +168,7 @@ def test_the_frame_does_not_care_how_it_is_turned_or_which_weld_comes_first():
     np.testing.assert_allclose(second.frequency, first.frequency, rtol=1e-8)
 
 
-def test_a_weld_said_twice_is_named_and_changes_nothing():
+def test_a_weld_given_twice_is_named_and_changes_nothing():
     bodies, welds, place, _ = square_frame()
     found = synthesise(bodies, [*welds, welds[0][::-1]], place)
     assert found.redundant == ("weld s1.root - s0.tip: x, y, z, rx, ry, rz cannot open anyway",)
@@ -221,7 +221,7 @@ def test_a_hinge_turns_with_the_first_body():
     np.testing.assert_allclose(found.frequency, synthesise({"a": beam}, ground=[("a.root", "rz")]).frequency, rtol=1e-9)
 
 
-def test_bodies_without_a_place_follow_their_neighbours():
+def test_bodies_without_a_placement_follow_their_neighbours():
     parts = {"a": beam_body(4.0, 4), "b": beam_body(8.0, 8)}
     R = random_rotation(0)
     found = synthesise(parts, [("b.root", "a.tip")], {"b": (np.array([1.0, 2, 3]), R)})
@@ -246,7 +246,7 @@ def test_a_body_turned_at_its_weld_keeps_its_own_axes():
     np.testing.assert_allclose(tip, quarter @ (bend[:3] - skew([3.0, 0, 0]) @ bend[3:6] + parts["b"].phi[1] @ bend[6:]))
 
 
-def test_twins_bolted_together_at_both_ends(bracket_model, bracket_body):
+def test_equal_bodies_bolted_together_at_both_ends(bracket_model, bracket_body):
     """Moving alike they are one free bracket, moving against each other one held at both bolts: no other mode."""
     welds = [("a.bolt_a", "b.bolt_a"), ("a.bolt_b", "b.bolt_b")]
     found = synthesise({"a": bracket_body, "b": bracket_body}, welds)
@@ -274,7 +274,7 @@ PAIR = {"left": ROD, "right": ROD}
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("arguments", "message"),
     [
         (dict(bodies={}), "no bodies"),
         (dict(welds=[("lift.tip", "right.root")]), "body 'lift' does not exist; did you mean 'left'"),
@@ -290,6 +290,6 @@ PAIR = {"left": ROD, "right": ROD}
         (dict(modes=-1), "modes = -1"),
     ],
 )
-def test_bad_input_is_one_sentence(arguments, sentence):
-    with pytest.raises(InputError, match=sentence):
+def test_bad_input_is_one_message(arguments, message):
+    with pytest.raises(InputError, match=message):
         synthesise(**({"bodies": PAIR} | arguments))

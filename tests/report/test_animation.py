@@ -42,7 +42,7 @@ def test_gif_repeats_in_its_period_and_does_not_flicker(block, tmp_path):
 
 
 @needs_drawing
-def test_mp4_without_its_package_is_refused_in_a_sentence(block, tmp_path, monkeypatch):
+def test_mp4_without_its_package_is_refused_in_a_message(block, tmp_path, monkeypatch):
     monkeypatch.setattr(animation, "find_spec", lambda name: None)
     with pytest.raises(RenderError, match=r"needs the package imageio-ffmpeg .* a \.gif needs no other package"):
         animate_mode(block, 1, tmp_path / "a.mp4")
@@ -98,7 +98,7 @@ def test_sheet_of_a_rigid_body_is_refused(cantilever, tmp_path):
         contact_sheet(rigid, tmp_path / "s.png")
 
 
-def test_machine_that_cannot_draw_says_so(block, tmp_path, monkeypatch):
+def test_machine_that_cannot_draw_is_reported(block, tmp_path, monkeypatch):
     monkeypatch.setattr(render, "drawing_problem", lambda: "VTK finds no OpenGL")
     for draw, file in ((contact_sheet, "s.png"), (lambda body, path: animate_mode(body, 1, path), "a.gif")):
         with pytest.raises(RenderError, match="no OpenGL"):

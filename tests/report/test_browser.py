@@ -209,7 +209,7 @@ def test_body_without_energy_offers_no_colour(cantilever, pages):
     assert out == {"none": True, "faults": []}
 
 
-def test_browser_without_webgl_says_so_and_keeps_the_rest(cantilever, pages):
+def test_browser_without_webgl_is_reported_and_keeps_the_rest(cantilever, pages):
     blind = "HTMLCanvasElement.prototype.getContext = () => null;"
     said = 'out.text = document.getElementById("viewer-status").textContent;'
     said += 'out.height = document.querySelector(".stage").offsetHeight;'

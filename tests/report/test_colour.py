@@ -1,4 +1,4 @@
-"""Colour by strain energy: high where the body strains, the same on any mesh, refused in a sentence without it."""
+"""Colour by strain energy: high where the body strains, the same on any mesh, refused in a message without it."""
 
 import base64
 
@@ -99,7 +99,7 @@ def test_only_springs_are_coloured_too(cantilever):
         lambda body, folder: contact_sheet(body, folder / "a.png", colour="energy"),
     ],
 )
-def test_body_without_energy_says_so(draw, cantilever, tmp_path):
+def test_body_without_energy_is_reported(draw, cantilever, tmp_path):
     with pytest.raises(InputError, match=r"'cantilever' holds no strain energy .* build it again from its mesh, or"):
         draw(cantilever, tmp_path)
     assert list(tmp_path.iterdir()) == []

@@ -107,7 +107,7 @@ def test_wrong_suffix_leaves_nothing(block, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_machine_that_cannot_draw_says_so(block, tmp_path, monkeypatch):
+def test_machine_that_cannot_draw_is_reported(block, tmp_path, monkeypatch):
     monkeypatch.setattr(render, "drawing_problem", lambda: "VTK finds no OpenGL")
     with pytest.raises(mp.RenderError, match="no OpenGL"):
         render_findings(block.points, block.cells, [], tmp_path / "m.png")

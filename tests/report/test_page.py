@@ -116,26 +116,26 @@ def test_wrong_errors_and_masses_leave_nothing(cantilever, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_masses_change_the_likeness_and_its_words(block, tmp_path):
+def test_masses_change_the_mac_and_its_text(block, tmp_path):
     plain = write_page(block, tmp_path / "p.html").read_text(encoding="utf-8")
     mass = np.linspace(1, 9, len(block.points))
     weighted = write_page(block, tmp_path / "q.html", nodal_mass=mass).read_text(encoding="utf-8")
-    assert "each node with the same weight" in plain
+    assert "with equal nodal weights" in plain
     assert "weighted by nodal mass" in weighted
 
 
-def test_modes_that_only_turn_are_named(cantilever, tmp_path):
+def test_modes_with_rotations_only_are_named(cantilever, tmp_path):
     shape = cantilever.shape.copy()
     shape[:, :, 2] *= 1e-12
     text = outline(write_page(cantilever.with_(shape=shape), tmp_path / "p.html")).text
-    assert "Mode 3 turns the nodes without moving them" in text
+    assert "Mode 3 rotates the nodes without displacing them" in text
     assert "without moving" not in outline(write_page(cantilever, tmp_path / "q.html")).text
 
 
 def test_cells_the_viewer_does_not_know_leave_the_rest(cantilever, tmp_path):
     body = cantilever.with_(cells={"polygon": np.array([[0, 1, 2]])})
     page = outline(write_page(body, tmp_path / "p.html"))
-    assert "No moving view: cells of type polygon cannot be drawn" in page.text
+    assert "No animated view: cells of type polygon cannot be drawn" in page.text
     assert "viewer" not in [attrs.get("id") for _, attrs in page.tags]
     assert "mode 5 10 Hz" in page.text
 

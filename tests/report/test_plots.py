@@ -86,7 +86,7 @@ def test_round_off_is_drawn_as_a_constant(drawn, tmp_path):
     assert high - low > 0.05
 
 
-def test_bad_requests_are_one_sentence(tmp_path):
+def test_bad_requests_are_one_message(tmp_path):
     with pytest.raises(mp.InputError, match="no channel 'tip.w'"):
         plots.history_plot({"a": result(STEADY)}, ["tip.w"], tmp_path / "h.png")
     with pytest.raises(mp.InputError, match="at least one run"):
@@ -103,7 +103,7 @@ def test_bars_add_up_to_the_kept_mass(block, drawn, tmp_path):
         assert image.size[0] >= 1600
 
 
-def test_body_without_inertia_in_a_direction_says_so(cantilever, drawn, tmp_path):
+def test_body_without_inertia_in_a_direction_is_reported(cantilever, drawn, tmp_path):
     total = np.where(np.arange(6) == 3, 0, cantilever.modes.total)
     plots.effective_mass_plot(cantilever.modes.with_(total=total), tmp_path / "m.png")
     assert "no inertia" in notes(drawn[0])

@@ -36,7 +36,7 @@ def test_points_and_shapes_can_be_read_back(name, request):
         assert rows.size == 0 or rows.max() < len(points) - len(body.interface_name)
 
 
-def test_large_bodies_stay_small_and_say_so(block):
+def test_large_bodies_stay_small_and_are_reported(block):
     data = scene(block, triangles=100, shape_bytes=1)
     assert 0 < data["counts"][0] <= 100
     whole = scene(block)["counts"][0]
@@ -48,7 +48,7 @@ def test_large_bodies_stay_small_and_say_so(block):
     assert scene(block)["notes"] == []
 
 
-def test_noise_of_a_mode_that_only_turns_is_not_enlarged(cantilever):
+def test_noise_of_a_mode_with_rotations_only_is_not_enlarged(cantilever):
     shape = cantilever.shape.copy()
     shape[:, :, 2] *= 1e-12
     body = cantilever.with_(shape=shape)
@@ -84,12 +84,12 @@ def test_wrong_masses_are_refused(mass):
         auto_mac(np.ones((7, 3, 2)), mass)
 
 
-def test_chart_of_many_modes_is_cut_and_names_the_pair_most_alike(cantilever):
+def test_chart_of_many_modes_is_cut_and_names_the_largest_mac(cantilever):
     rng = np.random.default_rng(2)
     shape = rng.normal(size=(21, 3, 70))
     shape[:, :, 8] = shape[:, :, 4] + 0.1 * shape[:, :, 8]
     body = cantilever.with_(shape=shape, K=np.ones(70), frequency=np.ones(70))
     chart = mac_chart(body)
     assert (chart["count"], chart["of"]) == (SHOWN, 70)
-    assert chart["alike"][0][:2] == (5, 9)
+    assert chart["largest"][0][:2] == (5, 9)
     assert mac_chart(cantilever.with_(shape=shape[:, :, :1], K=np.ones(1), frequency=np.ones(1))) is None

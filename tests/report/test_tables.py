@@ -50,7 +50,7 @@ def test_running_sum_counts_kept_rows_of_the_same_direction(cantilever):
     assert "75.0  yes" in fourth
 
 
-def test_last_sentence_counts_each_kind(cantilever):
+def test_last_line_counts_each_kind(cantilever):
     last = " ".join(printed(mode_table, cantilever.modes, 120).splitlines()[-1:])
     assert last.startswith("7 of 9 candidate vectors kept: 4 of 6 modes with fixed interfaces, 2 of 2 constraint")
 

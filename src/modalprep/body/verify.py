@@ -205,8 +205,8 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
     """
     refuse_other("check_buckling: the model", FEModel, model)
     refuse_other("check_buckling: the body", FlexibleBody, body)
-    held = clamp(model)
-    if held.mechanisms.shape[1]:
+    clamped = clamp(model)
+    if clamped.mechanisms.shape[1]:
         return []
     found = []
     for k, frame in enumerate(model.interfaces[1:], start=1):
@@ -216,7 +216,7 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
         push = -frame.position / distance
         load = np.zeros(model.n_dof)
         load[frame.dofs[:3]] = push
-        full, own = _buckling(model, held, load), _modal_buckling(body, np.tensordot(push, body.Kg_F[k], 1))
+        full, own = _buckling(model, clamped, load), _modal_buckling(body, np.tensordot(push, body.Kg_F[k], 1))
         if full is None:
             continue
         found += [
@@ -228,19 +228,19 @@ def check_buckling(model: FEModel, body: FlexibleBody) -> list[Check]:
     return found
 
 
-def _buckling(model: FEModel, held: Clamped, load: np.ndarray) -> float | None:
+def _buckling(model: FEModel, clamped: Clamped, load: np.ndarray) -> float | None:
     """Lowest factor on a load that buckles the model with only its root clamped; None where none does."""
-    Kg = model.C.T @ model.geometric_stiffness(held.static(load[:, None])[:, 0], load) @ model.C
-    s = np.delete(np.arange(held.K.shape[0]), held.b[:6])
-    K, A = (csr_array(x.tocsr()[s][:, s]) for x in (held.K, -(Kg + Kg.T) / 2))
+    Kg = model.C.T @ model.geometric_stiffness(clamped.static(load[:, None])[:, 0], load) @ model.C
+    s = np.delete(np.arange(clamped.K.shape[0]), clamped.b[:6])
+    K, A = (csr_array(x.tocsr()[s][:, s]) for x in (clamped.K, -(Kg + Kg.T) / 2))
     if len(s) <= DENSE:
         mu = eigh(A.toarray(), K.toarray(), eigvals_only=True, subset_by_index=(len(s) - 1, len(s) - 1))
     else:
 
         def solve(f: np.ndarray) -> np.ndarray:
-            x = np.zeros((held.K.shape[0], 1))
+            x = np.zeros((clamped.K.shape[0], 1))
             x[s, 0] = f.ravel()
-            return held.static_free(x)[s, 0]
+            return clamped.static_free(x)[s, 0]
 
         inverse = LinearOperator(K.shape, matvec=solve, dtype=float)
         start = np.random.default_rng(0).standard_normal(len(s))

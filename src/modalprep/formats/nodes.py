@@ -59,7 +59,7 @@ def refuse_other_modal_mass(body: FlexibleBody) -> None:
     if not body.normalised:
         raise InputError(
             f"body {body.name!r} has the modes of another fill level, so that its modal mass is not 1, which this "
-            "format cannot say; export the body whose modes they are"
+            "format cannot represent; export the body with its own modes"
         )
 
 

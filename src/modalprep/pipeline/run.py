@@ -48,7 +48,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
     Raises
     ------
     InputError, AccuracyError, SimulationError
-        With one sentence each; files written before stay whole.
+        With one message each; files written before remain intact.
     """
     from modalprep.pipeline.build.build import output_folder
 

@@ -57,14 +57,19 @@ class Reduction(Record):
 
 
 def reduced(
-    method: str, held: Clamped, W: np.ndarray, table: ModeTable, notes: tuple[str, ...], rigid: np.ndarray | None = None
+    method: str,
+    clamped: Clamped,
+    W: np.ndarray,
+    table: ModeTable,
+    notes: tuple[str, ...],
+    rigid: np.ndarray | None = None,
 ) -> Reduction:
     """Orthonormalise the span ``W (n_free, k)`` with the root clamped, and collect the unit loads of the body.
 
-    `rigid` (n_free, r) are M-orthonormal rigid-body motions; the default are the mechanisms of `held`.
+    `rigid` (n_free, r) are M-orthonormal rigid-body motions; the default are the mechanisms of `clamped`.
     """
-    model = held.model
-    w2, span = ritz(W, held.K, held.M, held.mechanisms if rigid is None else rigid)
+    model = clamped.model
+    w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid)
     loads = np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
     loads[:, 12:18] = 0.0  # the root is clamped
     modes = unique_modes(w2, span)
@@ -72,37 +77,37 @@ def reduced(
         basis=model.C @ modes,
         frequency=np.sqrt(w2) / (2 * np.pi),
         loads=loads,
-        static=held.static(loads),
-        inertial=model.C @ _inertial(held, W, modes),
+        static=clamped.static(loads),
+        inertial=model.C @ _inertial(clamped, W, modes),
         table=table,
         method=method,
-        notes=(*notes, *_mechanism_note(held)),
+        notes=(*notes, *_mechanism_note(clamped)),
     )
 
 
-def _inertial(held: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
+def _inertial(clamped: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
     """Return the static responses ``(n_free, n)`` to ``M modes``, from those of the span W of the modes and mechanisms.
 
     The response to a fixed-interface mode is the mode itself over w^2, apart from the reactions of the interfaces.
     """
-    W = _unit_mass(W, held)
-    force, strain = held.M @ W, held.K @ W
+    W = _unit_mass(W, clamped)
+    force, strain = clamped.M @ W, clamped.K @ W
     quotient = np.einsum("ij,ij->j", W, strain)
     x = np.divide(W, quotient, out=np.zeros_like(W), where=quotient > 0)
     left = force - np.divide(strain, quotient, out=np.zeros_like(W), where=quotient > 0)
-    left[held.b[:6]] = 0.0
-    own = np.linalg.norm(left[held.i], axis=0) <= EIGEN * np.linalg.norm(force[held.i], axis=0)
-    left[np.ix_(held.i, own)] = 0.0
-    x += held.static_free(left)
-    loose = held.mechanisms
+    left[clamped.b[:6]] = 0.0
+    own = np.linalg.norm(left[clamped.i], axis=0) <= EIGEN * np.linalg.norm(force[clamped.i], axis=0)
+    left[np.ix_(clamped.i, own)] = 0.0
+    x += clamped.static_free(left)
+    loose = clamped.mechanisms
     span, x = np.hstack([W, loose]), np.hstack([x, 0 * loose])
-    inertia = held.M @ span
+    inertia = clamped.M @ span
     return x @ np.linalg.lstsq(span.T @ inertia, inertia.T @ modes, rcond=None)[0]
 
 
-def _unit_mass(W: np.ndarray, held: Clamped) -> np.ndarray:
+def _unit_mass(W: np.ndarray, clamped: Clamped) -> np.ndarray:
     """Return the vectors with nonzero mass, scaled to unit mass."""
-    mass = np.einsum("ij,ij->j", W, held.M @ W)
+    mass = np.einsum("ij,ij->j", W, clamped.M @ W)
     return W[:, mass > 0] / np.sqrt(mass[mass > 0])
 
 
@@ -120,22 +125,22 @@ def rigid_totals(model: FEModel) -> np.ndarray:
     return np.einsum("ij,ij->j", R, model.M @ R)
 
 
-def effective_mass(held: Clamped, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def effective_mass(clamped: Clamped, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the effective masses ``(n, 6)`` of interior vectors ``Phi (n_i, n)`` and the body's totals ``(6,)``.
 
     ``L = Phi^T (M_ii Psi + M_ib) R_b``, ``m_eff = L o L``; directions x, y, z in kg and rotations about the root
     interface in kg m^2. Theory 3.
     """
-    R = held.model.rigid_body()[held.model.free]
-    MR = held.M @ R
-    return (Phi.T @ MR[held.i]) ** 2, np.einsum("ij,ij->j", R, MR)
+    R = clamped.model.rigid_body()[clamped.model.free]
+    MR = clamped.M @ R
+    return (Phi.T @ MR[clamped.i]) ** 2, np.einsum("ij,ij->j", R, MR)
 
 
-def _mechanism_note(held: Clamped) -> tuple[str, ...]:
-    count, root = held.mechanisms.shape[1], held.model.interfaces[0].name
+def _mechanism_note(clamped: Clamped) -> tuple[str, ...]:
+    count, root = clamped.mechanisms.shape[1], clamped.model.interfaces[0].name
     if not count:
         return ()
     return (
-        f"with only {root!r} held, the body moves without strain in {count} ways, which are modes of 0 Hz; "
+        f"with only {root!r} clamped, the body moves without strain in {count} ways, which are modes of 0 Hz; "
         "if that is not meant, take a root that holds it",
     )

@@ -109,13 +109,13 @@ def clamp(model: FEModel, solver: str = "auto", algebra: Algebra = DIRECT) -> Cl
     Raises
     ------
     MechanismError
-        When the held structure can still move without strain; the sentence says where.
+        When the clamped structure can still move without strain; the sentence says where.
 
     Examples
     --------
     >>> from modalprep.examples import cantilever_model
-    >>> held = clamp(cantilever_model())
-    >>> len(held.b), held.Psi.shape
+    >>> clamped = clamp(cantilever_model())
+    >>> len(clamped.b), clamped.Psi.shape
     (6, (60, 6))
     """
     K, M = ((model.C.T @ A @ model.C).tocsr() for A in (model.K, model.M))
@@ -153,6 +153,6 @@ def _moving(model: FEModel, dofs: np.ndarray, motion: np.ndarray) -> str:
     if node < len(model.points):
         at = f"node {node + 1} near ({', '.join(f'{v:.4g}' for v in model.points[node] + model.origin)}) m"
     return (
-        f"the structure is a mechanism: with its fixed interfaces held, {at} still {what} without strain; "
+        f"the structure is a mechanism: with its fixed interfaces clamped, {at} still {what} without strain; "
         "connect that part, or fix an interface with enough nodes"
     )

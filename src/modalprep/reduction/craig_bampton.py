@@ -39,9 +39,9 @@ def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) ->
     Reduction(guyan, 6 coordinates, 0.6073..133.2 Hz)
     """
     refuse_other("guyan: the model", FEModel, model)
-    held = clamp(model, solver, algebra)
+    clamped = clamp(model, solver, algebra)
     table = with_constraint_modes(ModeTable.empty(rigid_totals(model)), model)
-    return reduced("guyan", held, held.constraint_shapes, table, ())
+    return reduced("guyan", clamped, clamped.constraint_shapes, table, ())
 
 
 def with_constraint_modes(table: ModeTable, model: FEModel) -> ModeTable:
@@ -109,38 +109,38 @@ def craig_bampton(
     refuse_other("craig_bampton: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
-    held = clamp(model, solver, algebra)
-    F = _interior_loads(held, loads or {})
+    clamped = clamp(model, solver, algebra)
+    F = _interior_loads(clamped, loads or {})
     wanted = _named(F, truncation)
-    w2, Phi, counted = algebra.lowest_modes(held.K_ii, held.M_ii, modes, factor=held.factor, solver=solver)
-    table = _candidates(held, w2, Phi, keep, np.hstack(list(F.values())))
+    w2, Phi, counted = algebra.lowest_modes(clamped.K_ii, clamped.M_ii, modes, factor=clamped.factor, solver=solver)
+    table = _candidates(clamped, w2, Phi, keep, np.hstack(list(F.values())))
     kept = Phi[:, table.kept]
-    w2_t, X = truncation_vectors(held, wanted, w2[table.kept], kept)
+    w2_t, X = truncation_vectors(clamped, wanted, w2[table.kept], kept)
     notes = (
         *completeness(w2, counted, FIXED),
         *more_modes(keep, table, modes),
         *pseudo_resonances(table, w2_t),
         *interface_boundaries(model, truncation),
     )
-    W = np.concatenate([held.constraint_shapes, held.expand(kept, X)], axis=1)
+    W = np.concatenate([clamped.constraint_shapes, clamped.expand(kept, X)], axis=1)
     answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
-    table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(held, X)[0])
-    return reduced("craig_bampton", held, W, table, notes)
+    table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
+    return reduced("craig_bampton", clamped, W, table, notes)
 
 
-def _candidates(held: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray) -> ModeTable:
+def _candidates(clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray) -> ModeTable:
     """Select the modes; values that need a solution are computed only if `keep` uses them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
-    mass, total = effective_mass(held, Phi)
+    mass, total = effective_mass(clamped, Phi)
     table = ModeTable.empty(total).with_rows(FIXED, [""] * len(w2), frequency, mass)
-    static = static_share(F, held.factor.solve(F), w2, Phi) if "static" in str(keep) else None
-    kept, reason = select(keep, frequency, table.fraction, static, *interface_shares(fixed_coupling(held, Phi), w2))
+    static = static_share(F, clamped.factor.solve(F), w2, Phi) if "static" in str(keep) else None
+    kept, reason = select(keep, frequency, table.fraction, static, *interface_shares(fixed_coupling(clamped, Phi), w2))
     return table.with_(kept=kept, reason=reason)
 
 
-def _interior_loads(held: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+def _interior_loads(clamped: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Loads ``{name: (n_i, k)}`` on the interior DOFs, scaled to about 1 N in total."""
-    model, size = held.model, model_size(held.model)
+    model, size = clamped.model, model_size(clamped.model)
     free = [frame.dofs for frame in model.interfaces if frame.boundary == "free"]
     F = {
         "interfaces": unit_loads(model, free) * np.tile(np.repeat([1.0, size], 3), len(free)),
@@ -150,7 +150,7 @@ def _interior_loads(held: Clamped, loads: Mapping[str, np.ndarray]) -> dict[str,
         if name in F:
             raise InputError(f"load {name!r} has the name of built-in loads; choose another")
         F[name] = _user_load(model, name, load)
-    inside = {name: (model.C.T @ f)[held.i] for name, f in F.items()}
+    inside = {name: (model.C.T @ f)[clamped.i] for name, f in F.items()}
     idle = [name for name in loads if not np.any(inside[name])]
     if idle:
         raise InputError(f"load {idle[0]!r} acts on fixed interfaces only and has no effect; load other nodes")

@@ -70,26 +70,26 @@ def free_interface(
     refuse_other("free_interface: the model", FEModel, model)
     if modes < 0:
         raise InputError(f"modes = {modes} must not be negative")
-    held = clamp(model, solver, algebra)
+    clamped = clamp(model, solver, algebra)
     R = model.rigid_body()[model.free]
-    w2, Phi, counted = _elastic_modes(held, R, modes, solver, algebra)
-    F, x = _relieved(held, R)
+    w2, Phi, counted = _elastic_modes(clamped, R, modes, solver, algebra)
+    F, x = _relieved(clamped, R)
     candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi))
     notes = (*completeness(w2, counted, f"elastic {FREE}"), *more_modes(keep, candidates, modes))
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
-    W = W - R @ W[held.b[:6]]  # the root's DOFs are its rigid-body motion
+    W = W - R @ W[clamped.b[:6]]  # the root's DOFs are its rigid-body motion
     attached = [f"unit load {d} on interface {frame.name}" for frame in model.interfaces for d in DIRECTIONS]
-    return reduced("free_interface", held, W, candidates.with_rows(ATTACHMENT, attached), notes)
+    return reduced("free_interface", clamped, W, candidates.with_rows(ATTACHMENT, attached), notes)
 
 
 def _elastic_modes(
-    held: Clamped, R: np.ndarray, modes: int, solver: str, algebra: Algebra
+    clamped: Clamped, R: np.ndarray, modes: int, solver: str, algebra: Algebra
 ) -> tuple[np.ndarray, np.ndarray, str]:
     """Return the lowest elastic modes of the free body, and how they were counted."""
-    x = held.static_free(held.M @ R)
-    softest = np.min(np.einsum("ij,ij->j", x, held.K @ x) / np.einsum("ij,ij->j", x, held.M @ x))
-    w2, Phi, counted = algebra.lowest_modes(held.K, held.M, modes + 6, shift=-softest, solver=solver)
+    x = clamped.static_free(clamped.M @ R)
+    softest = np.min(np.einsum("ij,ij->j", x, clamped.K @ x) / np.einsum("ij,ij->j", x, clamped.M @ x))
+    w2, Phi, counted = algebra.lowest_modes(clamped.K, clamped.M, modes + 6, shift=-softest, solver=solver)
     elastic = np.abs(w2) > RIGID * softest
     if np.sum(~elastic) != 6:
         raise MechanismError(
@@ -98,17 +98,17 @@ def _elastic_modes(
     return w2[elastic], Phi[:, elastic], counted
 
 
-def _relieved(held: Clamped, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _relieved(clamped: Clamped, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit loads on every interface, moments times the body's size, with inertia relief, and the answers to them.
 
     Both ``(n_free, 6 n_if)``; the answers do no work on the rigid motions' inertia.
     """
-    model = held.model
+    model = clamped.model
     F = model.C.T @ unit_loads(model, [frame.dofs for frame in model.interfaces])
     F = F * np.tile(np.repeat([1.0, model_size(model)], 3), len(model.interfaces))
-    MR = held.M @ R
+    MR = clamped.M @ R
     F = F - MR @ np.linalg.solve(R.T @ MR, R.T @ F)
-    x = held.static_free(F)
+    x = clamped.static_free(F)
     return F, x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)
 
 
@@ -150,10 +150,10 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     np.True_
     """
     refuse_other("improved_guyan: the model", FEModel, model)
-    held = clamp(model, solver, algebra)
-    T = np.zeros((held.K.shape[0], len(held.b)))
-    T[held.b, np.arange(len(held.b))], T[held.i] = 1.0, held.Psi
+    clamped = clamp(model, solver, algebra)
+    T = np.zeros((clamped.K.shape[0], len(clamped.b)))
+    T[clamped.b, np.arange(len(clamped.b))], T[clamped.i] = 1.0, clamped.Psi
     T = T[:, 6:]  # the root is clamped
-    reduced_K, reduced_M = T.T @ (held.K @ T), T.T @ (held.M @ T)
-    T[held.i] += held.factor.solve((held.M @ T)[held.i] @ np.linalg.solve(reduced_M, reduced_K))
-    return reduced("irs", held, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())
+    reduced_K, reduced_M = T.T @ (clamped.K @ T), T.T @ (clamped.M @ T)
+    T[clamped.i] += clamped.factor.solve((clamped.M @ T)[clamped.i] @ np.linalg.solve(reduced_M, reduced_K))
+    return reduced("irs", clamped, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())

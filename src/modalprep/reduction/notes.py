@@ -99,6 +99,6 @@ def interface_boundaries(model: FEModel, truncation: Sequence[str]) -> tuple[str
     if names["free"] and "interfaces" not in truncation:
         said.append(
             f"interface {', '.join(names['free'])} is free and truncation_vectors leaves out 'interfaces': its static "
-            "answers are only those of the kept modes"
+            "responses are only those of the kept modes"
         )
     return tuple(said)

@@ -59,7 +59,7 @@ def _over_largest(values: np.ndarray) -> np.ndarray:
     return values / max(values.max(initial=0.0), np.finfo(float).tiny)
 
 
-def fixed_coupling(held: Clamped, Phi: np.ndarray) -> np.ndarray:
+def fixed_coupling(clamped: Clamped, Phi: np.ndarray) -> np.ndarray:
     """Return the coupling ``(6 n_if, n)`` of fixed-interface modes ``Phi (n_i, n)``, kg^(-1/2).
 
     A free interface has its motion: inputs are forces and moments on it. A fixed one has ``Phi^T (M_ii Psi + M_ib)``
@@ -70,15 +70,15 @@ def fixed_coupling(held: Clamped, Phi: np.ndarray) -> np.ndarray:
     --------
     >>> from modalprep.examples import cantilever_model
     >>> from modalprep.reduction.clamped import clamp
-    >>> held = clamp(cantilever_model())
-    >>> fixed_coupling(held, np.zeros((60, 3))).shape
+    >>> clamped = clamp(cantilever_model())
+    >>> fixed_coupling(clamped, np.zeros((60, 3))).shape
     (12, 3)
     """
-    model = held.model
-    L = (held.M_ii @ held.Psi + held.M[held.i][:, held.b].toarray()).T @ Phi
+    model = clamped.model
+    L = (clamped.M_ii @ clamped.Psi + clamped.M[clamped.i][:, clamped.b].toarray()).T @ Phi
     scale = np.tile(np.repeat([1.0, 1 / model_size(model)], 3), len(L) // 6) / model.rigid.m
     free = [frame.dofs for frame in model.interfaces if frame.boundary == "free"]
-    return np.vstack([scale[:, None] * L, *(_motion(model, dofs, held.expand(Phi)) for dofs in free)])
+    return np.vstack([scale[:, None] * L, *(_motion(model, dofs, clamped.expand(Phi)) for dofs in free)])
 
 
 def free_coupling(model: FEModel, Phi: np.ndarray) -> np.ndarray:

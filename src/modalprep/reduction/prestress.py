@@ -114,7 +114,7 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     InputError
         When no multiple of the load makes the structure buckle.
     MechanismError
-        When the held structure can move without strain.
+        When the clamped structure can move without strain.
 
     References
     ----------
@@ -129,17 +129,17 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     1.0
     """
     refuse_other("buckling: the model", FEModel, model)
-    held, Kg, _ = _prestress(model, load, gravity)
-    mu, x = _largest(-Kg, held, modes)
+    clamped, Kg, _ = _prestress(model, load, gravity)
+    mu, x = _largest(-Kg, clamped, modes)
     positive = mu > NO_BUCKLING
     if not np.any(positive):
         raise InputError("no multiple of this load buckles the structure, it only stiffens it; reverse the load")
     x = x[:, positive] * unique_signs(x[:, positive])
-    return Modes(value=1 / mu[positive], shape=model.C @ held.expand(x))
+    return Modes(value=1 / mu[positive], shape=model.C @ clamped.expand(x))
 
 
 def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
-    """Return the lowest frequencies (Hz) and modes under a static load, fixed interfaces held.
+    """Return the lowest frequencies (Hz) and modes under a static load, fixed interfaces clamped.
 
     Besides the geometric stiffness they include the second-order terms of the mass: the mass of a structure deformed by
     its load moves differently in vibration (theory 4.7), computed in the span of the modes and `MORE` others. The
@@ -164,7 +164,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     InputError
         When the load is beyond the buckling load.
     MechanismError
-        When the held structure can move without strain.
+        When the clamped structure can move without strain.
 
     References
     ----------
@@ -180,25 +180,25 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     True
     """
     refuse_other("prestressed_modes: the model", FEModel, model)
-    held, Kg, x = _prestress(model, load, gravity)
+    clamped, Kg, x = _prestress(model, load, gravity)
     try:
-        count = min(modes + MORE, len(held.i))
-        w2, phi, _ = lowest_modes((held.K_ii + Kg).tocsr(), held.M_ii, count)
+        count = min(modes + MORE, len(clamped.i))
+        w2, phi, _ = lowest_modes((clamped.K_ii + Kg).tocsr(), clamped.M_ii, count)
     except AccuracyError:
         w2 = np.array([-1.0])
-    if np.any(w2 <= 0) or _largest(-Kg, held, 1)[0][0] >= 1:
+    if np.any(w2 <= 0) or _largest(-Kg, clamped, 1)[0][0] >= 1:
         raise InputError("the structure buckles under this load: it has no frequencies; reduce the load")
-    w2, turn = eigh(np.diag(w2), _moved_mass(held, x, phi))
-    return Modes(value=np.sqrt(w2[:modes]) / (2 * np.pi), shape=model.C @ held.expand(phi @ turn[:, :modes]))
+    w2, turn = eigh(np.diag(w2), _moved_mass(clamped, x, phi))
+    return Modes(value=np.sqrt(w2[:modes]) / (2 * np.pi), shape=model.C @ clamped.expand(phi @ turn[:, :modes]))
 
 
-def _moved_mass(held: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
+def _moved_mass(clamped: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:
     """Return the mass ``(n, n)`` of M-orthonormal interior modes about the static displacement ``x (n_dof,)``.
 
     Their motion is ``phi_k + Gamma(x, phi_k)``; ``phi_i M Gamma(x, phi_k)`` as in body/second_order.py.
     """
-    model, n = held.model, phi.shape[1]
-    Phi, y = model.C @ held.expand(phi), model.C @ held.expand(held.factor.solve(held.M_ii @ phi))
+    model, n = clamped.model, phi.shape[1]
+    Phi, y = model.C @ clamped.expand(phi), model.C @ clamped.expand(clamped.factor.solve(clamped.M_ii @ phi))
     both = np.column_stack([x, Phi])
     work = -model.geometric_stiffness.project(y, model.M @ Phi, both)[:, 0, 1:]
     work += model.rotating_mass.project_modes(both, slice(1, None))[:, 0, 1:]
@@ -213,15 +213,15 @@ def _prestress(model: FEModel, load: np.ndarray | None, gravity) -> tuple[Clampe
         raise InputError(f"a load needs {model.n_dof} finite numbers, one per DOF; this one has shape {load.shape}")
     field = np.concatenate([-np.asarray(gravity, dtype=float), np.zeros(9)])
     load = load + model.inertia_loads @ field
-    held = clamp(model)
-    x = np.zeros(held.K.shape[0])
-    x[held.i] = held.factor.solve((model.C.T @ load)[held.i])
+    clamped = clamp(model)
+    x = np.zeros(clamped.K.shape[0])
+    x[clamped.i] = clamped.factor.solve((model.C.T @ load)[clamped.i])
     d = model.C @ x
     Kg = model.geometric_stiffness(d, load) + model.rotating_mass(field)
-    return held, (model.C.T @ Kg @ model.C).tocsr()[held.i][:, held.i].tocsr(), d
+    return clamped, (model.C.T @ Kg @ model.C).tocsr()[clamped.i][:, clamped.i].tocsr(), d
 
 
-def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:
+def _largest(A: csr_array, clamped: Clamped, n: int) -> tuple[np.ndarray, np.ndarray]:
     """Largest eigenvalues of ``A x = mu K x``, descending; zero A gives zeros.
 
     Where the factor of a long thin model is inaccurate `factorise` uses SuperLU.
@@ -229,14 +229,14 @@ def _largest(A: csr_array, held: Clamped, n: int) -> tuple[np.ndarray, np.ndarra
     size = A.shape[0]
     n = min(n, size)
     if size <= DENSE:
-        mu, x = eigh(A.toarray(), held.K_ii.toarray(), subset_by_index=(size - n, size - 1))
+        mu, x = eigh(A.toarray(), clamped.K_ii.toarray(), subset_by_index=(size - n, size - 1))
     elif A.nnz == 0 or not np.any(A.data):
         return np.zeros(n), np.zeros((size, n))
     else:
-        mu, x = _by_factor(A, held.K_ii, held.factor, n)
-        if not _found(A, held.K_ii, mu, x):
-            mu, x = _by_factor(A, held.K_ii, factorise(held.K_ii, "superlu"), n)
-        if not _found(A, held.K_ii, mu, x):
+        mu, x = _by_factor(A, clamped.K_ii, clamped.factor, n)
+        if not _found(A, clamped.K_ii, mu, x):
+            mu, x = _by_factor(A, clamped.K_ii, factorise(clamped.K_ii, "superlu"), n)
+        if not _found(A, clamped.K_ii, mu, x):
             raise AccuracyError(
                 "buckling factors cannot be computed to three digits: the stiffness is too ill-conditioned for this "
                 "long, thin structure; use beams or shells instead of solids, or fewer elements"

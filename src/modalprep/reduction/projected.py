@@ -216,7 +216,9 @@ def interface_shapes(body: ModalBody, *names: str) -> np.ndarray:
     (4, 6)
     """
     if not np.all(body.K > 0):
-        raise InputError("the body moves without strain when its root is held, so that a load has no static response")
+        raise InputError(
+            "the body moves without strain when its root is clamped, so that a load has no static response"
+        )
     rows = [np.zeros((0, body.n))]
     for name in names:
         refuse_unknown(name, body.interface_name, f"body {body.name!r}: interface")
@@ -268,7 +270,7 @@ def _judged(sigma: np.ndarray, V: np.ndarray, tolerance: float, fraction: float 
     else:
         before = np.concatenate([[0.0], np.cumsum(part)])[: len(part)]
         kept = before < fraction * (1 - 4 * np.finfo(float).eps)
-        words = [f"the stronger ones hold {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
+        words = [f"the stronger ones have {v:.6g} of all, {'less than' if k else 'already'} {fraction:g}"
                  for v, k in zip(before, kept, strict=True)]  # fmt: skip
     most = np.argmax(np.abs(V), axis=0) if V.size else []
     reasons = zip(words, part, most, strict=True)

@@ -175,4 +175,4 @@ def _number(node: ast.expr) -> float:
             return float(value)
         case ast.BinOp(op=ast.Mult(), left=left, right=right):
             return _number(left) * _number(right)
-    raise InputError(f"keep: {ast.unparse(node)[:60]!r} is not a number of any use; {HELP}")
+    raise InputError(f"keep: {ast.unparse(node)[:60]!r} is not a usable number; {HELP}")

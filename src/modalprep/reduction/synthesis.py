@@ -94,7 +94,7 @@ class _Weld(NamedTuple):
 
     label: str
     ends: tuple[tuple[str, int], tuple[str, int] | None]
-    held: np.ndarray
+    constrained: np.ndarray
 
 
 def synthesise(
@@ -182,8 +182,8 @@ def _weld(bodies: dict[str, ModalBody], spec: tuple, count: int) -> _Weld:
     free = [name for part in spec[count:] for name in _pair(part)]
     for name in free:
         refuse_unknown(name, DIRECTIONS, f"{label}: direction")
-    held = np.array([name not in free for name in DIRECTIONS])
-    return _Weld(label, (ends[0], ends[1] if count == 2 else None), held)
+    constrained = np.array([name not in free for name in DIRECTIONS])
+    return _Weld(label, (ends[0], ends[1] if count == 2 else None), constrained)
 
 
 def _size(bodies: dict[str, ModalBody]) -> float:
@@ -237,9 +237,9 @@ def _conditions(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict, 
             toward = np.kron(np.eye(2), turn.T @ places[name][1])  # axes of the first body
             columns = slice(start[name], start[name] + 6 + bodies[name].n)
             rows[:, columns] += sign * toward @ interface_motion(bodies[name], k)
-        G = np.vstack([G, (rows * np.repeat([1.0, size], 3)[:, None])[weld.held]])
+        G = np.vstack([G, (rows * np.repeat([1.0, size], 3)[:, None])[weld.constrained]])
     scale = _column_scale(bodies, G, K, size)
-    names = [(weld.label, d) for weld in welds for d, held in zip(DIRECTIONS, weld.held, strict=True) if held]
+    names = [(weld.label, d) for weld in welds for d, fixed in zip(DIRECTIONS, weld.constrained, strict=True) if fixed]
     independent = _independent_rows(G / scale)
     lost = {label: [n[1] for n, new in zip(names, independent, strict=True) if n[0] == label and not new]
             for label, _ in names}  # fmt: skip

@@ -10,7 +10,9 @@ from modalprep.reduction.clamped import Clamped
 ENERGY = 1e-10  # relative to the largest load's static energy: less is round-off or no load
 
 
-def truncation_vectors(held: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def truncation_vectors(
+    clamped: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
     """Return the pseudo-frequencies ``w^2 (k,)`` and vectors ``(n_i, k)`` that make the static responses to F exact.
 
     ``F_t = F - M Phi Phi^T F``, ``K X = F_t``, then ``(X^T K X) y = (X^T M X) y w^2``; the vectors ``X y`` are
@@ -20,7 +22,7 @@ def truncation_vectors(held: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.nda
 
     Parameters
     ----------
-    held : Clamped
+    clamped : Clamped
     F : (n_i, m)
         Loads on the interior DOFs, of comparable size (N).
     w2, Phi : (n,), (n_i, n)
@@ -30,18 +32,18 @@ def truncation_vectors(held: Clamped, F: np.ndarray, w2: np.ndarray, Phi: np.nda
     --------
     >>> from modalprep.examples import cantilever_model
     >>> from modalprep.reduction.clamped import clamp
-    >>> held = clamp(cantilever_model())
+    >>> clamped = clamp(cantilever_model())
     >>> tip = np.eye(60)[:, -5:-4]  # unit force along y on the last node
-    >>> w2, X = truncation_vectors(held, tip, np.zeros(0), np.zeros((60, 0)))
-    >>> bool(np.allclose(X @ (X.T @ tip / w2), held.factor.solve(tip)))
+    >>> w2, X = truncation_vectors(clamped, tip, np.zeros(0), np.zeros((60, 0)))
+    >>> bool(np.allclose(X @ (X.T @ tip / w2), clamped.factor.solve(tip)))
     True
     """
     if F.shape[1] == 0:
         return np.zeros(0), np.zeros((Phi.shape[0], 0))
-    X = held.factor.solve(F)
+    X = clamped.factor.solve(F)
     energy = np.einsum("ij,ij->j", F, X)
     X = X - Phi @ ((Phi.T @ F) / w2[:, None])
-    X = X - Phi @ (Phi.T @ (held.M_ii @ X))  # repeated against round-off
-    rest = np.einsum("ij,ij->j", X, held.K_ii @ X)
+    X = X - Phi @ (Phi.T @ (clamped.M_ii @ X))  # repeated against round-off
+    rest = np.einsum("ij,ij->j", X, clamped.K_ii @ X)
     X = X[:, rest > ENERGY * max(energy.max(), np.finfo(float).tiny)]
-    return ritz(X, held.K_ii, held.M_ii)
+    return ritz(X, clamped.K_ii, clamped.M_ii)

@@ -58,7 +58,7 @@ def mac_chart(body: FlexibleBody, nodal_mass: np.ndarray | None = None) -> dict[
     --------
     >>> from modalprep.examples import uniform_beam
     >>> chart = mac_chart(uniform_beam(modes=2))
-    >>> chart["count"], len(chart["squares"]), chart["alike"]  # bending in y and in z
+    >>> chart["count"], len(chart["squares"]), chart["largest"]  # bending in y and in z
     (2, 2, [])
     """
     count = min(body.n, SHOWN)
@@ -73,7 +73,7 @@ def mac_chart(body: FlexibleBody, nodal_mass: np.ndarray | None = None) -> dict[
         "squares": [_square(i, j, mac[i, j], count) for i, j in zip(rows.tolist(), columns.tolist(), strict=True)],
         "values": [[round(float(value), 3) for value in row] for row in mac],
         "frequencies": [hertz(f) for f in body.frequency[:count]],
-        "alike": _most_similar(mac),
+        "largest": _most_similar(mac),
     }
 
 

@@ -60,7 +60,7 @@ def synthesis_table(
     >>> synthesis_table(pair, {"a": np.zeros(7), "b": np.zeros(7)}, Console(width=80, color_system=None))
     ... # doctest: +ELLIPSIS
     System modes...
-    7 modes of 2 bodies, 6 of them motions without strain.
+    7 modes of 2 bodies, 6 of them rigid-body modes.
     """
     rich = plain_table()
     for name in ("", "Hz", *fractions, *(["damping"] if damping is not None else [])):
@@ -74,7 +74,7 @@ def synthesis_table(
     head = ("System modes", "bold"), (": strain energy in each body and damping ratio, %", "dim")
     console.print(Text.assemble(*head), soft_wrap=False)
     console.print(rich, soft_wrap=False)
-    without = f", {modes.rigid} of them motions without strain" if modes.rigid else ""
+    without = f", {modes.rigid} of them rigid-body modes" if modes.rigid else ""
     console.print(Text(f"{len(modes.frequency)} modes of {len(modes.bodies)} bodies{without}."))
 
 

@@ -7,7 +7,7 @@ const scene = JSON.parse(source.textContent), part = name => box.querySelector(`
 const canvas = box.querySelector("canvas"), status = document.getElementById("viewer-status");
 const gl = canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
 if (!gl) {
-  status.textContent = "This browser has no WebGL 2, so the moving view is not shown.";
+  status.textContent = "This browser has no WebGL 2, so that the animated view is not shown.";
   box.dataset.state = "no-webgl";
   return;
 }

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.optimize import brentq
-from strips import ALUMINIUM, LENGTH, STIFF, SURFACES, beams, differences, likeness, modal, shells, solids
+from strips import ALUMINIUM, LENGTH, STIFF, SURFACES, beams, differences, mac, modal, shells, solids
 from structured import HEX_EDGES, _with_middles, box, grid_cells, random_surface, shell_model
 
 import modalprep as mp
@@ -28,7 +28,7 @@ def against_solids():
         if (shape, kind, cells) not in found:
             section = mp.Shell(material=ALUMINIUM, thickness=width / 10)
             own = modal(shells(surface, section, cells, kind), surface)
-            assert likeness(own, solid[shape]).min() > 0.999
+            assert mac(own, solid[shape]).min() > 0.999
             found[shape, kind, cells] = max(differences(own, solid[shape]).values())
         return found[shape, kind, cells]
 

@@ -200,7 +200,7 @@ def test_point_mass_is_a_rigid_body():
     assert all(check.passed for check in mp.body.check_model(full))
 
 
-def test_mass_with_inertia_on_a_solid_says_so(bracket_model):
+def test_mass_with_inertia_on_a_solid_is_reported(bracket_model):
     mesh = mp.read_mesh(__file__.rsplit("tests", 1)[0] + "meshes/bracket.msh", "mm")
     node = mesh.nodes("bolt_b")[:1]
     mesh = mesh.with_(cells={**mesh.cells, "vertex": node[:, None]},

@@ -180,7 +180,7 @@ def test_units():
         mp.fe.model_from_matrices(*in_mm, 1e3 * direct.points, dof, interfaces=interfaces, length_unit="mm")
 
 
-def test_without_geometric_stiffness_it_says_so(tmp_path):
+def test_without_geometric_stiffness_it_is_reported(tmp_path):
     direct, interfaces = frame("beam")
     model = from_own(direct, interfaces)
     made = body(model)
@@ -292,10 +292,10 @@ BAD = {
 def test_one_thing_wrong(arguments, words):
     with pytest.raises(mp.InputError) as caught:
         mp.fe.model_from_matrices(*arguments, interfaces={"root": mp.Interface(node=1, kind="node")})
-    sentence = str(caught.value)
-    assert "\n" not in sentence
+    message = str(caught.value)
+    assert "\n" not in message
     for word in words:
-        assert re.search(word if "|" in word else re.escape(word), sentence), sentence
+        assert re.search(word if "|" in word else re.escape(word), message), message
 
 
 def test_supplied_geometric_stiffness_of_another_size():

@@ -71,7 +71,7 @@ def test_a_model_open_in_gmsh_is_left_alone(tmp_path):
 
 
 @needs_gmsh
-def test_what_gmsh_refuses_is_one_sentence(tmp_path, monkeypatch):
+def test_what_gmsh_refuses_is_one_message(tmp_path, monkeypatch):
     import gmsh
 
     def fail(dimension):
@@ -131,22 +131,22 @@ NEED_GMSH = [
 ]
 
 
-def refused(folder, name, params, sentence):
-    with pytest.raises(InputError, match=sentence) as caught:
+def refused(folder, name, params, message):
+    with pytest.raises(InputError, match=message) as caught:
         make_mesh(name, folder / "a.msh", **params)
     assert "\n" not in str(caught.value)
     assert not list(folder.iterdir())
 
 
-@pytest.mark.parametrize(("name", "params", "sentence"), SENTENCES)
-def test_bad_parameters(tmp_path, name, params, sentence):
-    refused(tmp_path, name, params, sentence)
+@pytest.mark.parametrize(("name", "params", "message"), SENTENCES)
+def test_bad_parameters(tmp_path, name, params, message):
+    refused(tmp_path, name, params, message)
 
 
 @needs_gmsh
-@pytest.mark.parametrize(("name", "params", "sentence"), NEED_GMSH)
-def test_impossible_shapes(tmp_path, name, params, sentence):
-    refused(tmp_path, name, params, sentence)
+@pytest.mark.parametrize(("name", "params", "message"), NEED_GMSH)
+def test_impossible_shapes(tmp_path, name, params, message):
+    refused(tmp_path, name, params, message)
 
 
 @pytest.mark.parametrize("suffix", [".bdf", ".inp", ".vtk", ""])
@@ -156,7 +156,7 @@ def test_other_formats_lose_groups(tmp_path, suffix):
 
 
 @needs_gmsh
-def test_a_place_that_cannot_be_written(tmp_path):
+def test_a_path_that_cannot_be_written(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot write"):
         make_mesh("beam", tmp_path / "file" / "a.msh")
@@ -218,7 +218,7 @@ def test_dashes_in_parameter_names(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    ("arguments", "message"),
     [
         ([], "no shape given"),
         (["plat"], "did you mean 'plate'?"),
@@ -229,11 +229,11 @@ def test_dashes_in_parameter_names(tmp_path):
         (["plate", "-o", "a.bdf"], "generated meshes are .msh files"),
     ],
 )
-def test_wrong_command_lines(tmp_path, monkeypatch, capsys, arguments, sentence):
+def test_wrong_command_lines(tmp_path, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(tmp_path)
     assert main(["mesh", *arguments]) == 2
     said = capsys.readouterr().err
-    assert sentence in said
+    assert message in said
     assert said.count("\n") == 1
     assert not list(tmp_path.iterdir())
 

@@ -53,7 +53,7 @@ def test_node_numbers_count_from_one_without_labels(grid):
         ({"group": "wing"}, "no group 'wing'"),
     ],
 )
-def test_what_selects_nothing_says_so(grid, way, words):
+def test_what_selects_nothing_is_reported(grid, way, words):
     with pytest.raises(mp.InputError) as caught:
         pick(grid, **way)
     assert words in str(caught.value)

@@ -1,4 +1,4 @@
-"""Bad meshes of every family: exit code 2, one sentence that says what, where and what to do, nothing written."""
+"""Bad meshes of every family: exit code 2, one message that says what, where and what to do, nothing written."""
 
 import meshio
 import numpy as np
@@ -139,7 +139,7 @@ KINDS = [crossed, collapsed, not_a_number, torn, unknown_group, no_length, uprig
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.__name__)
-def test_bad_mesh_gets_one_sentence(kind, tmp_path, capsys):
+def test_bad_mesh_gets_one_message(kind, tmp_path, capsys):
     points, quads, lines, text, words = kind(*plate())
     write(tmp_path, points, quads, lines)
     (tmp_path / "job.toml").write_text(text)

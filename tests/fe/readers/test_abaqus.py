@@ -1,4 +1,4 @@
-"""Abaqus input files: what is read, and one sentence for what cannot be."""
+"""Abaqus input files: what is read, and one message for what cannot be."""
 
 import numpy as np
 import pytest
@@ -81,11 +81,11 @@ def test_bad_decks(read, old, new, words):
 
 @pytest.mark.parametrize("end", range(0, len(DECK), 5))
 def test_cut_short_anywhere(read, end):
-    """Every prefix of the deck is read, or refused with a sentence that names it."""
+    """Every prefix of the deck is read, or refused with a message that names it."""
     try:
         mesh = read(DECK[:end])
     except mp.InputError as error:
-        sentence = str(error)
+        message = str(error)
     else:
-        sentence = mesh.source
-    assert "deck.inp" in sentence
+        message = mesh.source
+    assert "deck.inp" in message

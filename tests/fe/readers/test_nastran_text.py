@@ -217,9 +217,9 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("text", "sentence"), BAD, ids=range(len(BAD)))
-def test_bad_decks_are_named_in_one_sentence(read, text, sentence):
-    with pytest.raises(InputError, match=sentence) as caught:
+@pytest.mark.parametrize(("text", "message"), BAD, ids=range(len(BAD)))
+def test_bad_decks_are_named_in_one_message(read, text, message):
+    with pytest.raises(InputError, match=message) as caught:
         read(text)
     assert "deck.bdf" in str(caught.value)
     assert "\n" not in str(caught.value)

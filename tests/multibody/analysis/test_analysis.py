@@ -274,7 +274,7 @@ def test_inverse_dynamics_inverts_forward_dynamics(seed):
     assert np.abs(hinge_forces(system, y, udot, 0.3) - tau).max() < 1e-10 * scale
 
 
-def test_prescribed_history_asks_for_the_torque_that_simulation_reports():
+def test_prescribed_history_needs_the_torque_that_simulation_reports():
     law = "0.5*(1 - cos(2*t))"
     joint = mp.Joint(name="joint", type="revolute", parent="ground", child="beam")
     system = mp.System(bodies={"beam": uniform_beam(modes=1)}, joints=(joint,), gravity=DOWN)

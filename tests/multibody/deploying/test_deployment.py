@@ -137,7 +137,7 @@ def test_reel_drawn_out_by_spin():
     np.testing.assert_allclose(found["boom.length"], 0.5 * np.cosh(np.sqrt(2) * found.time), rtol=1e-8)
 
 
-def test_jam_takes_the_energy_of_relative_motion():
+def test_stop_takes_the_energy_of_relative_motion():
     """On a straight line ``m (M - m) / M v^2 / 2``: m is outside, M all."""
     straight = flying((0.0, 0.0, 0.0))
     body = straight["bodies"]["bus"]

@@ -98,7 +98,7 @@ def swinging(factor, damping):
     return mp.System(bodies={"arm": body}, joints=(joint,), gravity=GRAVITY)
 
 
-def test_auto_takes_what_the_tolerance_and_the_stiffness_ask():
+def test_auto_suits_the_tolerance_and_the_stiffness():
     """The explicit and an implicit one each somewhere, with the counted reason; never the wrong side of the two."""
     taken = set()
     for factor, damping, rtol in ((1e6, 2.0, 1e-4), (1e6, 2.0, 1e-10), (1e5, 0.02, 1e-10)):

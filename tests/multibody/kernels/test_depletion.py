@@ -146,7 +146,7 @@ def rocket(*ends, k2=9.0, **joint):
     return mp.System(bodies={"rocket": full}, joints=(flight,), depletions=(fuel,)), fuel
 
 
-def test_ends_of_the_burn_are_exact():
+def test_end_of_the_depletion_is_exact():
     """Tsiolkovsky's rocket, and then it coasts: the restart at burnout keeps the full order."""
     system, fuel = rocket()
     gas = ExpelledGas(name="jet", at="rocket.exit", source=fuel.mass, speed=2500.0, axis=np.array([-1.0, 0, 0]))
@@ -219,7 +219,7 @@ HALF = mp.body.scaled(FULL, 0.5)
 
 
 @pytest.mark.parametrize(
-    ("make", "sentence"),
+    ("make", "message"),
     [
         (lambda: mp.multibody.burn(5.0, 6.0, 1.0), "nothing burns"),
         (lambda: mp.multibody.burn(6.0, 5.0, -1.0), "must not be negative"),
@@ -240,8 +240,8 @@ HALF = mp.body.scaled(FULL, 0.5)
         (lambda: mp.Joint(name="j", type="free", parent="ground", child="b", motion=TimeFunction(0)), "a free"),
     ],
 )  # fmt: skip
-def test_nonsense_is_refused(make, sentence):
-    with pytest.raises(mp.InputError, match=sentence):
+def test_nonsense_is_refused(make, message):
+    with pytest.raises(mp.InputError, match=message):
         make()
 
 

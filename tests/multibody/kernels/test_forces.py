@@ -199,7 +199,7 @@ def test_limits_push_and_never_pull():
         (lambda: loaded(elements=3 * (mp.multibody.HingeElement(stiffness=1.0),), type="spherical"), "use a bushing"),
     ],
 )
-def test_bad_loads_get_one_sentence(make, words):
+def test_bad_loads_get_one_message(make, words):
     with pytest.raises(mp.InputError, match=words) as refused:
         make()
     assert "\n" not in str(refused.value)
@@ -222,7 +222,7 @@ def loaded(*loads, **joint):
         ({"ground": [1, 2, 3]}, "has no effect"),
     ],
 )
-def test_bad_callbacks_get_one_sentence(result, words):
+def test_bad_callbacks_get_one_message(result, words):
     system = loaded(mp.multibody.Callback(name="c", function=lambda t, state: result))
     with pytest.raises(mp.InputError, match=words):
         order_n(system, random_state(system, 0), 0.3)

@@ -7,7 +7,7 @@ import modalprep as mp
 from modalprep.multibody.analysis.equilibrium import static_equilibrium
 
 
-def test_orientation_is_the_product_of_the_turns():
+def test_orientation_is_the_product_of_the_rotations():
     """About z, then y, then their normal z x y = -x, each in the axes that the turns before have left."""
     body = mp.rigid_body("top", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     turns = np.array([0.3, -0.5, 0.7])
@@ -21,7 +21,7 @@ def test_orientation_is_the_product_of_the_turns():
     np.testing.assert_allclose(run["g.angle"][0], turns, rtol=1e-15)
 
 
-def test_springs_pull_each_turn_to_its_rest():
+def test_springs_return_each_rotation_to_its_free_angle():
     body = mp.rigid_body("top", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     springs = tuple(
         mp.multibody.HingeElement(stiffness=k, free_position=rest) for k, rest in ((2.0, 0.1), (3.0, -0.2), (5.0, 0.4))

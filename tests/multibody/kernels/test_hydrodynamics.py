@@ -100,7 +100,7 @@ def test_energy_balances(drag):
     assert np.ptp(run["energy.stored"]) > 0.1 * np.ptp(run["energy.kinetic"])
 
 
-def test_a_pendulum_in_ideal_water_swings_as_its_inertia_and_weight_say():
+def test_a_pendulum_in_ideal_water_swings_by_its_inertia_and_weight():
     """Without drag: ``(m + m_a) L^2 / 3 t'' = -(m - m_d) g L / 2 sin t``, and all energy stays."""
     body, around = cable(0.9, normal_drag=0.0, tangential_drag=0.0, added_mass=1.7)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="rod", axis=np.array([0, 1.0, 0]),

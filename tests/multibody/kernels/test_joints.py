@@ -20,7 +20,7 @@ def single(body=None, **changes):
 
 
 @pytest.mark.parametrize(
-    ("changes", "sentence"),
+    ("changes", "message"),
     [
         ({"type": "sperical"}, "type 'sperical' does not exist; did you mean 'spherical'"),
         ({"type": "universal"}, "a universal joint needs a second_axis"),
@@ -33,8 +33,8 @@ def single(body=None, **changes):
         ({"type": "planar", "speed": np.ones(3)}, "speed .* must be 2 number"),
     ],
 )
-def test_what_a_joint_refuses(changes, sentence):
-    with pytest.raises(mp.InputError, match=f"joint 'j': {sentence}"):
+def test_what_a_joint_refuses(changes, message):
+    with pytest.raises(mp.InputError, match=f"joint 'j': {message}"):
         single(**changes)
 
 

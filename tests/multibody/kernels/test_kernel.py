@@ -247,7 +247,7 @@ def test_velocities_are_rates_of_the_poses(seed):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_poses_are_those_of_the_dense_twin(seed):
+def test_poses_are_those_of_the_reference_implementation(seed):
     e = Evaluation(seed)
     e.run()
     for name, s in zip(e.system.order, body_states(e.system, e.packed, e.y, e.motion), strict=True):

@@ -30,7 +30,7 @@ def test_errors_of_simpler_theories_are_of_second_order_in_the_spin():
         assert order == pytest.approx(2.0, abs=0.05)
 
 
-def test_ruthless_inertia_is_wrong_by_the_second_order_of_the_deflection():
+def test_ruthless_inertia_lacks_the_second_order_of_the_deflection():
     body, errors = random_body(np.random.default_rng(5), 3, geometric=False), []
     for size in (0.02, 0.01):
         system, state = carried(body, type="revolute"), np.concatenate([[0.0], size * np.ones(3), np.zeros(4)])

@@ -143,7 +143,7 @@ def test_prescribed_motion_must_not_jump(pieces, words):
         (lambda: TimeFunction(math.nan), "not a finite number"),
     ],
 )
-def test_bad_functions_get_one_sentence(make, words):
+def test_bad_functions_get_one_message(make, words):
     with pytest.raises(mp.InputError, match=words) as refused:
         make()
     assert "\n" not in str(refused.value)

@@ -259,7 +259,7 @@ def test_channels_are_views_of_the_recorded_rows():
     assert len(run.time) == len(one) == len(other) == 3
 
 
-def test_too_many_outputs_for_the_memory_is_one_sentence():
+def test_too_many_outputs_for_the_memory_is_one_message():
     system, times = random_tree(3, root="revolute"), np.array([0.0, 1.0])
     packed = pack(system)
     start, size = np.append(start_state(packed), 0.0), np.ones(packed.nx)

@@ -73,7 +73,7 @@ def test_frequencies_agree_as_modes_increase(beams):
     np.testing.assert_allclose(errors[2], 0, atol=3e-5)
 
 
-def test_knock_is_a_sum_of_modes(folder):
+def test_impulse_response_is_a_sum_of_modes(folder):
     """Displacements of a hundredth of the length, slopes of three: the linear response, to the square of those."""
     found = run_shipped("articulated-beams", folder)
     (run,) = found.runs.values()

@@ -68,7 +68,7 @@ def test_stiffness_matrix_of_the_thrust(system):
     np.testing.assert_allclose(found, expected, rtol=3e-3)
 
 
-def test_frequencies_as_the_beam_burns(system):
+def test_frequencies_of_the_depleting_beam(system):
     """w ~ m^(-1/2) of uniform depletion; half the mass at 1 s, and the thrust at the start."""
     full = system.bodies["stage"]
     fuel = mp.multibody.Depletion(

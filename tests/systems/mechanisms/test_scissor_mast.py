@@ -40,7 +40,7 @@ def test_torque_of_the_motor(run):
     np.testing.assert_allclose(run["base.drive"], expected, rtol=1e-8)
 
 
-def test_the_foot_is_held_down(run):
+def test_the_foot_stays_in_contact(run):
     """Moments about the pivot at rest, at both ends of the motion: foot cos = weight cos / 2 - torque of the motor."""
     expected = (BAYS - BAYS**2) * 9.81
     np.testing.assert_allclose(run["foot.force"][[0, -1]], [[0, expected, 0]] * 2, atol=1e-9 * abs(expected))

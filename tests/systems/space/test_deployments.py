@@ -92,7 +92,7 @@ t_end = 1.0
     ],
 )
 def test_bad_tables(tmp_path, capsys, key, more, words):
-    """One sentence, exit code 2."""
+    """One message, exit code 2."""
     file = tmp_path / "boom.toml"
     file.write_text(BOOM.format(key=key, more=more))
     assert main(["simulate", str(file), "--output", str(tmp_path)]) == 2

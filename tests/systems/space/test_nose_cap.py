@@ -21,7 +21,7 @@ def mobility(run, row, body, mass, inertia, point):
     return np.eye(2) / mass + np.outer(lever, lever) / inertia, velocity, lever
 
 
-def test_the_blow_is_that_of_two_free_bodies(run):
+def test_the_impact_is_that_of_two_free_bodies(run):
     (blow,) = run.impacts["touch"]
     row = np.searchsorted(run.time, blow.t)  # before; the state after is the next
     assert run.time[row] == run.time[row + 1] == blow.t

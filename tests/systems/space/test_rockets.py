@@ -46,7 +46,7 @@ def test_jet_damping(tmp_path):
     assert run.stats["energy_error"] < 1e-9
 
 
-def test_without_a_way_gas_takes_no_angular_momentum(tmp_path):
+def test_without_a_flow_path_gas_takes_no_angular_momentum(tmp_path):
     """Only the thrust, through the centre: the spin of the solid that remains stays."""
     system, _ = shipped("jet-damping", tmp_path)
     bare = system.with_(loads=tuple(load.with_(way=()) for load in system.loads))

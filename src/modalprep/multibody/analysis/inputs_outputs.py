@@ -72,16 +72,16 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
     if len(parts) == 3 and parts[1] in MOTIONS and parts[2] in AXES:
         return _motion(evaluator, *_interface(evaluator, parts[0], name), parts[1], AXES.index(parts[2]), y)
     if first in evaluator.system.bodies and rest.startswith("modal."):
-        places, number = evaluator.coordinates("body", first), rest.removeprefix("modal.")
-        if number.isdigit() and 1 <= int(number) <= len(places):
-            return lambda y, place=places[int(number) - 1]: y[place]
+        indices, number = evaluator.coordinates("body", first), rest.removeprefix("modal.")
+        if number.isdigit() and 1 <= int(number) <= len(indices):
+            return lambda y, k=indices[int(number) - 1]: y[k]
     if first in evaluator.system.bodies and rest.startswith("stress."):
         return _stress(evaluator, first, rest.removeprefix("stress."), name)
     if first in [joint.name for joint in evaluator.system.joints]:
         known = _hinges(evaluator, first)
         if rest not in known:
             raise InputError(f"output {name!r}: {suggestion(rest, known, f'joint {first} has')}")
-        return lambda y, place=known[rest]: y[place]
+        return lambda y, k=known[rest]: y[k]
     raise InputError(
         f"output {name!r}: name 'joint.angle', 'body.modal.1', or 'body.interface.position.x' with one of "
         f"{', '.join(MOTIONS)}"
@@ -115,16 +115,16 @@ def _hinges(evaluator: Evaluator, joint: str) -> dict[str, int]:
         elif kind in (SPHERICAL, FREE):
             first = evaluator.nx + int(row["u"]) + (3 if kind == FREE else 0)
             found["angular_velocity"] = [first, first + 1, first + 2]
-    single = {name: places[0] for name, places in found.items() if len(places) == 1}
-    return single | {f"{name}.{k + 1}": place for name, places in found.items() for k, place in enumerate(places)}
+    single = {name: indices[0] for name, indices in found.items() if len(indices) == 1}
+    return single | {f"{name}.{k + 1}": i for name, indices in found.items() for k, i in enumerate(indices)}
 
 
-def _stress(evaluator: Evaluator, body: str, place: str, name: str) -> Callable[[np.ndarray], float]:
+def _stress(evaluator: Evaluator, body: str, component: str, name: str) -> Callable[[np.ndarray], float]:
     points, modal = evaluator.system.bodies[body].stress, evaluator.coordinates("body", body)
     rows = {f"{p}.{c}": row for p, at in points.items() for c, row in zip(at.components, at.modes, strict=True)}
-    if place not in rows:
-        raise InputError(f"output {name!r}: {suggestion(place, rows, f'the linear stresses of {body} are')}")
-    return lambda y, row=rows[place]: row @ y[modal]
+    if component not in rows:
+        raise InputError(f"output {name!r}: {suggestion(component, rows, f'the linear stresses of {body} are')}")
+    return lambda y, row=rows[component]: row @ y[modal]
 
 
 def _motion(
@@ -133,13 +133,13 @@ def _motion(
     model, data = evaluator.packed.model, evaluator.data
     if what in ("acceleration", "angular_acceleration"):
         return _acceleration(evaluator, link, node, what == "angular_acceleration", axis)
-    place = ("position", "rotation", "velocity", "angular_velocity").index(what)
+    quantity = ("position", "rotation", "velocity", "angular_velocity").index(what)
 
     def state() -> tuple:
         return node_state(model, data, link, node)
 
     if what != "rotation":
-        return lambda y: state()[place][axis]
+        return lambda y: state()[quantity][axis]
     evaluator.load(y)
     world(model, data)
     start = np.reshape(state()[1], (3, 3))

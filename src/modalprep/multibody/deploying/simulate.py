@@ -102,9 +102,9 @@ class Run:
         self.stats: dict[str, float] = {}
         self.events: dict[str, list[float]] = {}
         stages = [first_stage(d) for d in system.deployments]
-        places = [_start_values(d, stage) for d, stage in zip(system.deployments, stages, strict=True)]
+        hinges = [_start_values(d, stage) for d, stage in zip(system.deployments, stages, strict=True)]
         self.phase = Phase(
-            self.settings, stages, 0.0, {name: place for found in places for name, place in found.items()}
+            self.settings, stages, 0.0, {name: values for found in hinges for name, values in found.items()}
         )
 
     def integrate(self, progress: Callable[[float], None] | None) -> Result:
@@ -202,13 +202,13 @@ def _remove(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
     """Remove the innermost rod; a cable's next rod is hinged to the exit, a beam's is aligned as it retracts."""
     n = stage.rods
     turn, spin, speed = phase.release_innermost(d, stage)
-    places = {} if stage.length is not None else {d.name: (np.array([phase.length_and_speed(d)[0]]), np.array([speed]))}
+    hinges = {} if stage.length is not None else {d.name: (np.array([phase.length_and_speed(d)[0]]), np.array([speed]))}
     if not d.guided:
-        places[f"{d.name}{n - 1}"] = _hinge_coordinates(d, turn), spin if d.spatial else spin[2:]
-        return stage.with_(rods=n - 1, locked=False, rotation=np.eye(3)), places
+        hinges[f"{d.name}{n - 1}"] = _hinge_coordinates(d, turn), spin if d.spatial else spin[2:]
+        return stage.with_(rods=n - 1, locked=False, rotation=np.eye(3)), hinges
     within = min(ALIGNED * d.rod_length / abs(speed), float(phase.settings.times[-1]))
     tilt = alignment_angle(phase.t, float(np.arctan2(turn[1, 0], turn[0, 0])), float(spin[2]), within)
-    return stage.with_(rods=n - 1, tilt=tilt, vanishing_angle=0.0), places
+    return stage.with_(rods=n - 1, tilt=tilt, vanishing_angle=0.0), hinges
 
 
 def _unlock(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:

@@ -79,7 +79,7 @@ def coriolis(body: FlexibleBody) -> np.ndarray:
 def closure_defect(body: FlexibleBody) -> float:
     """Return how much of ``w x phi`` the modes cannot take up, at most, as a share of its mass-weighted square.
 
-    A ruthless body, without P, says nothing of it: 1.
+    A body linearised in the modes, without P, has 1.
 
     Examples
     --------
@@ -204,7 +204,7 @@ def _motion(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int
     R = np.array([quaternion_matrix(e) for e in y[:, 3:7]])
     linear = np.einsum("tab,tb->ta", R, y[:, 7 + n : 10 + n])
     angular = np.cross(y[:, :3], linear) + np.einsum("tab,tb->ta", R, y[:, 10 + n : 13 + n])
-    turns = y[:, 3:7] / np.linalg.norm(y[:, 3:7], axis=1)[:, None]
+    quaternion = y[:, 3:7] / np.linalg.norm(y[:, 3:7], axis=1)[:, None]
     moment = body.m * y[:, :3] + np.einsum("tab,tb->ta", R, [deflected(momenta.part, each).s for each in q])
     energy = {
         "kinetic": np.einsum("ti,ti->t", P, speeds) / 2,
@@ -213,7 +213,7 @@ def _motion(momenta, times: np.ndarray, y: np.ndarray, g: np.ndarray, steps: int
         "dissipated": y[:, -1],
     }
     return FreeBodyMotion(
-        time=times, position=y[:, :3], quaternion=turns, q=q, linear=linear, angular=angular, speeds=speeds,
+        time=times, position=y[:, :3], quaternion=quaternion, q=q, linear=linear, angular=angular, speeds=speeds,
         energy=energy, steps=steps,
     )  # fmt: skip
 

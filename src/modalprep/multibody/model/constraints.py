@@ -156,7 +156,7 @@ class Coupler(Record):
 
     Examples
     --------
-    >>> gear = Coupler(name="gear", factors={"pinion": 3.0, "wheel": 1.0})  # the wheel turns back, at a third
+    >>> gear = Coupler(name="gear", factors={"pinion": 3.0, "wheel": 1.0})  # reverse, a third of the speed
     >>> gear.value is None
     True
     """

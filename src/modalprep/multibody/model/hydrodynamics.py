@@ -158,13 +158,13 @@ def check_rod(bodies: Mapping[str, FlexibleBody], rod: ImmersedRod) -> None:
         raise InputError(f"{what}: body {rod.body!r} is flexible; divide it into rigid rods, for example by [chains]")
     for end in rod.ends:
         refuse_unknown(end, body.interface_name, f"{what}: body {rod.body!r}: interface")
-    if len(set(rod.ends)) != 2 or not np.linalg.norm(np.subtract(*_places(body, rod))) > 0:
+    if len(set(rod.ends)) != 2 or not np.linalg.norm(np.subtract(*_end_positions(body, rod))) > 0:
         raise InputError(f"{what}: {rod.ends[0]} and {rod.ends[1]} are at one point; a rod needs two")
 
 
 def rod_constants(body: FlexibleBody, rod: ImmersedRod, align: np.ndarray) -> np.ndarray:
     """Return the constants of `laws.rod_law` in the axes of the link: `align` maps them to the body's."""
-    first, last = (align.T @ place for place in _places(body, rod))
+    first, last = (align.T @ end for end in _end_positions(body, rod))
     length = float(np.linalg.norm(last - first))
     constants = [length, rod.normal, rod.tangential, rod.added, rod.displaced, rod.water.surface]
     return np.array([*first, *((last - first) / length), *constants, *rod.water.up])
@@ -185,5 +185,5 @@ def added_inertia(constants: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     return total[:3, :3][upper], total[:3, 3:].ravel(), total[3:, 3:][upper]
 
 
-def _places(body: FlexibleBody, rod: ImmersedRod) -> list[np.ndarray]:
+def _end_positions(body: FlexibleBody, rod: ImmersedRod) -> list[np.ndarray]:
     return [body.interface_position[body.interface_name.index(end)] for end in rod.ends]

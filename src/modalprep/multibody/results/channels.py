@@ -114,15 +114,14 @@ class Channels:
     def _hinge(self, i: int) -> list[tuple[str, tuple]]:
         """Return the values of one link's hinge: name, source, indices."""
         kind, joint = self.packed.types[i], self.packed.links[i].joint
-        row = self.packed.model.links[i]
-        x, u = int(row["x"]), int(row["u"])
-        turns = kind in (REVOLUTE, PRESCRIBED_REVOLUTE)
-        position, speed = ("angle", "rate") if turns else ("displacement", "speed")
+        x, u = int(self.packed.model.links["x"][i]), int(self.packed.model.links["u"][i])
+        rotational = kind in (REVOLUTE, PRESCRIBED_REVOLUTE)
+        position, speed = ("angle", "rate") if rotational else ("displacement", "speed")
         if kind in (REVOLUTE, PRISMATIC):
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
             return [(position, (STATE, x, 0)), (speed, (STATE, self.packed.nx + u, 0)), *drive]
         if kind in PRESCRIBED:
-            along = (REACTION, i, 5 if turns else 2)
+            along = (REACTION, i, 5 if rotational else 2)
             return [(position, (MOTION, i, 0)), (speed, (MOTION, i, 1)), ("drive", along)]
         if kind in (SPHERICAL, FREE):
             rotation = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]

@@ -116,12 +116,12 @@ def _combined(file: Path, base: dict[str, Any], chosen: dict[str, Any]) -> dict[
         data.setdefault("name", file.stem)
     for key, value in chosen.items():
         *tables, last = key.split(".")
-        place = data
+        inner = data
         for table in tables:
-            place = place.setdefault(table, {})
-            if not isinstance(place, dict):
+            inner = inner.setdefault(table, {})
+            if not isinstance(inner, dict):
                 raise InputError(f"{file}: [grid]: {key!r} passes through {table!r}, which is not a table")
-        place[last] = value
+        inner[last] = value
     return data
 
 

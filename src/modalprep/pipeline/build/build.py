@@ -148,9 +148,9 @@ def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, V
     >>> read_rigid("hub", BodyTable(mass=2.0), {"root": [0.0, 0.0, 0.0]}).m
     2.0
     """
-    places = {key: np.array(place) for key, place in interfaces.items()}
+    positions = {key: np.array(x) for key, x in interfaces.items()}
     inertia = inertia_tensor(table.inertia)
-    return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=places)
+    return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=positions)
 
 
 def rotation_matrix(table: RotationTable | None) -> np.ndarray:

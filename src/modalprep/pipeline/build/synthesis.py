@@ -68,7 +68,7 @@ class Synthesised:
             "frequency": self.modes.frequency.tolist(),
             "rigid": self.modes.rigid,
             "strain_energy": {name: share.tolist() for name, share in strain_fractions(self.modes).items()},
-            "position": {name: place.tolist() for name, place in self.modes.position.items()},
+            "position": {name: x.tolist() for name, x in self.modes.position.items()},
             "rotation": {name: turn.tolist() for name, turn in self.modes.rotation.items()},
             "notes": list(self.notes),
         }
@@ -102,8 +102,8 @@ def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
 def _synthesised(pipeline: Pipeline, bodies: dict[str, FlexibleBody]) -> Synthesised:
     table = pipeline.synthesis
     welds, ground = _joined(pipeline.welds)
-    places = {name: _place(name, place) for name, place in table.placement.items()}
-    modes = synthesise(bodies, welds, placement=places, ground=ground, modes=table.modes)
+    placement = {name: _placement(name, each) for name, each in table.placement.items()}
+    modes = synthesise(bodies, welds, placement=placement, ground=ground, modes=table.modes)
     damping = None if table.damping is None else component_damping(modes, target_damping(table.damping))
     damped = bodies if damping is None else damping.applied(bodies)
     projected = {name: _projected(modes, name, table) for name in table.projected}
@@ -121,7 +121,7 @@ def _joined(tables: dict[str, WeldTable]) -> tuple[list[tuple], list[tuple]]:
     return welds, ground
 
 
-def _place(name: str, table: PlacementTable) -> Placement:
+def _placement(name: str, table: PlacementTable) -> Placement:
     with naming(f"[synthesis.placement.{name}]"):
         return np.array(table.position), rotation_matrix(table.rotation)
 

@@ -84,51 +84,51 @@ def naming(file: Path | str) -> Iterator[None]:
         raise type(error)(f"{file}: {error}") from None
 
 
-def _refuse_odd_numbers(path: Path, text: str, value: Any, place: list[str]) -> None:
+def _refuse_odd_numbers(path: Path, text: str, value: Any, keys: list[str]) -> None:
     """Refuse numbers whose powers overflow; no quantity in SI units is so large or small."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, inner in items:
-        _refuse_odd_numbers(path, text, inner, [*place, str(key)])
+        _refuse_odd_numbers(path, text, inner, [*keys, str(key)])
     if isinstance(value, (int, float)) and math.isfinite(value) and value and not SMALLEST <= abs(value) <= LARGEST:
-        line = _line(text, place)
-        raise InputError(f"{path}, line {line}: [{'.'.join(place)}]: {value:g} is no quantity in SI units; correct it")
+        line = _line(text, keys)
+        raise InputError(f"{path}, line {line}: [{'.'.join(keys)}]: {value:g} is no quantity in SI units; correct it")
 
 
 def _message(path: Path, text: str, error: ValidationError) -> str:
     first = error.errors()[0]
-    place = _place(first, tomllib.loads(text))
+    keys = _keys(first, tomllib.loads(text))
     message = first_message(error)
     unknown = re.match(r"unknown key '(.+?)'", message)
-    line = _line(text, [*place, unknown[1]] if unknown else place)
+    line = _line(text, [*keys, unknown[1]] if unknown else keys)
     where = f"{path}, line {line}" if line else str(path)
-    table = f"[{'.'.join(place)}]: " if place else ""
+    table = f"[{'.'.join(keys)}]: " if keys else ""
     more = f" ({error.error_count() - 1} more)" if error.error_count() > 1 else ""
     return f"{where}: {table}{message[:1].lower() + message[1:]}{more}"
 
 
-def _place(error: Any, data: Any) -> list[str]:
+def _keys(error: Any, data: Any) -> list[str]:
     """Return the keys of the TOML file that lead to an error, without pydantic's tags of unions."""
-    place = []
+    keys = []
     for part in error["loc"]:
         inside = part in data if isinstance(data, dict) else isinstance(part, int) and isinstance(data, list)
         if inside:
-            place.append(str(part))
+            keys.append(str(part))
             data = data[part]
-    return [*place, str(error["loc"][-1])] if error["type"] == "missing" else place
+    return [*keys, str(error["loc"][-1])] if error["type"] == "missing" else keys
 
 
-def _line(text: str, place: list[str]) -> int | None:
+def _line(text: str, keys: list[str]) -> int | None:
     """Return the line of a key: the last of its path found, table header first."""
     found, start, lines = None, 0, text.splitlines()
     header = None
-    for depth in range(len(place), 0, -1):
-        name = re.escape(".".join(place[:depth]))
+    for depth in range(len(keys), 0, -1):
+        name = re.escape(".".join(keys[:depth]))
         header = next((k for k, s in enumerate(lines) if re.match(rf"\s*\[+\s*{name}\s*\]+", s)), None)
         if header is not None:
             found, start = header + 1, header + 1
-            place = place[depth:]
+            keys = keys[depth:]
             break
-    for key in place:
+    for key in keys:
         row = next(
             (k for k in range(start, len(lines)) if re.match(rf"\s*\"?{re.escape(key)}\"?\s*=", lines[k])),
             None,

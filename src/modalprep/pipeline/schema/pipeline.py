@@ -189,5 +189,5 @@ class Pipeline(Table):
             if name not in known:
                 raise ValueError(f"truncation_vectors names load {name!r}; {suggestion(name, known, 'known are')}")
         if loads and table.method != "craig_bampton":
-            raise ValueError(f"[loads] are for method = 'craig_bampton'; {table.method!r} has no use for them")
+            raise ValueError(f"[loads] are for method = 'craig_bampton'; {table.method!r} does not use them")
         return table

@@ -54,8 +54,8 @@ class BodyTable(Table):
         size = np.linalg.eigvalsh(inertia_tensor(self.inertia))
         if 2 * size.max() > size.sum() * (1 + INERTIA_ROUNDING):
             raise ValueError(
-                f"inertia {self.inertia} belongs to no body: of its principal moments {size.round(6).tolist()} the "
-                "largest exceeds the sum of the others"
+                f"inertia {self.inertia} is physically impossible: of its principal moments {size.round(6).tolist()} "
+                "the largest exceeds the sum of the others"
             )
         return self
 

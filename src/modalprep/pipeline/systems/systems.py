@@ -30,7 +30,7 @@ from modalprep.pipeline.systems.loads import hinge_elements, prescribed_motion, 
 LABELS = {
     "consistent": "with geometric stiffness",
     "no_geometric_stiffness": "conventional theory (without)",
-    "ruthless": "ruthless linearisation",
+    "ruthless": "linearised in the modes",
 }
 
 

@@ -53,7 +53,7 @@ def refuse_colour(body: FlexibleBody, colour: str) -> None:
         raise InputError(f"colour {colour!r} is not one of {', '.join(WORDS)}")
     if colour not in colours(body):
         raise InputError(
-            f"body {body.name!r} holds no strain energy of its cells: its modal file is older than that, or it comes "
+            f"body {body.name!r} has no strain energy of its cells: its modal file is of an older version, or it comes "
             "from bare matrices or was re-rooted; build it again from its mesh, or colour by displacement"
         )
 
