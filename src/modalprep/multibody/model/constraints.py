@@ -42,7 +42,8 @@ class Closure(Record):
     position : (3,)
         m, inertial: the end on the ground.
     rotation : (3, 3), (4,) or ((3,), float)
-        Matrix, quaternion w, x, y, z, or axis and angle (rad), kept as the matrix: b's axes to a's axes at zero angle. Only what the type holds fast counts.
+        Matrix, quaternion w, x, y, z, or axis and angle (rad), kept as the matrix: b's
+        axes to a's axes at zero angle. Only what the type holds fast counts.
     length : TimeFunction or what makes one, or None
         m, of a distance; None: as at the start.
     path : (3,) of TimeFunction or what makes one, or None

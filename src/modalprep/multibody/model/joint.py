@@ -47,7 +47,8 @@ class Joint(Record):
     position : (3,)
         m: where a joint to the ground sits (inertial), or where the root of a free body starts, in the parent's frame.
     rotation : (3, 3), (4,) or ((3,), float)
-        Matrix, quaternion w, x, y, z, or axis and angle (rad), kept as the matrix: child frame to parent frame at zero angle; of a spherical or free joint at the start.
+        Matrix, quaternion w, x, y, z, or axis and angle (rad), kept as the matrix: child
+        frame to parent frame at zero angle; of a spherical or free joint at the start.
     angle, rate : float, or (2,) of a universal joint, (3,) of a gimbal
         Start of the turn of a revolute, cylindrical, universal, gimbal or planar joint, rad and rad/s.
     displacement, speed : float, or (2,) of a planar joint
