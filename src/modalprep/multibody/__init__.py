@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from modalprep.multibody.evaluation.state import State as State
     from modalprep.multibody.free_body.free_flyer import Flight as Flight
     from modalprep.multibody.free_body.free_flyer import fly_free as fly_free
+    from modalprep.multibody.model.chain import Chain as Chain
+    from modalprep.multibody.model.chain import SegmentedBeam as SegmentedBeam
     from modalprep.multibody.model.constraints import Closure as Closure
     from modalprep.multibody.model.constraints import Coupler as Coupler
     from modalprep.multibody.model.depletion import Depletion as Depletion
@@ -52,6 +54,7 @@ _NAMES = {
     "model.joint_element": "HingeElement",
     "model.loads": "DistributedForce AxialSpring Bushing Callback",
     "model.constraints": "Closure Coupler",
+    "model.chain": "Chain SegmentedBeam",
     "model.environment": "CentralGravity Orbit Dipole Conductor",
     "model.hydrodynamics": "ImmersedRod Water",
     "model.depletion": "Depletion ExpelledGas burn",
