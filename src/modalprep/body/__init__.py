@@ -32,4 +32,5 @@ _NAMES = {
     "frozen": "frozen_stiffness",
     "stress": "StressModes",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

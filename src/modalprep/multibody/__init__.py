@@ -72,4 +72,5 @@ _NAMES = {
     "analysis.spin": "spin_modes SpinModes",
     "analysis.inverse_dynamics": "inverse_dynamics hinge_forces InverseDynamics",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
