@@ -42,6 +42,7 @@ from modalprep.multibody.kernels.spatial import (
     transposed_times,
 )
 from modalprep.multibody.results.channels import (
+    ACCELERATION,
     ANGULAR,
     GRAVITY,
     HINGE_FORCE,
@@ -97,7 +98,7 @@ def observe(model, columns, t, y, ydot, row):
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]
     row[STORED], row[GRAVITY] = model.shared[SPRINGS], model.shared[POTENTIAL]
-    _joints(model, columns, y, row)
+    _joints(model, columns, y, ydot, row)
     _closures(model.cons, model.work, columns.closures, row)
     outward(tree, flex, W, F, y, model.motion)  # `inward` made articulated inertias of the bodies' own
     world(tree, W)
@@ -125,7 +126,7 @@ def _add(row, c, v):
 
 
 @compile_kernel
-def _joints(model, columns, y, row):
+def _joints(model, columns, y, ydot, row):
     for k in range(len(columns.joints)):
         source, i, j, c = columns.joints[k]
         if source == STATE:
@@ -138,6 +139,8 @@ def _joints(model, columns, y, row):
             row[c] = columns.reactions[i, j]
         elif source == WEIGHT:
             row[c] = model.tree.fixed[i, MASS]
+        elif source == ACCELERATION:
+            row[c] = ydot[i]
 
 
 @compile_kernel
