@@ -83,4 +83,5 @@ _NAMES = {
     "formats.resultfile": "write_result read_result",
     "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

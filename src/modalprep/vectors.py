@@ -2,8 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial.transform import Rotation
+
+from modalprep.errors import InputError
+
+PROPER = 1e-6  # of an entry of R R' - 1, and of the length of a quaternion
 
 
 def skew(r: np.ndarray) -> np.ndarray:
@@ -28,3 +34,56 @@ def rotation_matrix(vector: np.ndarray) -> np.ndarray:
     array([0., 1., 0.])
     """
     return Rotation.from_rotvec(vector.reshape(-1, 3)).as_matrix().reshape(*vector.shape, 3)
+
+
+def as_rotation(value: Any, what: str) -> np.ndarray:
+    """Return the rotation matrix (3, 3) that is given as a matrix, a quaternion, or an axis and an angle.
+
+    Parameters
+    ----------
+    value : (3, 3), (4,) or ((3,), float)
+        A matrix whose columns are the turned axes; a quaternion w, x, y, z of length 1; an axis of any length and the
+        angle about it, rad.
+    what : str
+        Begins the sentence of an error.
+
+    Returns
+    -------
+    (3, 3) float
+        The rotation.
+
+    Raises
+    ------
+    InputError
+        When it is none of these, or no rotation.
+
+    Examples
+    --------
+    >>> quarter = as_rotation(((0, 0, 2.0), np.pi / 2), "joint")
+    >>> quarter.round(12) @ [1.0, 0, 0]
+    array([0., 1., 0.])
+    >>> bool(np.allclose(as_rotation([0.5**0.5, 0, 0, 0.5**0.5], "joint"), quarter))
+    True
+    """
+    if isinstance(value, tuple | list) and len(value) == 2:
+        return _about_axis(value[0], value[1], what)
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.shape == (4,) and abs(np.linalg.norm(found) - 1) < PROPER:
+        return Rotation.from_quat(found, scalar_first=True).as_matrix()
+    proper = found.shape == (3, 3) and np.abs(found @ found.T - np.eye(3)).max() < PROPER and np.linalg.det(found) > 0
+    if not proper:
+        raise InputError(
+            f"{what} is no rotation: give an orthonormal matrix of 3 x 3, a quaternion (w, x, y, z) of length 1, or an "
+            "axis and an angle (rad)"
+        )
+    return found
+
+
+def _about_axis(axis: Any, angle: float, what: str) -> np.ndarray:
+    axis = np.asarray(axis, dtype=float)
+    if axis.shape != (3,) or not 0 < np.linalg.norm(axis) < np.inf or not np.isfinite(angle):
+        raise InputError(f"{what}: axis {axis.tolist()} with angle {angle} has no direction")
+    return Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()

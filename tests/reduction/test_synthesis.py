@@ -285,7 +285,7 @@ PAIR = {"left": ROD, "right": ROD}
         (dict(welds=[("left.tip", "right.root", ("rw",))]), "direction 'rw' does not exist"),
         (dict(ground=["left.top"]), "ground left.top: 'left.top' names no interface"),
         (dict(placement={"middle": (np.zeros(3), np.eye(3))}), "placement: body 'middle' does not exist"),
-        (dict(placement={"left": (np.zeros(3), -np.eye(3))}), "rotation matrix"),
+        (dict(placement={"left": (np.zeros(3), -np.eye(3))}), "is no rotation"),
         (dict(welds=[("left.tip", "right.root"), ("left.root", "right.tip")]), "2 m apart"),
         (dict(modes=-1), "modes = -1"),
     ],

@@ -32,4 +32,5 @@ _NAMES = {
     "linearised_stiffness": "linearised_geometric_stiffness",
     "stress": "StressModes",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -37,4 +37,5 @@ _NAMES = {
     "external.files": "Matrices read_matrices",
     "external.model": "model_from_matrices",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

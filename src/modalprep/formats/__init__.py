@@ -29,4 +29,5 @@ _NAMES = {
     "uff": "write_uff",
     "vtu": "write_vtu",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

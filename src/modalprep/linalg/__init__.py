@@ -15,4 +15,5 @@ _NAMES = {
     "factor": "factorise Factor",
     "modes": "lowest_modes Modes",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

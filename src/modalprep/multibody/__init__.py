@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from modalprep.multibody.evaluation.state import State as State
     from modalprep.multibody.free_body.free_flyer import FreeBodyMotion as FreeBodyMotion
     from modalprep.multibody.free_body.free_flyer import simulate_free_body as simulate_free_body
+    from modalprep.multibody.model.chain import Chain as Chain
+    from modalprep.multibody.model.chain import SegmentedBeam as SegmentedBeam
     from modalprep.multibody.model.constraints import Closure as Closure
     from modalprep.multibody.model.constraints import Coupler as Coupler
     from modalprep.multibody.model.depletion import Depletion as Depletion
@@ -52,6 +54,7 @@ _NAMES = {
     "model.joint_element": "HingeElement",
     "model.loads": "DistributedForce AxialSpring Bushing Callback",
     "model.constraints": "Closure Coupler",
+    "model.chain": "Chain SegmentedBeam",
     "model.environment": "CentralGravity Orbit Dipole Conductor",
     "model.hydrodynamics": "ImmersedRod Water",
     "model.depletion": "Depletion ExpelledGas deplete",
@@ -69,4 +72,5 @@ _NAMES = {
     "analysis.spin": "spin_modes SpinModes",
     "analysis.inverse_dynamics": "inverse_dynamics hinge_forces InverseDynamics",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -143,6 +143,17 @@ def start_channels(system: System, t_end: float) -> Result:
     return recorder.result("start", "", {})
 
 
+def channels_at(system: System, y: np.ndarray, t: float = 0.0) -> Result:
+    """Return every channel of a run at one state ``y (nx + nu,)`` and time t (s), no work done."""
+    integration = prepare(system, np.array([0.0, t + 1.0]), method="explicit", rtol=1.0, atol=1.0)
+    loading = integration.loading
+    loading.enter(*next(stretch for stretch in loading.stretches if t < stretch[1]))
+    recorder = Recorder(integration, 1)
+    recorder.add(np.array([t]), np.append(y, 0.0)[None])
+    integration.raise_callback()
+    return recorder.result("state", "", {})
+
+
 def prepare(system: System, times: np.ndarray, *, reference: bool = False, **options) -> Integration:
     """Return an integration from the joints' start values, modes at rest, no work done; options as `Integration`."""
     packed = pack(system)

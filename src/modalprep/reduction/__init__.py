@@ -42,4 +42,5 @@ _NAMES = {
     "synthesis": "synthesise SystemModes",
     "damping": "rayleigh modal_damping component_damping Rayleigh ComponentDamping",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

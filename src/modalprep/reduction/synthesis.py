@@ -17,7 +17,7 @@ from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody, body_matrices, interface_motion
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.suggest import find_interface, refuse_unknown
-from modalprep.vectors import skew
+from modalprep.vectors import as_rotation, skew
 
 DEPENDENT = 1e-8  # independent part of a condition: round-off of modes is 1e-10, axial stiffness 1e-4
 RANK = 1e-10  # singular values of the rigid columns, all lengths over that of the system: geometry, round-off 1e-15
@@ -216,10 +216,9 @@ def _refuse_gaps(bodies: dict[str, ModalBody], welds: list[_Weld], places: dict[
 
 def _read_place(bodies: dict[str, ModalBody], name: str, at: Placement) -> Placement:
     refuse_unknown(name, bodies, "placement: body")
-    p, R = (np.asarray(v, dtype=float) for v in at)
-    proper = R.shape == (3, 3) and np.allclose(R @ R.T, np.eye(3), atol=1e-9) and np.linalg.det(R) > 0
-    if p.shape != (3,) or not proper:
-        raise InputError(f"placement of {name!r}: give a position of 3 numbers and a rotation matrix of 3 x 3")
+    p, R = np.asarray(at[0], dtype=float), as_rotation(at[1], f"placement of {name!r}: the rotation")
+    if p.shape != (3,):
+        raise InputError(f"placement of {name!r}: give a position of 3 numbers")
     return p, R
 
 

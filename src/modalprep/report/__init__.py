@@ -25,4 +25,5 @@ _NAMES = {
     "pictures.system_animation": "animate_system",
     "plots": "effective_mass_plot history_plot",
 }
-__getattr__, __dir__, __all__ = lazy(__name__, _NAMES)
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

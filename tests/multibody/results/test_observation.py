@@ -103,13 +103,17 @@ def joint_channels(o):
         place, rate = state.joint(joint.name)
         if joint.type == "spherical":
             found |= {f"{joint.name}.quaternion": place, f"{joint.name}.angular_velocity": rate}
+            found[f"{joint.name}.angular_acceleration"] = o.udot[o.packed.speeds_of(joint.name)]
         elif joint.type == "free":
             found[f"{joint.name}.angular_velocity"] = rate[3:]
+            found[f"{joint.name}.angular_acceleration"] = o.udot[o.packed.speeds_of(joint.name)[3:]]
         elif joint.type != "weld":
             n = TRANSLATIONS.get(joint.type, 0)
             found |= {f"{joint.name}.displacement": place[:n], f"{joint.name}.speed": rate[:n]}
             found |= {f"{joint.name}.angle": place[n:], f"{joint.name}.rate": rate[n:]}
             rows = o.packed.speeds_of(joint.name)
+            prescribed = o.motion[o.packed.links_of(joint.name), 2]
+            found[f"{joint.name}.acceleration"] = prescribed if joint.motions else o.udot[rows]
             found[f"{joint.name}.drive"] = tau[rows] if joint.elements else np.zeros(0)
     return {name: value if len(value) > 1 else value[0] for name, value in found.items() if len(value)}
 
@@ -267,3 +271,19 @@ def test_too_many_outputs_for_the_memory_is_one_message():
     run = Integration(system, packed, Loading(system, packed, 1.0), start, times, size, **options)
     with pytest.raises(mp.InputError, match="do not fit into memory; raise output_step or lower t_end"):
         Recorder(run, 10**16)  # more than any address
+
+
+def test_accelerations_of_a_driven_pendulum():
+    """A prescribed slide carries a pendulum: ``I a = -m d (g cos + s'' (-sin))`` about the pivot, in each instant."""
+    cart = mp.rigid_body("cart", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
+    ends = {"root": np.zeros(3)}
+    bob = mp.rigid_body("bob", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=0.3 * np.eye(3), interfaces=ends)
+    motion = mp.multibody.TimeFunction("0.1*t**3")
+    slide = mp.Joint(name="slide", type="prismatic", parent="ground", child="cart", axis=np.eye(3)[0], motion=motion)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="cart.root", child="bob")
+    system = mp.System(bodies={"cart": cart, "bob": bob}, joints=(slide, hinge), gravity=np.array([0, -9.81, 0]))
+    run = mp.simulate(system, 2.0, output_step=0.1)
+    np.testing.assert_allclose(run["slide.acceleration"], 0.6 * run.time, atol=1e-9)  # of the spline of the motion
+    angle, inertia = run["hinge.angle"], 0.3 + 2.0 * 0.5**2
+    expected = 2.0 * 0.5 * (-9.81 * np.cos(angle) + run["slide.acceleration"] * np.sin(angle)) / inertia
+    np.testing.assert_allclose(run["hinge.acceleration"], expected, rtol=1e-9, atol=1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from modalprep.multibody.analysis.differences import jacobian
 from modalprep.multibody.analysis.independent_coordinates import Chart
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
+from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.multibody.results.result import Result
+from modalprep.multibody.simulate import channels_at
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
 
@@ -26,10 +30,16 @@ MOVING = 1e-9  # 1/s, rate of a loop's gap over its size, above which the loop m
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Equilibrium(Record):
-    """A static equilibrium.
+    """A state of rest; ``rest["arm.tip.position"]`` is a channel of it, named as those of a run (see `Result`).
+
+    Positions, forces of springs and what joints carry (``rest["hinge.force"]``, N, ``.torque``, N m) are among them.
 
     Attributes
     ----------
+    system : System
+        With prescribed motions held where they are, unless the motion is steady.
+    t : float
+        s.
     y : (nx + nu,)
         State, speeds zero; `joints` and `modal` have its coordinates by name.
     stable : bool
@@ -48,6 +58,8 @@ class Equilibrium(Record):
         Newton steps.
     """
 
+    system: System
+    t: float
     y: np.ndarray
     stable: bool
     stiffness: np.ndarray
@@ -56,6 +68,20 @@ class Equilibrium(Record):
     modal: dict[str, np.ndarray]
     closures: dict[str, np.ndarray]
     steps: int
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return a channel of this state, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``.
+
+        Returns
+        -------
+        float or (k,) float
+            In the unit of the channel.
+        """
+        return self._channels[name][0]
+
+    @cached_property
+    def _channels(self) -> Result:
+        return channels_at(self.system, self.y, self.t)
 
 
 def static_equilibrium(system: System, *, t: float = 0.0, steady: bool = False) -> Equilibrium:
@@ -192,6 +218,8 @@ def _length(at: _State, step: np.ndarray, g: np.ndarray) -> float:
 def _found(at: _State, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
     y, evaluator = at.chart.y, at.evaluator
     return Equilibrium(
+        system=evaluator.system if at.steady else _held(evaluator.system, evaluator.t),
+        t=evaluator.t,
         y=y,
         stable=stable,
         stiffness=stiffness,
@@ -201,6 +229,12 @@ def _found(at: _State, stiffness: np.ndarray, stable: bool, steps: int) -> Equil
         closures=evaluator.exerted(y, at.required(y)),
         steps=steps,
     )
+
+
+def _held(system: System, t: float) -> System:
+    """Return the system with prescribed motions held where they are at time t."""
+    held = {j.name: tuple(TimeFunction(law(t)[0]) for law in j.motions) for j in system.joints if j.motions}
+    return system.with_(joints=tuple(j.with_(motion=held[j.name]) if j.motions else j for j in system.joints))
 
 
 def _no_balance(at: _State, g: np.ndarray) -> str:

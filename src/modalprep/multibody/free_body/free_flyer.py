@@ -35,7 +35,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.kernels.data import EPSILON
 from modalprep.multibody.reference.equations import quaternion_matrix
 from modalprep.records import Record
-from modalprep.vectors import skew
+from modalprep.vectors import as_rotation, skew
 
 CLOSED = 1e-9  # of the mass-weighted square of w x phi
 VARIABLES = ("momentum", "efficient")
@@ -116,7 +116,7 @@ def simulate_free_body(
     ----------
     times : (nt,)
         s, ascending.
-    position, rotation : (3,), (3, 3)
+    position, rotation : (3,), (3, 3) or (4,) or ((3,), float)
         Of the root at the start, inertial (m), and of the body's axes to inertial; default the origin, parallel.
     velocity, angular_velocity : (3,)
         Of the root, m/s, and of the frame, rad/s, in the body's axes.
@@ -168,9 +168,11 @@ def simulate_free_body(
     q0 = np.zeros(n) if q is None else np.asarray(q, dtype=float)
     u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, angular_velocity)])
     momenta = (_Momentum if variables == "momentum" else _Efficient)(body)
-    turn = Rotation.from_matrix(np.eye(3) if rotation is None else rotation).as_quat(scalar_first=True)
-    origin = np.zeros(3) if position is None else np.asarray(position, dtype=float)
-    start = np.concatenate([origin, turn, q0, momenta.of(q0, np.concatenate([u, np.zeros(n)])), [0.0]])
+    turn = Rotation.from_matrix(as_rotation(np.eye(3) if rotation is None else rotation, "the rotation")).as_quat(
+        scalar_first=True
+    )
+    place = np.zeros(3) if position is None else np.asarray(position, dtype=float)
+    start = np.concatenate([place, turn, q0, momenta.of(q0, np.concatenate([u, np.zeros(n)])), [0.0]])
     g = np.zeros(3) if gravity is None else np.asarray(gravity, dtype=float)
 
     def rate(t: float, y: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.force_laws import DAMPING, REST, STIFFNESS
-from modalprep.multibody.kernels.interfaces import add_wrench, rest_position
+from modalprep.multibody.kernels.interfaces import add_wrench, free_position
 from modalprep.multibody.kernels.spatial import dot3, get3, get6, get9, put3, put6, times
 
 SLIDER, PLACE, SPEED, BASE, EXIT, AT = range(6)  # columns of Reels.at
@@ -85,7 +85,7 @@ def _innermost(data, i, reel, length):
 @compile_kernel
 def _stowed(model, data, base, node, reel, length):
     """Add the mass that is not out to the base, at the exit."""
-    r = rest_position(model, base, node)
+    r = free_position(model, base, node)
     m = reel[LINEAR_MASS] * (reel[TOTAL] - length)
     own = data.links[base]
     own.mass += m

@@ -52,7 +52,7 @@ def world(model, data):
 
 
 @compile_inline
-def rest_position(model, link, node):
+def free_position(model, link, node):
     """Position of an interface on the undeformed body of a link, in the link's axes."""
     return get3(model.interfaces[model.links[link].first_interface + node])
 
@@ -69,7 +69,7 @@ def node_state(model, data, link, node):
     """
     own, spin = data.links[link], seen_spin(data, link)
     base = get9(own.orientation)
-    r, turn, v, w = deflected_node(data.modal, model, data, link, node, rest_position(model, link, node))
+    r, turn, v, w = deflected_node(data.modal, model, data, link, node, free_position(model, link, node))
     velocity = add3(get3(own.velocity), times(base, add3(cross(spin, r), v)))
     position = add3(get3(own.position), times(base, r))
     turn = product_transposed(product(base, turn), get9(model.links[link].align))
@@ -86,7 +86,7 @@ def node_acceleration(model, data, link, node, whole):
     own = data.links[link]
     base, angular = get9(own.orientation), get_angular(own.acceleration)
     r, v, t, linear, turning = deflected_acceleration(
-        data.modal, model, data, link, node, rest_position(model, link, node)
+        data.modal, model, data, link, node, free_position(model, link, node)
     )
     v = axpy3(add3(get3(own.acceleration), add3(cross(angular, r), v)), whole, linear)
     return times(base, v), times(base, axpy3(add3(angular, t), whole, turning))
@@ -100,7 +100,7 @@ def add_wrench(model, data, link, node, force, torque):
     """
     base = get9(data.links[link].orientation)
     f, t = transposed_times(base, force), transposed_times(base, torque)
-    r = load_modes(data.modal, model, data, link, node, rest_position(model, link, node), f, t)
+    r = load_modes(data.modal, model, data, link, node, free_position(model, link, node), f, t)
     add_at_origin(data.links[link], f, add3(t, cross(r, f)))
 
 

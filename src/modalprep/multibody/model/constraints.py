@@ -14,6 +14,7 @@ from modalprep.multibody.model.loads import GROUND, locate
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
+from modalprep.vectors import as_rotation
 
 ClosureType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "spherical", "planar", "point_on_line",
@@ -40,8 +41,9 @@ class Closure(Record):
         In a's axes; second axis of a universal joint, fixed in b.
     position : (3,)
         m, inertial: the end on the ground.
-    rotation : (3, 3)
-        b's axes to a's axes at zero angle. Only the rotations that the type constrains matter.
+    rotation : (3, 3), (4,) or ((3,), float)
+        Matrix, quaternion w, x, y, z, or axis and angle (rad), kept as the matrix: b's
+        axes to a's axes at zero angle. Only what the type holds fast counts.
     length : TimeFunction or what makes one, or None
         m, of a distance; None: as at the start.
     path : (3,) of TimeFunction or what makes one, or None
@@ -90,6 +92,7 @@ class Closure(Record):
                 object.__setattr__(self, key, self._direction(key, value))
         if self.type == "universal" and self.second_axis is None:
             raise InputError(f"{self._what}: a universal joint needs a second_axis")
+        object.__setattr__(self, "rotation", as_rotation(self.rotation, f"{self._what}: rotation"))
         self._read_functions()
         self._check_friction()
         super().__post_init__()

@@ -12,6 +12,7 @@ from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
+from modalprep.vectors import as_rotation
 
 JointType = Literal[
     "weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
@@ -44,10 +45,10 @@ class Joint(Record):
         Second axis of a universal joint, of a gimbal or first direction of a planar joint (these made normal to `axis`;
         None: any), in the parent's frame at zero angles.
     position : (3,)
-        m: position of a joint to the ground (inertial), or initial position of a free body's root in the parent's
-        frame.
-    rotation : (3, 3)
-        Child frame to parent frame at zero angle; of a spherical or free joint at the start.
+        m: where a joint to the ground sits (inertial), or where the root of a free body starts, in the parent's frame.
+    rotation : (3, 3), (4,) or ((3,), float)
+        Matrix, quaternion w, x, y, z, or axis and angle (rad), kept as the matrix: child
+        frame to parent frame at zero angle; of a spherical or free joint at the start.
     angle, rate : float, or (2,) of a universal joint, (3,) of a gimbal
         Initial rotation of a revolute, cylindrical, universal, gimbal or planar joint, rad and rad/s.
     displacement, speed : float, or (2,) of a planar joint
@@ -103,6 +104,7 @@ class Joint(Record):
         ):
             self._refuse_count(key, counts.get(self.type, 0))
         object.__setattr__(self, "axis", axis)
+        object.__setattr__(self, "rotation", as_rotation(self.rotation, f"joint {self.name!r}: rotation"))
         self._check_elements()
         self._check_motion()
         super().__post_init__()

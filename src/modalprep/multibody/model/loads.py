@@ -16,6 +16,7 @@ from modalprep.multibody.model.hydrodynamics import ImmersedRod, check_rod
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import find_interface, refuse_unknown
+from modalprep.vectors import as_rotation
 
 GROUND = "ground"
 ZERO = (0.0, 0.0, 0.0)
@@ -151,11 +152,11 @@ class Bushing(Record):
         ``body.interface`` twice, or one and ``ground``.
     stiffness, damping : (6,)
         x, y, z (N/m, N s/m) and about x, y, z (N m/rad, N m s/rad) of the first interface.
-    free_position, free_rotation : (3,), (3, 3)
-        Pose of the second frame in the first without spring forces: its origin (m), and its axes to those of the
-        first.
-    position, rotation : (3,), (3, 3)
-        The frame on the ground, inertial.
+    free_position, free_rotation : (3,), rotation
+        Second frame in the first where the springs are free: its origin (m), and its axes to those of the first.
+    position, rotation : (3,), rotation
+        The frame on the ground, inertial. Rotations are a matrix (3, 3), a quaternion w, x, y, z, or a pair of axis and
+        angle (rad), kept as the matrix.
 
     Examples
     --------
@@ -182,6 +183,9 @@ class Bushing(Record):
             if shape == (6,) and not np.all(value >= 0):
                 raise InputError(f"bushing {self.name!r}: {name} {value.tolist()} must not be negative")
             object.__setattr__(self, name, value)
+        for name in ("free_rotation", "rotation"):
+            turn = as_rotation(getattr(self, name), f"bushing {self.name!r}: {name}")
+            object.__setattr__(self, name, turn)
         _two_ends("bushing", self)
         super().__post_init__()
 

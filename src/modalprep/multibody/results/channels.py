@@ -35,7 +35,7 @@ TOTALS = {
     "momentum.angular": slice(ANGULAR, SUMS),
 }
 ENERGIES = ("energy.kinetic", "energy.strain", "energy.gravity", "energy.stored")
-STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT = range(5)  # sources of a value: arrays of one evaluation
+STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT, ACCELERATION = range(6)  # what a number is: arrays of one evaluation
 INTERFACE = ("position", "velocity", "deflection", "acceleration")  # three numbers each, in this order
 
 
@@ -71,7 +71,7 @@ class Channels:
     >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
     >>> channels = Channels(arm, pack(arm), None)
     >>> channels.width, channels.index["hinge.angle"], channels.index["arm.modal"]
-    (53, 12, slice(20, 22, None))
+    (54, 12, slice(21, 23, None))
     """
 
     def __init__(self, system: System, packed: Packed, loops: Loops | None) -> None:
@@ -119,14 +119,17 @@ class Channels:
         position, speed = ("angle", "rate") if rotational else ("displacement", "speed")
         if kind in (REVOLUTE, PRISMATIC):
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
-            return [(position, (STATE, x, 0)), (speed, (STATE, self.packed.nx + u, 0)), *drive]
+            rates = [(speed, (STATE, self.packed.nx + u, 0)), ("acceleration", (ACCELERATION, self.packed.nx + u, 0))]
+            return [(position, (STATE, x, 0)), *rates, *drive]
         if kind in PRESCRIBED:
             along = (REACTION, i, 5 if rotational else 2)
-            return [(position, (MOTION, i, 0)), (speed, (MOTION, i, 1)), ("drive", along)]
+            rates = [(speed, (MOTION, i, 1)), ("acceleration", (MOTION, i, 2))]
+            return [(position, (MOTION, i, 0)), *rates, ("drive", along)]
         if kind in (SPHERICAL, FREE):
             rotation = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
             first = self.packed.nx + u + SPEEDS[kind] - 3
-            return rotation + [("angular_velocity", (STATE, first + k, 0)) for k in range(3)]
+            rates = {"angular_velocity": STATE, "angular_acceleration": ACCELERATION}
+            return rotation + [(name, (source, first + k, 0)) for name, source in rates.items() for k in range(3)]
         return []
 
     def _wrenches(self) -> list[tuple]:

@@ -26,6 +26,7 @@ from modalprep.multibody.kernels.spatial import (
     transposed_times,
 )
 from modalprep.multibody.results.channels import (
+    ACCELERATION,
     ANGULAR,
     GRAVITY,
     HINGE_FORCE,
@@ -82,7 +83,7 @@ def observe(eq, columns, t, y, ydot, row):
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]
     row[STORED], row[GRAVITY] = eq.shared[SPRINGS], eq.shared[POTENTIAL]
-    _joints(eq, columns, y, row)
+    _joints(eq, columns, y, ydot, row)
     _closures(eq.cons, eq.work, columns.closures, row)
     outward(model, data, y, eq.motion)  # `inward` made articulated inertias of the bodies' own
     world(model, data)
@@ -110,7 +111,7 @@ def _add(row, c, v):
 
 
 @compile_kernel
-def _joints(eq, columns, y, row):
+def _joints(eq, columns, y, ydot, row):
     for k in range(len(columns.joints)):
         source, i, j, c = columns.joints[k]
         if source == STATE:
@@ -123,6 +124,8 @@ def _joints(eq, columns, y, row):
             row[c] = columns.reactions[i, j]
         elif source == WEIGHT:
             row[c] = eq.data.links[i].mass
+        elif source == ACCELERATION:
+            row[c] = ydot[i]
 
 
 @compile_kernel

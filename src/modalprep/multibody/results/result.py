@@ -30,15 +30,17 @@ class Result(Record):
     time : (nt,) float
         s.
     channels : dict of (nt,) or (nt, k) float
-        ``<joint>.angle`` (rad), ``.rate``, ``.displacement`` (m), ``.speed`` by what the joint can do, ``.drive`` of
+        ``<joint>.angle`` (rad), ``.rate``, ``.displacement`` (m), ``.speed`` by what the joint can do, and
+        ``.acceleration`` of its coordinates (m/s^2, rad/s^2, travels before turns), ``.drive`` of
         its prescribed motion or hinge elements (N or N m, along the hinge), ``.quaternion`` (nt, 4) of a spherical
-        joint, ``.angular_velocity`` (nt, 3, rad/s, in the child's axes) of it and of a free one; ``.force``,
-        ``.torque`` (nt, 3): force and torque of the parent on the child at the child's root, drives included, in the
-        axes of the parent's interface (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n),
-        ``.origin`` (nt, 3, inertial, m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame;
-        ``<body>.semi_major_axis`` (m) of the orbit of its root, in orbit at a known radius.
-        ``<body>.stress.<point>.<component>`` (Pa) at the points of its modal file, and ``.von_mises``.
-        ``<spring>.length`` (m) and ``.tension`` (N), ``<conductor>.current`` (A) and ``.emf`` (V).
+        joint, ``.angular_velocity`` (nt, 3, rad/s, in the child's axes) of it and of a free one, and its rate
+        ``.angular_acceleration``; ``.force``, ``.torque`` (nt, 3):
+        what the parent exerts on the child at the child's root, drives included, in the axes of the parent's interface
+        (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
+        m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
+        the orbit of its root, in orbit at a known radius. ``<body>.stress.<point>.<component>`` (Pa) at the points of
+        its modal file, and ``.von_mises``. ``<spring>.length`` (m) and ``.tension`` (N),
+        ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``, ``energy.stored``
         (springs, accelerated water), ``energy.work``, ``energy.error`` (J), ``power.input`` (W, the rate of the work),

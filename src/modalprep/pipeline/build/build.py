@@ -8,7 +8,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from modalprep import __version__
 from modalprep.body.build import flexible_body
@@ -32,6 +31,7 @@ from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
 from modalprep.pipeline.schema.reduction import RotationTable
 from modalprep.pipeline.schema.system import inertia_tensor
 from modalprep.reduction.damping import modal_damping
+from modalprep.vectors import as_rotation
 
 # plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
 LIGHT, HEAVY = 1e-6, 2.3e4
@@ -157,10 +157,7 @@ def rotation_matrix(table: RotationTable | None) -> np.ndarray:
     """Return the rotation (3, 3) of a table, the identity without one."""
     if table is None:
         return np.eye(3)
-    axis = np.array(table.axis)
-    if not np.any(axis):
-        raise InputError(f"rotation axis {axis.tolist()} has no direction")
-    return Rotation.from_rotvec(table.angle * axis / np.linalg.norm(axis)).as_matrix()
+    return as_rotation(table.matrix or table.quaternion or (table.axis, table.angle), "rotation")
 
 
 def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
 from modalprep.errors import InputError
+from modalprep.multibody.model.chain import SegmentedBeam
+from modalprep.multibody.model.joint import Joint
 from modalprep.pipeline.schema.base import Table, Vector, first_message
 from modalprep.pipeline.schema.chain import ChainTable
 from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable
@@ -18,10 +21,7 @@ Positive = Annotated[float, Field(gt=0)]
 class BeamTable(Table):
     """A straight or curved uniform beam along x; a chain of bodies and joints ``<beam>1``, ``<beam>2``, ...
 
-    A joint has the flexibility of one segment of length l: its springs are EI/l, GJ/l, EA/l, GA/l. The clamp has that
-    of the half segment next to it, 2 EI/l. Deflections and frequencies then converge with order two in l.
-
-    Source: Banerjee (2016), Flexible Multibody Dynamics, chapter 10.
+    See `SegmentedBeam`; source: Banerjee (2016), Flexible Multibody Dynamics, chapter 10.
     """
 
     length: Positive = Field(description="m")
@@ -44,15 +44,15 @@ class BeamTable(Table):
 
     @model_validator(mode="after")
     def _makes_a_chain(self) -> BeamTable:
-        if self.GJ is not None and not isinstance(self.EI, list):
-            raise ValueError("GJ twists the beam out of its plane: give EI as two numbers, about y and z")
-        if (self.EA is None) != (self.GA is None) or (self.EA is not None and isinstance(self.EI, list)):
-            raise ValueError("EA and GA need each other and one EI: a beam extends and shears in its plane only")
         try:
             self.chain()
         except ValidationError as error:
             raise ValueError(first_message(error).replace("first:", "root:")) from None
         return self
+
+    def beam(self) -> SegmentedBeam:
+        """Return the beam, without the joint to its parent."""
+        return SegmentedBeam(name="beam", **self.model_dump(exclude={"root"}))
 
     def chain(self) -> ChainTable:
         """Return the chain of its segments.
@@ -64,12 +64,13 @@ class BeamTable(Table):
         >>> chain.segment.mass, chain.segment.inertia[2], chain.joint.stiffness, chain.first["stiffness"]
         (2.4, 0.8, [70.0], [140.0])
         """
-        clamp = self._joint(0.5 * self.length / self.segments)
+        beam = self.beam().chain
+        clamp, between = _table(beam.first), [HingeTable.model_validate(_table(joint)) for joint in beam.joint]
         return ChainTable(
-            segment=self._segment(),
+            segment=_segment(self.beam()),
             count=self.segments,
             parent=self.parent,
-            joint=HingeTable.model_validate(self._joint(self.length / self.segments)),
+            joint=between if len(between) > 1 else between[0],
             first=HingeTable.model_validate(self.root).model_dump() if "type" in self.root else clamp | self.root,
         )
 
@@ -78,50 +79,33 @@ class BeamTable(Table):
         return self.chain().bodies(name)
 
     def joints(self, name: str) -> dict[str, JointTable]:
-        """Return a table for each joint; every second one has the reverse order of rotations.
+        """Return a table for each joint."""
+        return self.chain().joints(name)
 
-        Successive rotations a, b leave a twist of a b/2, an error of order one in l, which the reverse order cancels.
-        """
-        tables = self.chain().joints(name)
-        if isinstance(self.EI, list):
-            reverse = self._joint(self.length / self.segments, reverse=True)
-            for key in [f"{name}{i}" for i in range(2, self.segments + 1, 2)]:
-                ends = {"parent": tables[key].parent, "child": tables[key].child}
-                tables[key] = JointTable.model_validate(reverse | ends)
-        return tables
 
-    def _segment(self) -> BodyTable:
-        step = self.length / self.segments
-        mass = self.mass_per_length * step
-        about_x, about_y, about_z = (step * inertia for inertia in self.rotary_inertia)
-        across = mass * step**2 / 12
-        return BodyTable(
-            mass=mass,
-            centre=[step / 2, 0.0, 0.0],
-            inertia=[about_x, about_y + across, about_z + across],
-            interfaces={"root": [0.0, 0.0, 0.0], "tip": [step, 0.0, 0.0]},
-        )
+def _segment(beam: SegmentedBeam) -> BodyTable:
+    values = beam.segment()
+    interfaces = {name: place.tolist() for name, place in values["interfaces"].items()}
+    return BodyTable(
+        mass=values["mass"], centre=values["centre"].tolist(), inertia=np.diag(values["inertia"]).tolist(),
+        interfaces=interfaces,
+    )  # fmt: skip
 
-    def _joint(self, length: float, *, reverse: bool = False) -> dict[str, Any]:
-        """Return the joint of a length of beam: translations along x, y, rotations about z, y, x (or reversed)."""
-        translations = [c for c in (self.EA, self.GA) if c is not None]
-        rotations = [*(self.EI[::-1] if isinstance(self.EI, list) else [self.EI]), *([self.GJ] if self.GJ else [])]
-        bend = [self.curvature * length, *[0.0] * (len(rotations) - 1)]
-        axes = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]][: max(2, len(rotations))]
-        if translations:
-            axes[1] = [1.0, 0.0, 0.0]
-        if reverse:
-            rotations, bend, axes = rotations[::-1], bend[::-1], axes[::-1]
-        stiffness = [c / length for c in translations + rotations]
-        return {
-            "type": "planar" if translations else ("revolute", "universal", "gimbal")[len(rotations) - 1],
-            "axis": axes[0],
-            "second_axis": axes[1],
-            "stiffness": stiffness,
-            "damping": [self.damping * k for k in stiffness],
-            "free_position": [0.0] * len(translations) + bend,
-            "start": {"angle": bend if len(rotations) > 1 else bend[0]},
-        }
+
+def _table(joint: Joint) -> dict[str, Any]:
+    """Return what a table says of a joint with springs, its name and ends left out."""
+    springs = {
+        key: [getattr(element, key) for element in joint.elements] for key in ("stiffness", "damping", "free_position")
+    }
+    second = None if joint.second_axis is None else joint.second_axis.tolist()
+    angle = np.asarray(joint.angle).tolist()
+    return {
+        "type": joint.type,
+        "axis": joint.axis.tolist(),
+        "second_axis": second,
+        "start": {"angle": angle},
+        **springs,
+    }
 
 
 def with_chains(

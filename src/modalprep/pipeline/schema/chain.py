@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, model_validator
+from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
 
+from modalprep.multibody.model.chain import chain_links
 from modalprep.pipeline.schema.base import Table, first_message
-from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable
+from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable, form
+
+Several = Annotated[list[HingeTable], Field(min_length=1)]
+Joints = Annotated[Annotated[HingeTable, Tag("table")] | Annotated[Several, Tag("list")], Discriminator(form)]
 
 
 class ChainTable(Table):
@@ -17,8 +21,11 @@ class ChainTable(Table):
     count: int = Field(ge=1, le=100_000, description="number of segments")
     parent: str = Field("ground", description="parent of the first segment: 'ground' or 'body.interface'")
     through: str = Field("tip", description="interface of a segment that carries the next one")
-    joint: HingeTable = Field(description="between neighbours: a table as under [joints], without parent and child")
-    first: dict[str, Any] = Field({}, description="keys that differ in the joint to the parent")
+    joint: Joints = Field(
+        description="between neighbours: a table as under [joints], without parent and child; a list is taken in turn, "
+        "as hinges about z and y whose axes then alternate"
+    )
+    first: dict[str, Any] = Field({}, description="keys that the joint to the parent has instead")
 
     @model_validator(mode="after")
     def _first_joint(self) -> ChainTable:
@@ -42,8 +49,9 @@ class ChainTable(Table):
         >>> [(name, table.parent, table.stiffness) for name, table in chain.joints("cable").items()]
         [('cable1', 'ground', 2.0), ('cable2', 'cable1.tip', 0.0), ('cable3', 'cable2.tip', 0.0)]
         """
-        own = self.joint.model_dump(exclude_unset=True)
-        parents = [self.parent, *(f"{name}{i}.{self.through}" for i in range(1, self.count))]
-        tables = [{**own, "parent": parent, "child": f"{name}{i}"} for i, parent in enumerate(parents, 1)]
+        each = self.joint if isinstance(self.joint, list) else [self.joint]
+        own = [table.model_dump(exclude_unset=True) for table in each]
+        links = chain_links(name, self.count, self.parent, self.through)
+        tables = [{**own[i % len(own)], "parent": parent, "child": body} for i, (body, parent) in enumerate(links)]
         tables[0] |= self.first
-        return {f"{name}{i}": JointTable.model_validate(table) for i, table in enumerate(tables, 1)}
+        return {table["child"]: JointTable.model_validate(table) for table in tables}

@@ -110,10 +110,24 @@ class WeldTable(Table):
 
 
 class RotationTable(Table):
-    """A fixed rotation about an axis: from the axes of the child or body to those of the parent or system."""
+    """A fixed rotation: from the axes of the child or body to those of the parent or system."""
 
-    axis: Vector
-    angle: Angle
+    axis: Vector | None = Field(None, description="about which it turns, with an angle")
+    angle: Angle | None = None
+    quaternion: Annotated[list[float], Field(min_length=4, max_length=4)] | None = Field(
+        None, description="instead: w, x, y, z, of length 1"
+    )
+    matrix: Annotated[list[Vector], Field(min_length=3, max_length=3)] | None = Field(
+        None, description="instead: its three rows; columns are the turned axes"
+    )
+
+    @model_validator(mode="after")
+    def _one_way(self) -> RotationTable:
+        turned = self.axis is not None and self.angle is not None
+        half = (self.axis is None) != (self.angle is None)
+        if half or turned + (self.quaternion is not None) + (self.matrix is not None) != 1:
+            raise ValueError("a rotation needs either 'axis' and 'angle', 'quaternion', or 'matrix'")
+        return self
 
 
 class PlacementTable(Table):
