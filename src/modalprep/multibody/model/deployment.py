@@ -241,11 +241,7 @@ def bending_lengths(d: Deployment, rods: int) -> np.ndarray:
     found[:, -3:] = [
         [0.625, FIRST_BEND - STIFF, STIFF], [0.375, -0.75 + STIFF, FIRST_BEND - 0.5 - STIFF], [0.0, -0.5, 0.5]
     ]  # fmt: skip
-    return (
-        found[:, -(rods - 1) :] * np.array([[d.rod_length], [1.0], [1 / d.rod_length]])
-        if rods > 1
-        else found[:, :0]
-    )
+    return found[:, -(rods - 1) :] * np.array([[d.rod_length], [1.0], [1 / d.rod_length]]) if rods > 1 else found[:, :0]
 
 
 def start_angles(d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray]:
