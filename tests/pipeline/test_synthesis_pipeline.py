@@ -105,7 +105,7 @@ def test_table_and_notes(shipped, capsys):
     printed = capsys.readouterr().out
     assert "10 modes of 2 bodies." in printed
     assert "0.15111" in printed
-    assert "outer: 15 of 25 coordinates stay" in printed
+    assert "outer: 15 of 25 coordinates are kept" in printed
     assert (shipped / "two-beams-strain-energy.png").stat().st_size > 5000
 
 

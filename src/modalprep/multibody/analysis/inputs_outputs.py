@@ -91,7 +91,7 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
 def _interface(evaluator: Evaluator, text: str, name: str) -> tuple[int, int]:
     found = locate(evaluator.system.bodies, text, repr(name))
     if found is None:
-        raise InputError(f"{name!r}: the ground has no motion; name 'body.interface'")
+        raise InputError(f"{name!r}: the ground does not move; name 'body.interface'")
     return evaluator.packed.link_of(found[0]), found[1]
 
 
