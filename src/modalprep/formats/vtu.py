@@ -11,12 +11,8 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cells import CELLS
 
-CELLS = {  # meshio name: VTK cell type; the order of nodes is VTK's
-    "vertex": 1, "line": 3, "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14,
-    "line3": 21, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "wedge15": 26, "quad9": 28,
-    "hexahedron27": 29,
-}  # fmt: skip
 NAMES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
@@ -52,6 +48,9 @@ def write_vtu(body: FlexibleBody, path: str | Path) -> Path:
     """
     if not body.cells:
         raise InputError(f"body {body.name!r} has no mesh to write; a VTU file is a picture of one")
+    unknown = sorted(kind for kind in body.cells if kind not in CELLS or CELLS[kind].vtk is None)
+    if unknown:
+        raise InputError(f"body {body.name!r} has cells that VTK does not know: {', '.join(unknown)}")
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to write on its mesh; a rigid body has none")
     with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii") as file:
@@ -78,7 +77,7 @@ def _modes(body: FlexibleBody) -> dict[str, np.ndarray]:
 
 def _cells(cells: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for nodes in cells.values()])
-    types = np.concatenate([np.full(len(nodes), CELLS[kind]) for kind, nodes in cells.items()])
+    types = np.concatenate([np.full(len(nodes), CELLS[kind].vtk) for kind, nodes in cells.items()])
     nodes = np.concatenate([np.ravel(nodes) for nodes in cells.values()])
     return {"connectivity": np.int64(nodes), "offsets": np.cumsum(sizes, dtype=np.int64), "types": np.uint8(types)}
 

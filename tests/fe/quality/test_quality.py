@@ -7,8 +7,8 @@ import pytest
 
 import modalprep as mp
 from modalprep.cli import main
-from modalprep.fe.mesh.cell_geometry import CELLS, SECOND_ORDER, curved_gradient
-from modalprep.fe.mesh.cell_geometry import _nodes as reference_nodes
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.curved_gradients import curved_gradient, reference_nodes
 from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.properties.properties import Spring
 from modalprep.fe.quality.quality import check_mesh
@@ -20,8 +20,7 @@ PARTS = {  # of a hexahedron: corners of the cells that fill it
     "wedge": [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)],
     "tetra": [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)],
 }
-VOLUMES = [(kind, count) for kind in ("tetra", "hexahedron", "wedge", "pyramid")
-           for count in (len(CELLS[kind].corners), *SECOND_ORDER[kind])]  # fmt: skip
+VOLUMES = [(cell.shape, cell.count) for cell in CELLS.values() if cell.dimension == 3]
 
 
 def plate(nx=4, ny=3):
@@ -76,10 +75,10 @@ def found(quality, kind, severity):
 
 def single(kind, count):
     """The reference cell alone, its corners and mid-side nodes."""
-    nodes = reference_nodes(kind, count) if count > len(CELLS[kind].corners) else CELLS[kind].corners
+    name = kind if count == CELLS[kind].count else f"{kind}{count}"
+    nodes = reference_nodes(CELLS[name]) if name != kind else CELLS[kind].corners
     if count == 14:
         nodes = np.vstack([nodes, [0, 0, 0]])
-    name = kind if count == len(CELLS[kind].corners) else f"{kind}{count}"
     return name, np.array(nodes), np.arange(count)[None]
 
 
@@ -179,7 +178,7 @@ def test_gradients_of_curved_volumes_differentiate_a_linear_field():
         if gradient is None:
             assert count == len(CELLS[kind].corners)
             continue
-        nodes = reference_nodes(kind, count)
+        nodes = reference_nodes(CELLS[f"{kind}{count}"])
         assert gradient @ nodes == pytest.approx(np.broadcast_to(np.eye(3), (len(gradient), 3, 3)))
 
 

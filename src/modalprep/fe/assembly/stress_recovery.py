@@ -14,12 +14,11 @@ from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.shells.laminate import strain_rotation
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
-from modalprep.fe.properties.properties import Beam, Property, Shell, Solid, Truss
+from modalprep.fe.properties.properties import Beam, Property, Shell
 
 Vector = tuple[float, float, float]
 MOST = 1000  # points of a body: each is a history of every run
 ALIKE = 0.85  # cosine between elements whose stress is averaged: 32 degrees
-DIRECTIONS = {Solid: [], Shell: [2], Beam: [0, 1, 2], Truss: [0]}  # axes in which such elements are alike, main first
 ACROSS = 0.99  # a direction whose cosine with a shell's normal is larger has no projection to speak of
 
 
@@ -206,7 +205,7 @@ def _touching(cells: np.ndarray, nodes: np.ndarray, own: list[np.ndarray] | None
 
 def _pointing(block: Block, direction: Vector) -> np.ndarray:
     """Return the rows of a block whose main axis is alike a direction."""
-    main = DIRECTIONS[type(block.section)][:1]
+    main = block.alike[:1]
     size = np.linalg.norm(direction)
     if not main or not size > 0:
         return np.zeros(0, dtype=int)
@@ -238,7 +237,7 @@ def _meeting(model: FEModel, name: str, place: np.ndarray, spec: StressPoint, th
     section = _with_fibres(sections[0], spec)
     frame = np.concatenate([block.frame for block, _ in there])
     axes = _axes(frame, section, spec)
-    known = DIRECTIONS[type(section)]
+    known = list(there[0][0].alike)
     if np.any(np.einsum("eka,ka->ek", frame, axes)[:, known] < ALIKE):
         raise InputError(
             f"elements that meet at {name} point in different directions, {_list(frame[:, known[0]])}, so that their "

@@ -103,6 +103,7 @@ class BeamBlock(Turning):
     dx : (ne, nq)
     """
 
+    alike = (0, 1, 2)
     components = 6
     section: Beam
     nodes: np.ndarray

@@ -31,6 +31,7 @@ class TrussBlock(Turning):
         3, or 6 where the bar carries torque.
     """
 
+    alike = (0,)
     section: Truss
     nodes: np.ndarray
     ends: np.ndarray

@@ -8,7 +8,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.mesh import Link, Mesh, cell_dimension
+from modalprep.fe.mesh.cells import cell_dimension, cell_of
+from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.suggest import refuse_unknown
 
@@ -124,7 +125,8 @@ def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, node
 
 def _triangles(kind: str) -> list[tuple[int, int, int]]:
     """Corners of the triangles that a surface cell is made of."""
-    return [(0, 1, 2), (0, 2, 3)] if kind.startswith("quad") else [(0, 1, 2)]
+    (corners,) = cell_of(kind).faces
+    return [(0, k, k + 1) for k in range(1, len(corners) - 1)]
 
 
 def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) -> Mesh:

@@ -11,28 +11,6 @@ from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
 
-DIMENSION = {
-    "vertex": 0,
-    "line": 1,
-    "triangle": 2,
-    "quad": 2,
-    "tetra": 3,
-    "hexahedron": 3,
-    "wedge": 3,
-    "pyramid": 3,
-}
-
-
-def cell_dimension(kind: str) -> int:
-    """Return the dimension of a meshio cell type: 0 point, 1 line, 2 surface, 3 volume.
-
-    Examples
-    --------
-    >>> cell_dimension("tetra10"), cell_dimension("line")
-    (3, 1)
-    """
-    return DIMENSION.get(kind.rstrip("0123456789"), 3)
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Link(Record):

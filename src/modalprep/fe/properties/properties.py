@@ -15,8 +15,12 @@ Membrane = Literal["opt", "cst"]
 Vector6 = tuple[float, float, float, float, float, float]
 
 
+class Property:
+    """What a mesh group is made of; `fe.families` says which block evaluates each kind."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class Beam:
+class Beam(Property):
     """Straight two-node beam, Timoshenko or (``shear=False``) Euler-Bernoulli.
 
     The section axes are e1 along the beam, ``e2 = up x e1`` and ``e3 = e1 x e2``, so that e3 points to `up`.
@@ -74,7 +78,7 @@ class Beam:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Truss:
+class Truss(Property):
     """Two-node bar that carries axial force and, with ``J > 0``, torque.
 
     Attributes
@@ -112,7 +116,7 @@ class Ply:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shell:
+class Shell(Property):
     """Three- or four-node shell: membrane, bending, transverse shear and drilling (theory 7.3).
 
     A homogeneous sheet is `material` and `thickness`; a laminate is `plies`, listed from the bottom (-e3) to the
@@ -173,7 +177,7 @@ class Shell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solid:
+class Solid(Property):
     """Three-dimensional continuum: tetrahedra, wedges and hexahedra of first or second order.
 
     Attributes
@@ -185,7 +189,7 @@ class Solid:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PointMass:
+class PointMass(Property):
     """Rigid mass at each node of a group.
 
     Attributes
@@ -215,7 +219,7 @@ class PointMass:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Spring:
+class Spring(Property):
     """Six springs between two nodes (line cells), or from a node to the ground (vertex cells).
 
     Between two nodes, e1 runs from the first to the second, ``e2 = up x e1``; coincident nodes and grounded
@@ -246,6 +250,3 @@ class Spring:
             raise InputError(
                 f"spring k = {self.k} needs six stiffnesses (N/m and N m/rad), none negative, one positive"
             )
-
-
-Property = Beam | Truss | Shell | Solid | PointMass | Spring

@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from modalprep.fe.mesh.cell_geometry import cell_of, mid_nodes
+from modalprep.fe.mesh.cells import cell_of, mid_nodes
 
 CLOSE = 1e-6  # of the local element size: nodes closer than this coincide
 ON_EDGE = 1e-3  # of an edge: a node nearer than this lies on it; two sheets a thickness apart are further

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modalprep.fe.mesh.cell_geometry import cell_of
-from modalprep.fe.mesh.mesh import Mesh, cell_dimension
+from modalprep.fe.mesh.cells import cell_dimension, cell_of
+from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Spring
 from modalprep.fe.quality import connectivity_findings as net_findings
 from modalprep.fe.quality.findings import Checked, Finding, Quality, Severity, Statistics

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.mesh import Mesh, cell_dimension
+from modalprep.fe.mesh.cells import cell_dimension
+from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.deck import read_nastran

@@ -8,25 +8,10 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
+from modalprep.fe.mesh.cells import CELLS
 
-# meshio name: VTK cell type, and type and number of nodes of the same cell without its mid-side nodes
-CELLS = {
-    "triangle": (5, 5, 3),
-    "quad": (9, 9, 4),
-    "tetra": (10, 10, 4),
-    "hexahedron": (12, 12, 8),
-    "wedge": (13, 13, 6),
-    "pyramid": (14, 14, 5),
-    "triangle6": (22, 5, 3),
-    "quad8": (23, 9, 4),
-    "tetra10": (24, 10, 4),
-    "hexahedron20": (25, 12, 8),
-    "wedge15": (26, 13, 6),
-    "pyramid13": (27, 14, 5),
-    "quad9": (28, 9, 4),
-    "hexahedron27": (29, 12, 8),
-}
-ORDER = {"line": [0, 1], "line3": [0, 2, 1]}  # along the beam: meshio puts the middle node last
+DRAWN = {kind: cell for kind, cell in CELLS.items() if cell.vtk and cell.dimension > 1}
+LINES = {kind: cell for kind, cell in CELLS.items() if cell.dimension == 1}
 
 
 def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = None) -> pyvista.PolyData | None:
@@ -44,13 +29,13 @@ def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = 
     RenderError
         When a cell type cannot be drawn.
     """
-    cells = {kind: nodes for kind, nodes in body.cells.items() if kind not in ORDER and kind != "vertex"}
-    unknown = sorted(cells.keys() - CELLS.keys())
+    cells = {kind: nodes for kind, nodes in body.cells.items() if kind not in LINES and kind != "vertex"}
+    unknown = sorted(cells.keys() - DRAWN.keys())
     if unknown:
-        raise RenderError(f"cells of type {', '.join(unknown)} cannot be drawn; known are {', '.join(CELLS)}")
+        raise RenderError(f"cells of type {', '.join(unknown)} cannot be drawn; known are {', '.join(DRAWN)}")
     if not any(len(nodes) for nodes in cells.values()):
         return None
-    grid = pyvista.UnstructuredGrid({CELLS[kind][0]: nodes for kind, nodes in cells.items()}, np.array(points))
+    grid = pyvista.UnstructuredGrid({DRAWN[kind].vtk: nodes for kind, nodes in cells.items()}, np.array(points))
     if amount is not None:
         grid["amount"] = amount
     return _skin(grid)
@@ -66,9 +51,9 @@ def _linear(body: FlexibleBody) -> dict[int, np.ndarray]:
     """Return {VTK type: corner nodes}; two kinds may share a linear type."""
     parts: dict[int, list[np.ndarray]] = {}
     for kind, nodes in body.cells.items():
-        if kind in CELLS:
-            _, linear, count = CELLS[kind]
-            parts.setdefault(linear, []).append(nodes[:, :count])
+        if kind in DRAWN:
+            first = CELLS[DRAWN[kind].shape]
+            parts.setdefault(first.vtk, []).append(nodes[:, : first.count])
     return {linear: np.concatenate(blocks) for linear, blocks in parts.items()}
 
 
@@ -82,7 +67,7 @@ def _skin(grid: pyvista.UnstructuredGrid) -> pyvista.PolyData:
 
 def lines(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = None) -> pyvista.PolyData | None:
     """Return the beams as lines, as `surface` does the rest; None without any."""
-    strips = [np.asarray(body.cells[kind])[:, order] for kind, order in ORDER.items() if kind in body.cells]
+    strips = [np.asarray(body.cells[kind])[:, cell.along] for kind, cell in LINES.items() if kind in body.cells]
     rows = [np.column_stack([np.full(len(s), s.shape[1]), s]).ravel() for s in strips if len(s)]
     if not rows:
         return None

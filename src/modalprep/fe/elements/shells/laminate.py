@@ -49,6 +49,20 @@ def shell_section(shell: Shell) -> ShellSection:
     return _laminate(shell) if shell.plies else _sheet(shell)
 
 
+def section_moduli(s: ShellSection, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``[[A, B], [B, D]] (ne or 1, 6, 6)`` and ``S (ne or 1, 2, 2)``, material axes at ``angle (ne,)``, rad."""
+    if np.ptp(angle) == 0 or _isotropic(s):
+        angle = angle[:1]
+    T = np.zeros((len(angle), 6, 6))
+    T[:, :3, :3] = T[:, 3:, 3:] = strain_rotation(angle)
+    return T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T, turned_shear(s.S, angle)
+
+
+def total_thickness(shell: Shell) -> float:
+    """Return the thickness of a sheet or of all plies, m."""
+    return shell.thickness or sum(ply.thickness for ply in shell.plies)
+
+
 def _sheet(shell: Shell) -> ShellSection:
     t, rho = shell.thickness, shell.material.rho
     bending, shear = shell.bending_material or shell.material, shell.shear_material or shell.material
@@ -162,3 +176,10 @@ def strain_rotation(angle: np.ndarray | float) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
     T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
     return np.moveaxis(T, (0, 1), (-2, -1))
+
+
+def _isotropic(s: ShellSection) -> bool:
+    """Whether the section looks the same in axes turned by any angle."""
+    T = strain_rotation(0.5)
+    alike = [np.abs(T.T @ Q @ T - Q).max() <= 1e-12 * np.abs(Q).max() for Q in (s.A, s.B, s.D)]
+    return all(alike) and bool(np.abs(s.S - s.S[0, 0] * np.eye(2)).max() <= 1e-12 * s.S[0, 0])

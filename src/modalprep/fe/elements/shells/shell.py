@@ -34,10 +34,10 @@ from modalprep.fe.elements.shells.frames import given, material_angle, refuse_ba
 from modalprep.fe.elements.shells.laminate import (
     ShellSection,
     faces,
+    section_moduli,
     shell_section,
-    strain_rotation,
+    total_thickness,
     turned,
-    turned_shear,
 )
 from modalprep.fe.elements.shells.second_order import STIFFNESS_DEGREE, ShellInside
 from modalprep.fe.mesh.reference_cells import NODES
@@ -67,6 +67,7 @@ class ShellBlock(ShellInside):
         From e1 to axis 1 of the material, rad.
     """
 
+    alike = (2,)
     components = 6
     kind: str
     section: Shell
@@ -110,13 +111,7 @@ class ShellBlock(ShellInside):
     @cached_property
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
         """``[[A, B], [B, D]] (ne or 1, 6, 6)`` and ``S (ne or 1, 2, 2)`` in the element's axes."""
-        s, angle = self._section, self.angle
-        if np.ptp(angle) == 0 or _isotropic(s):
-            angle = angle[:1]
-        T = np.zeros((len(angle), 6, 6))
-        T[:, :3, :3] = T[:, 3:, 3:] = strain_rotation(angle)
-        C = T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T
-        return C, turned_shear(s.S, angle)
+        return section_moduli(self._section, self.angle)
 
     @cached_property
     def strain(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -253,8 +248,8 @@ class ShellBlock(ShellInside):
 
     def volume(self) -> np.ndarray:
         """Area times thickness ``(ne,)``, m^3."""
-        thickness = self.section.thickness or sum(ply.thickness for ply in self.section.plies)
-        return thickness * FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
+        area = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
+        return total_thickness(self.section) * area
 
 
 def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:
@@ -265,10 +260,3 @@ def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:
     K_bb = (weighted[..., :3] @ inner).sum(axis=1)
     K_ba = weighted.transpose(0, 2, 1, 3).reshape(ne, m, nq * ns) @ B.reshape(ne, nq * ns, -1)
     return -np.linalg.solve(K_bb, K_ba)
-
-
-def _isotropic(s: ShellSection) -> bool:
-    """Whether the section looks the same in axes turned by any angle."""
-    T = strain_rotation(0.5)
-    turned = [np.abs(T.T @ Q @ T - Q).max() <= 1e-12 * np.abs(Q).max() for Q in (s.A, s.B, s.D)]
-    return all(turned) and bool(np.abs(s.S - s.S[0, 0] * np.eye(2)).max() <= 1e-12 * s.S[0, 0])
