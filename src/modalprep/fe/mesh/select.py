@@ -112,7 +112,7 @@ class NodeSet:
 
 
 def _numbers(value: object) -> str:
-    if isinstance(value, (tuple, list)):
+    if isinstance(value, (tuple, list, np.ndarray)):
         return f"({', '.join(_numbers(v) for v in value)})"
     return f"{value:g}"
 
