@@ -188,7 +188,7 @@ BAD = [
         GOOD + "CQUAD8,3,2,1,2,3,4,5,6,+\n+,7,8\n",
         "CQUAD8 3: quad8 cells have no element here; mesh with",
     ),
-    (GOOD + "CTRIA6,3,2,1,2,3\n", "CTRIA6 3: triangle6 cells have no element here"),
+    (GOOD + "CTRIA6,3,2,1,2,3\n", "CTRIA6 3: G4 is missing"),
     (GOOD + "CPYRAM,3,2,1,2,3,4,5\n", "CPYRAM 3: pyramid cells have no element here; mesh with tetra"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,8,.1\nMAT2,8\n", "PSHELL 2: material 8 is MAT2; use MAT1 or MAT8"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,,.1,7\n", "PSHELL 2: needs MID1"),

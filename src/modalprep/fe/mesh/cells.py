@@ -143,7 +143,10 @@ _first(
     powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)), abaqus="S3R?S?|STRI3|M3D3|S3RT|DS3",
     nastran=("CTRIA3", "CTRIAR"),
 )  # fmt: skip
-_second("triangle", 6, powers=((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)), vtk=22, nastran=("CTRIA6",))
+_second(
+    "triangle", 6, reference="ElementTriP2", powers=((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)), vtk=22,
+    abaqus="STRI65|S6R?|DS6", nastran=("CTRIA6",),
+)  # fmt: skip
 _second("triangle", 7)
 _first(
     "quad", _SQUARE, [(0, 1), (1, 2), (2, 3), (3, 0)], ((0, 1, 2, 3),), reference="ElementQuad1", powers=_PLANE[:4],
