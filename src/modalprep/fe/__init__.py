@@ -1,1 +1,1 @@
-"""Finite elements: meshes, properties, families, interfaces; the only home of scikit-fem, meshio, gmsh."""
+"""Finite elements: meshes, properties, element families, interfaces, assembly; the only user of scikit-fem and gmsh."""

@@ -12,7 +12,8 @@ from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.solid import DEGREE as SOLID_CELLS
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.elements.truss import TrussBlock
-from modalprep.fe.properties.properties import Beam, PointMass, Property, Shell, Solid, Spring, Truss
+from modalprep.fe.properties.points import PointMass, Spring
+from modalprep.fe.properties.properties import Beam, Property, Shell, Solid, Truss
 
 FAMILIES: Mapping[type[Property], Mapping[str, type[Block]]] = {
     Beam: {"line": BeamBlock},

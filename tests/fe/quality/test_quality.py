@@ -10,7 +10,7 @@ from modalprep.cli import main
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.curved_gradients import curved_gradient, reference_nodes
 from modalprep.fe.mesh.mesh import Link, Mesh
-from modalprep.fe.properties.properties import Spring
+from modalprep.fe.properties.points import Spring
 from modalprep.fe.quality.quality import check_mesh
 from modalprep.fe.quality.shape import measure
 
@@ -59,11 +59,11 @@ def kinds(quality):
 
 def only(quality, kind, severity):
     """The finding, which must be the only one."""
-    assert kinds(quality).keys() == {kind}, [f.sentence for f in quality.findings]
+    assert kinds(quality).keys() == {kind}, [f.message for f in quality.findings]
     (finding,) = quality.findings
     assert finding.severity == severity
-    assert "{" not in finding.sentence
-    assert "; " in finding.sentence
+    assert "{" not in finding.message
+    assert "; " in finding.message
     return finding
 
 
@@ -267,7 +267,7 @@ def test_disconnected_parts_and_what_joins_them():
     net = mesh(apart, base, quad=cells)
     finding = found(check_mesh(net), "disconnected", "error")
     assert (finding.count, finding.cells["quad"].tolist()) == (2, [12])
-    assert "2 disconnected parts, the smallest has 4 nodes" in finding.sentence
+    assert "2 disconnected parts, the smallest has 4 nodes" in finding.message
     tie = Link(kind="rbe2", node=0, nodes=np.array([len(points), len(points) + 1]))
     assert check_mesh(net.with_(links=(tie,))).findings == ()
     assert check_mesh(net, joined=["both"]).findings == ()
@@ -347,7 +347,7 @@ def test_first_order_tetrahedra():
     points, cells = block("tetra")
     finding = only(check_mesh(mesh(points, tetra=cells)), "linear tetra", "warning")
     assert finding.count == 72
-    assert "save the mesh with second-order elements" in finding.sentence
+    assert "save the mesh with second-order elements" in finding.message
 
 
 def cut(points, quads, along):
@@ -489,7 +489,7 @@ def test_errors_come_first():
     quads[0] = quads[0][[0, 1, 3, 2]]
     quality = check_mesh(mesh(np.vstack([points, [[7, 7, 7]]]), quad=quads))
     assert [f.severity for f in quality.findings] == ["error", "warning"]
-    assert "crossed or re-entrant" in quality.errors[0].sentence
+    assert "crossed or re-entrant" in quality.errors[0].message
 
 
 def test_hundred_thousand_cells_are_checked():

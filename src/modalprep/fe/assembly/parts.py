@@ -1,4 +1,4 @@
-"""Which elements a model has: mesh groups paired with their properties, checked to cover the structure once."""
+"""The elements of a model: mesh groups with their properties, which must cover the structure exactly once."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from modalprep.fe.elements.block import Block
 from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.fe.properties.properties import Property, Spring
-from modalprep.fe.quality.connectivity import pieces
+from modalprep.fe.properties.points import Spring
+from modalprep.fe.properties.properties import Property
+from modalprep.fe.quality.connectivity import smallest_part
 
 CHUNK = 4096  # elements evaluated at once: bounds the memory of shape gradients
 
@@ -63,7 +64,7 @@ class Part:
 
 
 def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str]) -> tuple[list[Part], list[str]]:
-    """Return every structural element once, and notes on cells left out.
+    """Return the structural elements, and notes on cells that are left out.
 
     Parameters
     ----------
@@ -130,9 +131,9 @@ def used_nodes(parts: list[Part]) -> np.ndarray:
 
 
 def refuse_disconnected(points: np.ndarray, parts: list[Part], tied: list[np.ndarray]) -> None:
-    """Refuse a structure in several pieces; `tied` lists the node sets that links and interfaces hold together."""
+    """Refuse a structure in several parts; `tied` lists the node sets that links and interfaces connect."""
     groups = [part.nodes for part in parts] + [nodes[None] for nodes in tied]
-    count, small, where = pieces(groups, used_nodes(parts), points)
+    count, small, where = smallest_part(groups, used_nodes(parts), points)
     if count > 1:
         raise InputError(
             f"the structure is in {count} disconnected parts, the smallest has {len(small)} nodes "

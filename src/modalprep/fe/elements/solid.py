@@ -175,7 +175,7 @@ class SolidBlock:
         return elastic + np.sum((cubic + quadratic) * dx, axis=1)
 
     def rotating_arms(self) -> None:
-        """None: the nodes of solids do not turn."""
+        """None: the nodes of solids have no rotations."""
 
     def stress(self, d: np.ndarray) -> np.ndarray:
         """Cauchy stress ``(ne, nq, 3, 3, k)``, Pa, at the quadrature points for displacements ``d (ne, nn, 3, k)``."""

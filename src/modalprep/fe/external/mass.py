@@ -95,7 +95,7 @@ def _between_rotations(M: csr_array, dof: np.ndarray) -> dict[tuple[int, int], c
 
 
 def _selection(dof: np.ndarray, n: int) -> csr_array:
-    """Matrix (n, dof.size) that puts the entries of a table of DOFs in their places, row by row."""
+    """Matrix (n, dof.size) that maps the entries of a table of DOFs, row by row, to the DOFs."""
     columns = np.flatnonzero(dof.ravel() >= 0)
     place = (dof.ravel()[columns], columns)
     return coo_array((np.ones(len(columns)), place), shape=(n, dof.size)).tocsr()

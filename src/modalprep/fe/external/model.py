@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.assemble import place_frames, root_first, without_loose
+from modalprep.fe.assembly.assemble import place_frames, root_first, without_unused_dofs
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel, rigid_motions
 from modalprep.fe.assembly.rotating_mass import RotatingMass
@@ -58,11 +58,11 @@ def model_from_matrices(
     mass_unit: str | None = None,
     geometric_stiffness: StressStiffness | None = None,
 ) -> FEModel:
-    """Return the model of matrices that another program assembled, for the free (unsupported) structure.
+    """Return the model of the free (unsupported) structure whose matrices another program assembled.
 
-    Rows belong to displacements and rotations along global axes. Of the mass integrals m, s0, E0, g, the
-    antisymmetric part of h and the sum of the mass tensor are exact; all are where nodes have no rotations
-    (solids). The rest is approximate (mass.py).
+    Rows belong to displacements and rotations along global axes. Of the mass integrals, m, s0, E0, g, the
+    antisymmetric part of h and the sum of the mass tensor are exact; where nodes have no rotations (solids) all
+    integrals are exact. The others are approximate.
 
     Parameters
     ----------
@@ -80,13 +80,22 @@ def model_from_matrices(
     length_unit, mass_unit : str
         Units of the matrices, with seconds; ``mass_unit`` may be left out with metres (kg).
     geometric_stiffness : callable
-        ``d (n,) -> (n, n)``, SI: the geometric stiffness of the prestress that displacement d means; default
-        none, and a note says so.
+        ``d (n,) -> (n, n)``, SI: the geometric stiffness of the prestress due to displacement d. Without it the
+        model has none, and a note states this.
+
+    Returns
+    -------
+    FEModel
+        In a frame at the root interface with the axes of the nodes, SI units; without stress recovery.
 
     Raises
     ------
     InputError
         When the matrices are not those of a free elastic structure with these nodes.
+
+    References
+    ----------
+    Theory 8.
 
     Examples
     --------
@@ -125,7 +134,7 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     K, M = (_widened(A, n + 6 * len(at_frames)) for A in (K, M))
     frames, links = place_frames(mesh, interfaces, sets, place, dof)
     C, free, step = constraint_matrix(links, K.shape[0])
-    C, free = without_loose(C, free, K.diagonal() + M.diagonal(), frames)
+    C, free = without_unused_dofs(C, free, K.diagonal() + M.diagonal(), frames)
     R = rigid_motions(np.concatenate([mesh.points, np.reshape(at_frames, (-1, 3))]) - origin, dof, K.shape[0])
     g, h = linear_vectors(M, dof, R)
     supplied = Supplied(stress_stiffness, GeometricStiffness([], None, K, dof, links, step), n)
@@ -195,7 +204,7 @@ class Supplied:
         return (own + self.links.of_links(self.links.K @ d - load)).tocsr()
 
     def project(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
-        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static answer (n_dof, k) under its load."""
+        """Return ``Phi^T Kg Phi (k, n, n)`` of the prestress of each static response (n_dof, k) under its load."""
         out = np.zeros((loads.shape[1], Phi.shape[1], Phi.shape[1]))
         for k in np.flatnonzero(np.any(loads, axis=0)):
             out[k] = Phi.T @ (self(static[:, k], loads[:, k]) @ Phi)

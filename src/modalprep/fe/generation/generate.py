@@ -133,7 +133,7 @@ GENERATORS: dict[str, Generator] = {g.name: g for g in map(_describe, shapes.SHA
 
 
 def make_mesh(name: str, path: str | Path, /, **params: float | int | str) -> Mesh:
-    """Write the mesh of a parametric shape (.msh 4.1) and return it, read back.
+    """Generate the mesh of a parametric shape, write it (.msh 4.1) and return it as read back.
 
     Parameters
     ----------
@@ -143,10 +143,15 @@ def make_mesh(name: str, path: str | Path, /, **params: float | int | str) -> Me
     **params
         The shape's parameters, numbers or their text; SI, angles in degrees.
 
+    Returns
+    -------
+    Mesh
+        In m, with the groups that the shape names.
+
     Raises
     ------
     InputError
-        When the shape or a parameter is unknown, a value is impossible or asks for too many elements, the suffix
+        When the shape or a parameter is unknown, a value is impossible or leads to too many elements, the suffix
         is not .msh, or gmsh cannot be imported.
 
     Examples
@@ -192,16 +197,16 @@ def _session() -> Iterator[Any]:
 
 def _generate(gmsh: Any, generator: Generator, values: dict[str, Any]) -> None:
     try:
-        place = generator.draw(Drawing(gmsh), **values)
+        transform = generator.draw(Drawing(gmsh), **values)
         gmsh.model.geo.synchronize()
         gmsh.model.mesh.generate(3)
     except Exception as error:
         if type(error) is not Exception:  # gmsh raises plain ones
             raise
         raise InputError(f"gmsh cannot mesh this {generator.name}: {error}; choose other parameters") from error
-    if place:
+    if transform:
         tags, flat, _ = gmsh.model.mesh.getNodes()
-        for tag, point in zip(tags, place(flat.reshape(-1, 3)), strict=True):
+        for tag, point in zip(tags, transform(flat.reshape(-1, 3)), strict=True):
             gmsh.model.mesh.setNode(tag, point, [])
 
 

@@ -21,18 +21,23 @@ Boundary = Literal["fixed", "free"]
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Interface(NodeSet):
-    """What the user asks for: a node set (select.py) and how a frame is made of it.
+    """A 6-DOF frame through which a body is connected to its neighbours, defined on a node set.
 
     Attributes
     ----------
     kind : {"node", "rbe2", "rbe3"}
-        One node's own six DOFs; a massless frame tied rigidly to every node of the set; or one that moves with
-        their mean motion and spreads its load over them without stiffening them.
+        node: the six DOFs of a single node. rbe2: a massless frame to which every node of the set is tied rigidly.
+        rbe3: a frame that follows the mean motion of the nodes and distributes its load without stiffening them.
     boundary : {"fixed", "free"}
-        Fixed: its six DOFs are kept in the reduction as constraint modes (Craig-Bampton). Free: it moves with
-        the modes, as the tip of a cantilever does. The root is always fixed.
+        fixed: its six DOFs are retained in the reduction, with constraint modes (Craig-Bampton). free: it moves
+        with the modes, as the tip of a cantilever does. The root interface is always fixed.
     position : (3,) or None
         m, in mesh coordinates; None takes the node, or the centroid of the group's surface or nodes.
+
+    Raises
+    ------
+    InputError
+        When none or several node sets are given, or the kind or boundary is unknown.
 
     Examples
     --------
@@ -53,13 +58,19 @@ class Interface(NodeSet):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Connection(NodeSet):
-    """A new node tied to a node set, for a mass, a spring or a beam to sit on.
+    """A new node tied to a node set, to which a mass, a spring or a beam is attached.
 
     Attributes
     ----------
     kind : {"rbe2", "rbe3"}
+        rbe2: the node set follows the new node rigidly. rbe3: the new node follows its mean motion.
     position : (3,) or None
         m, in mesh coordinates; None takes the centroid.
+
+    Raises
+    ------
+    InputError
+        When none or several node sets are given, or the kind is unknown.
 
     Examples
     --------

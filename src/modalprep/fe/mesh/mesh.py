@@ -90,7 +90,7 @@ class Mesh(Record):
         Raises
         ------
         InputError
-            When the mesh has no such group; the sentence lists those it has.
+            When the mesh has no such group; the message lists those it has.
         """
         if name not in self.groups:
             raise InputError(
@@ -99,7 +99,13 @@ class Mesh(Record):
         return {kind: self.cells[kind][rows] for kind, rows in self.groups[name].items() if len(rows)}
 
     def nodes(self, name: str) -> np.ndarray:
-        """Return the sorted node numbers of a group."""
+        """Return the sorted node numbers ``(k,)`` of a group.
+
+        Raises
+        ------
+        InputError
+            When the mesh has no such group.
+        """
         return np.unique(np.concatenate([c.ravel() for c in self.group(name).values()]))
 
     def __repr__(self) -> str:

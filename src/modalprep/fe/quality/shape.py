@@ -1,4 +1,4 @@
-"""Shape of the cells of one kind: edges, angles, Jacobians, warpage; all cells at once.
+"""Shape of the cells of one type: edges, angles, Jacobians and warpage, vectorised over the cells.
 
 Arrays are laid out ``(node, axis, cell)``, so that every operation runs along the cells.
 """

@@ -73,8 +73,8 @@ def _flaws(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Inte
     quality = mesh_quality(mesh, sections, ties)
     for finding in quality.errors:
         if finding.kind == "duplicate":
-            raise InputError(finding.sentence)
-    return [finding.sentence for finding in quality.findings]
+            raise InputError(finding.message)
+    return [finding.message for finding in quality.findings]
 
 
 def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interface], dict[str, Connection]]:

@@ -9,7 +9,8 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.errors import InputError
 from modalprep.fe.properties.materials import Material, Orthotropic
-from modalprep.fe.properties.properties import Beam, Ply, PointMass, Shell, Solid, Spring, Truss
+from modalprep.fe.properties.points import PointMass, Spring
+from modalprep.fe.properties.properties import Beam, Ply, Shell, Solid, Truss
 from modalprep.fe.properties.sections import beam_section
 from modalprep.pipeline.schema.base import Angle, Table, Vector
 from modalprep.suggest import suggestion

@@ -18,7 +18,7 @@ from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.kernels import in_threads, quadratic
 from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
 from modalprep.fe.elements.shells.frames import given, material_angle, shell_frames
-from modalprep.fe.elements.shells.laminate import faces, section_moduli, shell_section, total_thickness, turned
+from modalprep.fe.elements.shells.laminate import faces, rotated_moduli, section_moduli, shell_section, total_thickness
 from modalprep.fe.elements.shells.tied_strains import CELL, Points, bubble_forms, strain_forms, surface_points, tangents
 from modalprep.fe.links.interface import link_geometric_stiffness
 from modalprep.fe.mesh.reference_cells import NODES, shapes
@@ -184,7 +184,7 @@ class CurvedShellBlock:
         strain = self._rows(NODES)[:, :, :6] @ d[:, None]
         at = {}
         for face, (stretched, bent) in faces(self.section).items():
-            Q = np.concatenate([turned(Q, self.angle) for Q in (stretched, bent)], axis=2)
+            Q = np.concatenate([rotated_moduli(Q, self.angle) for Q in (stretched, bent)], axis=2)
             at[face] = (("xx", "yy", "xy"), Q[:, None] @ strain)
         return at
 

@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from modalprep.fe.elements.shells.laminate import turned, turned_shear
+from modalprep.fe.elements.shells.laminate import rotated_moduli, rotated_shear
 from modalprep.fe.mesh.reference_cells import shapes
 
 DRILLING = {"quad": 0.05, "triangle": 1e-2}  # theory 7.4: much less is too soft, much more stiffens curved shells
@@ -118,7 +118,7 @@ def slopes(cells: FlatCells) -> np.ndarray:
     return Z
 
 
-def plane_turns(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
+def nodal_rotations(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
     """Linear rotations t of the nodes ``(ne, nq, 3, 6n)`` and slopes ``t_c,a (ne, nq, 2, 3, 6n)``, per local DOF."""
     grad, dx, _ = cells.mapped
     n = cells.xy.shape[1]
@@ -168,8 +168,8 @@ def edge_rotation(cells: FlatCells, D: np.ndarray, S: np.ndarray) -> tuple[np.nd
     n = cells.xy.shape[1]
     length, t = cells.sides
     angle = np.arctan2(t[..., 1], t[..., 0])
-    D_s = turned(D[:, None], -angle)[..., 0, 0]
-    S_s = turned_shear(S[:, None], -angle)[..., 0, 0]
+    D_s = rotated_moduli(D[:, None], -angle)[..., 0, 0]
+    S_s = rotated_shear(S[:, None], -angle)[..., 0, 0]
     phi = 12 * D_s / (S_s * length**2)
     rows = -length[..., None] / 2 * side_rotation(cells).sum(axis=2)
     for k in range(n):

@@ -55,7 +55,7 @@ def section_moduli(s: ShellSection, angle: np.ndarray) -> tuple[np.ndarray, np.n
         angle = angle[:1]
     T = np.zeros((len(angle), 6, 6))
     T[:, :3, :3] = T[:, 3:, 3:] = strain_rotation(angle)
-    return T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T, turned_shear(s.S, angle)
+    return T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T, rotated_shear(s.S, angle)
 
 
 def total_thickness(shell: Shell) -> float:
@@ -93,14 +93,14 @@ def faces(shell: Shell) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         stretched, bent = (plane_stress(m) for m in (shell.material, shell.bending_material or shell.material))
         return {"top": (stretched, shell.thickness / 2 * bent), "bottom": (stretched, -shell.thickness / 2 * bent)}
     half = sum(ply.thickness for ply in shell.plies) / 2
-    Q = [turned(plane_stress(ply.material), ply.angle) for ply in (shell.plies[-1], shell.plies[0])]
+    Q = [rotated_moduli(plane_stress(ply.material), ply.angle) for ply in (shell.plies[-1], shell.plies[0])]
     return {"top": (Q[0], half * Q[0]), "bottom": (Q[1], -half * Q[1])}
 
 
 def _laminate(shell: Shell) -> ShellSection:
     t = np.array([ply.thickness for ply in shell.plies])
     z = np.concatenate([[0.0], np.cumsum(t)]) - t.sum() / 2
-    Q = np.array([turned(plane_stress(ply.material), ply.angle) for ply in shell.plies])
+    Q = np.array([rotated_moduli(plane_stress(ply.material), ply.angle) for ply in shell.plies])
     rho = np.array([ply.material.rho for ply in shell.plies])
     moment = [(z[1:] ** k - z[:-1] ** k) / k for k in (1, 2, 3, 4)]
     A, B, D, F = (np.einsum("p,pab->ab", m, Q) for m in moment)
@@ -114,7 +114,7 @@ def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.
     ``S = D^2 / int g^2 / G dz`` with ``g(z) = int Q (z - z_n) dz`` from the bottom; a homogeneous sheet gives
     5/6 G t exactly, a sandwich the stiffness of its core.
     """
-    G = np.array([turned_shear(_shear_moduli(ply.material), ply.angle) for ply in plies])
+    G = np.array([rotated_shear(_shear_moduli(ply.material), ply.angle) for ply in plies])
     S = np.zeros((2, 2))
     for a in range(2):
         S[a, a] = _energy_shear(Q[:, a, a], 1 / np.linalg.inv(G)[:, a, a], z)
@@ -152,13 +152,13 @@ def _shear_moduli(material: Material | Orthotropic) -> np.ndarray:
     return np.diag([material.G13, material.G23])
 
 
-def turned(Q: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+def rotated_moduli(Q: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     """Return plane moduli ``(..., 3, 3)`` in axes from which the material axes are turned by `angle` (rad)."""
     T = strain_rotation(angle)
     return np.swapaxes(T, -1, -2) @ Q @ T
 
 
-def turned_shear(G: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+def rotated_shear(G: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
     """Return shear moduli ``(..., 2, 2)`` in axes from which the material axes are turned by `angle` (rad)."""
     c, s = np.cos(angle), np.sin(angle)
     R = np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (-2, -1))

@@ -9,7 +9,8 @@ import numpy as np
 
 from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import CELLS, Cell
-from modalprep.fe.properties.properties import PointMass, Property, Shell, Solid
+from modalprep.fe.properties.points import PointMass
+from modalprep.fe.properties.properties import Property, Shell, Solid
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import made
@@ -73,7 +74,7 @@ def _rod(b: Builder, card: Card) -> None:
 def _conrod(b: Builder, card: Card) -> None:
     name = f"conrod_{card.id}"
     b.cell(card, "line", [b.grids.node(card, k, f"G{k}") for k in (1, 2)], name)
-    b.properties[name] = rod(b.shop, card, first=3)
+    b.properties[name] = rod(b.conversion, card, first=3)
 
 
 def _bar(b: Builder, card: Card) -> None:
@@ -92,7 +93,7 @@ def _bar(b: Builder, card: Card) -> None:
     if ends.any():
         b.put("ends", "line", row, ends * b.units.length)
     if any(card.text(k) not in ("", "0") for k in (8, 9)):
-        b.shop.note("pin flags PA, PB of bars are left out: the bars hold all six components at both ends")
+        b.conversion.note("pin flags PA, PB of bars are left out: the bars hold all six components at both ends")
 
 
 def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Card]) -> np.ndarray:
@@ -138,7 +139,7 @@ def _bush(b: Builder, card: Card) -> None:
         source = b.tables.get("bush", {}).get(number)
         if source is None:
             raise card.error(f"property {number} is not in the deck; add its PBUSH card")
-        b.properties[name] = bush(b.shop, source, location)
+        b.properties[name] = bush(b.conversion, source, location)
     kind = ("vertex", "line")[len(nodes) - 1]
     b.put("frame", kind, b.cell(card, kind, nodes, name), _bush_axes(b, card, nodes))
 
@@ -155,7 +156,7 @@ def _bush_axes(b: Builder, card: Card, nodes: list[int]) -> np.ndarray:
         _turned(card, axis, up, 0.0)
     else:
         up = np.eye(3)[np.argmin(np.abs(axis))]
-        b.shop.note("CBUSH without CID or orientation: the axes across the line are chosen by the reader")
+        b.conversion.note("CBUSH without CID or orientation: the axes across the line are chosen by the reader")
     z = np.cross(axis, up)
     frame = np.array([axis, np.cross(z, axis), z])
     return frame / np.linalg.norm(frame, axis=1, keepdims=True)
@@ -173,13 +174,15 @@ def _elas(b: Builder, card: Card) -> None:
     c = components.pop() - 1
     along = np.ptp(b.grids.points[nodes], axis=0)
     if np.delete(along, c % 3).any() or (c > 2 and along.any()):
-        b.shop.note("CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation")
+        b.conversion.note(
+            "CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation"
+        )
     kind, name = ("vertex", "line")[len(nodes) - 1], f"{card.name.lower()}_{card.id}"
     k = [0.0] * 6
     k[c] = _stiffness(b, card)
     if k[c]:
         b.put("frame", kind, b.cell(card, kind, nodes, name), np.eye(3))
-        b.properties[name] = spring(b.shop, card, k)
+        b.properties[name] = spring(b.conversion, card, k)
 
 
 def _stiffness(b: Builder, card: Card) -> float:
