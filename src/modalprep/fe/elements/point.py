@@ -66,7 +66,7 @@ class MassBlock:
         return mass_from_samples(samples)
 
     def rotating_arms(self) -> RotatingArms | None:
-        """The mass centre beside the node, and the principal axes of inertia."""
+        """Arms to the mass centre, and along the principal axes of inertia."""
         if self.components == 3:
             return None
         s, ne = self.section, len(self.nodes)

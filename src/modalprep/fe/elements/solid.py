@@ -183,7 +183,7 @@ class SolidBlock:
 
     @property
     def frame(self) -> np.ndarray:
-        """(ne, 3, 3) axes of the components of stress: of the mesh."""
+        """(ne, 3, 3) axes of the components of stress: those of the mesh."""
         return np.tile(np.eye(3), (len(self.nodes), 1, 1))
 
     def nodal_stress(self, d: np.ndarray) -> NodalStress:

@@ -98,7 +98,7 @@ class TrussBlock(Corotational):
         return line_rotation(self.length)
 
     def rotating_arms(self) -> None:
-        """None: its mass is on the line of the nodes."""
+        """None: the mass of a bar is on the line of its nodes."""
 
     @property
     def frame(self) -> np.ndarray:

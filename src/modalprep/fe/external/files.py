@@ -140,7 +140,7 @@ def read_matrices(
 
 
 def matrices_digest(paths: Iterable[str | Path]) -> str:
-    """Return one SHA-256 for all of the files; a file that is not there counts as empty."""
+    """Return one SHA-256 of all files; a missing file counts as empty."""
     return hashlib.sha256(" ".join(mesh_digest(Path(path)) for path in paths).encode()).hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""Mass integrals of a model of which only the assembled mass matrix is known.
+"""Mass integrals of a model from its assembled mass matrix alone (theory 8).
 
 The twelve linear vectors and the mass tensor of theory 1 need the displacement field, which an
 assembled M no longer shows. Exact whatever the elements are: m, s0, E0, g, the antisymmetric part of h (all from

@@ -1,4 +1,4 @@
-"""MatrixMarket files. Scipy's reader can end the process on a file whose heading is cut short, so this is our own."""
+"""Reader of MatrixMarket files; that of scipy can end the process on a file with a truncated heading."""
 
 from __future__ import annotations
 

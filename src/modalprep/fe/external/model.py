@@ -163,10 +163,10 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
 
 
 class Missing:
-    """The geometric stiffness that matrices alone do not give."""
+    """The missing geometric stiffness of a model from matrices."""
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
-        """Refuse: zero would be a wrong answer."""
+        """Refuse: zero would be wrong."""
         raise InputError(
             "a model from matrices has no geometric stiffness, so that buckling and modes under load are not known; "
             "give geometric_stiffness to model_from_matrices, or assemble the mesh"
@@ -196,7 +196,7 @@ class Supplied:
     n: int
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
-        """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
+        """Return ``Kg (n_dof, n_dof)`` of the prestress due to displacement d under the nodal load (N)."""
         Kg = real_square(self.given(d[: self.n]), "geometric stiffness")
         if Kg.shape[0] != self.n:
             raise InputError(f"geometric_stiffness returned {Kg.shape[0]} rows; return one for each of {self.n} DOFs")
@@ -268,7 +268,7 @@ def _from_pairs(pairs: np.ndarray, n_nodes: int) -> np.ndarray:
 
 
 def _scale(dof: np.ndarray, n: int, length: float) -> np.ndarray:
-    """Rows of K and M belong to m and rad: a rotation's moment has one length more than a force."""
+    """Return the factors of rows: those of rotations (moments) have one power of length more than those of forces."""
     scale = np.ones(n)
     scale[dof[:, 3:][dof[:, 3:] >= 0]] = length
     return scale
@@ -298,7 +298,7 @@ def _refuse_bad_motion(K, M, R, points, at) -> None:
 
 
 def _drawn(mesh: Mesh, edges: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the cells for pictures: those of the mesh, else what the stiffness couples while that is not too much."""
+    """Return the cells for pictures: those of the mesh, else the pairs that the stiffness couples, if not too many."""
     cells = {kind: conn for kind, conn in mesh.cells.items() if kind != "vertex" and len(conn)}
     if cells or not 0 < len(edges) <= DRAWN:
         return cells or {"vertex": np.arange(len(mesh.points))[:, None]}

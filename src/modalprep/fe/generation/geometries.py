@@ -1,4 +1,4 @@
-"""Parametric shapes, drawn with gmsh: one function each; its keywords are the parameters of `modalprep mesh`.
+"""Parametric shapes, one function each; its keywords are the parameters of `modalprep mesh`.
 
 A shape draws with a `Drawing` (generate.py) and names groups; where nodes do not lie on what it draws, it returns
 ``transform(points) -> points``, which moves them once the mesh is made. A keyword is annotated ``Annotated[type, unit,
@@ -29,7 +29,7 @@ Order = Annotated[Literal[1, 2], "", "order of the elements"]
 
 
 def groups(*names: str) -> Callable[[Callable], Callable]:
-    """Decorate a shape with the groups it makes."""
+    """Decorate a shape with the groups it creates."""
 
     def mark(shape: Callable) -> Callable:
         shape.groups = names

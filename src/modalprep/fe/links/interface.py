@@ -111,7 +111,7 @@ class InterfaceFrame:
 
 
 def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, nodes: np.ndarray) -> np.ndarray:
-    """Return where the frame sits: given, the single node, or the centroid of the group (m, mesh coordinates).
+    """Return the position of the frame (m, mesh coordinates): given, the single node, or the centroid of the group.
 
     Raises
     ------
@@ -135,7 +135,7 @@ def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, node
 
 
 def _triangles(kind: str) -> list[tuple[int, int, int]]:
-    """Corners of the triangles that a surface cell is made of."""
+    """Return the corners of the triangles into which a surface cell is divided."""
     (corners,) = cell_of(kind).faces
     return [(0, k, k + 1) for k in range(1, len(corners) - 1)]
 
@@ -169,7 +169,7 @@ def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) ->
 
 
 def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return the stiffness (..., 3, 3) that forces on the far ends of rigid links add to the rotations of their frame.
+    """Return the geometric stiffness (..., 3, 3), on the rotations of the frame, of forces on the ends of rigid links.
 
     A link end moves by ``theta x r + theta x (theta x r) / 2``; a force on it (from the frame, ``(..., k, 3)`` N)
     does work on the second-order part: ``theta^T [ (f r^T + r f^T)/2 - (f.r) I ] theta / 2``.

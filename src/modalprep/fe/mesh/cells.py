@@ -1,4 +1,4 @@
-"""Registry of the cell types of meshes: what each is, how it is drawn, and what other programs call it.
+"""Registry of the cell types of meshes: geometry, shape functions, and names in other programs.
 
 Nodes are in the order that meshio and VTK share: corners, middles of the edges, middles of the faces, centre.
 """

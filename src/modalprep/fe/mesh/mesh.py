@@ -1,4 +1,4 @@
-"""Meshes: points, cells, named groups, and what a deck says of its elements."""
+"""Meshes: points, cells, named groups, and the element data of a deck."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Mesh(Record):
         beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
         rows e1, e2, e3 of a spring.
     notes : tuple of str
-        What the reader left out, for the user.
+        Messages for the user about content that the reader left out.
 
     Examples
     --------

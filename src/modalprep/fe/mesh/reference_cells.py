@@ -1,4 +1,4 @@
-"""Reference cells: shape functions of scikit-fem at its quadrature points, in the node order of mesh files."""
+"""Reference cells: shape functions of scikit-fem at its quadrature points, in the node order of meshio."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ DEEPEST = 100  # sets of sets of sets
 
 @dataclass
 class _Deck:
-    """What has been read so far; element and node numbers are those of the file."""
+    """The content read so far; element and node numbers are those of the file."""
 
     path: Path
     points: dict[int, list[float]] = field(default_factory=dict)

@@ -1,7 +1,7 @@
 """Curved six-node shell: tied strains of a mid-surface with directors, drilling tied to the membrane (theory 7.8).
 
 Every element takes the normals of its own surface at its nodes as directors. Strains are those of `tied_strains` at
-finite displacements, where a director turns by the rotation vector of its node: stiffness, geometric stiffness and
+finite displacements, where a director rotates by the rotation vector of its node: stiffness, geometric stiffness and
 strain energy are the second derivative, the third derivative and the value of one expression.
 """
 
@@ -119,13 +119,13 @@ class CurvedShellBlock:
         covariant = (force[:, :, None, :8] @ at.cartesian)[:, :, 0]
         xx, xt = (np.einsum("eqc,qcij->eij", covariant, form, optimize=True) for form in strain_forms(DEGREE))
         pull = np.einsum("eqc,eqcja->eja", covariant, self._slopes(DEGREE)[1], optimize=True)
-        o, turn = self.offset[:, None, None], -skew(self.normal)
+        o, lever = self.offset[:, None, None], -skew(self.normal)
         both = xt + 2 * o * xx
         K = np.zeros((len(d), 6, 6, 6, 6))
         for a in range(3):
             K[:, :, a, :, a] = 2 * xx
-        K[:, :, :3, :, 3:] = np.einsum("eij,ejab->eiajb", both, turn)
-        K[:, :, 3:, :, 3:] = np.einsum("eij,eica,ejcb->eiajb", o * (both + xt.transpose(0, 2, 1)), turn, turn)
+        K[:, :, :3, :, 3:] = np.einsum("eij,ejab->eiajb", both, lever)
+        K[:, :, 3:, :, 3:] = np.einsum("eij,eica,ejcb->eiajb", o * (both + xt.transpose(0, 2, 1)), lever, lever)
         self._add_drilling(K, pull, force[:, :, 8], at)
         for i, own in enumerate(link_geometric_stiffness(pull[:, :, None], self.normal[:, :, None]).swapaxes(0, 1)):
             K[:, i, 3:, i, 3:] += own
@@ -135,8 +135,8 @@ class CurvedShellBlock:
 
     def energy(self, d: np.ndarray) -> np.ndarray:
         """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, 36)``, rotation vectors at the nodes."""
-        u, turn = np.split(d.reshape(len(d), 6, 6), 2, axis=2)
-        R = rotation_matrix(turn)
+        u, vector = np.split(d.reshape(len(d), 6, 6), 2, axis=2)
+        R = rotation_matrix(vector)
         t = np.einsum("eiab,eib->eia", R, self.normal)
         x = self.x + u + self.offset[:, None, None] * (t - self.normal)
         at, (_, C, dx) = self._points(DEGREE), self.strain
@@ -155,9 +155,9 @@ class CurvedShellBlock:
         """Mass on the directors of the nodes: of eccentric and unsymmetric sections, and through the thickness."""
         (weight, position, shape), N = self._samples(), shapes(CELL, DEGREE)[0]
         ne, nq = len(weight), len(N)
-        turn = np.zeros((ne, 6, 3, 6, 6))
+        rotation = np.zeros((ne, 6, 3, 6, 6))
         for i in range(6):
-            turn[:, i, :, i, 3:] = np.eye(3)
+            rotation[:, i, :, i, 3:] = np.eye(3)
         parts = []
         for some, arm, unit in (
             (slice(0, nq), self._height[:, None, None] * self.normal, 1.0),
@@ -169,7 +169,7 @@ class CurvedShellBlock:
                 fields[:, :, a, a] = unit * share.sum(axis=1)
                 fields[:, :, a, 3 + 3 * a : 6 + 3 * a] = share.transpose(0, 2, 1) @ position[:, some]
             inertia = np.einsum("eqi,eqaj->eiaj", share, shape[:, some], optimize=True)
-            parts.append(RotatingArms(arm, turn.reshape(ne, 6, 3, 36), fields, inertia))
+            parts.append(RotatingArms(arm, rotation.reshape(ne, 6, 3, 36), fields, inertia))
         return RotatingArms.joined(parts)
 
     def volume(self) -> np.ndarray:
@@ -243,11 +243,11 @@ class CurvedShellBlock:
         return np.moveaxis(at.axes[:, :, :2], 2, 0), np.moveaxis(at.gradient @ self.x[:, None], 2, 0)
 
     def _drilled(self, at: Points, x: np.ndarray, R: np.ndarray) -> np.ndarray:
-        """The strain of `_drilling` ``(ne, nq, 1)`` where nodes are at ``x (ne, 6, 3)`` and have turned by R."""
+        """The strain of `_drilling` ``(ne, nq, 1)`` where nodes are at ``x (ne, 6, 3)`` and have rotated by R."""
         (e1, e2), N = self._plane(at)[0], shapes(CELL, DEGREE)[0]
         change = 0.0
-        for own, turns in ((x, R), (self.x, np.broadcast_to(np.eye(3), R.shape))):
-            mean, sign = np.einsum("qi,eiab->eqab", N, turns), 1 if own is x else -1
+        for own, rotations in ((x, R), (self.x, np.broadcast_to(np.eye(3), R.shape))):
+            mean, sign = np.einsum("qi,eiab->eqab", N, rotations), 1 if own is x else -1
             p1, p2 = np.moveaxis(at.gradient @ own[:, None], 2, 0)
             change = change + sign * (_dot(p1, mean, e2) - _dot(p2, mean, e1))
         return change[..., None] / 2
@@ -255,12 +255,12 @@ class CurvedShellBlock:
     def _add_drilling(self, K: np.ndarray, pull: np.ndarray, moment: np.ndarray, at: Points) -> None:
         """Add the work of drilling moments ``(ne, nq)`` on the second order of `_drilled` to K, and to `pull`."""
         N, axes, slopes = shapes(CELL, DEGREE)[0], *self._plane(at)
-        o, turn = self.offset, -skew(self.normal)
+        o, lever = self.offset, -skew(self.normal)
         for k, work in enumerate((moment / 2, -moment / 2)):
             e, p, slope = axes[1 - k], slopes[k], at.gradient[:, :, k]
             mixed = np.einsum("eq,eqi,qj,eqab->eiajb", work, slope, N, -skew(e), optimize=True)
             K[:, :, :3, :, 3:] += mixed
-            arm = np.einsum("e,eica,eicjb->eiajb", o, turn, mixed)
+            arm = np.einsum("e,eica,eicjb->eiajb", o, lever, mixed)
             K[:, :, 3:, :, 3:] += arm + arm.transpose(0, 3, 4, 1, 2)
             pull += np.einsum("e,eq,eqi,eqa->eia", o, work, slope, e, optimize=True)
             own = np.einsum("eq,qi,eqab->ieab", work, N, link_geometric_stiffness(p[:, :, None], e[:, :, None]))

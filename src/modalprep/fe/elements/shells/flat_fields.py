@@ -16,7 +16,7 @@ import numpy as np
 from modalprep.fe.elements.shells.laminate import rotated_moduli, rotated_shear
 from modalprep.fe.mesh.reference_cells import shapes
 
-DRILLING = {"quad": 0.05, "triangle": 1e-2}  # theory 7.4: much less is too soft, much more stiffens curved shells
+DRILLING = {"quad": 0.05, "triangle": 1e-2}  # much less is too soft, much more stiffens curved shells (theory 7.4)
 OPT_ALPHA = 1.5  # of the OPT triangle: drilling rotations bow its sides so many times as cubic shapes would
 W, TX, TY, TZ = 2, 3, 4, 5
 
@@ -141,11 +141,11 @@ def side_fields(cells: FlatCells) -> np.ndarray:
 
 
 def side_weights(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
-    """Work ``(ne, 5n, 5n)`` of forces `pull (ne, n, 2)` on the second order of the middles of the sides.
+    """Work ``(ne, 5n, 5n)`` of forces `pull (ne, n, 2)` on the second-order motion of the middles of the sides.
 
-    A side bends along the normal that its nodes turn, ``w t x e3`` with their rotations t against the element, so that
-    neighbours stay together. Where drilling rotations bow it in the plane, `bow` times as cubic shapes, they do so by
-    their own second order too, half of ``t`` times the element's rotation, which is taken off:
+    A side bends along the normal that rotates with its nodes, ``w t x e3`` with their rotations t relative to the
+    element, so that neighbours stay together. Where drilling rotations bow it in the plane, `bow` times as cubic shapes
+    would, their second-order part does so too, half of ``t`` times the element's rotation, which is subtracted:
     ``bow L/16 (t_s dt_n - t_n dt_s)`` with t_s along and t_n across the side, for the force across it.
     """
     length, along = cells.sides

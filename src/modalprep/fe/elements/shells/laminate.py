@@ -109,7 +109,7 @@ def _laminate(shell: Shell) -> ShellSection:
 
 
 def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Shear stiffness from the energy of the shear stress that equilibrium asks for in cylindrical bending.
+    """Shear stiffness from the energy of the shear stress that equilibrium requires in cylindrical bending.
 
     ``S = D^2 / int g^2 / G dz`` with ``g(z) = int Q (z - z_n) dz`` from the bottom; a homogeneous sheet gives
     5/6 G t exactly, a sandwich the stiffness of its core.
@@ -153,20 +153,20 @@ def _shear_moduli(material: Material | Orthotropic) -> np.ndarray:
 
 
 def rotated_moduli(Q: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
-    """Return plane moduli ``(..., 3, 3)`` in axes from which the material axes are turned by `angle` (rad)."""
+    """Return plane moduli ``(..., 3, 3)`` in axes from which the material axes are rotated by `angle` (rad)."""
     T = strain_rotation(angle)
     return np.swapaxes(T, -1, -2) @ Q @ T
 
 
 def rotated_shear(G: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
-    """Return shear moduli ``(..., 2, 2)`` in axes from which the material axes are turned by `angle` (rad)."""
+    """Return shear moduli ``(..., 2, 2)`` in axes from which the material axes are rotated by `angle` (rad)."""
     c, s = np.cos(angle), np.sin(angle)
     R = np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (-2, -1))
     return np.swapaxes(R, -1, -2) @ G @ R
 
 
 def strain_rotation(angle: np.ndarray | float) -> np.ndarray:
-    """Return ``(..., 3, 3)``: strains ``xx, yy, xy`` to those in axes turned by `angle` (rad).
+    """Return ``(..., 3, 3)``: strains ``xx, yy, xy`` to those in axes rotated by `angle` (rad).
 
     Examples
     --------
@@ -179,7 +179,7 @@ def strain_rotation(angle: np.ndarray | float) -> np.ndarray:
 
 
 def _isotropic(s: ShellSection) -> bool:
-    """Whether the section looks the same in axes turned by any angle."""
+    """Whether the stiffness of the section is the same in axes rotated by any angle."""
     T = strain_rotation(0.5)
     alike = [np.abs(T.T @ Q @ T - Q).max() <= 1e-12 * np.abs(Q).max() for Q in (s.A, s.B, s.D)]
     return all(alike) and bool(np.abs(s.S - s.S[0, 0] * np.eye(2)).max() <= 1e-12 * s.S[0, 0])

@@ -1,4 +1,4 @@
-"""Sections of Nastran bars and beams, by their moments or their dimensions (deck units)."""
+"""Sections of Nastran bars and beams from moments or dimensions (deck units)."""
 
 from __future__ import annotations
 
