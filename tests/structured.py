@@ -53,11 +53,17 @@ def grid_cells(nx: int, ny: int, kind: str = "quad", *, diagonal: str = "right")
 
 
 def surface(nx: int, ny: int, kind: str, shape: Map | None = None, **options) -> tuple[np.ndarray, np.ndarray]:
-    """Points and cells of a surface ``x, y, z = shape(s, t)`` over the unit square (default: that square)."""
+    """Points and cells of a surface ``x, y, z = shape(s, t)`` over the unit square (default: that square).
+
+    Mid-side nodes are in the middle of their side on the square, so that they lie on a curved surface too.
+    """
     diagonal = options.pop("diagonal", "right")
-    s, t = unit_grid(nx, ny, **options).T
+    flat, cells = unit_grid(nx, ny, **options), grid_cells(nx, ny, kind, diagonal=diagonal)
+    if kind == "triangle6":
+        flat, cells = _with_middles(flat, cells, [[0, 1], [1, 2], [2, 0]])
+    s, t = flat.T
     points = np.stack(np.broadcast_arrays(*(shape(s, t) if shape else (s, t, 0.0 * s))), axis=-1)
-    return points, grid_cells(nx, ny, kind, diagonal=diagonal)
+    return points, cells
 
 
 def random_surface(kind: str, seed: int = 0, n: int = 3, height: float = 0.15) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +143,7 @@ def _with_middles(points: np.ndarray, cells: np.ndarray, middles: list) -> tuple
 
 def shell_model(points: np.ndarray, cells: np.ndarray, section, corner: int = 0) -> mp.fe.FEModel:
     """Assemble a shell whose root is its node `corner`; no DOF is held."""
-    kind = {3: "triangle", 4: "quad"}[cells.shape[1]]
+    kind = {3: "triangle", 4: "quad", 6: "triangle6"}[cells.shape[1]]
     mesh = mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": np.array([[corner]])},

@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from modalprep.fe.links.interface import Connection as Connection
     from modalprep.fe.links.interface import Interface as Interface
     from modalprep.fe.properties.materials import Material as Material
+    from modalprep.fe.properties.points import PointMass as PointMass
+    from modalprep.fe.properties.points import Spring as Spring
     from modalprep.fe.properties.properties import Beam as Beam
-    from modalprep.fe.properties.properties import PointMass as PointMass
     from modalprep.fe.properties.properties import Shell as Shell
     from modalprep.fe.properties.properties import Solid as Solid
-    from modalprep.fe.properties.properties import Spring as Spring
     from modalprep.fe.properties.properties import Truss as Truss
     from modalprep.fe.quality.quality import check_mesh as check_mesh
     from modalprep.fe.readers.read import read_mesh as read_mesh
@@ -63,7 +63,8 @@ _NAMES = {
     "fe.generation.generate": "make_mesh",
     "fe.quality.quality": "check_mesh",
     "fe.properties.materials": "Material",
-    "fe.properties.properties": "Beam Truss Shell Solid PointMass Spring",
+    "fe.properties.properties": "Beam Truss Shell Solid",
+    "fe.properties.points": "PointMass Spring",
     "fe.links.interface": "Interface Connection",
     "fe.assembly.assemble": "assemble",
     "reduction.craig_bampton": "craig_bampton guyan",

@@ -9,6 +9,7 @@ from modalprep.body.verify import _third, check_geometric_stiffness
 from modalprep.cli import main
 from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.point import SpringBlock
+from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.elements.truss import TrussBlock
@@ -20,6 +21,7 @@ STIFF = mp.Material(E=3.0, nu=0.2, rho=0.5)
 PLIES = tuple(mp.fe.Ply(material=m, thickness=0.05) for m in (METAL, STIFF))  # stretching bends it
 BOX = mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1)
 LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
+CURVED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [0.5, 0, 0.1], [1.0, 0.5, 0.15], [0.5, 0.5, 0.2]])
 WARPED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [-0.1, 1.0, -0.1]])
 
 
@@ -30,6 +32,11 @@ def line(family, section, points=LINE):
 def shell(kind, **section):
     section = mp.Shell(**({"material": METAL, "thickness": 0.1} | section))
     return ShellBlock, kind, WARPED, np.arange(4 if kind == "quad" else 3)[None], section
+
+
+def curved(**section):
+    section = mp.Shell(**({"material": METAL, "thickness": 0.1} | section))
+    return CurvedShellBlock, "triangle6", CURVED, np.arange(6)[None], section
 
 
 def solid(kind):
@@ -52,6 +59,9 @@ ELEMENTS = {
     "triangle": shell("triangle"),
     "triangle of constant strain": shell("triangle", membrane="cst"),
     "laminated triangle": shell("triangle", material=None, thickness=0.0, plies=PLIES, offset=-0.1),
+    "curved triangle": curved(),
+    "eccentric curved triangle": curved(offset=0.2),
+    "laminated curved triangle": curved(material=None, thickness=0.0, plies=PLIES, offset=-0.1),
     **{kind: solid(kind) for kind in ("tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "hexahedron27")},
 }
 

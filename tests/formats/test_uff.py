@@ -5,7 +5,8 @@ import pytest
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.formats.uff import ELEMENTS, write_uff
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.formats.uff import write_uff
 
 DIGITS = 6e-6  # E13.5
 
@@ -85,7 +86,7 @@ def test_every_family(kind, tmp_path):
     body = uniform_beam(modes=1)
     cells = {"vertex": np.array([[0]]), kind: np.stack([np.arange(nodes), np.arange(nodes) + 1])}
     file = write_uff(body.with_(cells=cells), tmp_path / "cell.unv")
-    descriptor, corners = ELEMENTS[kind.rstrip("0123456789")]
+    descriptor, corners = CELLS[kind].uff
     found = pyuff.UFF(str(file)).read_sets(2)
     assert [e["element_nums"] for e in found[descriptor]] == [1, 2]
     assert found[descriptor][1]["nodes_nums"] == [c + 2 for c in corners]

@@ -71,6 +71,6 @@ def test_refusals(tmp_path):
         write_vtu(rigid.with_(cells=body.cells), tmp_path / "rod.vtu")
     with pytest.raises(mp.InputError, match="cannot write"):
         write_vtu(body, "/proc/no/beam.vtu")
-    with pytest.raises(KeyError):
+    with pytest.raises(mp.InputError, match="cells that VTK does not know: polygon"):
         write_vtu(body.with_(cells={"polygon": np.zeros((1, 5), dtype=int)}), tmp_path / "broken.vtu")
     assert list(tmp_path.iterdir()) == []

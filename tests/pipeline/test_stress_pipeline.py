@@ -93,7 +93,7 @@ def test_shipped_bracket_has_its_point_in_the_unit_of_the_mesh(project, bracket_
     path = project / "pipelines" / "bracket.toml"
     pipeline = load_pipeline(path)
     recovery = pipeline_stress(pipeline, read_pipeline_mesh(path, pipeline), bracket_model)
-    (at,) = recovery.meetings
+    (at,) = recovery.nodes
     assert at.name == "neck"
     assert np.linalg.norm(at.position + bracket_model.origin - [0.016, 0.012, 0]) < 1.5e-3  # half an element
 

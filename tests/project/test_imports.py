@@ -14,15 +14,15 @@ MAY_IMPORT = {
     "reduction": BASE | {"linalg", "fe"},
     "body": BASE | {"linalg", "fe", "reduction"},
     "multibody": BASE | {"body"},
-    "formats": BASE | {"linalg", "body", "reduction", "multibody"},
-    "report": BASE | {"body", "reduction", "multibody", "formats"},
+    "formats": BASE | {"linalg", "fe", "body", "reduction", "multibody"},
+    "report": BASE | {"fe", "body", "reduction", "multibody", "formats"},
     "pipeline": BASE | {"body", "fe", "formats", "linalg", "multibody", "reduction", "report"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
     "fe": (
-        "properties", "mesh", "links", "quality", "elements", "elements.shells", "readers.nastran", "readers",
-        "generation", "assembly", "external",
+        "properties", "mesh", "links", "quality", "elements", "elements.shells", "families", "readers.nastran",
+        "readers", "generation", "assembly", "external",
     ),
     "multibody": (
         "model", "kernels", "packing", "evaluation", "reference", "integration", "results", "simulate", "free_body",
@@ -51,6 +51,9 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     ("formats", "multibody"): {"multibody.results.result", "multibody.analysis.state_space"},
     # the solver sees bodies and their mass at a deflection and a fill level; of its own it makes only rigid rods
     ("multibody", "body"): {"body.flexible_body", "body.levels", "body.mass", "body.rigid"},
+    # of the model, what the cells of a mesh are
+    ("formats", "fe"): {"fe.mesh.cells"},
+    ("report", "fe"): {"fe.mesh.cells"},
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out
 }
 KERNELS_TAKE = {"modalprep.jit", "modalprep.body", "modalprep.body.mass"}  # of mass.py, formulas of numbers

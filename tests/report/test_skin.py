@@ -7,7 +7,8 @@ from scipy.spatial import ConvexHull
 from vtkmodules import vtkCommonDataModel
 
 from modalprep.errors import RenderError
-from modalprep.report.pictures.skin import CORNERS, EDGES, outer_skin, simplified
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.report.pictures.skin import outer_skin, simplified
 
 REFERENCE = {  # VTK's cell of each kind: it knows by itself where the nodes of second order lie
     ("tetra", 4): "vtkTetra", ("tetra", 10): "vtkQuadraticTetra", ("pyramid", 5): "vtkPyramid",
@@ -28,11 +29,11 @@ def cell(base, count):
     points = np.array(known.GetParametricCoords()).reshape(-1, 3)[:count]
     for number in range(count):
         known.GetPointIds().SetId(number, number)
-    for number in range(known.GetNumberOfEdges() if count > CORNERS[base] else 0):
+    for number in range(known.GetNumberOfEdges() if count > CELLS[base].count else 0):
         edge = known.GetEdge(number).GetPointIds()
         start, end, middle = (edge.GetId(k) for k in range(3))
         points[middle] = (points[start] + points[end]) / 2  # VTK's own place is another in the pyramid
-    return points, {base if count == CORNERS[base] else f"{base}{count}": np.arange(count)[None]}
+    return points, {base if count == CELLS[base].count else f"{base}{count}": np.arange(count)[None]}
 
 
 def open_edges(triangles):
@@ -47,14 +48,14 @@ def test_cell_of_every_kind_has_its_closed_surface(base, count):
     skin = outer_skin(points, cells)
     assert open_edges(skin.triangles) == 0
     assert area(points, skin.triangles) == pytest.approx(ConvexHull(points).area)
-    halves = 2 if count > CORNERS[base] else 1
-    assert len(skin.edges) == halves * len(EDGES[base])
+    halves = 2 if count > CELLS[base].count else 1
+    assert len(skin.edges) == halves * len(CELLS[base].edges)
     lengths = np.linalg.norm(np.diff(points[skin.edges], axis=1)[:, 0], axis=1)
-    whole = [np.linalg.norm(points[int(a)] - points[int(b)]) for a, b in EDGES[base]]
+    whole = [np.linalg.norm(points[a] - points[b]) for a, b in CELLS[base].edges]
     assert lengths.sum() == pytest.approx(sum(whole))
 
 
-@pytest.mark.parametrize(("base", "count"), [(b, n) for b, n in REFERENCE if n > CORNERS[b]])
+@pytest.mark.parametrize(("base", "count"), [(b, n) for b, n in REFERENCE if n > CELLS[b].count])
 def test_every_mid_side_node_is_followed(base, count):
     """Moved outwards, each middle node takes the surface with it, at its own edge."""
     points, cells = cell(base, count)
@@ -62,7 +63,7 @@ def test_every_mid_side_node_is_followed(base, count):
     inner = {count - 1} if count == 27 else set()
     assert set(range(count)) - set(used.tolist()) == inner
     flat = np.unique(outer_skin(points, cells, curved=False).triangles)
-    assert flat.max() < CORNERS[base]
+    assert flat.max() < CELLS[base].count
 
 
 def test_faces_between_cells_of_any_kind_are_not_seen():

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.atomic import atomic_path
-from modalprep.body.faces import FACES
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cells import cell_of
 from modalprep.formats.contractions import inertia, moment
 from modalprep.formats.nodes import refuse_other_modal_mass
 from modalprep.vectors import skew
@@ -160,9 +160,9 @@ def surface_triangles(cells: dict[str, np.ndarray]) -> np.ndarray:
     """
     shells, solids = {3: [], 4: []}, {3: [], 4: []}
     for kind, nodes in cells.items():
-        base = kind.rstrip("0123456789")
-        for face in FACES.get(base, ()):
-            home = shells if base in ("triangle", "quad") else solids
+        cell = cell_of(kind)
+        for face in cell.faces if cell else ():
+            home = shells if cell.dimension == 2 else solids
             home[len(face)].append(nodes[:, face])
     found = [np.zeros((0, 3), dtype=int)]
     for corners in (3, 4):

@@ -14,6 +14,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cells import CELLS
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.reduction.table import ModeTable
 from modalprep.suggest import refuse_other
@@ -42,10 +43,6 @@ PER_CELL: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # optional: shap
     "energy": lambda c, n: (c, n),
     "volume": lambda c, n: (c,),
 }
-NODES = {"vertex": 1, "line": 2, "line3": 3, "triangle": 3, "triangle6": 6, "quad": 4, "quad8": 8, "quad9": 9} | {
-    "tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27, "wedge": 6, "wedge15": 15,
-    "pyramid": 5,
-}  # fmt: skip
 TABLE = np.dtype(
     [
         ("kind", h5py.string_dtype()),
@@ -195,7 +192,7 @@ def _read(file: h5py.File) -> FlexibleBody:
 
 def _cells(file: h5py.File, kind: str, n_points: int) -> np.ndarray:
     conn = file[f"cells/{kind}"][()]
-    good = conn.ndim == 2 and conn.shape[1] == NODES.get(kind) and conn.dtype.kind in "iu"
+    good = kind in CELLS and conn.ndim == 2 and conn.shape[1] == CELLS[kind].count and conn.dtype.kind in "iu"
     good = good and conn.min(initial=0) >= 0 and conn.max(initial=0) < n_points
     if not good:
         raise InputError(f"cells/{kind} does not connect its points")

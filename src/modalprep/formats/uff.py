@@ -10,16 +10,8 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cells import cell_of
 
-ELEMENTS = {  # dataset 2412: descriptor of the linear element, its corners; a pyramid is a brick with one point on top
-    "line": (21, (0, 1)),
-    "triangle": (91, (0, 1, 2)),
-    "quad": (94, (0, 1, 2, 3)),
-    "tetra": (111, (0, 1, 2, 3)),
-    "pyramid": (115, (0, 1, 2, 3, 4, 4, 4, 4)),
-    "wedge": (112, (0, 1, 2, 3, 4, 5)),
-    "hexahedron": (115, (0, 1, 2, 3, 4, 5, 6, 7)),
-}
 BEAM = 21  # has a record of its own for orientation and cross sections
 COLOUR = 7
 SI = (1.0, 1.0, 1.0, 273.15)  # factors of length, force and temperature, offset of temperature
@@ -111,10 +103,9 @@ def _nodes(points: np.ndarray) -> Iterator[str]:
 def _elements(cells: dict[str, np.ndarray]) -> Iterator[str]:
     label = 0
     for kind, nodes in cells.items():
-        base = kind.rstrip("0123456789")
-        if base == "vertex":
+        if kind == "vertex":
             continue
-        descriptor, corners = ELEMENTS[base]
+        descriptor, corners = cell_of(kind).uff
         for row in (nodes[:, corners] + 1).tolist():
             label += 1
             yield _integers(label, descriptor, 1, 1, COLOUR, len(row))

@@ -11,12 +11,8 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cells import CELLS
 
-CELLS = {  # meshio name: VTK cell type; the order of nodes is VTK's
-    "vertex": 1, "line": 3, "triangle": 5, "quad": 9, "tetra": 10, "hexahedron": 12, "wedge": 13, "pyramid": 14,
-    "line3": 21, "triangle6": 22, "quad8": 23, "tetra10": 24, "hexahedron20": 25, "wedge15": 26, "quad9": 28,
-    "hexahedron27": 29,
-}  # fmt: skip
 NAMES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
@@ -83,7 +79,7 @@ def _modes(body: FlexibleBody) -> dict[str, np.ndarray]:
 
 def _cells(cells: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for nodes in cells.values()])
-    types = np.concatenate([np.full(len(nodes), CELLS[kind]) for kind, nodes in cells.items()])
+    types = np.concatenate([np.full(len(nodes), CELLS[kind].vtk) for kind, nodes in cells.items()])
     nodes = np.concatenate([np.ravel(nodes) for nodes in cells.values()])
     return {"connectivity": np.int64(nodes), "offsets": np.cumsum(sizes, dtype=np.int64), "types": np.uint8(types)}
 

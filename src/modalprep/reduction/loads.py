@@ -10,20 +10,13 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.links.interface import interface_position
 from modalprep.fe.links.multipoint import PlacedLink
-from modalprep.fe.mesh.cell_geometry import cell_of
-from modalprep.fe.mesh.mesh import Mesh, cell_dimension
+from modalprep.fe.mesh.cells import Powers, cell_dimension, cell_of
+from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.suggest import refuse_other
 
 Vector = tuple[float, float, float]
 NONE = (0.0, 0.0, 0.0)
-EXPONENTS = {  # of the monomials that span the shape functions of a face, by its number of nodes
-    3: ((0, 0), (1, 0), (0, 1)),
-    4: ((0, 0), (1, 0), (0, 1), (1, 1)),
-    6: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)),
-    8: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2)),
-    9: ((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2), (2, 1), (1, 2), (2, 2)),
-}
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -126,24 +119,21 @@ def _pressure(model: FEModel, mesh: Mesh, name: str, load: Load) -> np.ndarray:
 
 def _face_areas(kind: str, points: np.ndarray) -> np.ndarray:
     """Integrate ``N_k n dA`` (faces, nodes, 3) of faces with corners and mid-sides at `points` (faces, nodes, 3)."""
-    count = points.shape[1]
-    if count not in EXPONENTS:
-        raise InputError(f"a pressure on faces of {count} nodes ({kind}) is not known; take 3, 4, 6, 8 or 9")
-    cell, triangle = cell_of(kind), kind.startswith("triangle")
-    corners = cell.corners[:, :2]
-    nodes = np.vstack([corners, corners[cell.edges].mean(axis=1), [corners.mean(axis=0)]])[:count]
-    place, weight = _gauss(triangle)
-    basis = [_monomials(count, nodes, (0, 0)), *(_monomials(count, place, d) for d in ((0, 0), (1, 0), (0, 1)))]
-    N, a, b = (values @ np.linalg.inv(basis[0]) for values in basis[1:])
+    cell = cell_of(kind)
+    if cell.count != points.shape[1] or not cell.powers:
+        raise InputError(f"a pressure on faces of {points.shape[1]} nodes ({kind}) is not known; take 3, 4, 6, 8 or 9")
+    place, weight = _gauss(cell.shape == "triangle")
+    own = _monomials(cell.powers, cell.node_coordinates(), (0, 0))
+    N, a, b = (_monomials(cell.powers, place, d) @ np.linalg.inv(own) for d in ((0, 0), (1, 0), (0, 1)))
     normal = np.cross(np.einsum("gk,fkx->fgx", a, points), np.einsum("gk,fkx->fgx", b, points))
     return np.einsum("g,gk,fgx->fkx", weight, N, normal)
 
 
-def _monomials(count: int, place: np.ndarray, derivative: tuple[int, int]) -> np.ndarray:
+def _monomials(exponents: Powers, place: np.ndarray, derivative: tuple[int, int]) -> np.ndarray:
     columns = [
         np.prod([p * x ** (p - 1) if d and p else 0 * x if d else x**p
                  for x, p, d in zip(place.T, powers, derivative, strict=True)], axis=0)
-        for powers in EXPONENTS[count]
+        for powers in exponents
     ]  # fmt: skip
     return np.stack(columns, axis=1)
 

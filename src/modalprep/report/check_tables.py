@@ -39,7 +39,7 @@ def quality_table(quality, console: Console) -> None:
         console.print(Text(f"{quality.free_edges} free shell edges, {quality.joints} where more than two shells meet"))
     for finding in quality.findings:
         style = "bold red" if finding.severity == "error" else "bold dark_orange"
-        console.print(Text.assemble((f"{finding.severity:8}", style), finding.sentence), soft_wrap=True)
+        console.print(Text.assemble((f"{finding.severity:8}", style), finding.message), soft_wrap=True)
     console.print(Text(_counts(quality)))
 
 

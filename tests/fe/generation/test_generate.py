@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from modalprep.fe.generation.generate import GENERATORS, make_mesh
-from modalprep.fe.mesh.mesh import cell_dimension
+from modalprep.fe.mesh.cells import cell_dimension
 
 SHELLS = [
     ("plate", {}),

@@ -7,10 +7,10 @@ import pytest
 
 import modalprep as mp
 from modalprep.cli import main
-from modalprep.fe.mesh.cell_geometry import CELLS, SECOND_ORDER, curved_gradient
-from modalprep.fe.mesh.cell_geometry import _nodes as reference_nodes
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.curved_gradients import curved_gradient, reference_nodes
 from modalprep.fe.mesh.mesh import Link, Mesh
-from modalprep.fe.properties.properties import Spring
+from modalprep.fe.properties.points import Spring
 from modalprep.fe.quality.quality import check_mesh
 from modalprep.fe.quality.shape import measure
 
@@ -20,8 +20,7 @@ PARTS = {  # of a hexahedron: corners of the cells that fill it
     "wedge": [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)],
     "tetra": [(0, 1, 2, 6), (0, 2, 3, 6), (0, 3, 7, 6), (0, 7, 4, 6), (0, 4, 5, 6), (0, 5, 1, 6)],
 }
-VOLUMES = [(kind, count) for kind in ("tetra", "hexahedron", "wedge", "pyramid")
-           for count in (len(CELLS[kind].corners), *SECOND_ORDER[kind])]  # fmt: skip
+VOLUMES = [(cell.shape, cell.count) for cell in CELLS.values() if cell.dimension == 3]
 
 
 def plate(nx=4, ny=3):
@@ -60,11 +59,11 @@ def kinds(quality):
 
 def only(quality, kind, severity):
     """The finding, which must be the only one."""
-    assert kinds(quality).keys() == {kind}, [f.sentence for f in quality.findings]
+    assert kinds(quality).keys() == {kind}, [f.message for f in quality.findings]
     (finding,) = quality.findings
     assert finding.severity == severity
-    assert "{" not in finding.sentence
-    assert "; " in finding.sentence
+    assert "{" not in finding.message
+    assert "; " in finding.message
     return finding
 
 
@@ -76,10 +75,10 @@ def found(quality, kind, severity):
 
 def single(kind, count):
     """The reference cell alone, its corners and mid-side nodes."""
-    nodes = reference_nodes(kind, count) if count > len(CELLS[kind].corners) else CELLS[kind].corners
+    name = kind if count == CELLS[kind].count else f"{kind}{count}"
+    nodes = reference_nodes(CELLS[name]) if name != kind else CELLS[kind].corners
     if count == 14:
         nodes = np.vstack([nodes, [0, 0, 0]])
-    name = kind if count == len(CELLS[kind].corners) else f"{kind}{count}"
     return name, np.array(nodes), np.arange(count)[None]
 
 
@@ -179,7 +178,7 @@ def test_gradients_of_curved_volumes_differentiate_a_linear_field():
         if gradient is None:
             assert count == len(CELLS[kind].corners)
             continue
-        nodes = reference_nodes(kind, count)
+        nodes = reference_nodes(CELLS[f"{kind}{count}"])
         assert gradient @ nodes == pytest.approx(np.broadcast_to(np.eye(3), (len(gradient), 3, 3)))
 
 
@@ -268,7 +267,7 @@ def test_disconnected_parts_and_what_joins_them():
     net = mesh(apart, base, quad=cells)
     finding = found(check_mesh(net), "disconnected", "error")
     assert (finding.count, finding.cells["quad"].tolist()) == (2, [12])
-    assert "2 disconnected parts, the smallest has 4 nodes" in finding.sentence
+    assert "2 disconnected parts, the smallest has 4 nodes" in finding.message
     tie = Link(kind="rbe2", node=0, nodes=np.array([len(points), len(points) + 1]))
     assert check_mesh(net.with_(links=(tie,))).findings == ()
     assert check_mesh(net, joined=["both"]).findings == ()
@@ -348,7 +347,7 @@ def test_first_order_tetrahedra():
     points, cells = block("tetra")
     finding = only(check_mesh(mesh(points, tetra=cells)), "linear tetra", "warning")
     assert finding.count == 72
-    assert "save the mesh with second-order elements" in finding.sentence
+    assert "save the mesh with second-order elements" in finding.message
 
 
 def cut(points, quads, along):
@@ -490,7 +489,7 @@ def test_errors_come_first():
     quads[0] = quads[0][[0, 1, 3, 2]]
     quality = check_mesh(mesh(np.vstack([points, [[7, 7, 7]]]), quad=quads))
     assert [f.severity for f in quality.findings] == ["error", "warning"]
-    assert "crossed or re-entrant" in quality.errors[0].sentence
+    assert "crossed or re-entrant" in quality.errors[0].message
 
 
 def test_hundred_thousand_cells_are_checked():

@@ -1,1 +1,1 @@
-"""From a mesh and its properties to the finite-element model."""
+"""Assembly of a mesh and its properties to the finite-element model."""

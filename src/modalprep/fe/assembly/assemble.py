@@ -1,4 +1,4 @@
-"""From a mesh and its properties to the finite-element model: theory 1."""
+"""Assembly of a mesh and its properties to the finite-element model (theory 1)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.links.interface import Connection, Interface, InterfaceFrame, connect, interface_position
 from modalprep.fe.links.multipoint import PlacedLink, constraint_matrix
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.fe.properties.properties import PointMass, Property, Solid, Spring
+from modalprep.fe.properties.points import PointMass, Spring
+from modalprep.fe.properties.properties import Property, Solid
 from modalprep.suggest import refuse_other
 
 
@@ -31,7 +32,7 @@ def assemble(
     root: str | None = None,
     connections: Mapping[str, Connection] | None = None,
 ) -> FEModel:
-    """Assemble a mesh.
+    """Assemble the finite-element model of a mesh.
 
     Parameters
     ----------
@@ -43,13 +44,22 @@ def assemble(
     root : str
         The interface at which the body frame sits; default the first.
     connections : {name: Connection}
-        New nodes tied to node sets; each makes a group of its name.
+        New nodes tied to node sets; each creates a group of its name.
+
+    Returns
+    -------
+    FEModel
+        In a frame at the root interface with the axes of the mesh, SI units.
 
     Raises
     ------
     InputError
         When a group or root is unknown, a cell has no property or two, an element is degenerate,
         an interface node has no rotations, or the structure is in several parts.
+
+    References
+    ----------
+    Theory 1; of the elements theory 7.
 
     Examples
     --------
@@ -74,7 +84,7 @@ def assemble(
     framed = [name for name in order if interfaces[name].kind != "node"]
     tied = [nodes[name] for name in framed] + [np.append(link.nodes, link.node) for link in mesh.links]
     refuse_disconnected(mesh.points, parts, tied)
-    parts, more = _without_idle_rotation(mesh, parts)
+    parts, more = _without_unused_inertia(mesh, parts)
     dof = _number(mesh, parts, len(framed))
     placed = place_frames(mesh, interfaces, nodes, place, dof)
     hinges = hidden_hinges(mesh, parts)
@@ -93,7 +103,7 @@ def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[st
 
 
 def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
-    """Evaluate every element once and add it up."""
+    """Evaluate every element once and sum up the model."""
     pattern = Pattern.build([part.nodes for part in parts], dof)
     thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
     total = Totals(pattern, Pattern.build(thin, dof) if thin else None, dof)
@@ -104,7 +114,7 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     K, M = pattern.csr(total.K), total.mass()
     C, free, step = constraint_matrix(links, total.n)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
-    C, free = without_loose(C, free, diagonal, frames)
+    C, free = without_unused_dofs(C, free, diagonal, frames)
     return FEModel(
         points=mesh.points - origin,
         cells=_cells(parts),
@@ -127,8 +137,8 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     )
 
 
-def _without_idle_rotation(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], list[str]]:
-    """Drop the inertia and offset of masses on nodes that nothing can turn, such as those of solids."""
+def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], list[str]]:
+    """Drop the inertia and offset of masses on nodes without rotations, such as those of solids."""
     turning = np.zeros(len(mesh.points), dtype=bool)
     for part in parts:
         if not isinstance(part.section, PointMass) and part.components(mesh.points) == 6:
@@ -194,7 +204,7 @@ def _mesh_link(mesh: Mesh, dof: np.ndarray, k: int) -> PlacedLink:
 
 
 def _refuse_shared(frames: list[InterfaceFrame], links: list[PlacedLink]) -> None:
-    """An interface whose DOFs another link drives cannot be held."""
+    """Refuse interfaces whose DOFs depend on another link: they cannot be fixed."""
     driven = {int(d): link.name for link in links for d in link.rows()[0]}
     owner: dict[int, str] = {}
     for frame in frames:
@@ -224,8 +234,8 @@ def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
         )
 
 
-def without_loose(C, free, diagonal, frames) -> tuple[csr_array, np.ndarray]:
-    """Leave out independent DOFs that have neither stiffness nor mass, such as rotations that nothing uses.
+def without_unused_dofs(C, free, diagonal, frames) -> tuple[csr_array, np.ndarray]:
+    """Leave out independent DOFs that have neither stiffness nor mass, such as unused rotations.
 
     `diagonal (n_dof,)` is the sum of the absolute diagonals of K and M.
     """

@@ -1,4 +1,4 @@
-"""Geometric stiffness of a model: assembled, or projected for many prestresses at once."""
+"""Geometric stiffness of a model, assembled for one prestress or projected on a basis for many."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.sparse import coo_array, csr_array
 
 from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.block import Block
-from modalprep.fe.elements.corotation import Turning
+from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.kernels import ahead, products
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.links.multipoint import PlacedLink, followed, transferred
@@ -24,7 +24,7 @@ AT_ONCE = 500_000  # numbers of element matrices held in memory: 4 MB, which cac
 
 @dataclass(frozen=True, eq=False)
 class GeometricStiffness:
-    """``Kg(sigma)`` of every element, and of the rigid links that carry force (links.py)."""
+    """Geometric stiffness of the elements, and of the rigid links that carry force."""
 
     blocks: list[Block]
     pattern: Pattern | None  # None without blocks
@@ -34,7 +34,7 @@ class GeometricStiffness:
     step: csr_array
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
-        """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
+        """Return ``Kg (n_dof, n_dof)`` of the prestress due to displacement d under the nodal load (N)."""
         total = self.pattern.csr(self._over_dofs(self.blocks, d[:, None])[:, 0])
         return (total + self.of_links(self.K @ d - load)).tocsr()
 
@@ -94,7 +94,7 @@ class GeometricStiffness:
         return np.ascontiguousarray(data.T)
 
     def of_links(self, held: np.ndarray) -> csr_array:
-        """Return that of the links alone, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
+        """Return the part of the links, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
         n = self.K.shape[0]
         total = transferred(self.step, held)
         rows, cols, values = [], [], []
@@ -113,7 +113,7 @@ class GeometricStiffness:
 
 def _stiffnesses(block: Block, d: np.ndarray) -> Iterator[np.ndarray]:
     """Yield the geometric stiffness of each of the displacements ``d (ne, nl, k)``, nothing where there is none."""
-    if isinstance(block, Turning) and block.components == 6:
+    if isinstance(block, Corotational) and block.components == 6:
         yield from block.geometric_stiffnesses(d)
         return
     for k in range(d.shape[2]):

@@ -1,4 +1,4 @@
-"""The assembled finite-element model: theory 1."""
+"""The assembled finite-element model (theory 1)."""
 
 from __future__ import annotations
 
@@ -21,8 +21,9 @@ from modalprep.vectors import skew
 class FEModel(Record):
     """The assembled model, in a frame with the root interface at its origin and the axes of the mesh.
 
-    The DOFs are those of the mesh nodes, then six for each RBE2 frame. `C` expresses them by the independent
-    ones (a rigid link's nodes follow its frame), so ``C.T @ K @ C`` is the stiffness that is solved.
+    The DOFs are those of the mesh nodes, then six for each RBE2 or RBE3 frame. ``u = C @ u[free]`` expresses them by
+    the independent ones, because the nodes of a rigid link follow its frame; ``C.T @ K @ C`` is the stiffness of the
+    independent DOFs.
 
     Attributes
     ----------
@@ -31,9 +32,9 @@ class FEModel(Record):
     cells : {type: (k, nodes)}
         The structural cells.
     dof : (n_nodes, 6) int
-        Number of each DOF (ux, uy, uz, rx, ry, rz), -1 where a node has none; mesh nodes, then RBE2 frames.
+        Number of each DOF (ux, uy, uz, rx, ry, rz), -1 where a node has none; mesh nodes, then frames.
     K, M : (n_dof, n_dof) csr
-        N/m, kg and their rotational kin.
+        Stiffness (N/m, N, N m) and mass (kg, kg m, kg m^2), mesh axes.
     g : (n_dof, 3)
         ``int rho N_a``.
     h : (n_dof, 3, 3)
@@ -48,10 +49,10 @@ class FEModel(Record):
     interfaces : tuple of InterfaceFrame
         The root first.
     geometric_stiffness : GeometricStiffness
-        ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress that displacement ``d (n_dof,)`` means,
-        with ``load (n_dof,)`` the nodal load that holds it.
+        ``(d, load) -> (n_dof, n_dof) csr``: the stiffness of the prestress due to displacement ``d (n_dof,)`` under
+        the nodal load ``load (n_dof,)``.
     rotating_mass : RotatingMass
-        What mass beside the nodes adds to the geometric stiffness under inertia loads.
+        Contribution of eccentric mass to the geometric stiffness under inertia loads.
     origin : (3,)
         The root interface in mesh coordinates, m.
     strain_energy : StrainEnergy or None
@@ -59,7 +60,18 @@ class FEModel(Record):
     source : dict of str
         Name and hash of the mesh.
     notes : tuple of str
-        What the user should know: cells left out, hidden hinges.
+        Messages for the user: cells left out, hidden hinges.
+
+    References
+    ----------
+    Theory 1.
+
+    Examples
+    --------
+    >>> from modalprep.examples import cantilever_model
+    >>> model = cantilever_model(elements=4)
+    >>> model.K.shape, round(model.rigid.m, 9)
+    ((30, 30), 12.0)
     """
 
     points: np.ndarray
@@ -88,11 +100,11 @@ class FEModel(Record):
 
     @property
     def inertia_loads(self) -> np.ndarray:
-        """(n_dof, 12) loads of unit ``A_a`` (3), then unit ``W_ab`` (9, row by row): ``-g_a``, ``-h_ab``."""
+        """Inertia loads (n_dof, 12) of unit ``A_a`` (3), then unit ``W_ab`` (9, row by row): ``-g_a``, ``-h_ab``."""
         return -np.concatenate([self.g, self.h.reshape(-1, 9)], axis=1)
 
     def rigid_body(self) -> np.ndarray:
-        """(n_dof, 6) displacements of unit translations and unit rotations about the origin."""
+        """Return the displacements (n_dof, 6) of unit translations and unit rotations about the origin, mesh axes."""
         frames = [frame.position for frame in self.interfaces if len(frame.nodes)]
         return rigid_motions(np.concatenate([self.points, np.reshape(frames, (-1, 3))]), self.dof, self.n_dof)
 

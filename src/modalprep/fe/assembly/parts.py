@@ -1,4 +1,4 @@
-"""Which elements a model has: mesh groups paired with their properties, checked to cover the structure once."""
+"""The elements of a model: mesh groups with their properties, which must cover the structure exactly once."""
 
 from __future__ import annotations
 
@@ -8,26 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.block import Block
-from modalprep.fe.elements.point import MassBlock, SpringBlock
-from modalprep.fe.elements.shells.shell import ShellBlock
-from modalprep.fe.elements.solid import DEGREE as SOLID_KINDS
-from modalprep.fe.elements.solid import SolidBlock
-from modalprep.fe.elements.truss import TrussBlock
-from modalprep.fe.mesh.mesh import Mesh, cell_dimension
-from modalprep.fe.properties.properties import Beam, PointMass, Property, Shell, Solid, Spring, Truss
-from modalprep.fe.quality.connectivity import pieces
+from modalprep.fe.families import FAMILIES
+from modalprep.fe.mesh.cells import cell_dimension
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.properties.points import Spring
+from modalprep.fe.properties.properties import Property
+from modalprep.fe.quality.connectivity import smallest_part
 
 CHUNK = 4096  # elements evaluated at once: bounds the memory of shape gradients
-FAMILY = {
-    Beam: (BeamBlock, ("line",)),
-    Truss: (TrussBlock, ("line",)),
-    Shell: (ShellBlock, ("triangle", "quad")),
-    Solid: (SolidBlock, tuple(SOLID_KINDS)),
-    PointMass: (MassBlock, ("vertex",)),
-    Spring: (SpringBlock, ("line", "vertex")),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,21 +46,25 @@ class Part:
 
     def components(self, points: np.ndarray) -> int:
         """DOFs that each node of these elements has: 3, or 6 with rotations."""
-        family = FAMILY[type(self.section)][0]
+        family = self._family
         if hasattr(family, "components"):
             return family.components
         return max(block.components for block in self.blocks(points, np.zeros(3)))
 
+    @property
+    def _family(self) -> type[Block]:
+        return FAMILIES[type(self.section)][self.kind]
+
     def _block(self, piece: slice, points: np.ndarray, origin: np.ndarray) -> Block:
         data = {name: values[piece] for name, values in self.data.items()}
         try:
-            return FAMILY[type(self.section)][0].build(self.kind, points, self.nodes[piece], self.section, data, origin)
+            return self._family.build(self.kind, points, self.nodes[piece], self.section, data, origin)
         except InputError as error:
             raise InputError(f"group {self.group!r}: {error}") from None
 
 
 def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str]) -> tuple[list[Part], list[str]]:
-    """Return every structural element once, and notes on cells left out.
+    """Return the structural elements, and notes on cells that are left out.
 
     Parameters
     ----------
@@ -100,7 +93,7 @@ def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str
 
 
 def _kinds(mesh: Mesh, group: str, section: Property) -> list[str]:
-    wanted = FAMILY[type(section)][1]
+    wanted = FAMILIES[type(section)]
     dimensions = {cell_dimension(kind) for kind in wanted}
     kinds = [kind for kind in mesh.group(group) if cell_dimension(kind) in dimensions]
     if isinstance(section, Spring) and "line" in kinds:
@@ -138,9 +131,9 @@ def used_nodes(parts: list[Part]) -> np.ndarray:
 
 
 def refuse_disconnected(points: np.ndarray, parts: list[Part], tied: list[np.ndarray]) -> None:
-    """Refuse a structure in several pieces; `tied` lists the node sets that links and interfaces hold together."""
+    """Refuse a structure in several parts; `tied` lists the node sets that links and interfaces connect."""
     groups = [part.nodes for part in parts] + [nodes[None] for nodes in tied]
-    count, small, where = pieces(groups, used_nodes(parts), points)
+    count, small, where = smallest_part(groups, used_nodes(parts), points)
     if count > 1:
         raise InputError(
             f"the structure is in {count} disconnected parts, the smallest has {len(small)} nodes "

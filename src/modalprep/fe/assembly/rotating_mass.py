@@ -1,4 +1,4 @@
-"""Second order of the mass of a model that sits beside its nodes (theory 7.7)."""
+"""Second-order motion of eccentric mass, which rotates with the nodes (theory 7.7)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from modalprep.fe.links.interface import link_geometric_stiffness
 
 @dataclass(frozen=True, eq=False)
 class RotatingMass:
-    """Every mass of a model that sits beside a node.
+    """The eccentric mass of a model: all mass that lies beside the nodes.
 
     Attributes
     ----------
@@ -28,7 +28,7 @@ class RotatingMass:
     dof: np.ndarray
 
     def project(self, Phi: np.ndarray) -> np.ndarray:
-        """Return ``(12, n, n)``: what arms add to ``Kg_A`` (3) and ``Kg_W`` (9, row by row), for ``Phi (n_dof, n)``.
+        """Return the part ``(12, n, n)`` of ``Kg_A`` (3) and ``Kg_W`` (9, by rows) due to arms, for ``Phi (n_dof, n)``.
 
         Examples
         --------
@@ -42,17 +42,17 @@ class RotatingMass:
         """
         out = np.zeros((12, Phi.shape[1], Phi.shape[1]))
         for arms, dofs in self._arms():
-            for k, form in _forms(arms, arms.turn @ Phi[dofs][:, None], arms.unit):
+            for k, form in _forms(arms, arms.rotation @ Phi[dofs][:, None], arms.unit):
                 out[k] += form
         return out
 
     def project_modes(self, Phi: np.ndarray, some: slice) -> np.ndarray:
-        """Return ``(k, n, n)``: what arms add to ``phi_i^T M Gamma_jk`` of the modal mass, i in `some`."""
+        """Return the part ``(k, n, n)`` of ``phi_i^T M Gamma_jk`` of the modal mass due to arms, i in `some`."""
         n = Phi.shape[1]
         out = np.zeros((len(range(n)[some]), n, n))
         for arms, dofs in self._arms():
             own = Phi[dofs][:, None]
-            for k, form in _forms(arms, arms.turn @ own, arms.inertia @ own[..., some]):
+            for k, form in _forms(arms, arms.rotation @ own, arms.inertia @ own[..., some]):
                 out[k] += form
         return out
 
@@ -62,20 +62,20 @@ class RotatingMass:
         total = csr_array((n, n))
         for arms, dofs in self._arms():
             form = link_geometric_stiffness((arms.unit @ field)[:, :, None], arms.arm[:, :, None])
-            values = np.einsum("esai,esab,esbj->eij", arms.turn, form, arms.turn, optimize=True)
+            values = np.einsum("esai,esab,esbj->eij", arms.rotation, form, arms.rotation, optimize=True)
             rows = np.broadcast_to(dofs[:, :, None], values.shape)
             place = (rows.ravel(), rows.transpose(0, 2, 1).ravel())
             total = total + coo_array((values.ravel(), place), shape=(n, n)).tocsr()
         return total
 
     def work(self, d: np.ndarray, field: np.ndarray) -> float:
-        """Return the work (J) of inertia on arms that turn finitely, beyond the first order of their displacement.
+        """Return the work (J) of inertia on arms at finite rotations, beyond the first order of their displacement.
 
         ``d (n_dof,)`` rotation vectors at the nodes, `field` (12,) steady acceleration as in `__call__`.
         """
         total = 0.0
         for arms, dofs in self._arms():
-            t = (arms.turn @ d[dofs][:, None, :, None])[..., 0]
+            t = (arms.rotation @ d[dofs][:, None, :, None])[..., 0]
             turned = Rotation.from_rotvec(t.reshape(-1, 3)).apply(arms.arm.reshape(-1, 3)).reshape(t.shape)
             total -= np.sum((arms.unit @ field) * (turned - arms.arm - np.cross(t, arms.arm)))
         return float(total)

@@ -1,4 +1,4 @@
-"""Joints where rotations meet solids: solids have none, so that an edge or a point of them is a hinge."""
+"""Hidden hinges: solids have no rotations, so that shells and beams on an edge or a point of them can rotate freely."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from modalprep.fe.properties.properties import Beam, Shell, Solid
 
 
 def hidden_hinges(mesh: Mesh, parts: list[Part]) -> list[str]:
-    """Return a sentence for each place where a shell or beam meets a solid without passing on its rotation.
+    """Return a message for each region where a shell or beam meets a solid without transferring its rotation.
 
     A shell that covers at least one face of the solid, or nodes tied by an rbe2, are no hinge.
     """
@@ -53,7 +53,7 @@ def _hinges(conn: list[np.ndarray], solid: np.ndarray) -> list[np.ndarray]:
 
 
 def _graph(conn: list[np.ndarray], solid: np.ndarray, n: int) -> coo_array:
-    """Shared nodes of one element belong together."""
+    """Return the graph in which the shared nodes of an element are connected."""
     rows, cols = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
     for c in conn:
         for i in range(c.shape[1]):

@@ -1,4 +1,4 @@
-"""The sparsity pattern of a model: which nodes meet in an element, and where their DOFs lie in the CSR arrays."""
+"""The sparsity pattern of a model: which nodes share an element, and where their DOFs are in the CSR arrays."""
 
 from __future__ import annotations
 

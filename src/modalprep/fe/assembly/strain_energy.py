@@ -1,4 +1,4 @@
-"""Strain energy of every element in every mode: where a mode strains."""
+"""Strain energy of every element in every mode."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Stress at chosen points: the mean, over the elements that meet at a node, of what each has there (theory 7.6)."""
+"""Stress at chosen nodes: the mean of the stresses of the elements that share a node (theory 7.6)."""
 
 from __future__ import annotations
 
@@ -14,18 +14,17 @@ from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.shells.laminate import strain_rotation
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
-from modalprep.fe.properties.properties import Beam, Property, Shell, Solid, Truss
+from modalprep.fe.properties.properties import Beam, Property, Shell
 
 Vector = tuple[float, float, float]
 MOST = 1000  # points of a body: each is a history of every run
 ALIKE = 0.85  # cosine between elements whose stress is averaged: 32 degrees
-DIRECTIONS = {Solid: [], Shell: [2], Beam: [0, 1, 2], Truss: [0]}  # axes in which such elements are alike, main first
 ACROSS = 0.99  # a direction whose cosine with a shell's normal is larger has no projection to speak of
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class StressPoint(NodeSet):
-    """Where stress is asked for: at every node of a set (select.py), in the elements that meet there.
+    """Where stress is recovered: at every node of a set, as the mean over the elements that share the node.
 
     Attributes
     ----------
@@ -37,12 +36,16 @@ class StressPoint(NodeSet):
         Shells: its projection is x of the components, z their normal; None takes x of the mesh, or y where the shell
         is normal to x.
     fibres : tuple of tuples of 2 or 3 floats
-        Beams: places in the section as `Beam.fibres`, which they replace.
+        Beams: points of the section as in `Beam.fibres`, which they replace.
 
     Raises
     ------
     InputError
         When none or several node sets are given.
+
+    References
+    ----------
+    Theory 7.6.
 
     Examples
     --------
@@ -70,8 +73,8 @@ class Stress(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Meeting:
-    """The elements that meet at a node.
+class SharedNode:
+    """A node with the elements that share it and have stress there.
 
     Attributes
     ----------
@@ -90,7 +93,7 @@ class Meeting:
     pieces: tuple[tuple[Block, np.ndarray, np.ndarray], ...]
 
     def stresses(self, Phi: np.ndarray) -> Iterator[tuple[str, Stress]]:
-        """Yield name and stress of each place of the section for each column of ``Phi (n_dof, k)``."""
+        """Yield name and stress of each point of the section for each column of ``Phi (n_dof, k)``."""
         found: dict[tuple[str, tuple[str, ...]], list[np.ndarray]] = {}
         for block, local, dofs in self.pieces:
             for label, (components, values) in block.nodal_stress(Phi[dofs]).items():
@@ -109,26 +112,26 @@ class Meeting:
 
 @dataclass(frozen=True, eq=False)
 class StressRecovery:
-    """From displacements of a model to stress at its points.
+    """A linear map from displacements of a model to stress at its points.
 
     Attributes
     ----------
-    meetings : tuple of Meeting
+    nodes : tuple of SharedNode
     """
 
-    meetings: tuple[Meeting, ...]
+    nodes: tuple[SharedNode, ...]
 
     def __call__(self, Phi: np.ndarray) -> dict[str, Stress]:
         """Return the stress at every point for each column of ``Phi (n_dof, k)``, by name."""
-        return {name: found for meeting in self.meetings for name, found in meeting.stresses(Phi)}
+        return {name: found for node in self.nodes for name, found in node.stresses(Phi)}
 
 
 def stress_recovery(model: FEModel, mesh: Mesh, points: Mapping[str, StressPoint]) -> StressRecovery:
-    """Prepare the recovery of stress at points.
+    """Prepare the recovery of stress at nodes.
 
-    A point of one node has the name of its set; of several nodes, and the number of the node after a dot. Faces of
-    a shell are ``.top`` (towards its normal) and ``.bottom``, fibres of a beam ``.1``, ``.2``, ... where there are
-    several.
+    The point of a set of one node has the name of the set; those of several nodes have the number of the node after a
+    dot. Faces of a shell are ``.top`` (towards its normal) and ``.bottom``; fibres of a beam are ``.1``, ``.2``, ...
+    where there are several.
 
     Parameters
     ----------
@@ -137,11 +140,20 @@ def stress_recovery(model: FEModel, mesh: Mesh, points: Mapping[str, StressPoint
         From which the model was assembled.
     points : {name: StressPoint}
 
+    Returns
+    -------
+    StressRecovery
+        A function of displacements ``Phi (n_dof, k)`` that returns ``{point: Stress}``, Pa.
+
     Raises
     ------
     InputError
         When the model has no elements, a set has no node of an element with stress, elements of several properties
-        or directions meet at a node, or a beam has no fibres.
+        or directions share a node, or a beam has no fibres.
+
+    References
+    ----------
+    Theory 7.6.
 
     Examples
     --------
@@ -155,18 +167,18 @@ def stress_recovery(model: FEModel, mesh: Mesh, points: Mapping[str, StressPoint
     """
     if model.strain_energy is None:
         raise InputError("a model from matrices knows no elements and no stress; assemble the mesh, or name no points")
-    found: list[Meeting] = []
+    found: list[SharedNode] = []
     for name, spec in points.items():
         if not name or {"/", "."} & set(name):
             raise InputError(f"stress point {name!r} cannot be the name of channels; leave '.' and '/' out")
         try:
-            found += _meetings(model, mesh, name, spec, MOST - len(found))
+            found += _shared_nodes(model, mesh, name, spec, MOST - len(found))
         except InputError as error:
             raise InputError(f"stress point {name!r}: {error}") from None
     return StressRecovery(tuple(found))
 
 
-def _meetings(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: int) -> list[Meeting]:
+def _shared_nodes(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: int) -> list[SharedNode]:
     blocks = [block for block in model.strain_energy.blocks if hasattr(block, "nodal_stress")]
     own = None if spec.element_group is None else list(mesh.group(spec.element_group).values())
     used = _used(len(mesh.points), own if own is not None else [block.nodes for block in blocks])
@@ -183,7 +195,7 @@ def _meetings(model: FEModel, mesh: Mesh, name: str, spec: StressPoint, most: in
         raise InputError(f"no element{which} that has stress meets at {spec}")
     names = [name if len(at) == 1 else f"{name}.{_label(mesh, node)}" for node in at]
     return [
-        _meeting(model, full, mesh.points[node], spec, there)
+        _shared_node(model, full, mesh.points[node], spec, there)
         for full, (node, there) in zip(names, at.items(), strict=True)
     ]
 
@@ -205,8 +217,8 @@ def _touching(cells: np.ndarray, nodes: np.ndarray, own: list[np.ndarray] | None
 
 
 def _pointing(block: Block, direction: Vector) -> np.ndarray:
-    """Return the rows of a block whose main axis is alike a direction."""
-    main = DIRECTIONS[type(block.section)][:1]
+    """Return the rows of a block whose main axis is within 32 degrees of a direction."""
+    main = block.alike[:1]
     size = np.linalg.norm(direction)
     if not main or not size > 0:
         return np.zeros(0, dtype=int)
@@ -228,7 +240,7 @@ def _label(mesh: Mesh, node: int) -> int:
     return int(mesh.labels[node]) if len(mesh.labels) else node + 1
 
 
-def _meeting(model: FEModel, name: str, place: np.ndarray, spec: StressPoint, there: list) -> Meeting:
+def _shared_node(model: FEModel, name: str, place: np.ndarray, spec: StressPoint, there: list) -> SharedNode:
     sections = [block.section for block, _ in there]
     if any(section != sections[0] for section in sections):
         kinds = sorted({_type(section) for section in sections})
@@ -238,7 +250,7 @@ def _meeting(model: FEModel, name: str, place: np.ndarray, spec: StressPoint, th
     section = _with_fibres(sections[0], spec)
     frame = np.concatenate([block.frame for block, _ in there])
     axes = _axes(frame, section, spec)
-    known = DIRECTIONS[type(section)]
+    known = list(there[0][0].alike)
     if np.any(np.einsum("eka,ka->ek", frame, axes)[:, known] < ALIKE):
         raise InputError(
             f"elements that meet at {name} point in different directions, {_list(frame[:, known[0]])}, so that their "
@@ -249,7 +261,7 @@ def _meeting(model: FEModel, name: str, place: np.ndarray, spec: StressPoint, th
         (replace(block, section=section), local, dof[block.nodes, : block.components].reshape(len(local), -1))
         for block, local in there
     ]
-    return Meeting(name, place - model.origin, axes, tuple(pieces))
+    return SharedNode(name, place - model.origin, axes, tuple(pieces))
 
 
 def _list(directions: np.ndarray) -> str:

@@ -46,7 +46,7 @@ class MassTensor:
         self._dof, self._scalar, self._pairs, self._n, self.exact = dof, scalar, pairs, n, exact
 
     def __getitem__(self, pair: tuple[int, int]) -> csr_array:
-        """Return ``M_ab (n_dof, n_dof)``, kg and its rotational kin."""
+        """Return ``M_ab (n_dof, n_dof)``, kg, kg m and kg m^2."""
         a, b = pair
         if a > b:
             return self[b, a].T.tocsr()
@@ -57,7 +57,7 @@ class MassTensor:
         return (total + pick[0].T @ self._scalar @ pick[1]).tocsr()
 
     def project(self, Phi: np.ndarray) -> np.ndarray:
-        """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``; needs a third of ``Phi (n_dof, n)`` beside it."""
+        """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``; allocates a third of ``Phi (n_dof, n)``."""
         n = Phi.shape[1]
         P = np.zeros((3, 3, n, n))
         for (a, b), matrix in self._pairs.items():
@@ -82,7 +82,7 @@ class MassTensor:
 
 
 class Totals:
-    """Accumulates blocks.
+    """Sums over blocks of elements.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Element families, one a file."""
+"""Element families, one file each."""

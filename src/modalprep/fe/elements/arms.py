@@ -1,8 +1,8 @@
-"""Rigid arms from nodes to what sits beside them, and the second order of mass on arms that turn.
+"""Rigid arms from nodes to eccentric mass, and the second-order motion of mass on arms that rotate.
 
-A mass at the end of the arm r of a node that turns by the rotation vector t moves by ``t x r + t x (t x r) / 2``. An
-inertia force on it does work on the second part, whatever carries it: sections of beams, the thickness of shells,
-eccentric elements, offsets and inertia tensors of point masses (theory 7.7). With ``L(f, r)`` of
+A mass at the end of the arm r of a node that rotates by the vector t moves by ``t x r + t x (t x r) / 2``. An inertia
+force does work on the second term, for the sections of beams, the thickness of shells, eccentric elements, and offsets
+and inertia tensors of point masses alike (theory 7.7). With ``L(f, r)`` of
 `interface.link_geometric_stiffness`, a force f on the mass has the work ``t L(f, r) t / 2``.
 """
 
@@ -18,13 +18,13 @@ from modalprep.vectors import skew
 
 
 class RotatingArms(NamedTuple):
-    """Arms of the elements of one block, with what their ends weigh; mesh axes.
+    """Arms of the elements of one block with the inertia of their ends, mesh axes.
 
     Attributes
     ----------
     arm : (ne, ns, 3)
         m, or without unit where the weight is a second moment.
-    turn : (ne, ns, 3, nl)
+    rotation : (ne, ns, 3, nl)
         Rotation of the arm per nodal DOF.
     unit : (ne, ns, 3, 12)
         Mass times acceleration of the end for the unit fields ``A_a`` and ``W_ab x_b`` (row by row).
@@ -33,7 +33,7 @@ class RotatingArms(NamedTuple):
     """
 
     arm: np.ndarray
-    turn: np.ndarray
+    rotation: np.ndarray
     unit: np.ndarray
     inertia: np.ndarray
 
@@ -43,7 +43,7 @@ class RotatingArms(NamedTuple):
         return cls(*(np.concatenate(field, axis=1) for field in zip(*parts, strict=True)))
 
 
-def section_arms(weight: np.ndarray, axis: np.ndarray, turn: np.ndarray) -> RotatingArms:
+def section_arms(weight: np.ndarray, axis: np.ndarray, rotation: np.ndarray) -> RotatingArms:
     """Return the arms of second moments of mass ``weight (ne, ns)`` along `axis` ``(ne, ns or 1, 3)``.
 
     Their ends stand on both sides of the node, so that only fields which change along the axis load them.
@@ -52,11 +52,11 @@ def section_arms(weight: np.ndarray, axis: np.ndarray, turn: np.ndarray) -> Rota
     unit = np.zeros((*weight.shape, 3, 4, 3))  # of A, then of each row a of W
     for a in range(3):
         unit[:, :, a, 1 + a] = weight[..., None] * axis
-    inertia = -weight[..., None, None] * (skew(axis) @ turn)
-    return RotatingArms(axis, turn, unit.reshape(*weight.shape, 3, 12), inertia)
+    inertia = -weight[..., None, None] * (skew(axis) @ rotation)
+    return RotatingArms(axis, rotation, unit.reshape(*weight.shape, 3, 12), inertia)
 
 
-def mass_arms(weight, position, shape, arm, turn) -> RotatingArms:
+def mass_arms(weight, position, shape, arm, rotation) -> RotatingArms:
     """Return the arms of masses ``weight (ne, ns)`` at `position` ``(ne, ns, 3)``, m, of displacement `shape`.
 
     ``shape (ne, ns, 3, nl)`` per nodal DOF; ``arm (ne, ns or 1, 3)``, m.
@@ -66,7 +66,7 @@ def mass_arms(weight, position, shape, arm, turn) -> RotatingArms:
         unit[:, :, a, a] = weight
         unit[:, :, a, 3 + 3 * a : 6 + 3 * a] = weight[..., None] * position
     arm = np.broadcast_to(arm, (*weight.shape, 3))
-    return RotatingArms(arm, turn, unit, weight[..., None, None] * shape)
+    return RotatingArms(arm, rotation, unit, weight[..., None, None] * shape)
 
 
 def nodal_arms(mass: MassObjects, arm: np.ndarray) -> RotatingArms:
@@ -74,10 +74,10 @@ def nodal_arms(mass: MassObjects, arm: np.ndarray) -> RotatingArms:
     ne, nn, _ = arm.shape
     unit = np.concatenate([mass.g, mass.h.reshape(*mass.g.shape[:2], 9)], axis=2).reshape(ne, nn, 6, 12)[:, :, :3]
     total = mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2]
-    turn = np.zeros((ne, nn, 3, nn, 6))
+    rotation = np.zeros((ne, nn, 3, nn, 6))
     for k in range(nn):
-        turn[:, k, :, k, 3:] = np.eye(3)
-    return RotatingArms(arm, turn.reshape(ne, nn, 3, 6 * nn), unit, total.reshape(ne, nn, 6, 6 * nn)[:, :, :3])
+        rotation[:, k, :, k, 3:] = np.eye(3)
+    return RotatingArms(arm, rotation.reshape(ne, nn, 3, 6 * nn), unit, total.reshape(ne, nn, 6, 6 * nn)[:, :, :3])
 
 
 def node_transformation(frame: np.ndarray, arm: np.ndarray) -> np.ndarray:

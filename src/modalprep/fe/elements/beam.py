@@ -18,7 +18,7 @@ from skfem.refdom import RefLine
 from modalprep.errors import InputError
 from modalprep.fe.elements.arms import RotatingArms, nodal_arms, node_transformation, section_arms
 from modalprep.fe.elements.block import NodalStress
-from modalprep.fe.elements.corotation import Turning, line_spin
+from modalprep.fe.elements.corotation import Corotational, line_rotation
 from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
 from modalprep.fe.properties.properties import Beam
 
@@ -86,7 +86,7 @@ def _bending_shapes(s, L, phi, k):
 
 
 @dataclass(frozen=True, eq=False)
-class BeamBlock(Turning):
+class BeamBlock(Corotational):
     """Line elements of one property, evaluated at their quadrature points.
 
     Attributes
@@ -103,6 +103,7 @@ class BeamBlock(Turning):
     dx : (ne, nq)
     """
 
+    alike = (0, 1, 2)
     components = 6
     section: Beam
     nodes: np.ndarray
@@ -171,11 +172,11 @@ class BeamBlock(Turning):
         return mass_from_samples(samples)
 
     def rotating_arms(self) -> RotatingArms:
-        """Mass off the line of the nodes: over the section, and on the arms of eccentric beams."""
+        """Mass off the line of the nodes: of the section, and on the arms of eccentric beams."""
         s = self.section
-        turn = np.swapaxes(self.frame, 1, 2)[:, None] @ self.motion[:, :, 3:]
+        rotation = np.swapaxes(self.frame, 1, 2)[:, None] @ self.motion[:, :, 3:]
         inertia = ((s.Iz, self.frame[:, None, 1]), (s.Iy, self.frame[:, None, 2]))
-        parts = [section_arms(s.material.rho * size * self.dx, axis, turn) for size, axis in inertia]
+        parts = [section_arms(s.material.rho * size * self.dx, axis, rotation) for size, axis in inertia]
         if np.any(self.arm):
             parts.append(nodal_arms(self.mass(), self.arm))
         return RotatingArms.joined(parts)
@@ -206,16 +207,16 @@ class BeamBlock(Turning):
         return replace(self, **{f.name: getattr(self, f.name)[some] for f in fields(self) if f.name != "section"})
 
     @property
-    def place(self) -> np.ndarray:
+    def position(self) -> np.ndarray:
         """(ne, 2, 3) ends of the centroid line in the element's axes, m."""
-        place = np.zeros((len(self.nodes), 2, 3))
-        place[:, 1, 0] = self.dx.sum(axis=1)
-        return place
+        position = np.zeros((len(self.nodes), 2, 3))
+        position[:, 1, 0] = self.dx.sum(axis=1)
+        return position
 
     @property
-    def spin(self) -> np.ndarray:
+    def axes_rotation(self) -> np.ndarray:
         """(ne, 3, 12) rotation of the element's axes per local DOF."""
-        return line_spin(self.dx.sum(axis=1))
+        return line_rotation(self.dx.sum(axis=1))
 
     def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
         """v', w', tx', tx, ty, tz, ty', tz' at the quadrature points; rotations of both ends."""
@@ -230,7 +231,7 @@ class BeamBlock(Turning):
 
         Theory 7.1: ``N(v'dv' + w'dw' + (Iy+Iz)/A tx'dtx') - My(v'dtx'+..) - Mz(w'dtx'+..)
         - Vz(v'dtx+..) + Vy(w'dtx+..)`` with ``Vz = My'``, ``Vy = -Mz'``, for slopes v', w' at the ends; and
-        ``T (tz dty' - ty dtz' + ..) / 2``. The nodes turn by rotation vectors, so that beams may meet at an angle:
+        ``T (tz dty' - ty dtz' + ..) / 2``. The nodes rotate by rotation vectors, so that beams may meet at an angle:
         ``v' = tz + tx ty / 2``, ``w' = -ty + tx tz / 2``; on these the end moments do ``tx (my tz - mz ty) / 2``.
         """
         s, E = self.section, self.section.material.E

@@ -1,4 +1,4 @@
-"""What assembly asks of every element family."""
+"""The protocol of element blocks: what assembly needs from every family."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ import numpy as np
 from modalprep.fe.elements.arms import RotatingArms
 from modalprep.fe.elements.mass import MassObjects
 
-# Stress at the nodes of elements, by place of the section (face of a shell, fibre of a beam; "" where there is only
+# Stress at the nodes of elements, by point of the section (face of a shell, fibre of a beam; "" where there is only
 # one): names of the components along the axes of the elements' `frame (ne, 3, 3)`, and values (ne, nn, c, k) in Pa.
 NodalStress = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 
 class Block(Protocol):
-    """Elements of one kind and property: what assembly asks of a family.
+    """Elements of one cell type and property, as assembly needs them.
 
     Element matrices are ``(ne, nl, nl)`` with ``nl = nn * components``, node by node, in mesh axes.
     """
 
     nodes: np.ndarray  # (ne, nn)
     components: int  # 3 or 6
+    alike: tuple[int, ...]  # families with stress: axes of `frame` that must agree where elements meet, main first
 
     def stiffness(self) -> np.ndarray | None:
         """Elastic stiffness; None where the family has none."""
@@ -30,13 +31,13 @@ class Block(Protocol):
         """Mass objects; None where the family has none."""
 
     def geometric_stiffness(self, d: np.ndarray) -> np.ndarray | None:
-        """Stiffness of the prestress of the nodal displacements ``d (ne, nl)``."""
+        """Geometric stiffness of the prestress due to the nodal displacements ``d (ne, nl)``."""
 
     def energy(self, d: np.ndarray) -> np.ndarray:
         """Strain energy ``(ne,)`` at finite displacements ``d (ne, nl)``, rotation vectors at the nodes."""
 
     def rotating_arms(self) -> RotatingArms | None:
-        """Mass beside the nodes that turns with them; None where the family has none."""
+        """Eccentric mass that rotates with the nodes; None where the family has none."""
 
     def volume(self) -> np.ndarray:
         """Volume of material ``(ne,)``, m^3; zero where the family has none."""

@@ -1,15 +1,15 @@
-"""Second order of an element whose axes turn with it: what its nodal forces do when the element rotates.
+"""Geometric stiffness of corotational elements: the work of the nodal forces when the element rotates (theory 7.7).
 
-The nodal displacements u and rotation vectors t of an element are, up to the rotation w of its axes, a small strain. To
-second order the displacements and rotations that strain it are
+The nodal displacements u and rotation vectors t of an element consist of a rotation w of its axes and a small strain.
+To second order, the displacements and rotations that strain the element are
 
 ``u~ = u - w x X - w x u + w x (w x X) / 2,   t~ = t - w - w x t / 2``
 
-with X the place of the node in the undeformed element. The nodal forces f and moments m of the linear element do work
-on the second order of both, which is the geometric stiffness of the turning element whatever theory it follows inside:
-its nodes carry moments across folds, and membrane forces, bending and twisting moments, and transverse shears count
-alike. The second order of w itself does no work, because the forces of an element are in balance. What the stress
-inside does on the remaining slopes is the element's own part.
+with X the position of the node in the undeformed element. The nodal forces f and moments m of the linear element do
+work on the second-order parts of both. This work is the geometric stiffness of the rotating element, whatever theory
+holds inside it: the nodes carry moments across folds, and membrane forces, bending moments, twisting moments and
+transverse shears all contribute. The second-order part of w does no work, because the forces of an element are in
+equilibrium. The work of the internal stress on the remaining slopes is the element's own part.
 
 References
 ----------
@@ -30,16 +30,20 @@ from modalprep.fe.links.interface import link_geometric_stiffness
 from modalprep.vectors import rotation_matrix, skew
 
 
-def turning_stiffness(
-    spin: np.ndarray, place: np.ndarray, force: np.ndarray, moment: np.ndarray, arm: np.ndarray | None = None
+def corotational_stiffness(
+    axes_rotation: np.ndarray,
+    position: np.ndarray,
+    force: np.ndarray,
+    moment: np.ndarray,
+    arm: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the geometric stiffness ``(ne, 6n, 6n)`` of nodal forces and moments that turn with their element.
+    """Return the geometric stiffness ``(ne, 6n, 6n)`` of nodal forces and moments that rotate with their element.
 
     Parameters
     ----------
-    spin : (ne, 3, 6n)
+    axes_rotation : (ne, 3, 6n)
         Rotation w of the element's axes per nodal DOF ``(ux, uy, uz, tx, ty, tz)``.
-    place : (ne, n, 3)
+    position : (ne, n, 3)
         Ends X where the forces act, m; any origin, because the forces are in balance.
     force, moment : (ne, n, 3)
         N and N m. All in one set of axes.
@@ -48,12 +52,12 @@ def turning_stiffness(
 
     Examples
     --------
-    A bar of length 2 along x under a tension of 6 N turns about z like a string, ``N / L`` across it:
+    A bar of length 2 m along x under a tension of 6 N has the transverse stiffness of a string, ``N / L``:
 
-    >>> spin = np.zeros((1, 3, 12))
-    >>> spin[0, 2, [1, 7]] = -0.5, 0.5
+    >>> axes_rotation = np.zeros((1, 3, 12))
+    >>> axes_rotation[0, 2, [1, 7]] = -0.5, 0.5
     >>> pull = np.array([[[-6.0, 0, 0], [6.0, 0, 0]]])
-    >>> Kg = turning_stiffness(spin, np.array([[[0.0, 0, 0], [2.0, 0, 0]]]), pull, 0 * pull)
+    >>> Kg = corotational_stiffness(axes_rotation, np.array([[[0.0, 0, 0], [2.0, 0, 0]]]), pull, 0 * pull)
     >>> Kg[0][np.ix_([1, 7], [1, 7])]
     array([[ 3., -3.],
            [-3.,  3.]])
@@ -61,30 +65,32 @@ def turning_stiffness(
     ne, n = force.shape[:2]
     turned = skew(moment) / 2 if arm is None else skew(moment) / 2 - skew(force) @ skew(arm)
     work = np.concatenate([skew(force), turned], axis=3)  # (ne, n, 3, 6): w . (f x u + m x t / 2), u of the ends
-    work = work.transpose(0, 2, 1, 3).reshape(ne, 3, 6 * n) + link_geometric_stiffness(force, place) @ spin / 2
-    Kg = spin.transpose(0, 2, 1) @ work
+    work = (
+        work.transpose(0, 2, 1, 3).reshape(ne, 3, 6 * n) + link_geometric_stiffness(force, position) @ axes_rotation / 2
+    )
+    Kg = axes_rotation.transpose(0, 2, 1) @ work
     return Kg + Kg.transpose(0, 2, 1)
 
 
-def line_spin(length: np.ndarray) -> np.ndarray:
+def line_rotation(length: np.ndarray) -> np.ndarray:
     """Return the rotation ``(ne, 3, 12)`` of a two-node element of `length` (ne,), m: of its line, and the mean twist.
 
     Examples
     --------
-    >>> line_spin(np.array([2.0]))[0, 2, [1, 7]]  # about e3, by the displacements along e2
+    >>> line_rotation(np.array([2.0]))[0, 2, [1, 7]]  # about e3, by the displacements along e2
     array([-0.5,  0.5])
     """
-    spin, across = np.zeros((len(length), 3, 2, 6)), np.array([-1.0, 1.0]) / length[:, None]
-    spin[:, 0, :, 3], spin[:, 1, :, 2], spin[:, 2, :, 1] = 0.5, -across, across
-    return spin.reshape(-1, 3, 12)
+    axes_rotation, across = np.zeros((len(length), 3, 2, 6)), np.array([-1.0, 1.0]) / length[:, None]
+    axes_rotation[:, 0, :, 3], axes_rotation[:, 1, :, 2], axes_rotation[:, 2, :, 1] = 0.5, -across, across
+    return axes_rotation.reshape(-1, 3, 12)
 
 
-class Turning:
-    """An element whose axes turn with it, with six DOFs per node: beams and shells, bars with torque, bushings.
+class Corotational:
+    """An element whose axes rotate with it, with six DOFs per node: beams, shells, bars with torque and bushings.
 
-    The family gives `frame (ne, 3, 3)`, `arm (ne, n, 3)` (mesh axes), `place (ne, n, 3)` and `spin (ne, 3, 6n)`
-    (element axes, as in `turning_stiffness`), `stiffness`, and what the stress inside works on: `inner_fields` and
-    `inner_weights`.
+    A family provides `frame (ne, 3, 3)` and `arm (ne, n, 3)` in mesh axes, `position (ne, n, 3)` and
+    `axes_rotation (ne, 3, 6n)` in element axes, as in `corotational_stiffness`, its `stiffness`, and the fields on
+    which the internal stress does work, `inner_fields` and `inner_weights`.
     """
 
     def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
@@ -92,7 +98,7 @@ class Turning:
 
         The default is an element without an inside.
         """
-        ne, n, _ = self.place.shape
+        ne, n, _ = self.position.shape
         return np.zeros((ne, 1, 0, 6 * n)), np.zeros((ne, 0, 6 * n))
 
     def inner_weights(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -110,11 +116,11 @@ class Turning:
         """Yield the geometric stiffness of each of the displacements ``d (ne, 6n, k)``."""
         ne, n, _ = self.arm.shape
         K, T = self.stiffness(), node_transformation(self.frame, self.arm)
-        spin, place = self.frame.transpose(0, 2, 1) @ self.spin @ T, self.place @ self.frame
+        axes_rotation, position = self.frame.transpose(0, 2, 1) @ self.axes_rotation @ T, self.position @ self.frame
         at_points, at_sides = (_applied(fields, self._straining() @ T) for fields in self.inner_fields())
         for k in range(d.shape[2]):
             force, moment = np.split((K @ d[:, :, k, None]).reshape(ne, n, 6), 2, axis=2)
-            Kg = turning_stiffness(spin, place, force, moment - np.cross(self.arm, force), self.arm)
+            Kg = corotational_stiffness(axes_rotation, position, force, moment - np.cross(self.arm, force), self.arm)
             weight, more = self.inner_weights(d[:, :, k])
             flat = at_points.reshape(ne, at_points.shape[1] * at_points.shape[2], 6 * n)
             Kg += flat.transpose(0, 2, 1) @ (weight @ at_points).reshape(flat.shape)
@@ -125,10 +131,10 @@ class Turning:
 
     def _straining(self) -> np.ndarray:
         """Return the projector ``(ne, 6n, 6n)`` on displacements without the rotation of the element."""
-        ne, n, _ = self.place.shape
+        ne, n, _ = self.position.shape
         rigid = np.zeros((ne, n, 6, 3))
-        rigid[:, :, :3], rigid[:, :, 3:] = -skew(self.place), np.eye(3)
-        return np.eye(6 * n) - rigid.reshape(ne, 6 * n, 3) @ self.spin
+        rigid[:, :, :3], rigid[:, :, 3:] = -skew(self.position), np.eye(3)
+        return np.eye(6 * n) - rigid.reshape(ne, 6 * n, 3) @ self.axes_rotation
 
     def energy(self, d: np.ndarray) -> np.ndarray:
         """Return the strain energy ``(ne,)`` at finite displacements ``d (ne, 6n)``, rotation vectors at the nodes.
@@ -139,12 +145,12 @@ class Turning:
         ne, n, _ = self.arm.shape
         u, t = np.split(d.reshape(ne, n, 6), 2, axis=2)
         ends = (u + np.einsum("enab,enb->ena", rotation_matrix(t), self.arm) - self.arm) @ self.frame.transpose(0, 2, 1)
-        turns = t @ self.frame.transpose(0, 2, 1)
-        local = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
-        back = rotation_matrix(-(self.spin @ local)[..., 0])
-        ends = np.einsum("eab,enb->ena", back, self.place + ends) - self.place
-        turns = _vector(back[:, None] @ rotation_matrix(turns))
-        y = np.concatenate([ends, turns], axis=2).reshape(ne, 6 * n, 1)
+        rotations = t @ self.frame.transpose(0, 2, 1)
+        local = np.concatenate([ends, rotations], axis=2).reshape(ne, 6 * n, 1)
+        back = rotation_matrix(-(self.axes_rotation @ local)[..., 0])
+        ends = np.einsum("eab,enb->ena", back, self.position + ends) - self.position
+        rotations = _vector(back[:, None] @ rotation_matrix(rotations))
+        y = np.concatenate([ends, rotations], axis=2).reshape(ne, 6 * n, 1)
         x = np.linalg.solve(node_transformation(self.frame, self.arm), y)
         fields = [_applied(field, self._straining() @ y) for field in self.inner_fields()]
         weights = self.inner_weights(x[..., 0])

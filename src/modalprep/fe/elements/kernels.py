@@ -36,7 +36,7 @@ def _pool() -> ThreadPoolExecutor:
 
 
 def ahead(function: Callable, items: Iterable) -> Iterator:
-    """Yield ``function(item)`` in the order of `items`; threads evaluate the next few meanwhile."""
+    """Yield ``function(item)`` in the order of `items`; threads evaluate the next ones in the meantime."""
     waiting: deque[Future] = deque()
     with ThreadPoolExecutor(THREADS) as pool:
         for item in items:

@@ -1,4 +1,4 @@
-"""Mass of elements: linear vectors, mass tensor and rigid inertia, from samples of the mass."""
+"""Mass of elements: linear vectors, mass tensor and rigid inertia from samples of the mass (theory 1.2)."""
 
 from __future__ import annotations
 

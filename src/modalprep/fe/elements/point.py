@@ -8,9 +8,9 @@ import numpy as np
 
 from modalprep.fe.elements.arms import RotatingArms, mass_arms, node_transformation, section_arms
 from modalprep.fe.elements.beam import line_frames
-from modalprep.fe.elements.corotation import Turning
+from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
-from modalprep.fe.properties.properties import PointMass, Spring
+from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.vectors import skew
 
 
@@ -33,16 +33,16 @@ class MassBlock:
     @classmethod
     def build(cls, kind, points, nodes, section, data, origin) -> MassBlock:
         """Take the nodes ``(ne, 1)`` at ``points (n, 3)`` (mesh axes); `origin` is the model's origin."""
-        return cls(section, nodes, points[nodes[:, 0]] - origin, 6 if _turns(section) else 3)
+        return cls(section, nodes, points[nodes[:, 0]] - origin, 6 if _has_rotations(section) else 3)
 
     def stiffness(self) -> None:
-        """None: a mass has no stiffness."""
+        """None: a point mass has no stiffness."""
 
     def geometric_stiffness(self, d: np.ndarray) -> None:
-        """None: a mass has no stress."""
+        """None: a point mass has no stress."""
 
     def energy(self, d: np.ndarray) -> np.ndarray:
-        """Zero ``(ne,)``: a mass has no strain energy."""
+        """Zero ``(ne,)``: a point mass has no strain energy."""
         return np.zeros(len(self.nodes))
 
     def volume(self) -> np.ndarray:
@@ -66,19 +66,19 @@ class MassBlock:
         return mass_from_samples(samples)
 
     def rotating_arms(self) -> RotatingArms | None:
-        """The mass centre beside the node, and the principal axes of inertia."""
+        """Arms to the mass centre, and along the principal axes of inertia."""
         if self.components == 3:
             return None
         s, ne = self.section, len(self.nodes)
         size, axes = np.linalg.eigh(second_moment(s.inertia))
-        turn = np.zeros((ne, 1, 3, 6))
-        turn[..., 3:] = np.eye(3)
-        parts = [section_arms(np.full((ne, 1), weight), np.tile(axis, (ne, 1, 1)), turn)
+        rotation = np.zeros((ne, 1, 3, 6))
+        rotation[..., 3:] = np.eye(3)
+        parts = [section_arms(np.full((ne, 1), weight), np.tile(axis, (ne, 1, 1)), rotation)
                  for weight, axis in zip(size, axes.T, strict=True)]  # fmt: skip
         if any(s.offset):
             offset = np.tile(s.offset, (ne, 1, 1))
             shape = np.concatenate([np.tile(np.eye(3), (ne, 1, 1, 1)), -skew(offset)], axis=3)
-            parts.append(mass_arms(np.full((ne, 1), s.mass), self.at[:, None] + offset, shape, offset, turn))
+            parts.append(mass_arms(np.full((ne, 1), s.mass), self.at[:, None] + offset, shape, offset, rotation))
         return RotatingArms.joined(parts)
 
 
@@ -95,12 +95,12 @@ def second_moment(inertia: tuple[float, ...]) -> np.ndarray:
     return np.trace(J) / 2 * np.eye(3) - J
 
 
-def _turns(section: PointMass) -> bool:
+def _has_rotations(section: PointMass) -> bool:
     return any(section.inertia) or any(section.offset)
 
 
 @dataclass(frozen=True, eq=False)
-class SpringBlock(Turning):
+class SpringBlock(Corotational):
     """Springs between two nodes or from a node to the ground.
 
     Attributes
@@ -129,12 +129,12 @@ class SpringBlock(Turning):
         centre = (1 - section.location) * at[:, :1] + section.location * at[:, -1:]
         arm = centre - at
         frame = _spring_frames(at, nodes, section, data)
-        turns = bool(any(section.k[3:]) or np.any(arm))
+        rotates = bool(any(section.k[3:]) or np.any(arm))
         sign = np.array([1.0]) if nodes.shape[1] == 1 else np.array([-1.0, 1.0])
         T = node_transformation(frame, arm).reshape(len(nodes), nodes.shape[1], 6, nodes.shape[1], 6)
-        strain = np.stack([sign[i] * T[:, i, :, i] for i in range(len(sign))], axis=2)[..., : 6 if turns else 3]
+        strain = np.stack([sign[i] * T[:, i, :, i] for i in range(len(sign))], axis=2)[..., : 6 if rotates else 3]
         strain = np.ascontiguousarray(strain).reshape(len(nodes), 6, -1)
-        return cls(section, nodes, strain, arm, sign, frame, 6 if turns else 3)
+        return cls(section, nodes, strain, arm, sign, frame, 6 if rotates else 3)
 
     def stiffness(self) -> np.ndarray:
         """``B^T k B``."""
@@ -153,12 +153,12 @@ class SpringBlock(Turning):
         return np.zeros(len(self.nodes))
 
     @property
-    def place(self) -> np.ndarray:
+    def position(self) -> np.ndarray:
         """(ne, nn, 3): both ends are at the elastic centre."""
         return np.zeros_like(self.arm)
 
     @property
-    def spin(self) -> np.ndarray:
+    def axes_rotation(self) -> np.ndarray:
         """(ne, 3, 6 nn) rotation of the spring's axes per local DOF: the mean of its ends; none on the ground."""
         nn = len(self.sign)
         spin = np.zeros((len(self.nodes), 3, nn, 6))
@@ -170,7 +170,7 @@ class SpringBlock(Turning):
         return super().geometric_stiffness(d) if self.components == 6 else None
 
     def energy(self, d: np.ndarray) -> np.ndarray:
-        """Return the strain energy ``(ne,)`` at finite displacements; axes do not turn without rotations."""
+        """Return the strain energy ``(ne,)`` at finite displacements; without rotations the axes are fixed."""
         if self.components == 6:
             return super().energy(d)
         return np.einsum("ei,eij,ej->e", d, self.stiffness(), d) / 2

@@ -16,7 +16,8 @@ from modalprep.errors import InputError
 from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.kernels import elastic, gradients, in_threads, isotropic_stress, measures, stress_stiffness
 from modalprep.fe.elements.mass import MassObjects, rigid_from_samples
-from modalprep.fe.mesh.reference_cells import NODES, node_coordinates, quadrature, shapes, shapes_at
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.reference_cells import NODES, quadrature, shapes, shapes_at
 from modalprep.fe.properties.properties import Solid
 
 # Degrees of quadrature: stiffness, stiffness of curved elements, mass. Rules of positive weights only.
@@ -46,6 +47,7 @@ class SolidBlock:
         Node positions in the model's frame, m.
     """
 
+    alike = ()
     components = 3
     kind: str
     section: Solid
@@ -173,7 +175,7 @@ class SolidBlock:
         return elastic + np.sum((cubic + quadratic) * dx, axis=1)
 
     def rotating_arms(self) -> None:
-        """None: the nodes of solids do not turn."""
+        """None: the nodes of solids have no rotations."""
 
     def stress(self, d: np.ndarray) -> np.ndarray:
         """Cauchy stress ``(ne, nq, 3, 3, k)``, Pa, at the quadrature points for displacements ``d (ne, nn, 3, k)``."""
@@ -181,7 +183,7 @@ class SolidBlock:
 
     @property
     def frame(self) -> np.ndarray:
-        """(ne, 3, 3) axes of the components of stress: of the mesh."""
+        """(ne, 3, 3) axes of the components of stress: those of the mesh."""
         return np.tile(np.eye(3), (len(self.nodes), 1, 1))
 
     def nodal_stress(self, d: np.ndarray) -> NodalStress:
@@ -218,11 +220,10 @@ class SolidBlock:
         return replace(self, nodes=self.nodes[some], x=self.x[some])
 
     def _straight(self) -> bool:
-        at = node_coordinates(self.kind)
-        corners = {"tetra10": 4}.get(self.kind)
-        if corners is None:
+        if self.kind != "tetra10":
             return True
-        N = shapes_at("tetra", at[corners:].T)[0]
+        corners = 4
+        N = shapes_at("tetra", CELLS[self.kind].node_coordinates()[corners:].T)[0]
         off = np.abs(self.x[:, corners:] - N @ self.x[:, :corners]).max(axis=(1, 2))
         return bool(np.all(off <= STRAIGHT * np.ptp(self.x, axis=1).max(axis=1)))
 

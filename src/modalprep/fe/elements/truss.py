@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.elements.block import NodalStress
-from modalprep.fe.elements.corotation import Turning, line_spin
+from modalprep.fe.elements.corotation import Corotational, line_rotation
 from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
 from modalprep.fe.properties.properties import Truss
 
@@ -16,7 +16,7 @@ LINEAR_MASS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
 
 
 @dataclass(frozen=True, eq=False)
-class TrussBlock(Turning):
+class TrussBlock(Corotational):
     """Bars of one property.
 
     Attributes
@@ -31,6 +31,7 @@ class TrussBlock(Turning):
         3, or 6 where the bar carries torque.
     """
 
+    alike = (0,)
     section: Truss
     nodes: np.ndarray
     ends: np.ndarray
@@ -85,19 +86,19 @@ class TrussBlock(Turning):
         return np.zeros((len(self.nodes), 2, 3))
 
     @property
-    def place(self) -> np.ndarray:
+    def position(self) -> np.ndarray:
         """(ne, 2, 3) ends in the bar's axes, m."""
-        place = np.zeros((len(self.nodes), 2, 3))
-        place[:, 1, 0] = self.length
-        return place
+        position = np.zeros((len(self.nodes), 2, 3))
+        position[:, 1, 0] = self.length
+        return position
 
     @property
-    def spin(self) -> np.ndarray:
+    def axes_rotation(self) -> np.ndarray:
         """(ne, 3, 12) rotation of the bar's axes per local DOF."""
-        return line_spin(self.length)
+        return line_rotation(self.length)
 
     def rotating_arms(self) -> None:
-        """None: its mass is on the line of the nodes."""
+        """None: the mass of a bar is on the line of its nodes."""
 
     @property
     def frame(self) -> np.ndarray:

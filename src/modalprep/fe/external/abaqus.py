@@ -1,4 +1,4 @@
-"""Matrices of Abaqus and CalculiX as text: substructures, and entries one a line (theory 8.3)."""
+"""Matrices of Abaqus and CalculiX as text: substructures, and one entry per line (theory 8.3)."""
 
 from __future__ import annotations
 

@@ -26,10 +26,10 @@ SPARSE = {f"{kind}_{form}" for kind in ("bsr", "coo", "csc", "csr", "dia") for f
 
 
 class _Unpickler(pickle.Unpickler):
-    """Makes arrays, sparse matrices and plain containers, nothing else."""
+    """Restores arrays, sparse matrices and plain containers, and refuses everything else."""
 
     def find_class(self, module: str, name: str) -> Any:
-        """Return a constructor that cannot do harm; refuse every other name."""
+        """Return a harmless constructor; refuse every other name."""
         parts = module.split(".")
         if module == "numpy" and name in ("ndarray", "dtype"):
             return getattr(np, name)
@@ -77,7 +77,7 @@ def read_archive(path: Path) -> Found:
 
 
 class _Members:
-    """The arrays of an archive by name, each read when it is asked for."""
+    """The arrays of an archive by name, each read on first use."""
 
     def __init__(self, archive: zipfile.ZipFile, path: Path) -> None:
         self.archive, self.path = archive, path
@@ -117,7 +117,7 @@ def _parts(members: _Members) -> sparse.csr_array:
 
 
 def _checked(kind: str, data: Any, indices: Any, indptr: Any, shape: tuple) -> sparse.csr_array:
-    """A matrix whose indices stay within it: scipy itself does not look."""
+    """Return a matrix after checking its indices, which scipy does not do."""
     A = getattr(sparse, f"{kind}_array")((data, indices, indptr), shape=shape)
     A.check_format(full_check=True)
     return A.tocsr()

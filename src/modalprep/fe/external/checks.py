@@ -1,4 +1,4 @@
-"""What stiffness and mass matrices from elsewhere must satisfy before they are used, each flaw one sentence."""
+"""Requirements on stiffness and mass matrices of other programs; each violation is one message."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from scipy.sparse import csr_array, issparse, triu
 
 from modalprep.errors import InputError
-from modalprep.fe.quality.connectivity import pieces
+from modalprep.fe.quality.connectivity import smallest_part
 
 COMPONENTS = ("ux", "uy", "uz", "rx", "ry", "rz")
 SYMMETRY = 1e-6  # of the largest entry: matrices in text of seven digits still pass
@@ -138,7 +138,7 @@ def refuse_strain(K: csr_array, R: np.ndarray, at: Places) -> None:
 
 def refuse_parts(groups: list[np.ndarray], used: np.ndarray, points: np.ndarray, at: Places) -> None:
     """Refuse a structure whose ``used`` nodes are not all joined by the rows of `groups`, stiffness or frames."""
-    count, small, where = pieces(groups, used, points)
+    count, small, where = smallest_part(groups, used, points)
     if count > 1:
         raise InputError(
             f"the stiffness matrix leaves the structure in {count} disconnected parts, the smallest has "

@@ -1,4 +1,4 @@
-"""Matrices as files give them: a name, entries, and what each row belongs to."""
+"""Matrices as read from files: a name, entries, and the node and component of each row."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Labelled(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What one file brings: matrices by name, and perhaps nodes (file units) and their DOFs."""
+    """The content of one file: matrices by name, and perhaps nodes (file units) and their DOFs."""
 
     matrices: dict[str, Labelled]
     nodes: Mesh | None = None
@@ -63,7 +63,7 @@ def whole(values: np.ndarray) -> np.ndarray:
 
 
 def refuse_hollow(rows: int, entries: int) -> None:
-    """Refuse a matrix that is nearly all empty rows, of which each takes memory.
+    """Refuse a matrix of mostly empty rows, each of which takes memory.
 
     Raises
     ------

@@ -70,10 +70,11 @@ def read_matrices(
     length_unit: str = "m",
     mass_unit: str | None = None,
 ) -> Matrices:
-    """Read K, M and their nodes for `model_from_matrices`.
+    """Read stiffness, mass and nodes for `model_from_matrices`.
 
-    Matrices come as MatrixMarket (.mtx), numpy archives (.npz; also FEM files of Exudyn), Nastran OUTPUT4 (.op4) and
-    DMIG (.bdf, .dat, .nas, .pch), Abaqus substructures and matrix output (.mtx, .inp), CalculiX (.sti, .mas).
+    Formats of the matrices are MatrixMarket (.mtx), numpy archives (.npz; also FEM files of Exudyn), Nastran OUTPUT4
+    (.op4) and DMIG (.bdf, .dat, .nas, .pch), Abaqus substructures and matrix output (.mtx, .inp), and CalculiX (.sti,
+    .mas).
 
     Parameters
     ----------
@@ -84,17 +85,22 @@ def read_matrices(
     nodes : path
         .csv or .npy with x, y, z, or node number, x, y, z in each row; a Nastran deck; any mesh file.
     dof : path
-        The node number and component (1..6) of each row of the matrices, as ``17 3`` or ``17.3``; where the matrices
-        do not say it themselves and their rows are not in the order of the nodes.
+        The node number and component (1..6) of each row of the matrices, as ``17 3`` or ``17.3``; needed where the
+        matrices do not contain it and their rows are not in the order of the nodes.
     dofs_per_node : int
         Three or six, to check against the matrices.
     length_unit, mass_unit : str
-        Of the matrices and the nodes, with seconds.
+        Units of the matrices and the nodes, with seconds.
+
+    Returns
+    -------
+    Matrices
+        A mesh in m with ``K`` and ``M (n, n)`` in the units of the file; its method `model` returns the FEModel.
 
     Raises
     ------
     InputError
-        When a file is missing, damaged, or does not hold what it should.
+        When a file is missing or damaged, or does not contain the matrices or nodes.
 
     Examples
     --------
@@ -134,7 +140,7 @@ def read_matrices(
 
 
 def matrices_digest(paths: Iterable[str | Path]) -> str:
-    """Return one SHA-256 for all of the files; a file that is not there counts as empty."""
+    """Return one SHA-256 of all files; a missing file counts as empty."""
     return hashlib.sha256(" ".join(mesh_digest(Path(path)) for path in paths).encode()).hexdigest()
 
 

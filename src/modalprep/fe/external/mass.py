@@ -1,4 +1,4 @@
-"""Mass integrals of a model of which only the assembled mass matrix is known.
+"""Mass integrals of a model from its assembled mass matrix alone (theory 8).
 
 The twelve linear vectors and the mass tensor of theory 1 need the displacement field, which an
 assembled M no longer shows. Exact whatever the elements are: m, s0, E0, g, the antisymmetric part of h (all from
@@ -95,7 +95,7 @@ def _between_rotations(M: csr_array, dof: np.ndarray) -> dict[tuple[int, int], c
 
 
 def _selection(dof: np.ndarray, n: int) -> csr_array:
-    """Matrix (n, dof.size) that puts the entries of a table of DOFs in their places, row by row."""
+    """Matrix (n, dof.size) that maps the entries of a table of DOFs, row by row, to the DOFs."""
     columns = np.flatnonzero(dof.ravel() >= 0)
     place = (dof.ravel()[columns], columns)
     return coo_array((np.ones(len(columns)), place), shape=(n, dof.size)).tocsr()

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.assemble import place_frames, root_first, without_loose
+from modalprep.fe.assembly.assemble import place_frames, root_first, without_unused_dofs
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel, rigid_motions
 from modalprep.fe.assembly.rotating_mass import RotatingMass
@@ -58,11 +58,11 @@ def model_from_matrices(
     mass_unit: str | None = None,
     geometric_stiffness: StressStiffness | None = None,
 ) -> FEModel:
-    """Return the model of matrices that another program assembled, for the free (unsupported) structure.
+    """Return the model of the free (unsupported) structure whose matrices another program assembled.
 
-    Rows belong to displacements and rotations along global axes. Of the mass integrals m, s0, E0, g, the
-    antisymmetric part of h and the sum of the mass tensor are exact; all are where nodes have no rotations
-    (solids). The rest is approximate (mass.py).
+    Rows belong to displacements and rotations along global axes. Of the mass integrals, m, s0, E0, g, the
+    antisymmetric part of h and the sum of the mass tensor are exact; where nodes have no rotations (solids) all
+    integrals are exact. The others are approximate.
 
     Parameters
     ----------
@@ -80,13 +80,22 @@ def model_from_matrices(
     length_unit, mass_unit : str
         Units of the matrices, with seconds; ``mass_unit`` may be left out with metres (kg).
     geometric_stiffness : callable
-        ``d (n,) -> (n, n)``, SI: the geometric stiffness of the prestress that displacement d means; default
-        none, and a note says so.
+        ``d (n,) -> (n, n)``, SI: the geometric stiffness of the prestress due to displacement d. Without it the
+        model has none, and a note states this.
+
+    Returns
+    -------
+    FEModel
+        In a frame at the root interface with the axes of the nodes, SI units; without stress recovery.
 
     Raises
     ------
     InputError
         When the matrices are not those of a free elastic structure with these nodes.
+
+    References
+    ----------
+    Theory 8.
 
     Examples
     --------
@@ -125,7 +134,7 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     K, M = (_widened(A, n + 6 * len(at_frames)) for A in (K, M))
     frames, links = place_frames(mesh, interfaces, sets, place, dof)
     C, free, step = constraint_matrix(links, K.shape[0])
-    C, free = without_loose(C, free, K.diagonal() + M.diagonal(), frames)
+    C, free = without_unused_dofs(C, free, K.diagonal() + M.diagonal(), frames)
     R = rigid_motions(np.concatenate([mesh.points, np.reshape(at_frames, (-1, 3))]) - origin, dof, K.shape[0])
     g, h = linear_vectors(M, dof, R)
     supplied = Supplied(stress_stiffness, GeometricStiffness([], None, K, dof, links, step), n)
@@ -154,10 +163,10 @@ def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
 
 
 class Missing:
-    """The geometric stiffness that matrices alone do not give."""
+    """The missing geometric stiffness of a model from matrices."""
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
-        """Refuse: zero would be a wrong answer."""
+        """Refuse: zero would be wrong."""
         raise InputError(
             "a model from matrices has no geometric stiffness, so that buckling and modes under load are not known; "
             "give geometric_stiffness to model_from_matrices, or assemble the mesh"
@@ -187,7 +196,7 @@ class Supplied:
     n: int
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
-        """Return ``Kg (n_dof, n_dof)`` of the prestress that displacement d means under the nodal load (N)."""
+        """Return ``Kg (n_dof, n_dof)`` of the prestress due to displacement d under the nodal load (N)."""
         Kg = real_square(self.given(d[: self.n]), "geometric stiffness")
         if Kg.shape[0] != self.n:
             raise InputError(f"geometric_stiffness returned {Kg.shape[0]} rows; return one for each of {self.n} DOFs")
@@ -259,7 +268,7 @@ def _from_pairs(pairs: np.ndarray, n_nodes: int) -> np.ndarray:
 
 
 def _scale(dof: np.ndarray, n: int, length: float) -> np.ndarray:
-    """Rows of K and M belong to m and rad: a rotation's moment has one length more than a force."""
+    """Return the factors of rows: those of rotations (moments) have one power of length more than those of forces."""
     scale = np.ones(n)
     scale[dof[:, 3:][dof[:, 3:] >= 0]] = length
     return scale
@@ -289,7 +298,7 @@ def _refuse_bad_motion(K, M, R, points, at) -> None:
 
 
 def _drawn(mesh: Mesh, edges: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the cells for pictures: those of the mesh, else what the stiffness couples while that is not too much."""
+    """Return the cells for pictures: those of the mesh, else the pairs that the stiffness couples, if not too many."""
     cells = {kind: conn for kind, conn in mesh.cells.items() if kind != "vertex" and len(conn)}
     if cells or not 0 < len(edges) <= DRAWN:
         return cells or {"vertex": np.arange(len(mesh.points))[:, None]}

@@ -81,7 +81,7 @@ def _assembled(pieces: list[Piece], rows: int, columns: int) -> csr_array:
 
 
 class _Text:
-    """Text: integers in fields of eight, numbers as the header says."""
+    """Text files: integers in fields of eight, numbers in the format of the header."""
 
     def __init__(self, content: bytes) -> None:
         self.lines, self.at = content.replace(b"\r", b"").split(b"\n"), 0
@@ -130,7 +130,7 @@ class _Text:
 
 
 class _Binary:
-    """Binary: records between two markers of their length in bytes."""
+    """Binary files: records between two markers of their length in bytes."""
 
     def __init__(self, content: bytes, path: Path) -> None:
         self.content, self.at = content, 0

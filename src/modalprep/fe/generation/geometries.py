@@ -1,7 +1,7 @@
-"""Parametric shapes, drawn with gmsh: one function each; its keywords are the parameters of `modalprep mesh`.
+"""Parametric shapes, one function each; its keywords are the parameters of `modalprep mesh`.
 
 A shape draws with a `Drawing` (generate.py) and names groups; where nodes do not lie on what it draws, it returns
-``place(points) -> points``, which moves them once the mesh is made. A keyword is annotated ``Annotated[type, unit,
+``transform(points) -> points``, which moves them once the mesh is made. A keyword is annotated ``Annotated[type, unit,
 meaning]``, followed by `ZERO` or `SIGNED` where the number need not be positive. Lengths in m, angles in degrees; the
 long axis is x (of the tower z), the root is at the origin, the tip at the far end.
 """
@@ -29,7 +29,7 @@ Order = Annotated[Literal[1, 2], "", "order of the elements"]
 
 
 def groups(*names: str) -> Callable[[Callable], Callable]:
-    """Decorate a shape with the groups it makes."""
+    """Decorate a shape with the groups it creates."""
 
     def mark(shape: Callable) -> Callable:
         shape.groups = names
@@ -177,12 +177,12 @@ def blade(
     draw.name(2, blade=drawn["faces"])
     draw.name(1, root=drawn["root"], tip=drawn["tip"], edge=drawn["rows"])
 
-    def place(points: np.ndarray) -> np.ndarray:
+    def transform(points: np.ndarray) -> np.ndarray:
         s = points[:, 0] / span
         across = points[:, 1] * (root_chord + (tip_chord - root_chord) * s) / chord
         return np.column_stack([points[:, 0], across * np.cos(s * radians(twist)), across * np.sin(s * radians(twist))])
 
-    return place
+    return transform
 
 
 @groups("legs", "braces", "root", "tip")

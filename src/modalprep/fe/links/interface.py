@@ -8,7 +8,8 @@ from typing import Literal, get_args
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.mesh import Link, Mesh, cell_dimension
+from modalprep.fe.mesh.cells import cell_dimension, cell_of
+from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.suggest import refuse_unknown
 
@@ -20,18 +21,23 @@ Boundary = Literal["fixed", "free"]
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Interface(NodeSet):
-    """What the user asks for: a node set (select.py) and how a frame is made of it.
+    """A 6-DOF frame through which a body is connected to its neighbours, defined on a node set.
 
     Attributes
     ----------
     kind : {"node", "rbe2", "rbe3"}
-        One node's own six DOFs; a massless frame tied rigidly to every node of the set; or one that moves with
-        their mean motion and spreads its load over them without stiffening them.
+        node: the six DOFs of a single node. rbe2: a massless frame to which every node of the set is tied rigidly.
+        rbe3: a frame that follows the mean motion of the nodes and distributes its load without stiffening them.
     boundary : {"fixed", "free"}
-        Fixed: its six DOFs are kept in the reduction as constraint modes (Craig-Bampton). Free: it moves with
-        the modes, as the tip of a cantilever does. The root is always fixed.
+        fixed: its six DOFs are retained in the reduction, with constraint modes (Craig-Bampton). free: it moves
+        with the modes, as the tip of a cantilever does. The root interface is always fixed.
     position : (3,) or None
         m, in mesh coordinates; None takes the node, or the centroid of the group's surface or nodes.
+
+    Raises
+    ------
+    InputError
+        When none or several node sets are given, or the kind or boundary is unknown.
 
     Examples
     --------
@@ -52,13 +58,19 @@ class Interface(NodeSet):
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Connection(NodeSet):
-    """A new node tied to a node set, for a mass, a spring or a beam to sit on.
+    """A new node tied to a node set, to which a mass, a spring or a beam is attached.
 
     Attributes
     ----------
     kind : {"rbe2", "rbe3"}
+        rbe2: the node set follows the new node rigidly. rbe3: the new node follows its mean motion.
     position : (3,) or None
         m, in mesh coordinates; None takes the centroid.
+
+    Raises
+    ------
+    InputError
+        When none or several node sets are given, or the kind is unknown.
 
     Examples
     --------
@@ -99,7 +111,7 @@ class InterfaceFrame:
 
 
 def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, nodes: np.ndarray) -> np.ndarray:
-    """Return where the frame sits: given, the single node, or the centroid of the group (m, mesh coordinates).
+    """Return the position of the frame (m, mesh coordinates): given, the single node, or the centroid of the group.
 
     Raises
     ------
@@ -123,8 +135,9 @@ def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, node
 
 
 def _triangles(kind: str) -> list[tuple[int, int, int]]:
-    """Corners of the triangles that a surface cell is made of."""
-    return [(0, 1, 2), (0, 2, 3)] if kind.startswith("quad") else [(0, 1, 2)]
+    """Return the corners of the triangles into which a surface cell is divided."""
+    (corners,) = cell_of(kind).faces
+    return [(0, k, k + 1) for k in range(1, len(corners) - 1)]
 
 
 def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) -> Mesh:
@@ -156,7 +169,7 @@ def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) ->
 
 
 def link_geometric_stiffness(force: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return the stiffness (..., 3, 3) that forces on the far ends of rigid links add to the rotations of their frame.
+    """Return the geometric stiffness (..., 3, 3), on the rotations of the frame, of forces on the ends of rigid links.
 
     A link end moves by ``theta x r + theta x (theta x r) / 2``; a force on it (from the frame, ``(..., k, 3)`` N)
     does work on the second-order part: ``theta^T [ (f r^T + r f^T)/2 - (f.r) I ] theta / 2``.

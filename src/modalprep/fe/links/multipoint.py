@@ -95,9 +95,9 @@ class PlacedLink:
         Returns ``(3, 3)`` on the rotations of the frame, ``(3, m)`` between these and other DOFs, and those DOFs
         ``(m,)``, none of an rbe2.
 
-        `held (n_dof,)`: what holds each DOF, with the forces that it hands on to others. Of an rbe3 the force is one on
-        an arm, because the mean of a turned node set turns about its centroid; the moment works on the second order of
-        the mean rotation (`_mean_rotation`).
+        `held (n_dof,)` is the force that holds each DOF, with the forces that it transfers to others. The force of an
+        rbe3 acts on an arm, because the mean of a rotated node set rotates about its centroid; the moment does work on
+        the second order of the mean rotation (`_mean_rotation`).
         """
         turn = self.frame[3:]
         if self.kind == "rbe2":
@@ -117,7 +117,7 @@ class PlacedLink:
         return np.linalg.solve(G[:, chosen].T, held[nodal[chosen]])
 
     def follow(self, d: np.ndarray) -> None:
-        """Write to the finite displacements ``d (n_dof,)``, rotation vectors at nodes, what follows from the others."""
+        """Set the dependent ones of the finite displacements ``d (n_dof,)``, rotation vectors at nodes."""
         if self.kind == "rbe2":
             turn = rotation_matrix(d[self.frame[3:]])
             moved = np.tile(d[self.frame], (len(self.arm), 1))
@@ -192,7 +192,7 @@ def constraint_matrix(links: list[PlacedLink], n: int) -> tuple[csr_array, np.nd
 
 
 def _resolve(D: csr_array, E: csr_array, links: list[PlacedLink]) -> csr_array:
-    """``C = (1 + D + D^2 + ...) E``, finite because links hang on each other without a loop."""
+    """``C = (1 + D + D^2 + ...) E``, finite because links depend on each other without a loop."""
     power = total = D
     for _ in range(DEPTH):
         if power.nnz == 0:
@@ -204,7 +204,7 @@ def _resolve(D: csr_array, E: csr_array, links: list[PlacedLink]) -> csr_array:
 
 
 def transferred(D: csr_array, force: np.ndarray) -> np.ndarray:
-    """Forces at every DOF with those of the links that hang on it: ``(1 + D^T + D^T D^T + ...) force``."""
+    """Return the forces at every DOF with those of the links that depend on it: ``(1 + D^T + D^T D^T + ...) force``."""
     total, step = force, force
     for _ in range(DEPTH):
         step = D.T @ step

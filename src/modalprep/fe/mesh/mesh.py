@@ -1,4 +1,4 @@
-"""Meshes: points, cells, named groups, and what a deck says of its elements."""
+"""Meshes: points, cells, named groups, and the element data of a deck."""
 
 from __future__ import annotations
 
@@ -10,28 +10,6 @@ from modalprep.errors import InputError
 from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
 from modalprep.suggest import suggestion
-
-DIMENSION = {
-    "vertex": 0,
-    "line": 1,
-    "triangle": 2,
-    "quad": 2,
-    "tetra": 3,
-    "hexahedron": 3,
-    "wedge": 3,
-    "pyramid": 3,
-}
-
-
-def cell_dimension(kind: str) -> int:
-    """Return the dimension of a meshio cell type: 0 point, 1 line, 2 surface, 3 volume.
-
-    Examples
-    --------
-    >>> cell_dimension("tetra10"), cell_dimension("line")
-    (3, 1)
-    """
-    return DIMENSION.get(kind.rstrip("0123456789"), 3)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -84,7 +62,7 @@ class Mesh(Record):
         beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
         rows e1, e2, e3 of a spring.
     notes : tuple of str
-        What the reader left out, for the user.
+        Messages for the user about content that the reader left out.
 
     Examples
     --------
@@ -112,7 +90,7 @@ class Mesh(Record):
         Raises
         ------
         InputError
-            When the mesh has no such group; the sentence lists those it has.
+            When the mesh has no such group; the message lists those it has.
         """
         if name not in self.groups:
             raise InputError(
@@ -121,7 +99,13 @@ class Mesh(Record):
         return {kind: self.cells[kind][rows] for kind, rows in self.groups[name].items() if len(rows)}
 
     def nodes(self, name: str) -> np.ndarray:
-        """Return the sorted node numbers of a group."""
+        """Return the sorted node numbers ``(k,)`` of a group.
+
+        Raises
+        ------
+        InputError
+            When the mesh has no such group.
+        """
         return np.unique(np.concatenate([c.ravel() for c in self.group(name).values()]))
 
     def __repr__(self) -> str:

@@ -15,7 +15,7 @@ TOLERANCE = 1e-6  # of the model's size: how far a node may lie off a plane or c
 
 @dataclass(frozen=True, kw_only=True)
 class NodeSet:
-    """Exactly one way to name nodes; lengths in m, mesh coordinates. Queries see the nodes that elements use.
+    """A set of nodes, given in exactly one way; lengths in m, mesh coordinates. Queries see the nodes of elements only.
 
     Attributes
     ----------
@@ -105,14 +105,14 @@ class NodeSet:
         return np.asarray(direction) / length
 
     def __repr__(self) -> str:
-        """The way and its numbers."""
+        """The kind of the set and its values."""
         way = self._given()[0]
         value = getattr(self, way)
         return f"{way} {value!r}" if isinstance(value, str) else f"{way} {_numbers(value)}"
 
 
 def _numbers(value: object) -> str:
-    if isinstance(value, (tuple, list)):
+    if isinstance(value, (tuple, list, np.ndarray)):
         return f"({', '.join(_numbers(v) for v in value)})"
     return f"{value:g}"
 

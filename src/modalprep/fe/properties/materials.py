@@ -16,14 +16,14 @@ class Material:
     E : float
         Young's modulus, Pa.
     nu : float
-        Poisson's ratio, in (-1, 0.5).
+        Poisson's ratio, between -1 and 0.5.
     rho : float
         Density, kg/m^3.
 
     Raises
     ------
     InputError
-        When a value is not physical.
+        When E or rho is not positive, or nu is outside its range.
 
     Examples
     --------
@@ -49,23 +49,33 @@ class Material:
 
 @dataclass(frozen=True, kw_only=True)
 class Orthotropic:
-    """Orthotropic lamina in plane stress: axis 1 along the fibre, 2 across it, 3 normal to the shell.
+    """Orthotropic lamina in plane stress: axis 1 along the fibre, axis 2 across it, axis 3 normal to the shell.
 
     Attributes
     ----------
     E1, E2 : float
         Young's moduli, Pa.
     nu12 : float
-        Contraction along 2 under tension along 1.
+        Poisson's ratio of the contraction along axis 2 under tension along axis 1.
     G12, G13, G23 : float
         Shear moduli, Pa.
     rho : float
-        kg/m^3.
+        Density, kg/m^3.
 
     Raises
     ------
     InputError
-        When a modulus is not positive or nu12^2 reaches E1/E2.
+        When a modulus is not positive, or nu12^2 is not below E1/E2, which a positive strain energy requires.
+
+    References
+    ----------
+    R. M. Jones, Mechanics of Composite Materials, 2nd edition (1999), section 2.4 (limits of the constants).
+
+    Examples
+    --------
+    >>> carbon = Orthotropic(E1=140e9, E2=10e9, nu12=0.3, G12=5e9, G13=5e9, G23=3.5e9, rho=1600.0)
+    >>> round(carbon.nu12 * carbon.E2 / carbon.E1, 4)  # nu21
+    0.0214
     """
 
     E1: float

@@ -1,4 +1,4 @@
-"""What a mesh group is made of: material and section."""
+"""Properties of mesh groups: materials with the sections of beams, trusses, shells and solids."""
 
 from __future__ import annotations
 
@@ -13,15 +13,18 @@ from modalprep.suggest import refuse_unknown
 Vector = tuple[float, float, float]
 BeamTheory = Literal["timoshenko", "euler-bernoulli"]
 Membrane = Literal["opt", "cst"]
-Vector6 = tuple[float, float, float, float, float, float]
+
+
+class Property:
+    """Base of all properties of mesh groups; `fe.families` registers the block that evaluates each."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Beam:
-    """Straight two-node beam, by Timoshenko or Euler and Bernoulli.
+class Beam(Property):
+    """Section of straight two-node beams, by Timoshenko or by Euler and Bernoulli.
 
     The section axes are e1 along the beam, ``e2 = up x e1`` and ``e3 = e1 x e2``, so that e3 points to `up`.
-    The mesh may override `up` and `offset` per element (``Mesh.data``).
+    The mesh may override `up` and `offset` for single elements (``Mesh.data``).
 
     Attributes
     ----------
@@ -43,13 +46,23 @@ class Beam:
     theory : {"timoshenko", "euler-bernoulli"}
         Whether shear deforms the beam, or not.
     fibres : tuple of tuples of 2 or 3 floats
-        Where stress is asked for: y, z from the centroid along e2 and e3 (m) and, where it is known, the shear stress
-        of a unit torque there (1/m^3).
+        Points of the section where stress is recovered: y, z from the centroid along e2 and e3 (m) and, where it is
+        known, the shear stress of a unit torque there (1/m^3).
 
     Raises
     ------
     InputError
         When a section value is not positive, or a fibre is not two or three numbers.
+
+    References
+    ----------
+    Theory 7.1.
+
+    Examples
+    --------
+    >>> steel = Material(E=210e9, nu=0.3, rho=7800.0)
+    >>> Beam(material=steel, A=6e-4, Iy=4.5e-8, Iz=2e-8, J=4.7e-8).up
+    (0.0, 0.0, 1.0)
     """
 
     material: Material
@@ -76,8 +89,8 @@ class Beam:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Truss:
-    """Two-node bar that carries axial force and, with ``J > 0``, torque.
+class Truss(Property):
+    """Section of two-node bars that carry axial force and, with ``J > 0``, torque.
 
     Attributes
     ----------
@@ -85,9 +98,23 @@ class Truss:
     A : float
         Area, m^2.
     J : float
-        Torsion constant, m^4; 0 leaves the rotations of its nodes alone.
+        Torsion constant, m^4; with 0 the bar does not involve the rotations of its nodes.
     nsm : float
         Further mass per length, kg/m.
+
+    Raises
+    ------
+    InputError
+        When the area is not positive.
+
+    References
+    ----------
+    Theory 7.2.
+
+    Examples
+    --------
+    >>> Truss(material=Material(E=210e9, nu=0.3, rho=7800.0), A=1e-4).J
+    0.0
     """
 
     material: Material
@@ -102,7 +129,26 @@ class Truss:
 
 @dataclass(frozen=True, kw_only=True)
 class Ply:
-    """One layer of a laminate: its material, thickness (m) and angle (rad) from the shell's axis 1."""
+    """One layer of a laminate.
+
+    Attributes
+    ----------
+    material : Material or Orthotropic
+    thickness : float
+        m.
+    angle : float
+        From the shell's axis 1 to the fibre, about the normal, rad.
+
+    Raises
+    ------
+    InputError
+        When the thickness is not positive.
+
+    Examples
+    --------
+    >>> Ply(material=Material(E=70e9, nu=0.3, rho=2700.0), thickness=1e-3).angle
+    0.0
+    """
 
     material: Material | Orthotropic
     thickness: float
@@ -114,12 +160,13 @@ class Ply:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shell:
-    """Three- or four-node shell: membrane, bending, transverse shear and drilling (theory 7.3).
+class Shell(Property):
+    """Section of shells with membrane, bending, transverse shear and drilling stiffness.
 
-    A homogeneous sheet is `material` and `thickness`; a laminate is `plies`, listed from the bottom (-e3) to the
-    top. Axis 1 of the material is the projection of `axis` on the element turned by `angle` about its normal.
-    The mesh may override `axis`, `angle` and `offset` per element (``Mesh.data``).
+    Cells are flat three-node and warped four-node ones, and curved six-node triangles. A homogeneous sheet has
+    `material` and `thickness`; a laminate has `plies`, listed from the bottom (-e3) to the top. Axis 1 of the material
+    is the projection of `axis` on the element, rotated by `angle` about its normal. The mesh may override `axis`,
+    `angle` and `offset` for single elements (``Mesh.data``).
 
     Attributes
     ----------
@@ -132,7 +179,7 @@ class Shell:
     nsm : float
         Further mass per area, kg/m^2.
     axis : tuple of 3 floats or None
-        None takes the element's first side.
+        Mesh axes; None takes the element's first side.
     angle : float
         rad.
     bending_ratio : float
@@ -142,13 +189,24 @@ class Shell:
     bending_material, shear_material : Material or Orthotropic or None
         None takes `material`.
     membrane : {"opt", "cst"}
-        Triangles only: optimal drilling triangle, or constant strain (very thin doubly curved shells).
+        Three-node triangles only: optimal drilling triangle, or constant strain (very thin doubly curved shells).
 
     Raises
     ------
     InputError
-        When thickness or a ratio is not positive, or both or neither of material and plies are given, or there is
-        no such membrane.
+        When the thickness or a ratio is not positive, both or neither of material and plies are given, or the
+        membrane is unknown.
+
+    References
+    ----------
+    Theory 7.3, of curved shells theory 7.8.
+
+    Examples
+    --------
+    >>> skin, core = Material(E=70e9, nu=0.3, rho=2700.0), Material(E=1e8, nu=0.3, rho=50.0)
+    >>> sheets = [(skin, 1e-3), (core, 1e-2), (skin, 1e-3)]
+    >>> len(Shell(plies=tuple(Ply(material=m, thickness=t) for m, t in sheets)).plies)
+    3
     """
 
     material: Material | Orthotropic | None = None
@@ -175,88 +233,21 @@ class Shell:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Solid:
-    """Three-dimensional continuum: tetrahedra, wedges and hexahedra of first or second order.
+class Solid(Property):
+    """Three-dimensional continuum of tetrahedra, wedges and hexahedra of first or second order.
 
     Attributes
     ----------
     material : Material
+
+    References
+    ----------
+    Theory 7.5.
+
+    Examples
+    --------
+    >>> Solid(material=Material(E=70e9, nu=0.3, rho=2700.0)).material.nu
+    0.3
     """
 
     material: Material
-
-
-@dataclass(frozen=True, kw_only=True)
-class PointMass:
-    """Rigid mass at each node of a group.
-
-    Attributes
-    ----------
-    mass : float
-        kg.
-    inertia : tuple of 6 floats
-        ``xx, yy, zz, xy, xz, yz`` of the inertia tensor about the mass centre, mesh axes, kg m^2
-        (off-diagonal entries are those of the tensor: ``xy = -int x y dm``).
-    offset : tuple of 3 floats
-        From the node to the mass centre, mesh axes, m.
-
-    Raises
-    ------
-    InputError
-        When the mass is negative.
-    """
-
-    mass: float
-    inertia: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    offset: Vector = (0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        """Refuse negative mass."""
-        if not 0 <= self.mass < float("inf"):
-            raise InputError(f"point mass of {self.mass:g} kg must not be negative")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Spring:
-    """Six springs between two nodes (line cells), or from a node to the ground (vertex cells).
-
-    Between two nodes, e1 runs from the first to the second, ``e2 = up x e1``; coincident nodes and grounded
-    springs use the mesh axes. The elastic centre lies at the fraction `location` of the line between the nodes,
-    so that a bushing of finite length turns as a rigid body without force. The mesh may override the axes.
-
-    Attributes
-    ----------
-    translation : tuple of 3 floats
-        Stiffness along e1, e2, e3, N/m.
-    rotation : tuple of 3 floats
-        About them, N m/rad.
-    up : tuple of 3 floats
-    location : float
-        0 at the first node, 1 at the second.
-
-    Raises
-    ------
-    InputError
-        When a stiffness is negative, or all are zero.
-    """
-
-    translation: Vector = (0.0, 0.0, 0.0)
-    rotation: Vector = (0.0, 0.0, 0.0)
-    up: Vector = (0.0, 0.0, 1.0)
-    location: float = 0.5
-
-    @property
-    def k(self) -> Vector6:
-        """All six, translations first."""
-        return (*self.translation, *self.rotation)
-
-    def __post_init__(self) -> None:
-        """Refuse springs that do nothing."""
-        if len(self.k) != 6 or not all(0 <= k < float("inf") for k in self.k) or not any(self.k):
-            raise InputError(
-                f"spring with translation {self.translation} N/m, rotation {self.rotation} N m/rad: each needs three "
-                "stiffnesses, none negative, one of the six positive"
-            )
-
-
-Property = Beam | Truss | Shell | Solid | PointMass | Spring

@@ -32,10 +32,20 @@ def beam_section(
         Of the shape, m: ``rectangle(width, height)``, ``rod(diameter)``, ``tube(diameter, thickness)``,
         ``box(width, height, thickness)``, ``i(width, height, flange, web)``; `offset` and `nsm` as in `Beam`.
 
+    Returns
+    -------
+    Beam
+        With the shear factors and, in `fibres`, the outer fibres of the shape.
+
     Raises
     ------
     InputError
         When the shape or a size is unknown, missing, not positive, or walls overlap.
+
+    References
+    ----------
+    S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 3rd edition (1970), section 109: torsion of rectangles.
+    G. R. Cowper, The shear coefficient in Timoshenko's beam theory, J. Appl. Mech. 33 (1966) 335: round sections.
 
     Examples
     --------

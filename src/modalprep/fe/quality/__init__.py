@@ -1,1 +1,1 @@
-"""What is wrong with a mesh."""
+"""Quality checks of meshes."""

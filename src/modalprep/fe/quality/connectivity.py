@@ -1,4 +1,4 @@
-"""How the cells of a mesh hang together: nodes that coincide, edges of shells, parts."""
+"""Connectivity of the cells of a mesh: coincident nodes, edges of shells, connected parts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from modalprep.fe.mesh.cell_geometry import cell_of, mid_nodes
+from modalprep.fe.mesh.cells import cell_of, mid_nodes
 
 CLOSE = 1e-6  # of the local element size: nodes closer than this coincide
 ON_EDGE = 1e-3  # of an edge: a node nearer than this lies on it; two sheets a thickness apart are further
@@ -102,7 +102,7 @@ class ShellEdges:
 
     @property
     def free(self) -> np.ndarray:
-        """Entries of edges that one cell alone has."""
+        """Entries of edges that belong to a single cell."""
         return np.flatnonzero(self.shared == 1)
 
 
@@ -137,7 +137,7 @@ def _edges_of(kind: str, conn: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def opposite(edges: ShellEdges, flawed: np.ndarray) -> np.ndarray:
-    """Return the entries of edges that two cells go along in the same direction: their normals are opposite.
+    """Return the entries of edges that two cells traverse in the same direction: their normals are opposite.
 
     Edges of `flawed (m,)` entries are left out.
     """
@@ -212,12 +212,12 @@ def repeated(conn: np.ndarray) -> np.ndarray:
     return np.delete(rows, first)
 
 
-def parts(groups: Iterable[np.ndarray], n_points: int) -> np.ndarray:
-    """Return the part of each node when all nodes of a row hang together.
+def connected_parts(groups: Iterable[np.ndarray], n_points: int) -> np.ndarray:
+    """Return the number of the connected part of each node; all nodes of a row are connected.
 
     Examples
     --------
-    >>> parts([np.array([[0, 1], [2, 3]])], 4)
+    >>> connected_parts([np.array([[0, 1], [2, 3]])], 4)
     array([0, 0, 1, 1], dtype=int32)
     """
     rows = [np.zeros(0, dtype=int)]
@@ -230,16 +230,16 @@ def parts(groups: Iterable[np.ndarray], n_points: int) -> np.ndarray:
     return connected_components(graph, directed=False)[1]
 
 
-def pieces(groups: Iterable[np.ndarray], used: np.ndarray, points: np.ndarray) -> tuple[int, np.ndarray, str]:
+def smallest_part(groups: Iterable[np.ndarray], used: np.ndarray, points: np.ndarray) -> tuple[int, np.ndarray, str]:
     """Return how many `parts` the `used` nodes are in, the nodes of the smallest, and where it is.
 
     Examples
     --------
     >>> points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [8, 0, 0]])
-    >>> pieces([np.array([[0, 1], [1, 2]])], np.arange(4), points)
+    >>> smallest_part([np.array([[0, 1], [1, 2]])], np.arange(4), points)
     (2, array([3]), '(8, 0, 0) m')
     """
-    label = parts(groups, len(points))[used]
+    label = connected_parts(groups, len(points))[used]
     names, count = np.unique(label, return_counts=True)
     small = used[label == names[np.argmin(count)]]
     return len(names), small, f"({', '.join(f'{x:.4g}' for x in points[small].mean(axis=0))}) m"

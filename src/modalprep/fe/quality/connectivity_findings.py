@@ -1,4 +1,4 @@
-"""Findings about how the cells of a mesh hang together."""
+"""Findings about the connectivity of the cells of a mesh."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from modalprep.fe.quality import connectivity as net
+from modalprep.fe.quality import connectivity
 from modalprep.fe.quality.connectivity import ShellEdges
 from modalprep.fe.quality.findings import Checked, Finding, plural
 
@@ -18,10 +18,10 @@ def find(checked: Checked) -> tuple[list[Finding | None], ShellEdges | None]:
     mesh, n = checked.mesh, len(checked.mesh.points)
     found = [_not_numbers(checked), _unconnected(checked), *_repeated(checked), _several_parts(checked)]
     sizes = {kind: shape.size for kind, shape in checked.shapes.items()}
-    pairs = net.close_pairs(mesh.points, net.node_size(checked.cells, sizes, n))
-    pairs = pairs[~net.tied(pairs, [*checked.cells.values(), *checked.links], n)]
+    pairs = connectivity.close_pairs(mesh.points, connectivity.node_size(checked.cells, sizes, n))
+    pairs = pairs[~connectivity.tied(pairs, [*checked.cells.values(), *checked.links], n)]
     found.append(_coincident(checked, pairs))
-    edges = net.shell_edges({kind: checked.cells[kind][rows] for kind, rows in checked.shells.items()})
+    edges = connectivity.shell_edges({kind: checked.cells[kind][rows] for kind, rows in checked.shells.items()})
     if edges is not None:
         found += _edge_findings(checked, edges, pairs)
     return found, edges
@@ -29,7 +29,7 @@ def find(checked: Checked) -> tuple[list[Finding | None], ShellEdges | None]:
 
 def _not_numbers(checked: Checked) -> Finding | None:
     nodes = np.flatnonzero(~np.isfinite(checked.mesh.points).all(axis=1))
-    text = f"{{what}} {{are}} without a place (coordinates that are not numbers), the first is node {nodes[:1] + 1}"
+    text = f"{{what}} {{are}} without a position (coordinates that are not numbers), the first is node {nodes[:1] + 1}"
     return checked.of_nodes("not a number", "error", nodes, f"{text}; repair the mesh")
 
 
@@ -44,13 +44,13 @@ def _unconnected(checked: Checked) -> Finding | None:
 
 
 def _repeated(checked: Checked) -> list[Finding | None]:
-    """Find cells with the same nodes; with different properties they may be meant, as a bar on a beam."""
+    """Find cells with the same nodes; with different properties they may be intended, as a bar on a beam."""
     again, other = {}, {}
     for kind, conn in checked.cells.items():
         rows = np.flatnonzero(checked.plain[kind])
         owned = np.column_stack([conn, len(checked.mesh.points) + checked.owner[kind]])  # the group as one more node
-        again[kind] = rows[net.repeated(owned[rows])]
-        other[kind] = np.setdiff1d(rows[net.repeated(conn[rows])], again[kind])
+        again[kind] = rows[connectivity.repeated(owned[rows])]
+        other[kind] = np.setdiff1d(rows[connectivity.repeated(conn[rows])], again[kind])
     text = "{what} {are} there twice (the same nodes), the first near {at}; "
     return [
         checked.of_cells("duplicate", "error", again, text + "remove one of each: it counts double"),
@@ -65,7 +65,7 @@ def _several_parts(checked: Checked) -> Finding | None:
         return None
     mesh = checked.mesh
     used = np.unique(np.concatenate([conn.ravel() for conn in checked.cells.values()]))
-    label = net.parts([*checked.cells.values(), *checked.links], len(mesh.points))
+    label = connectivity.connected_parts([*checked.cells.values(), *checked.links], len(mesh.points))
     names, count = np.unique(label[used], return_counts=True)
     if len(names) == 1:
         return None
@@ -88,20 +88,20 @@ def _coincident(checked: Checked, pairs: np.ndarray) -> Finding | None:
 
 
 def _edge_findings(checked: Checked, edges: ShellEdges, pairs: np.ndarray) -> Iterator[Finding | None]:
-    same = net.parts([pairs], len(checked.mesh.points))
-    open_ = net.cracks(edges, same)
+    same = connectivity.connected_parts([pairs], len(checked.mesh.points))
+    open_ = connectivity.cracks(edges, same)
     yield _of_edges(
         checked, edges, open_, same, "crack",
         "shells are open along {what} (two free edges in one place), the first near {at}; merge coincident nodes, or "
         "tie them if a hinge is meant",
     )  # fmt: skip
     yield _of_edges(
-        checked, edges, net.opposite(edges, _flawed(checked, edges)), same, "opposite normals",
+        checked, edges, connectivity.opposite(edges, _flawed(checked, edges)), same, "opposite normals",
         "neighbouring shells have opposite normals across {what}, the first near {at}; orient the shells alike where "
         "offsets, laminates or pressure matter",
     )  # fmt: skip
     yield _of_edges(
-        checked, edges, net.unequal_order(edges), same, "mixed order",
+        checked, edges, connectivity.unequal_order(edges), same, "mixed order",
         f"first- and second-order shells meet at {{what}}, the first near {{at}}; {UNEQUAL}: save all in one order",
     )  # fmt: skip
     yield _hanging(checked, edges, np.setdiff1d(edges.free, open_))
@@ -130,7 +130,7 @@ def _of_edges(checked: Checked, edges: ShellEdges, entries, same: np.ndarray, ki
 def _hanging(checked: Checked, edges: ShellEdges, free: np.ndarray) -> Finding | None:
     used = np.unique(np.concatenate([conn.ravel() for conn in checked.cells.values()]))
     tied = np.concatenate([np.zeros(0, dtype=int), *(link.ravel() for link in checked.links)])
-    hits = net.hanging(edges, free, checked.mesh.points, np.setdiff1d(used, tied))
+    hits = connectivity.hanging(edges, free, checked.mesh.points, np.setdiff1d(used, tied))
     text = (
         f"{{what}} {{are}} hanging (within the free edge of a shell that does not use it), the first near {{at}}; "
         f"{UNEQUAL}: give both sides the same nodes"

@@ -1,4 +1,4 @@
-"""Records of the mesh quality check: findings, statistics, and what was looked at."""
+"""Records of the mesh quality check: findings, statistics, and the cells that were checked."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Finding(Record):
         error: no model can be made of this mesh; warning: the results may suffer.
     count : int
         How many cells, nodes, edges or parts.
-    sentence : str
-        What came, where, and what to do.
+    message : str
+        The flaw, its location and a remedy.
     cells : {cell type: (k,) int}
         Rows of ``mesh.cells``.
     nodes : (k,) int
@@ -38,13 +38,13 @@ class Finding(Record):
     worst, limit : float
         NaN where there is no number.
     where : (3,) float
-        The first of them, m, mesh coordinates; NaN where there is no place.
+        The first of them, m, mesh coordinates; NaN where there is no location.
     """
 
     kind: str
     severity: Severity
     count: int
-    sentence: str
+    message: str
     cells: dict[str, np.ndarray] = field(default_factory=dict)
     nodes: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
     edges: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=int))
@@ -59,7 +59,7 @@ class Finding(Record):
             "kind": self.kind,
             "severity": self.severity,
             "count": self.count,
-            "sentence": self.sentence,
+            "message": self.message,
             "worst": number(self.worst),
             "limit": number(self.limit),
             "where": [number(x) for x in self.where],
@@ -99,7 +99,7 @@ class Statistics:
 
     @classmethod
     def of(cls, count: int, shape: Shape | None) -> Statistics:
-        """Summarize shapes; None for cells that have none."""
+        """Summarise shapes; None for cells that have none."""
         if shape is None or not count:
             return cls(count)
         return cls(
@@ -119,13 +119,13 @@ def _of(values: np.ndarray, reduce) -> float | None:
 
 
 def number(value: float) -> float | None:
-    """Return a number as JSON knows it: None for NaN."""
+    """Return a number for JSON: None for NaN."""
     return None if value != value else float(value)
 
 
 @dataclass(frozen=True)
 class Quality:
-    """What `check_mesh` found.
+    """The result of `check_mesh`.
 
     Attributes
     ----------
@@ -154,7 +154,7 @@ class Quality:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Checked:
-    """What of a mesh is looked at: its structural cells whose nodes have coordinates.
+    """The part of a mesh that is checked: structural cells whose nodes have coordinates.
 
     Attributes
     ----------
@@ -219,8 +219,8 @@ class Checked:
 
 def _finding(kind: str, severity: Severity, text: str, place: np.ndarray, values: dict[str, Any], what: str) -> Finding:
     at = f"({', '.join(f'{x:.4g}' for x in place)}) m"
-    sentence = text.format(what=what, are="is" if values["count"] == 1 else "are", at=at, **values)
-    return Finding(kind=kind, severity=severity, sentence=sentence, where=place, **values)
+    message = text.format(what=what, are="is" if values["count"] == 1 else "are", at=at, **values)
+    return Finding(kind=kind, severity=severity, message=message, where=place, **values)
 
 
 def plural(noun: str, count: int) -> str:

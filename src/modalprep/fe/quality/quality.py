@@ -1,4 +1,4 @@
-"""Mesh quality: what is wrong with a mesh, how often, where, and what to do about it."""
+"""Mesh quality: flaws of a mesh with their number, their location and a remedy."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modalprep.fe.mesh.cell_geometry import cell_of
-from modalprep.fe.mesh.mesh import Mesh, cell_dimension
-from modalprep.fe.properties.properties import Spring
-from modalprep.fe.quality import connectivity_findings as net_findings
+from modalprep.fe.mesh.cells import cell_dimension, cell_of
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.properties.points import Spring
+from modalprep.fe.quality import connectivity_findings
 from modalprep.fe.quality.findings import Checked, Finding, Quality, Severity, Statistics
 from modalprep.fe.quality.shape import Shape, measure
 from modalprep.suggest import refuse_other
@@ -88,40 +88,45 @@ LARGE = (
 
 
 def check_mesh(mesh: Mesh, structural: Collection[str] | None = None, joined: Collection[str] = ()) -> Quality:
-    """Look for flaws in a mesh.
+    """Check the shape and the connectivity of the cells of a mesh.
 
     Parameters
     ----------
     mesh : Mesh
     structural : groups, optional
-        Names of the groups that carry properties, perhaps with the properties (then springs may have no length).
-        None takes all cells but points; surface cells whose nodes all belong to solids only mark these then.
+        Names of the groups that carry properties, or a mapping from these to their properties, by which springs
+        without length are recognised. None takes all cells but points; surface cells whose nodes all belong to
+        solids are then taken as marks of the solids' surface.
     joined : groups
-        Groups whose nodes something outside the mesh ties together, such as an rbe2 interface.
+        Groups whose nodes are tied together outside the mesh, for example by an rbe2 interface.
 
     Returns
     -------
     Quality
-        Flaws are findings, never exceptions.
+        Its findings, errors first, and statistics of each cell type. A flaw is a finding, never an exception.
 
     Raises
     ------
     InputError
         When a group is unknown.
 
+    References
+    ----------
+    Limits of angles and aspect ratio: the warnings of Abaqus/CAE; of warpage: Q4_WARP of Nastran's GEOMCHECK.
+
     Examples
     --------
     >>> points = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     >>> check_mesh(Mesh(points=points, cells={"quad": np.array([[0, 1, 2, 3]])}, groups={})).findings
     ()
-    >>> print(check_mesh(Mesh(points=points, cells={"quad": np.array([[0, 1, 3, 2]])}, groups={})).errors[0].sentence)
+    >>> print(check_mesh(Mesh(points=points, cells={"quad": np.array([[0, 1, 3, 2]])}, groups={})).errors[0].message)
     1 quad cell is crossed or re-entrant (an interior angle above 180 degrees), the first near (0.5, 0.5, 0) m;
     list the corners around the cell, or split it into triangles
     """
     refuse_other("check_mesh: the mesh", Mesh, mesh)
     checked = _checked(mesh, structural, joined)
-    net, edges = net_findings.find(checked)
-    found = [f for f in (*_shape_findings(checked), *net) if f is not None]
+    connected, edges = connectivity_findings.find(checked)
+    found = [f for f in (*_shape_findings(checked), *connected) if f is not None]
     found.sort(key=lambda f: f.severity)  # "error" comes before "warning"
     statistics = {kind: Statistics.of(len(conn), checked.shapes.get(kind)) for kind, conn in checked.cells.items()}
     free = len(edges.free) if edges else 0

@@ -1,4 +1,4 @@
-"""Shape of the cells of one kind: edges, angles, Jacobians, warpage; all cells at once.
+"""Shape of the cells of one type: edges, angles, Jacobians and warpage, vectorised over the cells.
 
 Arrays are laid out ``(node, axis, cell)``, so that every operation runs along the cells.
 """
@@ -9,7 +9,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from modalprep.fe.mesh.cell_geometry import Cell, cell_of, curved_gradient, mid_nodes
+from modalprep.fe.mesh.cells import Cell, cell_of, mid_nodes
+from modalprep.fe.mesh.curved_gradients import curved_gradient
 
 FLAT = 1e-10  # relative: a triple product below this times the longest edge cubed is no volume (as fe.solid)
 NOTHING = 1e-9  # relative to the extent of the mesh: a line shorter than this has no length
@@ -192,7 +193,7 @@ def _inverted(kind: str, x: np.ndarray, triple, mid: np.ndarray) -> np.ndarray:
     if triple is None:
         return np.zeros(x.shape[2], dtype=bool)
     bad = (triple[0] < -FLAT).any(axis=0)
-    gradient = curved_gradient(kind.rstrip("0123456789"), x.shape[0])
+    gradient = curved_gradient(cell_of(kind).shape, x.shape[0])
     if gradient is None:
         return bad
     curved = np.flatnonzero((mid > STRAIGHT) & ~bad) if x.shape[0] not in (18, 27) else np.flatnonzero(~bad)

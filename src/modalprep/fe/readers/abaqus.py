@@ -11,26 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.mesh import Mesh
 
-KINDS = (  # pattern of the element type, cell type, nodes
-    (r"S3R?S?|STRI3|M3D3|S3RT|DS3", "triangle", 3),
-    (r"S4R?5?S?W?|M3D4R?|S4RT|DS4", "quad", 4),
-    (r"B3[13]H?|B31OSH?|B3[13]OS|T3D2H?|CONN3D2|SPRINGA|SPRING2", "line", 2),
-    (r"C3D4H?", "tetra", 4),
-    (r"C3D10M?I?H?S?", "tetra10", 10),
-    (r"C3D6H?", "wedge", 6),
-    (r"C3D8R?I?H?S?", "hexahedron", 8),
-    (r"C3D20R?H?", "hexahedron20", 20),
-    (r"MASS|ROTARYI|SPRING1", "vertex", 1),
-)
 LABEL = re.compile(r"[0-9]{1,18}")
 DEEPEST = 100  # sets of sets of sets
 
 
 @dataclass
 class _Deck:
-    """What has been read so far; element and node numbers are those of the file."""
+    """The content read so far; element and node numbers are those of the file."""
 
     path: Path
     points: dict[int, list[float]] = field(default_factory=dict)
@@ -122,12 +112,12 @@ def _nodes(deck: _Deck, options: dict[str, str], rows: list) -> None:
 
 def _elements(deck: _Deck, options: dict[str, str], rows: list) -> None:
     given = options.get("TYPE", "")
-    known = next(((kind, n) for pattern, kind, n in KINDS if re.fullmatch(pattern, given.upper())), None)
+    known = next((c for c in CELLS.values() if c.abaqus and re.fullmatch(c.abaqus, given.upper())), None)
     for number, fields in rows:
         if known is None:
             deck.refuse(number, f"element type {given!r} has no counterpart here; known are S3, S4, B31, T3D2, C3D4, "
                                 "C3D6, C3D8, C3D10, C3D20, MASS and their variants")  # fmt: skip
-        kind, n = known
+        kind, n = known.name, known.count
         fields = [f for f in fields if f]
         if len(fields) < n + 1 or not all(LABEL.fullmatch(f) for f in fields[: n + 1]):
             deck.refuse(

@@ -1,4 +1,4 @@
-"""Read mesh files: Nastran decks by our own reader, every other format through meshio, checked at the door."""
+"""Readers of mesh files: Nastran and Abaqus by own parsers, other formats through meshio; all are validated."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.mesh import Mesh, cell_dimension
+from modalprep.fe.mesh.cells import cell_dimension
+from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.deck import read_nastran
@@ -35,12 +36,25 @@ NASTRAN = {".bdf", ".dat", ".nas", ".blk"}
 def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = None) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
-    Nastran decks (.bdf, .dat, .nas) bring their sections, materials, rigid elements and masses: `length_unit` and
-    `mass_unit` are those of a consistent system with seconds (mm and t, in and slinch, m and kg). Of Abaqus files
-    (.inp) come nodes, elements and sets. Of the formats that meshio reads (.msh 4.1 is best, .vtu, ...) come points,
-    cells and groups: the file's cell sets and node sets, its ``gmsh:physical`` numbers with their names, or integer
-    cell arrays of a .vtu file (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two
-    groups, is kept once in both groups.
+    Nastran decks (.bdf, .dat, .nas) provide sections, materials, rigid elements and masses. Abaqus files (.inp) provide
+    nodes, elements and sets. The formats that meshio reads (.msh 4.1 is best, .vtu, ...) provide points, cells and
+    groups: the file's cell sets and node sets, its ``gmsh:physical`` numbers with their names, or the integer cell
+    arrays of a .vtu file (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups,
+    is kept once in both groups.
+
+    Parameters
+    ----------
+    path : str or Path
+    length_unit : {"m", "mm", "cm", "km", "in", "ft"}
+        Unit of the file's coordinates, of a Nastran deck also of its sections and materials.
+    mass_unit : {"kg", "g", "t", "lbm", "slug", "slinch"}, optional
+        Unit of mass that makes a Nastran deck's units consistent with seconds (mm and t, in and slinch, m and kg).
+        A deck in metres is taken to be in kg; with any other unit of length it must be given.
+
+    Returns
+    -------
+    Mesh
+        In SI units, mesh axes as in the file.
 
     Raises
     ------
@@ -98,11 +112,11 @@ def mesh_digest(path: Path) -> str:
 
 
 def _read_deck(path: Path, length_unit: str, mass_unit: str | None) -> Mesh:
-    """A deck in metres is taken to be in kg; for every other unit of length its unit of mass must be said."""
+    """A deck in metres is taken to be in kg; for every other unit of length the unit of mass must be given."""
     mesh = read_nastran(path, LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"])
     if mesh.properties and mass_unit is None and length_unit != "m":
         raise InputError(
-            f"mesh file {path} brings its own materials: say in which mass_unit they are "
+            f"mesh file {path} brings its own materials: give their mass_unit "
             f"({', '.join(MASS_UNITS)}; commonly 't' with mm, 'slinch' with in)"
         )
     return mesh

@@ -15,16 +15,11 @@ from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, s
 from modalprep.fe.external.files import Matrices, matrices_digest, read_matrices
 from modalprep.fe.links.interface import Connection, Interface, connect
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.fe.properties.materials import Material, Orthotropic
-from modalprep.fe.properties.properties import Beam, Ply, PointMass, Property, Shell, Solid, Spring, Truss
-from modalprep.fe.properties.sections import beam_section
+from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import mesh_digest, read_mesh
 from modalprep.pipeline.schema.load import load_pipeline, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.suggest import refuse_unknown
-
-Materials = Mapping[str, Material | Orthotropic]
 
 
 def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
@@ -78,8 +73,8 @@ def _defects(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, In
     quality = mesh_quality(mesh, sections, ties)
     for finding in quality.errors:
         if finding.kind == "duplicate":
-            raise InputError(finding.sentence)
-    return [finding.sentence for finding in quality.findings]
+            raise InputError(finding.message)
+    return [finding.message for finding in quality.findings]
 
 
 def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interface], dict[str, Connection]]:
@@ -120,73 +115,14 @@ def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
 
 def pipeline_sections(pipeline: Pipeline) -> dict[str, Property]:
     """Return the property of each group that the file names."""
-    materials = {name: _material(name, table) for name, table in pipeline.materials.items()}
-    sections = {}
+    materials, sections = {}, {}
+    for name, table in pipeline.materials.items():
+        with naming(f"[materials.{name}]"):
+            materials[name] = table.build()
     for group, table in pipeline.properties.items():
         with naming(f"[properties.{group}]"):
-            sections[group] = SECTIONS[table.type](table, materials)
+            sections[group] = table.build(materials)
     return sections
-
-
-def _material(name: str, table: Any) -> Material | Orthotropic:
-    values = table.model_dump(exclude={"type"})
-    with naming(f"[materials.{name}]"):
-        return Material(**values) if table.type == "isotropic" else Orthotropic(**values)
-
-
-def _find(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
-    refuse_unknown(name, materials, "material")
-    if not isinstance(materials[name], kinds):
-        raise InputError(f"material {name!r} is orthotropic: use it for shells and plies only")
-    return materials[name]
-
-
-def _beam(table: Any, materials: Materials) -> Beam:
-    material = _find(table.material, materials, (Material,))
-    more = {"offset": tuple(table.offset), "nsm": table.nsm}
-    if table.section is not None:
-        sizes = table.section.model_dump(exclude={"shape"}, exclude_none=True)
-        return beam_section(table.section.shape, material, up=tuple(table.up), theory=table.theory, **sizes, **more)
-    values = table.model_dump(include={"A", "Iy", "Iz", "J", "ky", "kz"}, exclude_none=True)
-    return Beam(material=material, up=tuple(table.up), theory=table.theory, **values, **more)
-
-
-def _truss(table: Any, materials: Materials) -> Truss:
-    values = table.model_dump(include={"A", "J", "nsm"})
-    return Truss(material=_find(table.material, materials, (Material,)), **values)
-
-
-def _shell(table: Any, materials: Materials) -> Shell:
-    kinds = (Material, Orthotropic)
-    values = table.model_dump(include={"offset", "nsm", "angle", "membrane"})
-    values["axis"] = None if table.axis is None else tuple(table.axis)
-    if not table.plies:
-        return Shell(material=_find(table.material, materials, kinds), thickness=table.thickness, **values)
-    plies = [
-        Ply(material=_find(ply.material, materials, kinds), thickness=ply.thickness, angle=ply.angle)
-        for ply in table.plies
-    ]
-    return Shell(plies=tuple(plies + plies[::-1] if table.symmetric else plies), **values)
-
-
-def _solid(table: Any, materials: Materials) -> Solid:
-    return Solid(material=_find(table.material, materials, (Material,)))
-
-
-def _mass(table: Any, materials: Materials) -> PointMass:
-    return PointMass(mass=table.mass, inertia=tuple(table.inertia), offset=tuple(table.offset))
-
-
-def _spring(table: Any, materials: Materials) -> Spring:
-    return Spring(
-        translation=tuple(table.translation),
-        rotation=tuple(table.rotation),
-        up=tuple(table.up),
-        location=table.location,
-    )
-
-
-SECTIONS = {"beam": _beam, "truss": _truss, "shell": _shell, "solid": _solid, "mass": _mass, "spring": _spring}
 
 
 def _interface(table: Any, scale: float) -> Interface:

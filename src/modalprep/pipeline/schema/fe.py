@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
-from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.pipeline.schema.base import Table, Vector
 
 
 class MeshTable(Table):
@@ -46,156 +46,6 @@ class MatricesTable(Table):
         if both == (self.file is not None) or (self.file and (self.stiffness or self.mass)):
             raise ValueError("needs either 'file' with both matrices, or 'stiffness' and 'mass'")
         return self
-
-
-class MaterialTable(Table):
-    """An isotropic material, SI."""
-
-    type: Literal["isotropic"] = "isotropic"
-    E: float = Field(description="Young's modulus, Pa")
-    nu: float = Field(description="Poisson's ratio")
-    rho: float = Field(description="density, kg/m^3")
-
-
-class OrthotropicTable(Table):
-    """A lamina, SI; for shells and their plies."""
-
-    type: Literal["orthotropic"]
-    E1: float = Field(description="Young's modulus along the fibre, Pa")
-    E2: float = Field(description="across the fibre, Pa")
-    nu12: float = Field(description="contraction along 2 under tension along 1")
-    G12: float = Field(description="shear modulus in the plane, Pa")
-    G13: float = Field(description="transverse shear modulus along 1, Pa")
-    G23: float = Field(description="transverse shear modulus along 2, Pa")
-    rho: float = Field(description="density, kg/m^3")
-
-
-def _material_type(table: Any) -> str:
-    return str(table.get("type", "isotropic")) if isinstance(table, dict) else getattr(table, "type", "isotropic")
-
-
-AnyMaterial = Annotated[
-    Annotated[MaterialTable, Tag("isotropic")] | Annotated[OrthotropicTable, Tag("orthotropic")],
-    Discriminator(
-        _material_type,
-        custom_error_type="material_type",
-        custom_error_message="type of a material is 'isotropic' (the default) or 'orthotropic'",
-    ),
-]
-
-
-class ShapeTable(Table):
-    """A standard section; height lies along 'up'. Sizes in m."""
-
-    shape: Literal["rectangle", "rod", "tube", "box", "i"]
-    width: float | None = None
-    height: float | None = None
-    diameter: float | None = None
-    thickness: float | None = Field(None, description="of the wall")
-    flange: float | None = Field(None, description="thickness of the flanges")
-    web: float | None = Field(None, description="thickness of the web")
-
-
-class BeamTable(Table):
-    """Section of a group of line cells, SI: `section`, or A, Iy, Iz and J."""
-
-    type: Literal["beam"]
-    material: str
-    section: ShapeTable | None = Field(None, description="a standard shape instead of A, Iy, Iz, J, ky, kz")
-    A: float | None = Field(None, description="area, m^2")
-    Iy: float | None = Field(None, description="second moment of area about e2 (bending towards 'up'), m^4")
-    Iz: float | None = Field(None, description="second moment of area about e3, m^4")
-    J: float | None = Field(None, description="torsion constant, m^4")
-    ky: float | None = Field(None, description="shear factor along e2; default 5/6")
-    kz: float | None = Field(None, description="shear factor along e3; default 5/6")
-    up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
-    offset: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
-        [0.0, 0.0], description="of the centroid from the nodes along e2 and e3, m"
-    )
-    nsm: float = Field(0.0, ge=0, description="further mass, kg/m")
-    theory: Literal["timoshenko", "euler-bernoulli"] = "timoshenko"
-
-    @model_validator(mode="after")
-    def _one_section(self) -> BeamTable:
-        given = [name for name in ("A", "Iy", "Iz", "J", "ky", "kz") if getattr(self, name) is not None]
-        if self.section is not None and given:
-            raise ValueError(f"a beam needs either 'section' or numbers; this one has both ({', '.join(given)})")
-        missing = [name for name in ("A", "Iy", "Iz", "J") if getattr(self, name) is None]
-        if self.section is None and missing:
-            raise ValueError(f"a beam needs {', '.join(missing)}, or a 'section' with a shape")
-        return self
-
-
-class TrussTable(Table):
-    """Bars of a group of line cells."""
-
-    type: Literal["truss"]
-    material: str
-    A: float = Field(description="area, m^2")
-    J: float = Field(0.0, ge=0, description="torsion constant, m^4; 0: no rotations")
-    nsm: float = Field(0.0, ge=0, description="further mass, kg/m")
-
-
-class PlyTable(Table):
-    """A layer, from the bottom up."""
-
-    material: str
-    thickness: float = Field(description="m")
-    angle: Angle = Field(0.0, description="from the shell's axis 1")
-
-
-class ShellTable(Table):
-    """Sheet or laminate of a group of triangles and quads."""
-
-    type: Literal["shell"]
-    material: str | None = None
-    thickness: float | None = Field(None, description="m")
-    plies: list[PlyTable] = Field([], description="instead of material and thickness, from the bottom (-normal) up")
-    symmetric: bool = Field(False, description="the plies are the lower half, mirrored above")
-    offset: float = Field(0.0, description="of the mid-surface from the nodes along the normal, m")
-    nsm: float = Field(0.0, ge=0, description="further mass, kg/m^2")
-    axis: Vector | None = Field(None, description="its projection is material axis 1; default the first side")
-    angle: Angle = Field(0.0, description="from that to axis 1")
-    membrane: Literal["opt", "cst"] = Field("opt", description="of triangles: optimal, or constant strain")
-
-    @model_validator(mode="after")
-    def _one_sheet(self) -> ShellTable:
-        if bool(self.plies) == (self.material is not None and self.thickness is not None):
-            raise ValueError("a shell needs either 'material' and 'thickness', or 'plies'")
-        return self
-
-
-class SolidTable(Table):
-    """Material of a group of tetrahedra, wedges or hexahedra."""
-
-    type: Literal["solid"]
-    material: str
-
-
-class MassTable(Table):
-    """Rigid mass at each node of a group of points or at the node of a connection."""
-
-    type: Literal["mass"]
-    mass: float = Field(ge=0, description="kg")
-    inertia: Annotated[list[float], Field(min_length=6, max_length=6)] = Field(
-        [0.0] * 6, description="xx, yy, zz, xy, xz, yz of the inertia tensor about the mass centre, kg m^2"
-    )
-    offset: Vector = Field([0.0, 0.0, 0.0], description="from the node to the mass centre, m")
-
-
-class SpringTable(Table):
-    """Springs of a group of lines (between two nodes) or of points (to the ground)."""
-
-    type: Literal["spring"]
-    translation: Vector = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N/m")
-    rotation: Vector = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m/rad")
-    up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
-    location: float = Field(0.5, ge=0, le=1, description="of the elastic centre from the first node to the second")
-
-
-Section = Annotated[
-    BeamTable | TrussTable | ShellTable | SolidTable | MassTable | SpringTable, Field(discriminator="type")
-]
 
 
 class PlaneTable(Table):

@@ -16,15 +16,8 @@ from modalprep.pipeline.schema.depletion import DepletionTable, JetTable
 from modalprep.pipeline.schema.deployment import DeploymentTable
 from modalprep.pipeline.schema.environment import ConductorTable, ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.events import EventTable
-from modalprep.pipeline.schema.fe import (
-    AnyMaterial,
-    ConnectionTable,
-    InterfaceTable,
-    MatricesTable,
-    MeshTable,
-    Section,
-    StressTable,
-)
+from modalprep.pipeline.schema.fe import ConnectionTable, InterfaceTable, MatricesTable, MeshTable, StressTable
+from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.system import (
     AxialSpringTable,

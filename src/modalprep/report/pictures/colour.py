@@ -6,6 +6,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.report.pictures.motion import largest_displacement
 
 WORDS = {"displacement": "displacement / largest", "energy": "root of strain energy density"}
@@ -64,8 +65,8 @@ def _strain(body: FlexibleBody, k: int) -> np.ndarray:
     springs = {kind: _middling(body) * (own > 0) for kind, own in energy.items()}
     volume = {kind: np.where(own > 0, own, springs[kind]) for kind, own in body.volume.items()}
     density = _at_nodes(body, energy, volume)
-    # solids are averaged once more: in bending, cells at the surface strain more than those inside
-    solid = {kind: nodes for kind, nodes in body.cells.items() if kind.startswith(SOLID)}
+    # solids once more over their neighbours: in a bent one, cells at the surface strain more than those inside
+    solid = {kind: nodes for kind, nodes in body.cells.items() if cell_dimension(kind) == 3}
     energy |= {kind: volume[kind] * density[nodes].mean(axis=1) for kind, nodes in solid.items()}
     density = _at_nodes(body, energy, volume)
     high = _high(body, density, energy)

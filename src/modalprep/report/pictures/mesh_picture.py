@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.report.pictures import render
 
 EDGE = "#3c4f5b"  # darker than in other pictures, to show the elements
@@ -97,7 +98,7 @@ def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
         plotter.add_mesh(skin, color=render.BODY_COLOUR, **MATT)
         plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
     if beams is not None:
-        ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if kind.startswith("line")]))
+        ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if cell_dimension(kind) == 1]))
         dots = render.spheres(body.points[ends] + LIFT * towards, 0.4 * render.BALL * plotter.camera.parallel_scale)
         plotter.add_mesh(beams, color=render.EDGE, line_width=4)
         plotter.add_mesh(dots, color=EDGE, **MATT)
@@ -150,7 +151,7 @@ def _small_cells(bad: Body, limit: float) -> np.ndarray:
     for kind, conn in bad.cells.items():
         corners = bad.points[conn]
         extent = np.linalg.svd(corners - corners.mean(axis=1, keepdims=True), compute_uv=False)
-        second = extent[:, 0 if kind.startswith("line") else 1]
+        second = extent[:, 0 if cell_dimension(kind) == 1 else 1]
         found.append(corners.mean(axis=1)[second < limit / 2])
     return np.concatenate(found)
 

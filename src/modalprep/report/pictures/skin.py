@@ -7,11 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modalprep.body.faces import EDGES, FACES
 from modalprep.errors import RenderError
+from modalprep.fe.mesh.cells import CELLS, Cell, cell_of
 
-CORNERS = {"triangle": 3, "quad": 4, "tetra": 4, "pyramid": 5, "wedge": 6, "hexahedron": 8}
-LINE = {"line": [0, 1], "line3": [0, 2, 1]}  # meshio puts the middle node last
 # a ring is a row of nine nodes: four corners, the middles after each, the centre; -1 where there is none
 PATTERN = {  # (corners, with middles, with centre): triangles of places in the ring
     (3, False, False): [(0, 1, 2)],
@@ -66,13 +64,14 @@ def outer_skin(points: np.ndarray, cells: Mapping[str, np.ndarray], *, curved: b
     ((6, 3), (9, 2))
     """
     none = np.zeros((0, 9), dtype=int)
-    found = [(_base(kind), ring) for kind, nodes in cells.items() if len(nodes) for ring in _rings(kind, nodes)]
-    shells = [ring for base, ring in found if base in ("triangle", "quad")]
-    solids = [ring for base, ring in found if base not in ("triangle", "quad")]
+    known = [(_known(kind), nodes) for kind, nodes in cells.items() if len(nodes)]
+    found = [(cell.dimension, ring) for cell, nodes in known for ring in _rings(cell, nodes)]
+    shells = [ring for dimension, ring in found if dimension == 2]
+    solids = [ring for dimension, ring in found if dimension == 3]
     rings = np.concatenate([none, *shells, _outer(np.concatenate([none, *solids]))])
     if not curved:
         rings[:, 4:] = -1
-    beams = [np.asarray(cells[kind])[:, LINE[kind]] for kind in LINE if kind in cells]
+    beams = [np.asarray(nodes)[:, cell.along] for cell, nodes in known if cell.dimension == 1]
     lines = [np.stack([run[:, :-1], run[:, 1:]], axis=2).reshape(-1, 2) for run in beams]
     first, second, sharp = _sides(points, rings)
     whole = np.concatenate([first, second])
@@ -80,25 +79,25 @@ def outer_skin(points: np.ndarray, cells: Mapping[str, np.ndarray], *, curved: b
     return Skin(_triangles(rings), whole, whole[fold], np.concatenate([np.zeros((0, 2), dtype=int), *lines]))
 
 
-def _base(kind: str) -> str:
-    """Return the type without its number of nodes; lines and points have no faces."""
-    base = kind.rstrip("0123456789")
-    if base not in CORNERS and base not in ("line", "vertex"):
-        raise RenderError(f"cells of type {kind} cannot be drawn; known are line, {', '.join(CORNERS)}")
-    return base
+def _known(kind: str) -> Cell:
+    cell = cell_of(kind)
+    if cell is None:
+        shapes = [name for name, cell in CELLS.items() if cell.dimension and not cell.second_order]
+        raise RenderError(f"cells of type {kind} cannot be drawn; known are {', '.join(shapes)}")
+    return cell
 
 
-def _rings(kind: str, nodes: np.ndarray) -> Iterator[np.ndarray]:
+def _rings(cell: Cell, nodes: np.ndarray) -> Iterator[np.ndarray]:
     """Yield the rings (n_cells, 9) of each face of the cells."""
-    base, nodes = _base(kind), np.asarray(nodes)
-    corners, edges = CORNERS.get(base), EDGES.get(base)
-    for number, face in enumerate(FACES.get(base, ())):
+    nodes, corners = np.asarray(nodes), len(cell.corners)
+    edges = [tuple(sorted(ends)) for ends in cell.edges.tolist()]
+    for number, face in enumerate(cell.faces):
         ring = np.full((len(nodes), 9), -1)
         ring[:, : len(face)] = nodes[:, face]
         if nodes.shape[1] > corners:
-            ends = ["".join(map(str, sorted(pair))) for pair in zip(face, (*face[1:], face[0]), strict=True)]
-            ring[:, 4 : 4 + len(face)] = nodes[:, [corners + edges.index(end) for end in ends]]
-        if kind in ("quad9", "hexahedron27"):
+            sides = [tuple(sorted(ends)) for ends in zip(face, (*face[1:], face[0]), strict=True)]
+            ring[:, 4 : 4 + len(face)] = nodes[:, [corners + edges.index(side) for side in sides]]
+        if cell.face_nodes:
             ring[:, 8] = nodes[:, corners + len(edges) + number]
         yield ring
 

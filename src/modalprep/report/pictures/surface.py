@@ -8,8 +8,9 @@ import pyvista
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import RenderError
+from modalprep.fe.mesh.cells import CELLS
 
-ORDER = {"line": [0, 1], "line3": [0, 2, 1]}  # along the beam: meshio puts the middle node last
+LINES = {kind: cell for kind, cell in CELLS.items() if cell.dimension == 1}
 
 
 def surface(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = None) -> pyvista.PolyData | None:
@@ -41,7 +42,7 @@ def edges(body: FlexibleBody, points: np.ndarray) -> pyvista.PolyData:
 
 
 def _grid(body: FlexibleBody, points: np.ndarray) -> pyvista.UnstructuredGrid:
-    cells = [(kind, nodes) for kind, nodes in body.cells.items() if kind not in ORDER and kind != "vertex"]
+    cells = [(kind, nodes) for kind, nodes in body.cells.items() if kind not in LINES and kind != "vertex"]
     try:
         return pyvista.from_meshio(meshio.Mesh(np.array(points), [block for block in cells if len(block[1])]))
     except KeyError as error:
@@ -57,7 +58,7 @@ def _skin(grid: pyvista.UnstructuredGrid, cuts: int) -> pyvista.PolyData:
 
 def lines(body: FlexibleBody, points: np.ndarray, amount: np.ndarray | None = None) -> pyvista.PolyData | None:
     """Return the beams as lines, as `surface` does the rest; None without any."""
-    strips = [np.asarray(body.cells[kind])[:, order] for kind, order in ORDER.items() if kind in body.cells]
+    strips = [np.asarray(body.cells[kind])[:, cell.along] for kind, cell in LINES.items() if kind in body.cells]
     rows = [np.column_stack([np.full(len(s), s.shape[1]), s]).ravel() for s in strips if len(s)]
     if not rows:
         return None

@@ -13,10 +13,10 @@ from functools import cached_property
 
 import numpy as np
 
-from modalprep.fe.elements.shells.laminate import turned, turned_shear
+from modalprep.fe.elements.shells.laminate import rotated_moduli, rotated_shear
 from modalprep.fe.mesh.reference_cells import shapes
 
-DRILLING = {"quad": 0.05, "triangle": 1e-2}  # theory 7.4: much less is too soft, much more stiffens curved shells
+DRILLING = {"quad": 0.05, "triangle": 1e-2}  # much less is too soft, much more stiffens curved shells (theory 7.4)
 OPT_ALPHA = 1.5  # of the OPT triangle: drilling rotations bow its sides so many times as cubic shapes would
 W, TX, TY, TZ = 2, 3, 4, 5
 
@@ -118,7 +118,7 @@ def slopes(cells: FlatCells) -> np.ndarray:
     return Z
 
 
-def plane_turns(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
+def nodal_rotations(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
     """Linear rotations t of the nodes ``(ne, nq, 3, 6n)`` and slopes ``t_c,a (ne, nq, 2, 3, 6n)``, per local DOF."""
     grad, dx, _ = cells.mapped
     n = cells.xy.shape[1]
@@ -141,11 +141,11 @@ def side_fields(cells: FlatCells) -> np.ndarray:
 
 
 def side_weights(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
-    """Work ``(ne, 5n, 5n)`` of forces `pull (ne, n, 2)` on the second order of the middles of the sides.
+    """Work ``(ne, 5n, 5n)`` of forces `pull (ne, n, 2)` on the second-order motion of the middles of the sides.
 
-    A side bends along the normal that its nodes turn, ``w t x e3`` with their rotations t against the element, so that
-    neighbours stay together. Where drilling rotations bow it in the plane, `bow` times as cubic shapes, they do so by
-    their own second order too, half of ``t`` times the element's rotation, which is taken off:
+    A side bends along the normal that rotates with its nodes, ``w t x e3`` with their rotations t relative to the
+    element, so that neighbours stay together. Where drilling rotations bow it in the plane, `bow` times as cubic shapes
+    would, their second-order part does so too, half of ``t`` times the element's rotation, which is subtracted:
     ``bow L/16 (t_s dt_n - t_n dt_s)`` with t_s along and t_n across the side, for the force across it.
     """
     length, along = cells.sides
@@ -168,8 +168,8 @@ def edge_rotation(cells: FlatCells, D: np.ndarray, S: np.ndarray) -> tuple[np.nd
     n = cells.xy.shape[1]
     length, t = cells.sides
     angle = np.arctan2(t[..., 1], t[..., 0])
-    D_s = turned(D[:, None], -angle)[..., 0, 0]
-    S_s = turned_shear(S[:, None], -angle)[..., 0, 0]
+    D_s = rotated_moduli(D[:, None], -angle)[..., 0, 0]
+    S_s = rotated_shear(S[:, None], -angle)[..., 0, 0]
     phi = 12 * D_s / (S_s * length**2)
     rows = -length[..., None] / 2 * side_rotation(cells).sum(axis=2)
     for k in range(n):

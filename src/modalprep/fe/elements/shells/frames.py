@@ -1,4 +1,4 @@
-"""Axes of flat shell elements: their own, and those of their material."""
+"""Axes of flat shell elements and of their material."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 
 def refuse_bad_shape(xy: np.ndarray, centre: np.ndarray) -> None:
-    """Refuse elements ``xy (ne, n, 2)`` without area or crossed; `centre (ne, 3)` says where they are.
+    """Refuse elements ``xy (ne, n, 2)`` without area or crossed; `centre (ne, 3)` locates them in the message, m.
 
     Raises
     ------
@@ -71,6 +71,6 @@ def material_angle(corners: np.ndarray, frame: np.ndarray, section: Shell, data:
 
 
 def given(data: dict, name: str, default: float, n: int) -> np.ndarray:
-    """Return what the mesh says per element (ne,), or the default where it says nothing."""
+    """Return the values (ne,) that the mesh prescribes for single elements, elsewhere the default."""
     value = data.get(name, np.full(n, np.nan))
     return np.where(np.isfinite(value), value, default)

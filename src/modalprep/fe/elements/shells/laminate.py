@@ -49,6 +49,20 @@ def shell_section(shell: Shell) -> ShellSection:
     return _laminate(shell) if shell.plies else _sheet(shell)
 
 
+def section_moduli(s: ShellSection, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``[[A, B], [B, D]] (ne or 1, 6, 6)`` and ``S (ne or 1, 2, 2)``, material axes at ``angle (ne,)``, rad."""
+    if np.ptp(angle) == 0 or _isotropic(s):
+        angle = angle[:1]
+    T = np.zeros((len(angle), 6, 6))
+    T[:, :3, :3] = T[:, 3:, 3:] = strain_rotation(angle)
+    return T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T, rotated_shear(s.S, angle)
+
+
+def total_thickness(shell: Shell) -> float:
+    """Return the thickness of a sheet or of all plies, m."""
+    return shell.thickness or sum(ply.thickness for ply in shell.plies)
+
+
 def _sheet(shell: Shell) -> ShellSection:
     t, rho = shell.thickness, shell.material.rho
     bending, shear = shell.bending_material or shell.material, shell.shear_material or shell.material
@@ -79,14 +93,14 @@ def faces(shell: Shell) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         stretched, bent = (plane_stress(m) for m in (shell.material, shell.bending_material or shell.material))
         return {"top": (stretched, shell.thickness / 2 * bent), "bottom": (stretched, -shell.thickness / 2 * bent)}
     half = sum(ply.thickness for ply in shell.plies) / 2
-    Q = [turned(plane_stress(ply.material), ply.angle) for ply in (shell.plies[-1], shell.plies[0])]
+    Q = [rotated_moduli(plane_stress(ply.material), ply.angle) for ply in (shell.plies[-1], shell.plies[0])]
     return {"top": (Q[0], half * Q[0]), "bottom": (Q[1], -half * Q[1])}
 
 
 def _laminate(shell: Shell) -> ShellSection:
     t = np.array([ply.thickness for ply in shell.plies])
     z = np.concatenate([[0.0], np.cumsum(t)]) - t.sum() / 2
-    Q = np.array([turned(plane_stress(ply.material), ply.angle) for ply in shell.plies])
+    Q = np.array([rotated_moduli(plane_stress(ply.material), ply.angle) for ply in shell.plies])
     rho = np.array([ply.material.rho for ply in shell.plies])
     moment = [(z[1:] ** k - z[:-1] ** k) / k for k in (1, 2, 3, 4)]
     A, B, D, F = (np.einsum("p,pab->ab", m, Q) for m in moment)
@@ -95,12 +109,12 @@ def _laminate(shell: Shell) -> ShellSection:
 
 
 def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Shear stiffness from the energy of the shear stress that equilibrium asks for in cylindrical bending.
+    """Shear stiffness from the energy of the shear stress that equilibrium requires in cylindrical bending.
 
     ``S = D^2 / int g^2 / G dz`` with ``g(z) = int Q (z - z_n) dz`` from the bottom; a homogeneous sheet gives
     5/6 G t exactly, a sandwich the stiffness of its core.
     """
-    G = np.array([turned_shear(_shear_moduli(ply.material), ply.angle) for ply in plies])
+    G = np.array([rotated_shear(_shear_moduli(ply.material), ply.angle) for ply in plies])
     S = np.zeros((2, 2))
     for a in range(2):
         S[a, a] = _energy_shear(Q[:, a, a], 1 / np.linalg.inv(G)[:, a, a], z)
@@ -138,21 +152,21 @@ def _shear_moduli(material: Material | Orthotropic) -> np.ndarray:
     return np.diag([material.G13, material.G23])
 
 
-def turned(Q: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
-    """Return plane moduli ``(..., 3, 3)`` in axes from which the material axes are turned by `angle` (rad)."""
+def rotated_moduli(Q: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+    """Return plane moduli ``(..., 3, 3)`` in axes from which the material axes are rotated by `angle` (rad)."""
     T = strain_rotation(angle)
     return np.swapaxes(T, -1, -2) @ Q @ T
 
 
-def turned_shear(G: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
-    """Return shear moduli ``(..., 2, 2)`` in axes from which the material axes are turned by `angle` (rad)."""
+def rotated_shear(G: np.ndarray, angle: np.ndarray | float) -> np.ndarray:
+    """Return shear moduli ``(..., 2, 2)`` in axes from which the material axes are rotated by `angle` (rad)."""
     c, s = np.cos(angle), np.sin(angle)
     R = np.moveaxis(np.array([[c, s], [-s, c]]), (0, 1), (-2, -1))
     return np.swapaxes(R, -1, -2) @ G @ R
 
 
 def strain_rotation(angle: np.ndarray | float) -> np.ndarray:
-    """Return ``(..., 3, 3)``: strains ``xx, yy, xy`` to those in axes turned by `angle` (rad).
+    """Return ``(..., 3, 3)``: strains ``xx, yy, xy`` to those in axes rotated by `angle` (rad).
 
     Examples
     --------
@@ -162,3 +176,10 @@ def strain_rotation(angle: np.ndarray | float) -> np.ndarray:
     c, s = np.cos(angle), np.sin(angle)
     T = np.array([[c * c, s * s, c * s], [s * s, c * c, -c * s], [-2 * c * s, 2 * c * s, c * c - s * s]])
     return np.moveaxis(T, (0, 1), (-2, -1))
+
+
+def _isotropic(s: ShellSection) -> bool:
+    """Whether the stiffness of the section is the same in axes rotated by any angle."""
+    T = strain_rotation(0.5)
+    alike = [np.abs(T.T @ Q @ T - Q).max() <= 1e-12 * np.abs(Q).max() for Q in (s.A, s.B, s.D)]
+    return all(alike) and bool(np.abs(s.S - s.S[0, 0] * np.eye(2)).max() <= 1e-12 * s.S[0, 0])

@@ -1,15 +1,15 @@
-"""Second order inside a shell: what its stress works on beside the turning of its axes (theory 7.3, 7.7)."""
+"""Geometric stiffness inside a flat shell: the work of its stress against the rotating axes (theory 7.3, 7.7)."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from modalprep.fe.elements.corotation import Turning
+from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.shells.flat_fields import (
     OPT_ALPHA,
     FlatCells,
     mean_rotation,
-    plane_turns,
+    nodal_rotations,
     side_fields,
     side_weights,
     slopes,
@@ -19,23 +19,23 @@ from modalprep.fe.elements.shells.laminate import strain_rotation
 STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}
 
 
-class ShellInside(Turning):
+class ShellInside(Corotational):
     """Fields and weights of the geometric stiffness of shells; `shell.ShellBlock` gives geometry and strains."""
 
     @property
-    def place(self) -> np.ndarray:
+    def position(self) -> np.ndarray:
         """(ne, n, 3) nodes in the mean plane, m."""
         return np.pad(self.xy, ((0, 0), (0, 0), (0, 1)))
 
     @property
-    def spin(self) -> np.ndarray:
+    def axes_rotation(self) -> np.ndarray:
         """(ne, 3, 6n) rotation of the element's axes per local DOF."""
         return mean_rotation(FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]))
 
     def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
         """Slopes of u (6: ``u_i,a``), rotations t (3) and their slopes (6); rows of `side_fields`."""
         cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
-        t, slope = plane_turns(cells)
+        t, slope = nodal_rotations(cells)
         rows = (slopes(cells), t, slope)
         ne, nq, nl = len(self.xy), t.shape[1], t.shape[-1]
         return np.concatenate([x.reshape(ne, nq, -1, nl) for x in rows], axis=2), side_fields(cells)

@@ -1,8 +1,8 @@
-"""Three- and four-node shells: the flat fields of flat.py in space, with eccentricity and warped quads.
+"""Flat three-node and warped four-node shells: the plane strain fields in space, with eccentricity.
 
-Every field is built per nodal DOF in mesh axes. A node at the height h over the mean plane, or a mid-surface at a
-distance from the nodes, hangs on a rigid arm along the normal: without it a warped quad resists rigid rotation.
-The drilling rotation carries no mass.
+Every field is built per nodal DOF in mesh axes. A node at a height over the mean plane, or a mid-surface at a distance
+from the nodes, is connected by a rigid arm along the normal: without it a warped quad would resist rigid rotation. The
+drilling rotation carries no mass.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from modalprep.fe.elements.shells.flat_fields import (
     incompatible_membrane,
     linked,
     membrane,
+    nodal_rotations,
     optimal_membrane,
-    plane_turns,
     shear,
 )
 from modalprep.fe.elements.shells.frames import given, material_angle, refuse_bad_shape, shell_frames
 from modalprep.fe.elements.shells.laminate import (
     ShellSection,
     faces,
+    rotated_moduli,
+    section_moduli,
     shell_section,
-    strain_rotation,
-    turned,
-    turned_shear,
+    total_thickness,
 )
 from modalprep.fe.elements.shells.second_order import STIFFNESS_DEGREE, ShellInside
 from modalprep.fe.mesh.reference_cells import NODES
@@ -67,6 +67,7 @@ class ShellBlock(ShellInside):
         From e1 to axis 1 of the material, rad.
     """
 
+    alike = (2,)
     components = 6
     kind: str
     section: Shell
@@ -110,13 +111,7 @@ class ShellBlock(ShellInside):
     @cached_property
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
         """``[[A, B], [B, D]] (ne or 1, 6, 6)`` and ``S (ne or 1, 2, 2)`` in the element's axes."""
-        s, angle = self._section, self.angle
-        if np.ptp(angle) == 0 or _isotropic(s):
-            angle = angle[:1]
-        T = np.zeros((len(angle), 6, 6))
-        T[:, :3, :3] = T[:, 3:, 3:] = strain_rotation(angle)
-        C = T.transpose(0, 2, 1) @ np.block([[s.A, s.B], [s.B, s.D]]) @ T
-        return C, turned_shear(s.S, angle)
+        return section_moduli(self._section, self.angle)
 
     @cached_property
     def strain(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -180,7 +175,7 @@ class ShellBlock(ShellInside):
         strain = self._of_nodes(B)[:, :, :6] @ d[:, None]
         at = {}
         for face, (stretched, bent) in faces(self.section).items():
-            Q = np.concatenate([turned(Q, self.angle) for Q in (stretched, bent)], axis=2)
+            Q = np.concatenate([rotated_moduli(Q, self.angle) for Q in (stretched, bent)], axis=2)
             at[face] = (("xx", "yy", "xy"), Q[:, None] @ strain)
         return at
 
@@ -213,16 +208,16 @@ class ShellBlock(ShellInside):
         normal = self.frame[:, None, 2]
         parts = [nodal_arms(mass, self.arm)] if np.any(self.arm) else []
         thick = (s.second - s.mass * z**2) * sheet.mapped[1]
-        parts.append(section_arms(thick, normal, self._turns(sheet)))
+        parts.append(section_arms(thick, normal, self._rotations(sheet)))
         if z:
             shape = self._mesh_axes(self._translation(surface) + z * self._rotation(surface))
             at = self._surface_points(surface, z)
-            parts.append(mass_arms(s.mass * surface.mapped[1], at, shape, z * normal, self._turns(surface)))
+            parts.append(mass_arms(s.mass * surface.mapped[1], at, shape, z * normal, self._rotations(surface)))
         return RotatingArms.joined(parts)
 
-    def _turns(self, cells: FlatCells) -> np.ndarray:
+    def _rotations(self, cells: FlatCells) -> np.ndarray:
         """Rotation ``(ne, nq, 3, 6n)`` per nodal DOF, mesh axes."""
-        return self._mesh_axes(plane_turns(cells)[0])
+        return self._mesh_axes(nodal_rotations(cells)[0])
 
     def _mesh_axes(self, rows: np.ndarray) -> np.ndarray:
         """Vectors ``(ne, nq, 3, 6n)`` in the element's axes per local DOF, in mesh axes per nodal DOF."""
@@ -253,8 +248,8 @@ class ShellBlock(ShellInside):
 
     def volume(self) -> np.ndarray:
         """Area times thickness ``(ne,)``, m^3."""
-        thickness = self.section.thickness or sum(ply.thickness for ply in self.section.plies)
-        return thickness * FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
+        area = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
+        return total_thickness(self.section) * area
 
 
 def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:
@@ -265,10 +260,3 @@ def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:
     K_bb = (weighted[..., :3] @ inner).sum(axis=1)
     K_ba = weighted.transpose(0, 2, 1, 3).reshape(ne, m, nq * ns) @ B.reshape(ne, nq * ns, -1)
     return -np.linalg.solve(K_bb, K_ba)
-
-
-def _isotropic(s: ShellSection) -> bool:
-    """Whether the section looks the same in axes turned by any angle."""
-    T = strain_rotation(0.5)
-    turned = [np.abs(T.T @ Q @ T - Q).max() <= 1e-12 * np.abs(Q).max() for Q in (s.A, s.B, s.D)]
-    return all(turned) and bool(np.abs(s.S - s.S[0, 0] * np.eye(2)).max() <= 1e-12 * s.S[0, 0])

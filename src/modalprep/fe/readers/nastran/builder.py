@@ -1,4 +1,4 @@
-"""The mesh of a Nastran deck while it grows, card by card."""
+"""The mesh of a Nastran deck under construction, card by card."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.grids import Grids, Tables
-from modalprep.fe.readers.nastran.materials import Shop, Units
+from modalprep.fe.readers.nastran.materials import Conversion, Units
 from modalprep.fe.readers.nastran.properties import BUILDERS, bar
 from modalprep.fe.readers.nastran.sections import SECTIONS
 
@@ -20,11 +20,11 @@ SECTION_FAMILIES = ("shell", "bar", "beam", "rod", "solid", "bush", "elas")
 
 
 class Builder:
-    """The mesh while it grows, card by card."""
+    """The mesh under construction, card by card."""
 
     def __init__(self, tables: Tables, grids: Grids, units: Units) -> None:
         self.tables, self.grids, self.units = tables, grids, units
-        self.shop = Shop(units, tables.get("material", {}))
+        self.conversion = Conversion(units, tables.get("material", {}))
         self.bare = not any(tables.get(family) for family in SECTION_FAMILIES)  # a mesh without sections
         self.cells: dict[str, list[list[int]]] = {}
         self.groups: dict[str, dict[str, list[int]]] = {}
@@ -36,7 +36,7 @@ class Builder:
         self.twist: dict[str, float] = {}
 
     def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
-        """Read an element card by its handler; a card that came before with the same content is passed over."""
+        """Read an element card by its handler; a repeated card with the same content is skipped."""
         known = self.seen.setdefault((card.name, card.id), card)
         if known is not card:
             if known.fields != card.fields:
@@ -75,10 +75,10 @@ class Builder:
             raise card.error(f"property {number} is not in the deck; add its P{family.upper()} card")
         name = f"{source.name.lower()}_{number}"
         if source.name in SECTIONS:
-            section = SECTIONS[source.name](self.shop, source)
-            self.properties[name], self.twist[name] = bar(self.shop, source, section), section.turned[2]
+            section = SECTIONS[source.name](self.conversion, source)
+            self.properties[name], self.twist[name] = bar(self.conversion, source, section), section.turned[2]
         else:
-            self.properties[name] = BUILDERS[source.name](self.shop, source)
+            self.properties[name] = BUILDERS[source.name](self.conversion, source)
         return name
 
     def mesh(self, path: Path, sha256: str, notes: list[str]) -> Mesh:
@@ -104,5 +104,5 @@ class Builder:
             properties=self.properties,
             links=tuple(self.links),
             data=data,
-            notes=(*notes, *self.shop.notes),
+            notes=(*notes, *self.conversion.notes),
         )

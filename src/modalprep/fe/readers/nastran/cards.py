@@ -51,12 +51,12 @@ class Card:
         return self.fields[k] if k < len(self.fields) else ""
 
     def error(self, problem: str) -> InputError:
-        """Return the error that names the card and says `problem`."""
+        """Return the error that names the card and describes the `problem`."""
         number = self.text(0) if INTEGER.fullmatch(self.text(0)) else ""
         return InputError(f"{self.file} line {self.line}: {f'{self.name} {number}'.strip()}: {problem}")
 
     def real(self, k: int, what: str, default: float | None = None) -> float:
-        """Return field `k` as a number; `default` when blank, None demands one."""
+        """Return field `k` as a number; `default` when blank; with None a blank field is refused."""
         text = self.text(k)
         if not text and default is not None:
             return default
@@ -67,7 +67,7 @@ class Card:
         return value
 
     def integer(self, k: int, what: str, default: int | None = None, lowest: int = -1) -> int:
-        """Return field `k` as a whole number; `default` when blank, None demands one."""
+        """Return field `k` as a whole number; `default` when blank; with None a blank field is refused."""
         text = self.text(k)
         if not text and default is not None:
             return default

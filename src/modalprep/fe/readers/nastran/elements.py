@@ -7,32 +7,20 @@ from collections.abc import Callable
 
 import numpy as np
 
-from modalprep.fe.properties.properties import PointMass
+from modalprep.fe.families import FAMILIES
+from modalprep.fe.mesh.cells import CELLS, Cell
+from modalprep.fe.properties.points import PointMass
+from modalprep.fe.properties.properties import Property, Shell, Solid
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import made
 from modalprep.fe.readers.nastran.properties import bush, rod, spring
 
-SOLIDS = {
-    "CTETRA": {4: "tetra", 10: "tetra10"},
-    "CPENTA": {6: "wedge", 15: "wedge15"},
-    "CHEXA": {8: "hexahedron", 20: "hexahedron20"},
-    "CPYRAM": {5: "pyramid", 13: "pyramid13"},
-}
-# Nastran lists the mid-side nodes of the upright edges before those of the top face, VTK after.
-MIDSIDE = {
-    "wedge15": [*range(9), 12, 13, 14, 9, 10, 11],
-    "hexahedron20": [*range(12), 16, 17, 18, 19, 12, 13, 14, 15],
-}
-SHELLS = {
-    "CTRIA3": (3, "triangle"),
-    "CTRIAR": (3, "triangle"),
-    "CQUAD4": (4, "quad"),
-    "CQUADR": (4, "quad"),
-    "CTRIA6": (6, "triangle6"),
-    "CQUAD8": (8, "quad8"),
-}
-SECOND_ORDER = "quadratic shells and pyramids have no element here; mesh with linear shells, tetrahedra, hexahedra"
+SHELLS = {card: cell for cell in CELLS.values() for card in cell.nastran if cell.dimension == 2}
+SOLIDS: dict[str, dict[int, Cell]] = {}  # by name of the card and number of grids
+for _cell in CELLS.values():
+    for _card in _cell.nastran if _cell.dimension == 3 else ():
+        SOLIDS.setdefault(_card, {})[_cell.count] = _cell
 
 
 def _solid(b: Builder, card: Card) -> None:
@@ -40,17 +28,17 @@ def _solid(b: Builder, card: Card) -> None:
     count = len(card.fields) - 2
     if count not in kinds:
         raise card.error(f"it has {max(count, 0)} grids and needs {' or '.join(map(str, kinds))}; complete the card")
-    if card.name == "CPYRAM" and not b.bare:
-        raise card.error(SECOND_ORDER)
+    cell = kinds[count]
+    if cell.shape == "pyramid":
+        _refuse_without_element(b, card, cell, Solid)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
-    order = MIDSIDE.get(kinds[count], range(count))
-    b.cell(card, kinds[count], [nodes[i] for i in order], b.section(card, "solid"))
+    b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
 
 
 def _shell(b: Builder, card: Card) -> None:
-    count, kind = SHELLS[card.name]
-    if count > 4 and not b.bare:
-        raise card.error(SECOND_ORDER)
+    cell = SHELLS[card.name]
+    kind, count = cell.name, cell.count
+    _refuse_without_element(b, card, cell, Shell)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     name = b.section(card, "shell")
     row = b.cell(card, kind, nodes, name)
@@ -59,12 +47,16 @@ def _shell(b: Builder, card: Card) -> None:
         shell = b.properties[name]
         if offset := card.real(3 + count, "ZOFFS", 0.0) * b.units.length:
             b.put("offset", kind, row, shell.offset + offset)
-        for k in range(count):
-            t = card.real(10 + k, f"T{k + 1}", 0.0) * (
-                1 if card.text(9) == "1" else b.units.length / (shell.thickness or 1)
-            )
+        flag = card.text(13 if cell.second_order else 9)  # the mid-side grids of CTRIA6 move it behind T3
+        for k in range(len(cell.corners)):
+            t = card.real(10 + k, f"T{k + 1}", 0.0) * (1 if flag == "1" else b.units.length / (shell.thickness or 1))
             if t and not math.isclose(t, 1.0, rel_tol=1e-6):
                 raise card.error("its corners have a thickness of their own; give the thickness on PSHELL")
+
+
+def _refuse_without_element(b: Builder, card: Card, cell: Cell, section: type[Property]) -> None:
+    if cell.name not in FAMILIES[section] and not b.bare:
+        raise card.error(f"{cell.name} cells have no element here; mesh with {', '.join(FAMILIES[section])}")
 
 
 def _shell_axis(b: Builder, card: Card, kind: str, row: int, k: int) -> None:
@@ -82,7 +74,7 @@ def _rod(b: Builder, card: Card) -> None:
 def _conrod(b: Builder, card: Card) -> None:
     name = f"conrod_{card.id}"
     b.cell(card, "line", [b.grids.node(card, k, f"G{k}") for k in (1, 2)], name)
-    b.properties[name] = rod(b.shop, card, first=3)
+    b.properties[name] = rod(b.conversion, card, first=3)
 
 
 def _bar(b: Builder, card: Card) -> None:
@@ -101,7 +93,7 @@ def _bar(b: Builder, card: Card) -> None:
     if ends.any():
         b.put("ends", "line", row, ends * b.units.length)
     if any(card.text(k) not in ("", "0") for k in (8, 9)):
-        b.shop.note("pin flags PA, PB of bars are left out: the bars hold all six components at both ends")
+        b.conversion.note("pin flags PA, PB of bars are left out: the bars hold all six components at both ends")
 
 
 def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Card]) -> np.ndarray:
@@ -147,7 +139,7 @@ def _bush(b: Builder, card: Card) -> None:
         source = b.tables.get("bush", {}).get(number)
         if source is None:
             raise card.error(f"property {number} is not in the deck; add its PBUSH card")
-        b.properties[name] = bush(b.shop, source, location)
+        b.properties[name] = bush(b.conversion, source, location)
     kind = ("vertex", "line")[len(nodes) - 1]
     b.put("frame", kind, b.cell(card, kind, nodes, name), _bush_axes(b, card, nodes))
 
@@ -164,7 +156,7 @@ def _bush_axes(b: Builder, card: Card, nodes: list[int]) -> np.ndarray:
         _turned(card, axis, up, 0.0)
     else:
         up = np.eye(3)[np.argmin(np.abs(axis))]
-        b.shop.note("CBUSH without CID or orientation: the axes across the line are chosen by the reader")
+        b.conversion.note("CBUSH without CID or orientation: the axes across the line are chosen by the reader")
     z = np.cross(axis, up)
     frame = np.array([axis, np.cross(z, axis), z])
     return frame / np.linalg.norm(frame, axis=1, keepdims=True)
@@ -182,13 +174,15 @@ def _elas(b: Builder, card: Card) -> None:
     c = components.pop() - 1
     along = np.ptp(b.grids.points[nodes], axis=0)
     if np.delete(along, c % 3).any() or (c > 2 and along.any()):
-        b.shop.note("CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation")
+        b.conversion.note(
+            "CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation"
+        )
     kind, name = ("vertex", "line")[len(nodes) - 1], f"{card.name.lower()}_{card.id}"
     k = [0.0] * 6
     k[c] = _stiffness(b, card)
     if k[c]:
         b.put("frame", kind, b.cell(card, kind, nodes, name), np.eye(3))
-        b.properties[name] = spring(b.shop, card, k)
+        b.properties[name] = spring(b.conversion, card, k)
 
 
 def _stiffness(b: Builder, card: Card) -> float:

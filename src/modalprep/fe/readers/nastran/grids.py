@@ -139,7 +139,7 @@ class Grids:
     def of(self, card: Card, number: int) -> int:
         """Return the row of a grid that `card` refers to."""
         if number not in self.row:
-            kind = "a scalar point, which has no place" if self.is_scalar(number) else "not in the deck"
+            kind = "a scalar point, which has no position" if self.is_scalar(number) else "not in the deck"
             raise card.error(f"grid {number} is {kind}; add its GRID card or remove the reference")
         return self.row[number]
 

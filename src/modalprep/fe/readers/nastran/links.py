@@ -55,7 +55,7 @@ def _rbe3(b: Builder, card: Card) -> None:
     words = [text for text in card.fields[4:] if text]
     stop = min((words.index(w) for w in ("UM", "ALPHA") if w in words), default=len(words))
     if "UM" in words:
-        b.shop.note("RBE3: the UM set is left out, the reference grid depends on the others")
+        b.conversion.note("RBE3: the UM set is left out, the reference grid depends on the others")
     nodes, weights, k = [], [], 0
     starts = [i for i, w in enumerate(words[:stop]) if "." in w] + [stop]
     if starts[0] or stop == 0:
@@ -63,7 +63,7 @@ def _rbe3(b: Builder, card: Card) -> None:
     for k, end in pairwise(starts):
         group = Card(card.name, words[k:end], card.file, card.line)
         if group.text(1) not in ("123", "123456"):
-            b.shop.note("RBE3: every independent grid counts with components 123")
+            b.conversion.note("RBE3: every independent grid counts with components 123")
         found = [b.grids.of(card, number) for number in group.numbers(2, "a grid", b.grids.ids)]
         nodes, weights = nodes + found, weights + [group.real(0, "a weight")] * len(found)
     _link(b, card, "rbe3", node, nodes, _components(b, card, card.text(3), [node]), weights)

@@ -46,8 +46,8 @@ class Units:
 
 
 @dataclass(slots=True)
-class Shop:
-    """What the property builders draw from: units, material cards by id, and the notes they leave."""
+class Conversion:
+    """What the property builders share: units, material cards by id, and the notes for the user."""
 
     units: Units
     materials: dict[int, Card]
@@ -88,34 +88,36 @@ def elastic(card: Card) -> tuple[float, float, float]:
     return E, G or E / (2 * (1 + nu)), E / (2 * G) - 1 if math.isnan(nu) else nu
 
 
-def density(shop: Shop, card: Card, k: int) -> float:
+def density(conversion: Conversion, card: Card, k: int) -> float:
     """Return the density in field `k`, kg/m^3; blank or zero is `RHO_MIN`, with a note."""
-    rho = card.real(k, "rho", 0.0) * shop.units.density
+    rho = card.real(k, "rho", 0.0) * conversion.units.density
     if rho:
         return rho
-    shop.note(f"materials without density get {RHO_MIN:g} kg/m^3")
+    conversion.note(f"materials without density get {RHO_MIN:g} kg/m^3")
     return RHO_MIN
 
 
-def bar_material(shop: Shop, card: Card, k: int) -> tuple[Material, float]:
+def bar_material(conversion: Conversion, card: Card, k: int) -> tuple[Material, float]:
     """Return the material of a bar and the factor on J and the shear factors that gives it the card's own G.
 
     A bar may hold E and G that no isotropic body has (equivalent moduli of a laminate).
     """
-    source = shop.material(card, k, "MID", ("MAT1",))
+    source = conversion.material(card, k, "MID", ("MAT1",))
     E, G, _ = elastic(source)
     nu = E / (2 * G) - 1
     if not -1 < nu < 0.5:
-        shop.note("bars with E and G that no isotropic body has keep E A, E I, G J and k G A through scaled J and k")
+        conversion.note(
+            "bars with E and G that no isotropic body has keep E A, E I, G J and k G A through scaled J and k"
+        )
         nu = 0.0
-    material = made(source, Material, E=E * shop.units.stress, nu=nu, rho=density(shop, source, 4))
+    material = made(source, Material, E=E * conversion.units.stress, nu=nu, rho=density(conversion, source, 4))
     return material, G * 2 * (1 + nu) / E
 
 
-def sheet_material(shop: Shop, card: Card, k: int) -> Material | Orthotropic:
+def sheet_material(conversion: Conversion, card: Card, k: int) -> Material | Orthotropic:
     """Return the material of a shell or a ply."""
-    source = shop.material(card, k, "MID", ("MAT1", "MAT8"))
-    stress, rho = shop.units.stress, density(shop, source, 4 if source.name == "MAT1" else 7)
+    source = conversion.material(card, k, "MID", ("MAT1", "MAT8"))
+    stress, rho = conversion.units.stress, density(conversion, source, 4 if source.name == "MAT1" else 7)
     if source.name == "MAT1":
         E, G, nu = elastic(source)
         if math.isclose(G, E / (2 * (1 + nu)), rel_tol=1e-2):  # E, G and nu rounded on the card

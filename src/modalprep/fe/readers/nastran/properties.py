@@ -6,27 +6,28 @@ import math
 from collections.abc import Callable
 
 from modalprep.fe.properties.materials import Material
-from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Solid, Spring, Truss
+from modalprep.fe.properties.points import Spring
+from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Solid, Truss
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.materials import Shop, bar_material, density, elastic, made, sheet_material
+from modalprep.fe.readers.nastran.materials import Conversion, bar_material, density, elastic, made, sheet_material
 from modalprep.fe.readers.nastran.sections import Section
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
 RIGID = 1e6  # shear factor of a plane without shear flexibility
 
 
-def bar(shop: Shop, card: Card, section: Section) -> Beam | Truss:
+def bar(conversion: Conversion, card: Card, section: Section) -> Beam | Truss:
     """Return the beam of a section, a truss when it has no bending stiffness.
 
     ``up`` is Nastran's y axis, so e3 = y and Iy = I1, kz = K1.
     """
-    material, factor = bar_material(shop, card, 1)
-    m, nsm = shop.units.length, section.nsm * shop.units.inertial / shop.units.length
+    material, factor = bar_material(conversion, card, 1)
+    m, nsm = conversion.units.length, section.nsm * conversion.units.inertial / conversion.units.length
     I1, I2, _ = section.turned
     if not (I1 or I2):
         return made(card, Truss, material=material, A=section.A * m**2, J=section.J * factor * m**4, nsm=nsm)
     if not (I1 and I2 and section.J):
-        shop.note(f"zero I1, I2 or J of bars is replaced by {SLIGHT:g} of the section's largest moment")
+        conversion.note(f"zero I1, I2 or J of bars is replaced by {SLIGHT:g} of the section's largest moment")
     slight = SLIGHT * max(I1, I2)
     k1, k2 = (0.0, 0.0) if section.I12 else (section.k1, section.k2)  # Nastran drops shear when I12 is given
     return made(
@@ -45,76 +46,76 @@ def bar(shop: Shop, card: Card, section: Section) -> Beam | Truss:
     )
 
 
-def rod(shop: Shop, card: Card, first: int = 1) -> Truss:
+def rod(conversion: Conversion, card: Card, first: int = 1) -> Truss:
     """PROD, and CONROD with its MID in field `first`."""
-    material, factor = bar_material(shop, card, first)
-    m = shop.units.length
+    material, factor = bar_material(conversion, card, first)
+    m = conversion.units.length
     A, J, nsm = card.real(first + 1, "A"), card.real(first + 2, "J", 0.0), card.real(first + 4, "NSM", 0.0)
-    nsm *= shop.units.inertial / m
+    nsm *= conversion.units.inertial / m
     return made(card, Truss, material=material, A=A * m**2, J=J * factor * m**4, nsm=nsm)
 
 
-def solid(shop: Shop, card: Card) -> Solid:
+def solid(conversion: Conversion, card: Card) -> Solid:
     """PSOLID of isotropic material."""
     if card.text(6) not in ("", "SMECH"):
         raise card.error(f"FCTN {card.text(6)} is not a structure; leave the fluid out of the deck")
-    source = shop.material(card, 1, "MID", ("MAT1",))
+    source = conversion.material(card, 1, "MID", ("MAT1",))
     E, _, nu = elastic(source)
-    material = made(source, Material, E=E * shop.units.stress, nu=nu, rho=density(shop, source, 4))
+    material = made(source, Material, E=E * conversion.units.stress, nu=nu, rho=density(conversion, source, 4))
     return Solid(material=material)
 
 
-def pshell(shop: Shop, card: Card) -> Shell:
+def pshell(conversion: Conversion, card: Card) -> Shell:
     """PSHELL: blank MID2 means no bending, blank MID3 no shear flexibility."""
     if not card.text(1) or card.text(10) not in ("", "0"):
         raise card.error("needs MID1 and no MID4; give the membrane's material, and offsets as ZOFFS")
-    material, t = sheet_material(shop, card, 1), card.real(2, "T")
+    material, t = sheet_material(conversion, card, 1), card.real(2, "T")
     bends, shears = card.text(3) not in ("", "0"), card.text(5) not in ("", "0")
     if not bends:
-        shop.note("PSHELL without MID2 (membrane only) keeps 1e-3 of its bending stiffness")
+        conversion.note("PSHELL without MID2 (membrane only) keeps 1e-3 of its bending stiffness")
     return made(
         card,
         Shell,
         material=material,
-        thickness=t * shop.units.length,
-        nsm=card.real(7, "NSM", 0.0) * shop.units.inertial / shop.units.length**2,
-        bending_material=sheet_material(shop, card, 3) if bends and card.text(3) != card.text(1) else None,
+        thickness=t * conversion.units.length,
+        nsm=card.real(7, "NSM", 0.0) * conversion.units.inertial / conversion.units.length**2,
+        bending_material=sheet_material(conversion, card, 3) if bends and card.text(3) != card.text(1) else None,
         bending_ratio=card.real(4, "12I/T**3", 1.0) if bends else 1e-3,
-        shear_material=sheet_material(shop, card, 5) if shears and card.text(5) != card.text(1) else None,
+        shear_material=sheet_material(conversion, card, 5) if shears and card.text(5) != card.text(1) else None,
         shear_ratio=(card.real(6, "TS/T", 0.0) or 5 / 6) if shears or not bends else 1e3,
     )
 
 
-def pcomp(shop: Shop, card: Card) -> Shell:
+def pcomp(conversion: Conversion, card: Card) -> Shell:
     """PCOMP and PCOMPG: plies from the bottom up; Z0 is the height of the bottom over the nodes."""
     if (lam := card.text(7)) not in ("", "SYM"):
         raise card.error(f"LAM = {lam} is not read; leave LAM blank or SYM")
-    plies = _plies(shop, card)
+    plies = _plies(conversion, card)
     if not plies:
         raise card.error("it has no plies; give MID and T of each")
     plies += plies[::-1] if lam else []
-    total, m = sum(ply.thickness for ply in plies), shop.units.length
+    total, m = sum(ply.thickness for ply in plies), conversion.units.length
     offset = card.real(1, "Z0") * m + total / 2 if card.text(1) else 0.0
-    nsm = card.real(2, "NSM", 0.0) * shop.units.inertial / m**2
+    nsm = card.real(2, "NSM", 0.0) * conversion.units.inertial / m**2
     return made(card, Shell, plies=tuple(plies), offset=offset, nsm=nsm)
 
 
-def _plies(shop: Shop, card: Card) -> list[Ply]:
+def _plies(conversion: Conversion, card: Card) -> list[Ply]:
     """Blank material and thickness repeat those of the ply before; a ply without any entry is none."""
     step, first = (8, 9) if card.name == "PCOMPG" else (4, 8)
     plies, material, t = [], None, 0.0
     for k in range(first, len(card.fields), step):
         if any(card.fields[k : k + 4]):
-            material = sheet_material(shop, card, k) if card.text(k) or material is None else material
+            material = sheet_material(conversion, card, k) if card.text(k) or material is None else material
             t = card.real(k + 1, f"T of ply {len(plies) + 1}", t or None) * (
-                shop.units.length if card.text(k + 1) else 1
+                conversion.units.length if card.text(k + 1) else 1
             )
             angle = math.radians(card.real(k + 2, "THETA", 0.0))
             plies.append(made(card, Ply, material=material, thickness=t, angle=angle))
     return plies
 
 
-def bush(shop: Shop, card: Card, location: float) -> Spring:
+def bush(conversion: Conversion, card: Card, location: float) -> Spring:
     """PBUSH: its K row."""
     k = [0.0] * 6
     for row in range(card.rows):
@@ -122,18 +123,18 @@ def bush(shop: Shop, card: Card, location: float) -> Spring:
         if kind == "K":
             k = [card.real(8 * row + 2 + i, f"K{i + 1}", 0.0) for i in range(6)]
         elif kind and any(values):
-            shop.note(f"PBUSH: its {kind} row is left out")
-    return spring(shop, card, k, location)
+            conversion.note(f"PBUSH: its {kind} row is left out")
+    return spring(conversion, card, k, location)
 
 
-def spring(shop: Shop, card: Card, k: list[float], location: float = 0.5) -> Spring:
+def spring(conversion: Conversion, card: Card, k: list[float], location: float = 0.5) -> Spring:
     """Return a spring of six stiffnesses in deck units (force is mass length / s^2)."""
-    mass, turning = shop.units.mass, shop.units.mass * shop.units.length**2
+    mass, turning = conversion.units.mass, conversion.units.mass * conversion.units.length**2
     si = tuple(value * (mass if i < 3 else turning) for i, value in enumerate(k))
     return made(card, Spring, translation=si[:3], rotation=si[3:], location=location)
 
 
-BUILDERS: dict[str, Callable[[Shop, Card], Property]] = {
+BUILDERS: dict[str, Callable[[Conversion, Card], Property]] = {
     "PROD": rod,
     "PSOLID": solid,
     "PSHELL": pshell,

@@ -1,4 +1,4 @@
-"""Sections of Nastran bars and beams, by their moments or their dimensions (deck units)."""
+"""Sections of Nastran bars and beams from moments or dimensions (deck units)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.materials import Shop
+from modalprep.fe.readers.nastran.materials import Conversion
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,14 +60,14 @@ def _points(card: Card) -> tuple[tuple[float, float], ...]:
     return tuple((y, z) for y, z in zip(values[::2], values[1::2], strict=True) if y or z)
 
 
-def pbar(shop: Shop, card: Card) -> Section:
+def pbar(conversion: Conversion, card: Card) -> Section:
     """PBAR: blank K1, K2 are rigid in shear."""
     A, I1, I2, J, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "J", "NSM"), 2))
     k1, k2, I12 = (card.real(k, name, 0.0) for k, name in enumerate(("K1", "K2", "I12"), 16))
     return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=_points(card))
 
 
-def pbeam(shop: Shop, card: Card) -> Section:
+def pbeam(conversion: Conversion, card: Card) -> Section:
     """PBEAM: the section at end A; K1, K2 default to 1."""
     A, I1, I2, I12, J, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "I12", "J", "NSM"), 2))
     row, ends, known = 1, ("YES", "YESA", "NO"), (A, I1, I2, I12, J)
@@ -76,13 +76,13 @@ def pbeam(shop: Shop, card: Card) -> Section:
     while card.row(row)[0] in ends:
         there = [card.real(8 * row + k, "a station's value", value) for k, value in enumerate(known, 2)]
         if not np.allclose(there, known, rtol=1e-3):
-            shop.note("tapered PBEAM: the section at end A holds along the whole element")
+            conversion.note("tapered PBEAM: the section at end A holds along the whole element")
         row += 2 if card.row(row)[0] == "YES" else 1
     k1, k2 = (card.real(8 * row + k, name, 1.0) for k, name in enumerate(("K1", "K2")))
     if any(card.real(8 * (row + 1) + k, "N1, N2 or M1, M2", 0.0) for k in range(8)) or any(
         card.real(8 * row + k, "S1 to CW", 0.0) for k in range(2, 8)
     ):
-        shop.note("PBEAM: shear relief, warping, and offsets of neutral axis and nsm are left out")
+        conversion.note("PBEAM: shear relief, warping, and offsets of neutral axis and nsm are left out")
     return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=points)
 
 
@@ -164,7 +164,7 @@ SHAPES: dict[str, tuple[int, Callable[..., tuple[float, ...]]]] = {
 }
 
 
-def shape(shop: Shop, card: Card) -> Section:
+def shape(conversion: Conversion, card: Card) -> Section:
     """PBARL and PBEAML: a section by its dimensions; PBARL is rigid in shear, PBEAML has K1 = K2 = 1."""
     kind = card.text(3)
     if kind not in SHAPES:
@@ -172,7 +172,7 @@ def shape(shop: Shop, card: Card) -> Section:
     count, law = SHAPES[kind]
     values = law(*(card.real(8 + k, f"DIM{k + 1}") for k in range(count)))
     if card.name == "PBEAML" and kind in ("T", "L", "CHAN", "I"):
-        shop.note(f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran")
+        conversion.note(f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran")
     A, I1, I2, I12, J = values
     # A beam without K1, K2 in Nastran takes 1; for PBARL we keep PBAR's default, no shear flexibility.
     k = 1.0 if card.name == "PBEAML" else 0.0

@@ -1,0 +1,94 @@
+"""Properties without a volume: point masses and springs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from modalprep.errors import InputError
+from modalprep.fe.properties.properties import Property, Vector
+
+Vector6 = tuple[float, float, float, float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PointMass(Property):
+    """Rigid body at each node of a group.
+
+    Attributes
+    ----------
+    mass : float
+        kg.
+    inertia : tuple of 6 floats
+        ``xx, yy, zz, xy, xz, yz`` of the inertia tensor about the mass centre, mesh axes, kg m^2
+        (off-diagonal entries are those of the tensor: ``xy = -int x y dm``).
+    offset : tuple of 3 floats
+        From the node to the mass centre, mesh axes, m.
+
+    Raises
+    ------
+    InputError
+        When the mass is negative or infinite.
+
+    Examples
+    --------
+    >>> PointMass(mass=2.0, inertia=(0.1, 0.1, 0.2, 0.0, 0.0, 0.0)).offset
+    (0.0, 0.0, 0.0)
+    """
+
+    mass: float
+    inertia: Vector6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    offset: Vector = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse negative mass."""
+        if not 0 <= self.mass < float("inf"):
+            raise InputError(f"point mass of {self.mass:g} kg must not be negative")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spring(Property):
+    """Six springs between two nodes (line cells), or from a node to the ground (vertex cells).
+
+    Between two nodes, e1 runs from the first to the second and ``e2 = up x e1``; coincident nodes and grounded
+    springs use the mesh axes. The elastic centre lies at the fraction `location` of the line between the nodes,
+    so that the rigid rotation of a bushing of finite length causes no force. The mesh may override the axes.
+
+    Attributes
+    ----------
+    translation : tuple of 3 floats
+        Stiffness along e1, e2, e3, N/m.
+    rotation : tuple of 3 floats
+        About them, N m/rad.
+    up : tuple of 3 floats
+        A direction that is not parallel to the line between the nodes, mesh axes.
+    location : float
+        0 at the first node, 1 at the second.
+
+    Raises
+    ------
+    InputError
+        When a stiffness is negative, or all are zero.
+
+    Examples
+    --------
+    >>> Spring(translation=(1e6, 1e6, 1e6)).location
+    0.5
+    """
+
+    translation: Vector = (0.0, 0.0, 0.0)
+    rotation: Vector = (0.0, 0.0, 0.0)
+    up: Vector = (0.0, 0.0, 1.0)
+    location: float = 0.5
+
+    @property
+    def k(self) -> Vector6:
+        """All six, translations first."""
+        return (*self.translation, *self.rotation)
+
+    def __post_init__(self) -> None:
+        """Refuse springs without stiffness."""
+        if len(self.k) != 6 or not all(0 <= k < float("inf") for k in self.k) or not any(self.k):
+            raise InputError(
+                f"spring with translation {self.translation} N/m, rotation {self.rotation} N m/rad: each needs three "
+                "stiffnesses, none negative, one of the six positive"
+            )

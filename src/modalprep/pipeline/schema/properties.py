@@ -1,0 +1,229 @@
+"""What a pipeline file may say of materials and of the properties of mesh groups: one table for each family."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from modalprep.errors import InputError
+from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.properties.points import PointMass, Spring
+from modalprep.fe.properties.properties import Beam, Ply, Shell, Solid, Truss
+from modalprep.fe.properties.sections import beam_section
+from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.suggest import refuse_unknown
+
+Materials = Mapping[str, Material | Orthotropic]
+
+
+class MaterialTable(Table):
+    """An isotropic material, SI."""
+
+    type: Literal["isotropic"] = "isotropic"
+    E: float = Field(description="Young's modulus, Pa")
+    nu: float = Field(description="Poisson's ratio")
+    rho: float = Field(description="density, kg/m^3")
+
+    def build(self) -> Material:
+        """Return the material in SI."""
+        return Material(**self.model_dump(exclude={"type"}))
+
+
+class OrthotropicTable(Table):
+    """A lamina, SI; for shells and their plies."""
+
+    type: Literal["orthotropic"]
+    E1: float = Field(description="Young's modulus along the fibre, Pa")
+    E2: float = Field(description="across the fibre, Pa")
+    nu12: float = Field(description="contraction along 2 under tension along 1")
+    G12: float = Field(description="shear modulus in the plane, Pa")
+    G13: float = Field(description="transverse shear modulus along 1, Pa")
+    G23: float = Field(description="transverse shear modulus along 2, Pa")
+    rho: float = Field(description="density, kg/m^3")
+
+    def build(self) -> Orthotropic:
+        """Return the material in SI."""
+        return Orthotropic(**self.model_dump(exclude={"type"}))
+
+
+def _material_type(table: Any) -> str:
+    return str(table.get("type", "isotropic")) if isinstance(table, dict) else getattr(table, "type", "isotropic")
+
+
+AnyMaterial = Annotated[
+    Annotated[MaterialTable, Tag("isotropic")] | Annotated[OrthotropicTable, Tag("orthotropic")],
+    Discriminator(
+        _material_type,
+        custom_error_type="material_type",
+        custom_error_message="type of a material is 'isotropic' (the default) or 'orthotropic'",
+    ),
+]
+
+
+def find_material(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
+    """Return the material of that name; refuse one that is not there or not of the `kinds`."""
+    refuse_unknown(name, materials, "material")
+    if not isinstance(materials[name], kinds):
+        raise InputError(f"material {name!r} is orthotropic: only shells and plies can be made of it")
+    return materials[name]
+
+
+class ShapeTable(Table):
+    """A standard section; height lies along 'up'. Sizes in m."""
+
+    shape: Literal["rectangle", "rod", "tube", "box", "i"]
+    width: float | None = None
+    height: float | None = None
+    diameter: float | None = None
+    thickness: float | None = Field(None, description="of the wall")
+    flange: float | None = Field(None, description="thickness of the flanges")
+    web: float | None = Field(None, description="thickness of the web")
+
+
+class BeamTable(Table):
+    """Section of a group of line cells, SI: `section`, or A, Iy, Iz and J."""
+
+    type: Literal["beam"]
+    material: str
+    section: ShapeTable | None = Field(None, description="a standard shape instead of A, Iy, Iz, J, ky, kz")
+    A: float | None = Field(None, description="area, m^2")
+    Iy: float | None = Field(None, description="second moment of area about e2 (bending towards 'up'), m^4")
+    Iz: float | None = Field(None, description="second moment of area about e3, m^4")
+    J: float | None = Field(None, description="torsion constant, m^4")
+    ky: float | None = Field(None, description="shear factor along e2; default 5/6")
+    kz: float | None = Field(None, description="shear factor along e3; default 5/6")
+    up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
+    offset: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
+        [0.0, 0.0], description="of the centroid from the nodes along e2 and e3, m"
+    )
+    nsm: float = Field(0.0, ge=0, description="further mass, kg/m")
+    theory: Literal["timoshenko", "euler-bernoulli"] = "timoshenko"
+
+    @model_validator(mode="after")
+    def _one_section(self) -> BeamTable:
+        given = [name for name in ("A", "Iy", "Iz", "J", "ky", "kz") if getattr(self, name) is not None]
+        if self.section is not None and given:
+            raise ValueError(f"a beam needs either 'section' or numbers; this one has both ({', '.join(given)})")
+        missing = [name for name in ("A", "Iy", "Iz", "J") if getattr(self, name) is None]
+        if self.section is None and missing:
+            raise ValueError(f"a beam needs {', '.join(missing)}, or a 'section' with a shape")
+        return self
+
+    def build(self, materials: Materials) -> Beam:
+        """Return the property in SI."""
+        material = find_material(self.material, materials, (Material,))
+        more = {"offset": tuple(self.offset), "nsm": self.nsm}
+        if self.section is not None:
+            sizes = self.section.model_dump(exclude={"shape"}, exclude_none=True)
+            return beam_section(self.section.shape, material, up=tuple(self.up), theory=self.theory, **sizes, **more)
+        values = self.model_dump(include={"A", "Iy", "Iz", "J", "ky", "kz"}, exclude_none=True)
+        return Beam(material=material, up=tuple(self.up), theory=self.theory, **values, **more)
+
+
+class TrussTable(Table):
+    """Bars of a group of line cells."""
+
+    type: Literal["truss"]
+    material: str
+    A: float = Field(description="area, m^2")
+    J: float = Field(0.0, ge=0, description="torsion constant, m^4; 0: no rotations")
+    nsm: float = Field(0.0, ge=0, description="further mass, kg/m")
+
+    def build(self, materials: Materials) -> Truss:
+        """Return the property in SI."""
+        values = self.model_dump(include={"A", "J", "nsm"})
+        return Truss(material=find_material(self.material, materials, (Material,)), **values)
+
+
+class PlyTable(Table):
+    """A layer, from the bottom up."""
+
+    material: str
+    thickness: float = Field(description="m")
+    angle: Angle = Field(0.0, description="from the shell's axis 1")
+
+
+class ShellTable(Table):
+    """Sheet or laminate of a group of triangles and quads."""
+
+    type: Literal["shell"]
+    material: str | None = None
+    thickness: float | None = Field(None, description="m")
+    plies: list[PlyTable] = Field([], description="instead of material and thickness, from the bottom (-normal) up")
+    symmetric: bool = Field(False, description="the plies are the lower half, mirrored above")
+    offset: float = Field(0.0, description="of the mid-surface from the nodes along the normal, m")
+    nsm: float = Field(0.0, ge=0, description="further mass, kg/m^2")
+    axis: Vector | None = Field(None, description="its projection is material axis 1; default the first side")
+    angle: Angle = Field(0.0, description="from that to axis 1")
+    membrane: Literal["opt", "cst"] = Field("opt", description="of triangles: optimal, or constant strain")
+
+    @model_validator(mode="after")
+    def _one_sheet(self) -> ShellTable:
+        if bool(self.plies) == (self.material is not None and self.thickness is not None):
+            raise ValueError("a shell needs either 'material' and 'thickness', or 'plies'")
+        return self
+
+    def build(self, materials: Materials) -> Shell:
+        """Return the property in SI."""
+        kinds = (Material, Orthotropic)
+        values = self.model_dump(include={"offset", "nsm", "angle", "membrane"})
+        values["axis"] = None if self.axis is None else tuple(self.axis)
+        if not self.plies:
+            return Shell(material=find_material(self.material, materials, kinds), thickness=self.thickness, **values)
+        plies = [
+            Ply(material=find_material(ply.material, materials, kinds), thickness=ply.thickness, angle=ply.angle)
+            for ply in self.plies
+        ]
+        return Shell(plies=tuple(plies + plies[::-1] if self.symmetric else plies), **values)
+
+
+class SolidTable(Table):
+    """Material of a group of tetrahedra, wedges or hexahedra."""
+
+    type: Literal["solid"]
+    material: str
+
+    def build(self, materials: Materials) -> Solid:
+        """Return the property in SI."""
+        return Solid(material=find_material(self.material, materials, (Material,)))
+
+
+class MassTable(Table):
+    """Rigid mass at each node of a group of points or at the node of a connection."""
+
+    type: Literal["mass"]
+    mass: float = Field(ge=0, description="kg")
+    inertia: Annotated[list[float], Field(min_length=6, max_length=6)] = Field(
+        [0.0] * 6, description="xx, yy, zz, xy, xz, yz of the inertia tensor about the mass centre, kg m^2"
+    )
+    offset: Vector = Field([0.0, 0.0, 0.0], description="from the node to the mass centre, m")
+
+    def build(self, materials: Materials) -> PointMass:
+        """Return the property in SI."""
+        return PointMass(mass=self.mass, inertia=tuple(self.inertia), offset=tuple(self.offset))
+
+
+class SpringTable(Table):
+    """Springs of a group of lines (between two nodes) or of points (to the ground)."""
+
+    type: Literal["spring"]
+    translation: Vector = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N/m")
+    rotation: Vector = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m/rad")
+    up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
+    location: float = Field(0.5, ge=0, le=1, description="of the elastic centre from the first node to the second")
+
+    def build(self, materials: Materials) -> Spring:
+        """Return the property in SI."""
+        return Spring(
+            translation=tuple(self.translation),
+            rotation=tuple(self.rotation),
+            up=tuple(self.up),
+            location=self.location,
+        )
+
+
+Section = Annotated[
+    BeamTable | TrussTable | ShellTable | SolidTable | MassTable | SpringTable, Field(discriminator="type")
+]
