@@ -11,7 +11,7 @@ from skfem.models.elasticity import lame_parameters, linear_elasticity
 from structured import box, shell_model, solid_model, surface
 
 import modalprep as mp
-from modalprep.fe.assembly.assemble import parts
+from modalprep.fe.assembly import parts
 from modalprep.fe.elements import kernels
 
 STEEL = mp.Material(E=2.1e11, nu=0.3, rho=7800.0)
