@@ -42,11 +42,12 @@ ROTATING_FLAP = {
 # --- plates, laminates and shells ---------------------------------------------------------------------------------
 
 
-def timoshenko_cantilever(*, E, G, k, rho, A, I, L) -> float:  # noqa: E741
-    """First bending frequency (rad/s) of a Timoshenko cantilever.
+def timoshenko_cantilever(n: int, *, E, G, k, rho, A, I, L) -> np.ndarray:  # noqa: E741
+    """First n bending frequencies (rad/s) of a Timoshenko cantilever.
 
     State (w, psi, M, Q) with ``w' = psi + Q/kGA, psi' = M/EI, M' = -Q - rho I omega^2 psi, Q' = -rho A omega^2 w``;
-    clamped-free when the lower right block of the transfer matrix is singular.
+    clamped-free when the lower right block of the transfer matrix is singular. Shear and rotary inertia lower every
+    frequency, so that all roots lie below those of Euler and Bernoulli's theory.
     """
 
     def residual(omega):
@@ -55,8 +56,11 @@ def timoshenko_cantilever(*, E, G, k, rho, A, I, L) -> float:  # noqa: E741
         system[2, 3], system[2, 1], system[3, 0] = -1.0, -rho * I * omega**2, -rho * A * omega**2
         return np.linalg.det(expm(system * L)[2:, 2:])
 
-    euler = cantilever_frequency(1, E * I, rho * A, L)[0]
-    return brentq(residual, 0.5 * euler, 1.01 * euler, xtol=1e-12 * euler)
+    euler = cantilever_frequency(n, E * I, rho * A, L)
+    samples = np.linspace(0.3 * euler[0], 1.01 * euler[-1], 40 * n)
+    signs = np.sign([residual(omega) for omega in samples])
+    brackets = [(samples[m], samples[m + 1]) for m in np.flatnonzero(np.diff(signs))[:n]]
+    return np.array([brentq(residual, a, b, xtol=1e-12 * euler[0]) for a, b in brackets])
 
 
 def thin_plate_simply_supported(modes, *, D, rho_h, a, b) -> np.ndarray:

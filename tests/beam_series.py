@@ -102,7 +102,7 @@ def halves_error(modes: int, count: int, elements: int = 20) -> np.ndarray:
     return np.sqrt(found / exact) - 1
 
 
-# ---- spin-up of a cantilever: Simo and Vu-Quoc, J. Appl. Mech. 53 (1986) 855, section 4.2 of part II ----
+# ---- spin-up of a cantilever: data of Simo and Vu-Quoc, J. Appl. Mech. 53 (1986) 855 ----
 
 SPIN, RISE = 6.0, 15.0  # rad/s, s
 LENGTH, UNIT = 10.0, np.sqrt(1.4e4 / (1.2 * 10.0**4))  # m, rad/s; EI = 1.4e4 N m^2, rho A = 1.2 kg/m
