@@ -14,8 +14,8 @@ from scipy.linalg import eigh
 POINTS, WEIGHTS = ((1 + np.polynomial.legendre.leggauss(80)[0]) / 2, np.polynomial.legendre.leggauss(80)[1] / 2)
 
 
-def mode_shapes(n: int, x: np.ndarray = POINTS) -> tuple[np.ndarray, np.ndarray]:
-    """First n modes of a clamped-free beam and their slopes (n, len(x)), ``int phi^2 = 1``, ``phi(1) = 2 (-1)^i``.
+def mode_shapes(n: int, x: np.ndarray = POINTS) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """First n modes of a clamped-free beam, slopes, curvatures (n, len(x)): ``int phi^2 = 1``, ``phi(1) = 2 (-1)^i``.
 
     ``cosh bx - cos bx - s (sinh bx - sin bx)`` with ``1 - s`` in closed form, so that large arguments do not cancel.
     """
@@ -23,7 +23,8 @@ def mode_shapes(n: int, x: np.ndarray = POINTS) -> tuple[np.ndarray, np.ndarray]
     rest = (np.sin(b) - np.cos(b) - np.exp(-b)) / (np.sinh(b) + np.sin(b))  # 1 - s
     s, falling, rising = 1 - rest, np.exp(-b * x) * (2 - rest) / 2, np.exp(b * x) * rest / 2
     phi = falling + rising - np.cos(b * x) + s * np.sin(b * x)
-    return phi, b * (rising - falling + np.sin(b * x) + s * np.cos(b * x))
+    slope = b * (rising - falling + np.sin(b * x) + s * np.cos(b * x))
+    return phi, slope, b**2 * (falling + rising + np.cos(b * x) - s * np.sin(b * x))
 
 
 def unit_loads(n: int) -> dict[str, np.ndarray]:

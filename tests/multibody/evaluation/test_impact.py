@@ -67,7 +67,7 @@ def test_every_type_of_closure_was_hit():
 
 @pytest.mark.parametrize("seed", [1, 4, 8])
 def test_a_sudden_weld_of_two_free_bodies_keeps_all_momentum_and_loses_what_theory_says(seed):
-    """CASES 2.A: energy ``r S^-1 r / 2`` and momentum, exact; flexible bodies."""
+    """Plastic impact of flexible bodies: the energy lost is ``r S^-1 r / 2``, and momentum stays, exactly."""
     rng = np.random.default_rng(seed)
     one, two = random_body(rng, 4), random_body(rng, 3)
     joints = tuple(mp.Joint(name=name, type="free", parent="ground", child=name) for name in ("one", "two"))
