@@ -126,7 +126,7 @@ def test_a_rod_falls_on_its_end(restitution):
 
 
 @pytest.mark.parametrize("friction", [0.05, 0.2, 0.35, 0.5, 2.0])
-def test_friction_of_a_blow_slides_or_sticks(friction):
+def test_friction_of_an_impact_slides_or_sticks(friction):
     """The end's mobility ``1/m + r~ r~ / J`` is written out; sliding goes on in one direction."""
     m, L, a, v = 2.0, 1.5, 0.7, np.array([2.5, -3.0])
     J, r = m * L**2 / 12, -L / 2 * np.array([np.cos(a), np.sin(a)])  # centre to end
@@ -148,7 +148,7 @@ def test_both_branches_of_friction_were_taken():
 
 
 def test_friction_in_two_directions_is_against_the_motion_that_remains():
-    """Coupled rows: on the cone, opposite to the slip after the blow."""
+    """Coupled rows: on the cone, opposite to the slip after the impact."""
     rng = np.random.default_rng(3)
     A = rng.normal(size=(3, 3))
     S, rate = np.eye(3) + 0.1 * (A + A.T), np.array([-1.0, 3.0, 2.0])
@@ -181,24 +181,24 @@ def ball(height=1.0, friction=0.0, speed=0.0, **options):
 
 @pytest.mark.parametrize(("method", "accuracy"), [("explicit", 1e-12), ("generalized_alpha", 1e-6)])
 def test_a_ball_bounces(method, accuracy):
-    """Times between blows ``2 e^k v / g``; the energy that blows take is in the balance."""
+    """Times between impacts ``2 e^k v / g``; the energy that impacts take is in the balance."""
     e, v = 0.7, np.sqrt(2 * G)
     bounce = mp.Event(name="bounce", when="floor.gap", direction=-1, hits=("floor",), restitution=e)
     run = mp.simulate(ball(), t_end=2.0, rtol=1e-9, method=method, events=(bounce,))
     times = np.cumsum([v / G, *(2 * e**k * v / G for k in (1, 2, 3))])
     np.testing.assert_allclose(run.events["bounce"][:4], times[times < 2.0][:4], rtol=accuracy)
-    blows = run.impacts["bounce"]
-    lost = [0.5 * 0.5 * (1 - e**2) * (e**k * v) ** 2 for k in range(len(blows))]
-    np.testing.assert_allclose([blow.lost for blow in blows], lost, rtol=10 * accuracy)
+    impacts = run.impacts["bounce"]
+    lost = [0.5 * 0.5 * (1 - e**2) * (e**k * v) ** 2 for k in range(len(impacts))]
+    np.testing.assert_allclose([impact.lost for impact in impacts], lost, rtol=10 * accuracy)
     assert run.stats["energy_error"] < 1e-9
-    row = np.searchsorted(run.time, blows[0].t)
-    np.testing.assert_array_equal(run.time[row : row + 2], blows[0].t)  # before and after
+    row = np.searchsorted(run.time, impacts[0].t)
+    np.testing.assert_array_equal(run.time[row : row + 2], impacts[0].t)  # before and after
     np.testing.assert_allclose(run["ball.centre.velocity.y"][row : row + 2], [-v, e * v], rtol=10 * accuracy)
 
 
 @pytest.mark.parametrize("change", ["orbit", "depletion"])
-def test_a_blow_is_in_the_balance_of_a_turning_ground_and_of_a_mass_that_changes(change):
-    """What the blow took is that of the relative motion, and of the mass of the moment."""
+def test_an_impact_is_in_the_balance_of_a_turning_ground_and_of_a_mass_that_changes(change):
+    """What the impact took is that of the relative motion, and of the mass of the moment."""
     system = ball().with_(gravity=np.zeros(3), joints=(ball(speed=-0.5).joints[0].with_(velocity=[0.3, -2.0, 0]),))
     if change == "orbit":
         system = system.with_(orbit=mp.Orbit(rate=0.3))
@@ -207,10 +207,10 @@ def test_a_blow_is_in_the_balance_of_a_turning_ground_and_of_a_mass_that_changes
         system = system.with_(depletions=(fuel,))
     bounce = mp.Event(name="bounce", when="floor.gap", direction=-1, hits=("floor",), restitution=0.5)
     run = mp.simulate(system, t_end=1.5, rtol=1e-10, atol=1e-13, method="explicit", events=(bounce,))
-    (blow,) = run.impacts["bounce"]
-    row = np.searchsorted(run.time, blow.t)
+    (impact,) = run.impacts["bounce"]
+    row = np.searchsorted(run.time, impact.t)
     mass = 0.5 if change == "orbit" else run["ball.mass"][row]
-    assert blow.lost == pytest.approx(mass / 2 * (1 - 0.25) * run["ball.centre.velocity.y"][row] ** 2, rel=1e-9)
+    assert impact.lost == pytest.approx(mass / 2 * (1 - 0.25) * run["ball.centre.velocity.y"][row] ** 2, rel=1e-9)
     assert run.stats["energy_error"] < 1e-9
 
 
@@ -239,7 +239,7 @@ def test_capture_friction_and_release(method):
     )
     run = mp.simulate(system, t_end=2.0, rtol=1e-9, output_step=0.05, method=method, events=events)
     t1, fall = np.sqrt(2 / G), np.sqrt(2 * G)
-    u = v - mu * fall  # friction of the blow
+    u = v - mu * fall  # friction of the impact
     x = 3.0 - v * t1
     t2 = t1 + (u - np.sqrt(u**2 - 2 * mu * G * x)) / (mu * G)
     accuracy = 1e-9 if method == "explicit" else 1e-5
@@ -267,7 +267,7 @@ def test_a_bead_slides_down_a_wire():
     assert run.stats["energy_error"] < 1e-8
 
 
-def test_events_change_the_closures_of_the_dense_twin_too():
+def test_events_change_the_closures_of_the_dense_reference_too():
     touch = mp.Event(name="touch", when="floor.gap", direction=-1, begins=("floor",))
     system = ball(height=0.1, friction=0.2, speed=2.0)
     runs = [mp.simulate(system, t_end=0.3, events=(touch,), rtol=1e-9, dense=dense) for dense in (False, True)]
@@ -315,7 +315,7 @@ def test_a_latch_holds_the_angle_at_its_event():
     assert run.stats["energy_error"] < 1e-9
 
 
-def test_a_drive_that_goes_on_through_a_blow_does_work():
+def test_a_drive_that_goes_on_through_an_impact_does_work():
     """The latch of a wing on a hub whose turn is prescribed: the drive's impulse counts in the energy balance."""
     hub = rigid_body("hub", mass=3.0, centre=np.zeros(3), inertia=0.4 * np.eye(3), interfaces={"root": np.zeros(3)})
     joints = (
@@ -348,8 +348,8 @@ def test_friction_equals_the_dense_solution_on_random_trees(seed):
     expected, multiplier = closed_accelerations(system, run.loops.closing, y, motion, run.t)
     np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
     np.testing.assert_allclose(run.loops.work.multiplier, multiplier, atol=1e-9 * np.abs(multiplier).max())
-    rubs = run.loops.closing.sliding(0) + run.loops.closing.sliding(1)
-    assert np.abs(multiplier[rubs]).min() > 1e-5 * np.abs(multiplier).max()
+    sliding = run.loops.closing.sliding(0) + run.loops.closing.sliding(1)
+    assert np.abs(multiplier[sliding]).min() > 1e-5 * np.abs(multiplier).max()
 
 
 @pytest.mark.parametrize(

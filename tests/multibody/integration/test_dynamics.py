@@ -1,4 +1,4 @@
-"""Order-n kernel, dense twin and integration: second implementation, conservation, published numbers."""
+"""Order-n kernel, dense equations and integration: second implementation, conservation, series of a blade."""
 
 import numpy as np
 import pytest

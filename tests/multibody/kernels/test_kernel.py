@@ -1,4 +1,4 @@
-"""The order-n kernel function by function: the dense twin, finite differences, physical identities."""
+"""The order-n kernel function by function: the dense equations, finite differences, physical identities."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ class Evaluation:
         return self.udot
 
     def dense(self):
-        """M and f of the dense twin."""
+        """M and f of the dense equations."""
         M, f = mass_and_force(self.system, self.y, self.motion)
         return M, f + self.tau
 
@@ -245,7 +245,7 @@ def test_velocities_are_rates_of_the_poses(seed):
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_poses_are_those_of_the_dense_twin(seed):
+def test_poses_are_those_of_the_dense_reference(seed):
     e = Evaluation(seed)
     e.run()
     for name, s in zip(e.system.order, body_states(e.system, e.packed, e.y, e.motion), strict=True):

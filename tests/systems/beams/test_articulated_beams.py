@@ -1,4 +1,4 @@
-"""Two flexible beams: frequencies by the hinge's spring, response to a knock, prescribed slew and its inverse."""
+"""Two flexible beams: frequencies by the hinge's spring, response to an impulse, prescribed slew and its inverse."""
 
 import numpy as np
 import pytest
@@ -89,7 +89,7 @@ def test_frequencies_agree_as_modes_increase(beams):
     np.testing.assert_allclose(errors[2], 0, atol=3e-5)
 
 
-def test_knock_is_a_sum_of_modes(folder):
+def test_response_to_an_impulse_is_a_sum_of_modes(folder):
     """Displacements of a hundredth of the length, slopes of three: the linear response, to the square of those."""
     found = run_shipped("articulated-beams", folder)
     (run,) = found.runs.values()
