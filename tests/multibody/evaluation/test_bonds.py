@@ -59,7 +59,7 @@ def resting():
 
 
 def test_one_implicit_solve_is_the_dense_one():
-    """``(M + c1 D + c2 K) x = F - D a - K b``; K and D by differences of the accelerations, M from the dense equations."""
+    """``(M + c1 D + c2 K) x = F - D a - K b``; K and D by differences of accelerations, M of the dense equations."""
     system = resting()
     packed = pack(system)
     model = build_model(system, packed, Loading(system, packed, 1.0))
