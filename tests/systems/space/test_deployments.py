@@ -58,18 +58,19 @@ def test_deploying_beam(tmp_path):
 
 
 def test_beam_that_goes_in():
-    """Order two: 20 rods are out by a quarter of what 10 are."""
-    worst, expected = [], continuum(lambda t: (10 - t / 2, -0.5, 0.0), deflection=0.1)
-    for segments in (10, 20):
+    """Order one: a rod that reaches the exit takes its rotation with it, which the continuum sheds bit by bit."""
+    worst, expected = [], continuum(lambda t: (10 - t / 2, -0.5, 0.0), deflection=0.1)[:5]
+    for segments in (20, 40):
         boom = mp.Deployment(
             name="boom", parent="ground", length=10.0, segments=segments, mass_per_length=1.2, EI=1.4e4,
             law="10 - t/2", deflection=0.1,
         )  # fmt: skip
         system = mp.DeployingSystem(bodies={}, joints=(), deployments=(boom,))
-        run = mp.simulate_deployment(system, t_end=10.0, output_step=0.1, rtol=1e-6, method="explicit")
-        worst.append(np.sqrt(np.mean((at(run, run["boom1.tip.position.y"]) - expected) ** 2)))
-    assert worst[1] < 4e-3
-    assert np.log2(worst[0] / worst[1]) == pytest.approx(2.0, abs=0.2)
+        run = mp.simulate_deployment(system, t_end=8.0, output_step=0.1, rtol=1e-6, method="explicit")
+        found = at(run, run["boom1.tip.position.y"], TIMES[:5])
+        worst.append(np.sqrt(np.mean((found - expected) ** 2)))
+    assert worst[1] < 1e-3  # of an amplitude of 0.1 m
+    assert np.log2(worst[0] / worst[1]) == pytest.approx(1.0, abs=0.2)
 
 
 def test_retracting_beam(tmp_path):
