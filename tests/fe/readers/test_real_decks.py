@@ -1,4 +1,9 @@
-"""Decks of real projects, with Nastran's own answers where they have them; its reduction is in reduction/."""
+"""Decks of real projects, with Nastran's own answers where they have them; its reduction is in reduction/.
+
+The decks are those of public repositories: SteveDoyle2/pyNastran (models/iSat, models/sol_101_elements and
+models/beam_modes, with the answers of MSC and NX Nastran that stand beside them) and twmacro/pyyeti
+(tests/nas2cam_extseout).
+"""
 
 import os
 from pathlib import Path
