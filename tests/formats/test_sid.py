@@ -233,7 +233,7 @@ def test_equal_values_in_all_dialects(lump, tmp_path):
 
 
 def test_parser_and_signs_on_a_file_of_fembs():
-    """A file of FEMBS (femb_example.sid, examples/sid of sevoigt/pymbs) passes the identities: they are the format's."""
+    """A file of FEMBS (femb_example.sid, examples/sid of sevoigt/pymbs) passes the same identities."""
     file = DATA / "sid" / "femb_example.sid"
     if not file.exists():
         pytest.skip("no FEMBS file here")
