@@ -1,8 +1,7 @@
 """Decks of real projects, with Nastran's own answers where they have them; its reduction is in reduction/.
 
-The decks are those of public repositories: SteveDoyle2/pyNastran (models/iSat, models/sol_101_elements and
-models/beam_modes, with the answers of MSC and NX Nastran that stand beside them) and twmacro/pyyeti
-(tests/nas2cam_extseout).
+The decks are those of a public repository, SteveDoyle2/pyNastran: models/iSat and models/sol_101_elements, with the
+eigenvalues of MSC Nastran that stand beside the second.
 """
 
 import os
