@@ -30,44 +30,24 @@ def timoshenko_simply_supported(n: int, *, E, G, k, rho, A, I, L) -> np.ndarray:
     return np.sqrt((b - np.sqrt(b**2 - 4 * a * p**4)) / (2 * a))
 
 
-# Effective mass fractions of a uniform cantilever: (2 sigma / beta)^2 transverse, 3 (2 / beta^2)^2 about the root
-CANTILEVER_EFFECTIVE_MASS = np.array([0.613076, 0.188300, 0.064732, 0.033087, 0.020014, 0.013398])
-CANTILEVER_EFFECTIVE_INERTIA = np.array([0.970688, 0.024716, 0.003152, 0.000821])
-
-# int (1 - x^2)/2 phi' phi', int (1 - x) phi' phi', int phi' phi' of the unit cantilever (L = rho A = 1), first 3 modes
-CENTRIFUGAL = np.array(
-    [[1.193336, -0.685855, -0.792379], [-0.685855, 6.478225, 0.169408], [-0.792379, 0.169408, 17.859520]]
-)
-AXIAL_ACCELERATION = np.array(
-    [[1.570878, -0.422320, -1.072085], [-0.422320, 8.647143, 1.890055], [-1.072085, 1.890055, 24.952113]]
-)
-TIP_FORCE = np.array(
-    [[4.647778, -7.379875, 3.941515], [-7.379875, 32.417399, -22.352444], [3.941515, -22.352444, 77.298891]]
-)
-
 # Rotating uniform cantilever, lambda = omega sqrt(rho A L^4 / EI) against gamma = Omega sqrt(rho A L^4 / EI):
-# flap of Wright, Smith, Thresher, Wang, J. Appl. Mech. 49 (1982) 197; lag^2 = flap^2 - gamma^2 for a thin beam
+# flap of Wright, Smith, Thresher and Wang, J. Appl. Mech. 49 (1982) 197, table of uniform blades without tip mass, as
+# the tests of pyBModes print it (test_rotating_uniform_blade.py) and as beam_series.blade finds it;
+# lag^2 = flap^2 - gamma^2 for a thin beam
 ROTATING_FLAP = {
     0: (3.5160, 22.0345, 61.6972), 1: (3.6816, 22.1810, 61.8418), 2: (4.1373, 22.6149, 62.2732),
     4: (5.5850, 24.2733, 63.9668), 6: (7.3604, 26.8091, 66.6839), 8: (9.2568, 29.9954, 70.2930),
 }  # fmt: skip
 
-# Spin-up beam of Simo and Vu-Quoc (1986): consistent modal theory with many modes, tip deflection (m) at times (s)
-SPINUP = {5.0: -0.468781, 7.5: -0.559512, 10.0: -0.362822, 12.5: -0.112637}
-SPINUP_MINIMUM, SPINUP_MINIMUM_TIME = -0.574367, 6.762
-SPINUP_RESIDUAL = 3.65e-3  # amplitude after 15 s, known to 10 %
-SPINUP_STRETCH = 1.2 * 6.0**2 * 10.0**3 / (3 * 2.8e7)  # rho A Omega^2 L^3 / (3 EA)
-SPINUP_CONVENTIONAL = {5.0: -0.52184, 7.5: -1.4645}
-
-
 # --- plates, laminates and shells ---------------------------------------------------------------------------------
 
 
-def timoshenko_cantilever(*, E, G, k, rho, A, I, L) -> float:  # noqa: E741
-    """First bending frequency (rad/s) of a Timoshenko cantilever.
+def timoshenko_cantilever(n: int, *, E, G, k, rho, A, I, L) -> np.ndarray:  # noqa: E741
+    """First n bending frequencies (rad/s) of a Timoshenko cantilever.
 
     State (w, psi, M, Q) with ``w' = psi + Q/kGA, psi' = M/EI, M' = -Q - rho I omega^2 psi, Q' = -rho A omega^2 w``;
-    clamped-free when the lower right block of the transfer matrix is singular.
+    clamped-free when the lower right block of the transfer matrix is singular. Shear and rotary inertia lower every
+    frequency, so that all roots lie below those of Euler and Bernoulli's theory.
     """
 
     def residual(omega):
@@ -76,8 +56,11 @@ def timoshenko_cantilever(*, E, G, k, rho, A, I, L) -> float:  # noqa: E741
         system[2, 3], system[2, 1], system[3, 0] = -1.0, -rho * I * omega**2, -rho * A * omega**2
         return np.linalg.det(expm(system * L)[2:, 2:])
 
-    euler = cantilever_frequency(1, E * I, rho * A, L)[0]
-    return brentq(residual, 0.5 * euler, 1.01 * euler, xtol=1e-12 * euler)
+    euler = cantilever_frequency(n, E * I, rho * A, L)
+    samples = np.linspace(0.3 * euler[0], 1.01 * euler[-1], 40 * n)
+    signs = np.sign([residual(omega) for omega in samples])
+    brackets = [(samples[m], samples[m + 1]) for m in np.flatnonzero(np.diff(signs))[:n]]
+    return np.array([brentq(residual, a, b, xtol=1e-12 * euler[0]) for a, b in brackets])
 
 
 def thin_plate_simply_supported(modes, *, D, rho_h, a, b) -> np.ndarray:
@@ -139,7 +122,8 @@ class PlateRitz:
         return 1 / (values[-1] * np.pi**2)
 
 
-# Square plates, nu = 0.3, omega a^2 sqrt(rho h/D): converged Ritz (Leissa 1973 prints 35.992 73.413 108.27 131.64;
+# Square plates, nu = 0.3, omega a^2 sqrt(rho h/D): PlateRitz with 18 polynomials in each direction, which
+# test_plates.py computes again (Leissa, J. Sound Vib. 31 (1973) 257, prints 35.992 73.413 108.27 131.64;
 # 3.4917 8.5246 21.429 27.331; 13.489 19.789 24.432 35.024: upper bounds of 36 beam functions, up to 1 % high)
 PLATE_CLAMPED = (35.985, 73.394, 73.394, 108.22, 131.58, 132.20)
 PLATE_CANTILEVER = (3.4710, 8.5063, 21.284, 27.199, 30.955, 54.184)
@@ -272,18 +256,20 @@ def cylinder_buckling(*, E, nu, t, R, L) -> float:
     return min(critical)
 
 
-# Obstacle course of shells: the twisted beam looked up (Altair OS-V 0700), the others the textbook numbers of FE.md
-# and CASES.md, which fine meshes confirm. Scordelis and Lo, J. ACI 61 (1964) 539, with the value of MacNeal and
-# Harder, Finite Elements in Analysis and Design 1 (1985) 3 (0.3086 in the original; deep shell theory and fine meshes
-# give 0.3006); theirs also the twisted beam, unit tip load along the width of the tip (z) or across it (y).
-# Pinched cylinder: Belytschko and others, CMAME 51 (1985) 221.
+# Obstacle course of shells; the original tables were not at hand, the values are as later papers and programs quote
+# them, and fine meshes here confirm each. Scordelis and Lo, J. ACI 61 (1964) 539, with the value of MacNeal and Harder,
+# Finite Elements in Analysis and Design 1 (1985) 3 (0.3086 in the original; deep shell theory and fine meshes give
+# 0.3006); theirs also the twisted beam, unit tip load along the width of the tip (z) or across it (y), as Altair's
+# OptiStruct verification problem OS-V:0700 prints it.
+# Pinched cylinder: Belytschko and others, CMAME 51 (1985) 221, as the example pinched_cylinder of
+# FinEtoolsFlexStructures.jl prints it.
 # Thin twisted beam (t = 0.0032, load 1e-6): Belytschko, Wong, Stolarski, IJNME 28 (1989) 385.
 SCORDELIS_LO, SCORDELIS_LO_DEEP = 0.3024, 0.3006
 PINCHED_CYLINDER = 1.82488e-5
 TWISTED_BEAM = {"z": 5.424e-3, "y": 1.754e-3}
 THIN_TWISTED_BEAM = {"z": 5.256e-3, "y": 1.294e-3}
 # Hemisphere with a hole of 18 degrees: printed are 0.0940 (MacNeal and Harder), 0.0930 (Simo, Fox, Rifai, CMAME 73
-# (1989) 53) and 0.0924 (Morley and Morris 1978, no hole); FE.md divides by the last
+# (1989) 53) and 0.0924 (Morley and Morris 1978, no hole), by which the tests divide
 HEMISPHERE, HEMISPHERE_PRINTED = 0.0924, (0.0924, 0.0940)
 
 
@@ -301,12 +287,3 @@ def free_free_roots(n: int) -> np.ndarray:
     """First n roots beta L of ``cos cosh = 1``: free-free above its rigid motions, and clamped-clamped."""
     edges = np.pi * np.arange(1, n + 2)
     return np.array([brentq(lambda b: np.cos(b) - 1 / np.cosh(b), a, b) for a, b in pairwise(edges)])
-
-
-# Cantilever of two equal halves with k Craig-Bampton bending modes each: error (%) of the first frequencies against
-# the finite elements of the whole, 20 in each half (CASES 7.3, computed independently)
-HALVES_ERROR = {
-    0: (2.60665, 34.22),
-    1: (0.006757, 0.636277, 10.8955, 51.88),
-    2: (0.000280, 0.033787, 0.056611, 1.418921),
-}

@@ -9,6 +9,20 @@ import pytest
 import modalprep as mp
 
 PROJECT = Path(__file__).parent.parent
+COMPILING = ("test_rigid_systems.py", "test_flexible_systems.py")
+WITHOUT_SOLVER = ("fe", "linalg", "reduction")
+
+
+def pytest_collection_modifyitems(items):
+    """Compile the solver first, then run what does not need it, for workers that would wait, then the rest in order."""
+    tests = Path(__file__).parent
+
+    def stage(item):
+        if item.path.name in COMPILING:
+            return 0
+        return 1 if item.path.is_relative_to(tests) and item.path.relative_to(tests).parts[0] in WITHOUT_SOLVER else 2
+
+    items.sort(key=stage)
 
 
 @pytest.fixture(scope="session")

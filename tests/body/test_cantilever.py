@@ -1,11 +1,14 @@
-"""Integrals and unit-load matrices of one uniform cantilever from a beam, a shell and a solid mesh (CASES 5.3)."""
+"""Integrals and unit-load matrices of one uniform cantilever from a beam, a shell and a solid mesh: closed forms."""
 
 from itertools import combinations
 
 import numpy as np
 import pytest
-from analytic import ROTATING_FLAP, cantilever_frequency
+from analytic import cantilever_frequency, cantilever_roots
+from beam_series import blade, critical_acceleration, effective_masses, unit_loads
 from scipy.linalg import eigh
+from scipy.optimize import brentq
+from scipy.special import jv
 from structured import box, surface
 
 import modalprep as mp
@@ -19,19 +22,6 @@ TIME = np.sqrt(RHO_A * LENGTH**4 / EI)
 MODES = 4
 MESHES = ("beam", "shell", "solid")
 
-# Of the unit cantilever with int phi^2 = 1 and phi(1) = 2 (-1)^(i+1); closed forms 2 sigma / beta and 2 / beta^2, and
-# int (1-x^2)/2 phi' phi', int (1-x) phi' phi', int phi' phi' by quadrature.
-BETA, SIGMA = np.array([[1.8751041, 4.6940911, 7.8547574, 10.9955407], [0.734096, 1.018467, 0.999224, 1.000034]])
-CENTRIFUGAL = [[1.193336, -0.685855, -0.792379, -0.546413], [-0.685855, 6.478225, 0.169408, -2.911851],
-               [-0.792379, 0.169408, 17.859520, 3.274272], [-0.546413, -2.911851, 3.274272, 36.055388]]  # fmt: skip
-AXIAL = [[1.570878, -0.42232, -1.072085, -0.873138], [-0.42232, 8.647143, 1.890055, -3.643385],
-         [-1.072085, 1.890055, 24.952113, 8.33829], [-0.873138, -3.643385, 8.33829, 51.459105]]  # fmt: skip
-TIP_FORCE = [[4.647778, -7.379875, 3.941515, -6.593388], [-7.379875, 32.417399, -22.352444, 13.582471],
-             [3.941515, -22.352444, 77.298891, -35.648270], [-6.593388, 13.582471, -35.648270, 142.901849]]  # fmt: skip
-
-# Cantilever whose tip carries its own mass: lambda of flap against gamma; Bir, NREL/CP-500-47953 (2010), table 5
-TIP_MASS_FLAP = {0: (1.5573, 16.2501), 1: (1.9017, 16.7570), 2: (2.6696, 18.1910), 4: (4.5429, 23.0229),
-                 6: (6.5091, 29.2917), 8: (8.4945, 36.2133)}  # fmt: skip
 # discretisation (order h^2) and the slenderness t / L = 1/200, whose shear and rotary inertia lower lambda_4 by 4e-4
 RELATIVE = {"beam": 2e-3, "shell": 4e-3, "solid": 2e-3}
 
@@ -95,9 +85,9 @@ def nearest(found, expected):
 
 
 UNIT_LOADS = {
-    "centrifugal": (lambda b: -b.Kg_W[0, 0], CENTRIFUGAL),
-    "axial acceleration": (lambda b: -b.Kg_A[0] * LENGTH, AXIAL),
-    "tip force": (lambda b: b.Kg_F[1, 0] * RHO_A * LENGTH**2, TIP_FORCE),
+    "centrifugal": lambda b: -b.Kg_W[0, 0],
+    "acceleration": lambda b: -b.Kg_A[0] * LENGTH,
+    "tip force": lambda b: b.Kg_F[1, 0] * RHO_A * LENGTH**2,
 }
 
 
@@ -113,22 +103,24 @@ def test_frequencies_and_modal_integrals(bodies, kind):
     exact = cantilever_frequency(MODES, EI, RHO_A, LENGTH) / (2 * np.pi)
     np.testing.assert_allclose(body.frequency[modes], exact, rtol=RELATIVE[kind])
     unit = np.sqrt(RHO_A * LENGTH)
-    np.testing.assert_allclose(body.S[2, modes] * sign / unit, 2 * SIGMA / BETA, rtol=RELATIVE[kind])
-    np.testing.assert_allclose(body.H[2, 0, modes] * sign / (unit * LENGTH), 2 / BETA**2, rtol=2 * RELATIVE[kind])
+    np.testing.assert_allclose(body.S[2, modes] * sign / unit, np.sqrt(effective_masses(MODES)[0]), rtol=RELATIVE[kind])
+    np.testing.assert_allclose(
+        body.H[2, 0, modes] * sign / (unit * LENGTH), 2 / cantilever_roots(MODES) ** 2, rtol=2 * RELATIVE[kind]
+    )
     np.testing.assert_allclose(table(body, body.P[2, 2]), np.eye(MODES), atol=1e-3)  # rotary inertia
 
 
 @pytest.mark.parametrize("kind", MESHES)
 @pytest.mark.parametrize("load", UNIT_LOADS)
 def test_unit_load_matrices(bodies, kind, load):
-    pick, expected = UNIT_LOADS[load]
+    pick, expected = UNIT_LOADS[load], unit_loads(MODES)[load]
     found, scale = table(bodies[kind], pick(bodies[kind])), np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     assert np.abs((found - expected) / scale).max() < 2 * RELATIVE[kind]
 
 
 @pytest.mark.parametrize("load", UNIT_LOADS)
 def test_meshes_agree_with_each_other(bodies, load):
-    pick, expected = UNIT_LOADS[load]
+    pick, expected = UNIT_LOADS[load], unit_loads(MODES)[load]
     scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
     found = {kind: table(body, pick(body)) for kind, body in bodies.items()}
     for a, b in combinations(MESHES, 2):
@@ -146,8 +138,8 @@ def test_other_unit_loads_do_not_stiffen_a_straight_strip(bodies, kind):
 @pytest.mark.parametrize("kind", MESHES)
 @pytest.mark.parametrize("gamma", [2, 6])
 def test_rotating_strip(bodies, kind, gamma):
-    """CASES 3.3: the soft bending is lag when the strip spins about y, flap when it spins about z."""
-    flap = np.array(ROTATING_FLAP[gamma])
+    """The soft bending is lag when the strip spins about y, flap when it spins about z."""
+    flap = blade(gamma)[:3]
     for axis, expected in {"y": np.sqrt(flap**2 - gamma**2), "z": flap}.items():
         spin = gamma / TIME * np.array([0.0, axis == "y", axis == "z"])
         found = nearest(spin_modes(bodies[kind], spin), expected)
@@ -156,22 +148,25 @@ def test_rotating_strip(bodies, kind, gamma):
 
 @pytest.mark.parametrize("kind", MESHES)
 def test_buckling_under_axial_acceleration(bodies, kind):
-    """CASES 3.4: rho A a L^3 / EI = 7.837347, exact by Bessel functions."""
+    """``rho A a L^3 / EI = 9/4 z^2`` with the first zero z of ``J_(-1/3)``: Greenhill (1881)."""
     body = bodies[kind]
     modes, _ = soft(body)
     Kg = body.Kg_A[0][np.ix_(modes, modes)]
     factor = 1 / eigh(-Kg, np.diag(body.K[modes]), eigvals_only=True)[-1]
-    assert factor * RHO_A * LENGTH**3 / EI == pytest.approx(7.837347, rel=2 * RELATIVE[kind])
+    zero = brentq(lambda z: jv(-1 / 3, z), 1.0, 2.5)
+    assert critical_acceleration() == pytest.approx(9 / 4 * zero**2, rel=1e-9)  # the series, used below
+    assert factor * RHO_A * LENGTH**3 / EI == pytest.approx(9 / 4 * zero**2, rel=2 * RELATIVE[kind])
 
 
 @pytest.mark.parametrize("kind", MESHES)
 def test_tip_mass_in_the_unit_loads(kind):
-    """CASES 5.4 (ii): the tip mass is part of the unit inertia loads."""
+    """The tip mass is part of the unit inertia loads."""
     body = strip(kind, modes=8, tip_mass=RHO_A * LENGTH, truncation=("inertia",))
     factor = 1 / eigh(-body.Kg_A[0], np.diag(body.K), eigvals_only=True)[-1]
-    assert factor * RHO_A * LENGTH**3 / EI == pytest.approx(1.895974, rel=2 * RELATIVE[kind])
-    for gamma, flap in TIP_MASS_FLAP.items():
-        expected = {"y": np.sqrt(np.array(flap) ** 2 - gamma**2), "z": np.array(flap)}  # soft bending is lag, or flap
+    assert factor * RHO_A * LENGTH**3 / EI == pytest.approx(critical_acceleration(1.0), rel=2 * RELATIVE[kind])
+    for gamma in (0, 2, 8):
+        flap = blade(gamma, tip_mass=1.0)[:2]
+        expected = {"y": np.sqrt(flap**2 - gamma**2), "z": flap}  # soft bending is lag, or flap
         for axis, value in expected.items():
             spin = gamma / TIME * np.array([0.0, axis == "y", axis == "z"])
             np.testing.assert_allclose(nearest(spin_modes(body, spin), value), value, rtol=3 * RELATIVE[kind])

@@ -161,7 +161,7 @@ def test_axes_and_places_turn_with_the_frame(horn):
 
 def test_stress_belongs_to_the_modes(horn):
     body = horn[2]
-    for same in (body.with_(D=0 * body.D), body.conventional(), mp.body.scaled(body, 2.0)):
+    for same in (body.with_(D=0 * body.D), body.conventional(), mp.body.with_density_factor(body, 2.0)):
         assert np.array_equal(same.stress["all.1"].modes, body.stress["all.1"].modes)
     assert body.with_(K=2 * body.K).stress == {}
 

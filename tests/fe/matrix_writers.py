@@ -1,4 +1,4 @@
-"""Matrix files as other programs write them, by the field descriptions of FORMATS.md; independent of the readers."""
+"""Matrix files as other programs write them, by the field descriptions of their manuals; independent of the readers."""
 
 import io
 import pickle

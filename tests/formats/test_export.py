@@ -180,7 +180,7 @@ def test_page_names_every_format_and_variant(page):
 @pytest.mark.parametrize("to", ["sid", "mbdyn", "exudyn"])
 def test_half_full_bodies_are_refused(to, tmp_path):
     """Programs take the modal mass as 1; at another fill level it is not."""
-    half = mp.body.scaled(uniform_beam(modes=2), 0.5)
+    half = mp.body.with_density_factor(uniform_beam(modes=2), 0.5)
     with pytest.raises(mp.InputError, match="modal mass is not 1"):
         export_body(half, to, tmp_path / "half.npz")
     assert not list(tmp_path.iterdir())
@@ -189,5 +189,5 @@ def test_half_full_bodies_are_refused(to, tmp_path):
 def test_synthesis_of_a_half_full_body():
     """Half the mass everywhere: frequencies times sqrt(2)."""
     full = uniform_beam(modes=3)
-    half = mp.reduction.synthesise({"a": mp.body.scaled(full, 0.5)}, ground=["a.root"])
+    half = mp.reduction.synthesise({"a": mp.body.with_density_factor(full, 0.5)}, ground=["a.root"])
     np.testing.assert_allclose(half.frequency, np.sqrt(2) * full.frequency, rtol=1e-12)

@@ -17,7 +17,9 @@ def link(name, mass, centre, inertia, **interfaces):
 
 
 def crank_rod():
-    """Elastic rod of Simeon's slider crank (CASES 9.2): its modal integrals as published, and the mass-normal basis.
+    """Elastic rod of Simeon's slider crank: its modal integrals as published, and the mass-normal basis.
+
+    Problem "crank" of the Test Set for IVP Solvers (Mazzia and Magherini, 2008), after Simeon (1996).
 
     Modes sin(pi x), sin(2 pi x) across, quadratic element (middle, end) along; M_Q as published, without a factor 1/15.
     """

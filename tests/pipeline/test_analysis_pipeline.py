@@ -180,7 +180,7 @@ def test_parallelogram_of_a_pipeline_file(folder):
 
 
 def test_ruthless_theory_of_a_modal_analysis(folder):
-    """About a steady spin the ruthless body keeps its frequencies; the conventional one is softer (CASES 6.3)."""
+    """About a steady spin the ruthless body keeps its frequencies; the conventional one is softer."""
     spin = '[bodies.b]\nfile = "beam.h5"\n[joints.hub]\ntype = "revolute"\nchild = "b.root"\nmotion = "2*t"\n'
     body, found = uniform_beam(modes=3), {}
     for theory in ("consistent", "no_geometric_stiffness", "ruthless"):

@@ -1,5 +1,7 @@
 """A frame reduced by MSC Nastran itself: its 32 x 32 ``kxx`` and ``mxx``, block by block.
 
+Deck and matrices are inboard.dat and inboard.op4 of the tests of pyYeti (twmacro/pyyeti, tests/nas2cam_extseout).
+
 The deck asks for modes up to 50 Hz, of which there are three, and has eight modal coordinates. Nastran fills the
 other five with residual vectors: the static responses to the deck's loads and to the six inertia loads of the rigid
 body, freed of the modes, the softest five of them. Their 70 to 209 Hz are no natural frequencies: single bars bend

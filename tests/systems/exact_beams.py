@@ -1,15 +1,15 @@
-"""Geometrically exact planar beams of another program, Exudyn."""
+"""Geometrically exact planar beams by Exudyn, an independent multibody program (github.com/jgerstmayr/EXUDYN)."""
 
 from itertools import pairwise
 
 import numpy as np
 
 
-def exudyn_ends(exudyn, places, step, times, *, EI, mass, rotary, axial, shear, push=None, turn=None):
+def exudyn_ends(exudyn, places, step, times, *, EI, mass, rotary, axial, shear, push=None, until=np.inf, turn=None):
     """Where both ends of a straight beam are, rows of x, y, x, y, at the times (s), ascending.
 
     `places (n + 1, 2)` are those of the nodes; `mass` and `rotary` per length. `push` is a force and a torque on the
-    first node; `turn` a function of time, its angle on a shaft.
+    first node until one of the times; `turn` a function of time, its angle on a shaft.
     """
     from exudyn import itemInterface as items
 
@@ -27,10 +27,12 @@ def exudyn_ends(exudyn, places, step, times, *, EI, mass, rotary, axial, shear, 
             shearStiffness=shear,
         )
         mbs.AddObject(beam)
+    loads = []
     if push is not None:
         end = mbs.AddMarker(items.MarkerNodeRigid(nodeNumber=nodes[0]))
-        mbs.AddLoad(items.LoadForceVector(markerNumber=end, loadVector=[*push[0], 0]))
-        mbs.AddLoad(items.LoadTorqueVector(markerNumber=end, loadVector=[0, 0, push[1]]))
+        loads = [items.LoadForceVector(markerNumber=end, loadVector=[*push[0], 0]),
+                 items.LoadTorqueVector(markerNumber=end, loadVector=[0, 0, push[1]])]  # fmt: skip
+    loads = [mbs.AddLoad(load) for load in loads]
     if turn is not None:
         ground = mbs.AddMarker(
             items.MarkerNodeCoordinate(nodeNumber=mbs.AddNode(items.NodePointGround()), coordinate=0)
@@ -48,6 +50,8 @@ def exudyn_ends(exudyn, places, step, times, *, EI, mass, rotary, axial, shear, 
         settings.timeIntegration.startTime, settings.timeIntegration.endTime = begin, t
         settings.timeIntegration.numberOfSteps = round((t - begin) / step)
         mbs.SolveDynamic(settings, updateInitialValues=True)
+        for load in loads if t >= until else ():
+            mbs.SetLoadParameter(load, "loadVector", [0.0, 0.0, 0.0])
         kind, begin = exudyn.OutputVariableType.Position, t
         out.append(np.concatenate([mbs.GetNodeOutput(k, kind)[:2] for k in (nodes[0], nodes[-1])]))
     return np.array(out)

@@ -1,4 +1,4 @@
-"""Archives from strangers: pickles that would run something, indices outside the matrix."""
+"""Untrusted archives: pickles that would run something, indices outside the matrix."""
 
 import io
 import pickle

@@ -1,4 +1,8 @@
-"""Decks of real projects, with Nastran's own answers where they have them; its reduction is in reduction/."""
+"""Decks of real projects, with Nastran's own answers where they have them; its reduction is in reduction/.
+
+The decks are those of a public repository, SteveDoyle2/pyNastran: models/iSat and models/sol_101_elements, with the
+eigenvalues of MSC Nastran that stand beside the second.
+"""
 
 import os
 from pathlib import Path

@@ -396,10 +396,10 @@ def test_independent_speeds_accelerate_as_multipliers_do(mechanism):
     y = chart.moved(np.zeros(len(chart.independent)), 0.5 + np.arange(len(chart.independent), dtype=float))
     evaluator.load(y)
     kernel, motion = evaluator.accelerations(np.zeros(evaluator.nu)), evaluator.loading.motion
-    reduced = reduced_accelerations(system, evaluator.loops.closing, y, motion, 0.0)
-    multiplier, _ = closed_accelerations(system, evaluator.loops.closing, y, motion, 0.0)
+    reduced = reduced_accelerations(system, evaluator.loops, y, motion, 0.0)
+    multiplier, _ = closed_accelerations(system, evaluator.loops, y, motion, 0.0)
     scale = np.abs(multiplier).max()
     np.testing.assert_allclose(reduced, multiplier, atol=1e-10 * scale)
     np.testing.assert_allclose(reduced, kernel, atol=1e-10 * scale)
-    rows = dense_constraints(system, evaluator.packed, evaluator.loops.closing, y, motion, 0.0)
+    rows = dense_constraints(system, evaluator.packed, evaluator.loops, y, motion, 0.0)
     np.testing.assert_allclose(rows.G @ chart.R, 0, atol=1e-12 * np.abs(rows.G).max())

@@ -131,7 +131,7 @@ SQUEEZED = {
 
 
 def squeezed(**options):
-    """Angles at t = 0.03 s less those published, CASES 9.3."""
+    """Angles at t = 0.03 s less those published: Test Set for IVP Solvers (2008), Andrews' squeezing mechanism."""
     system, _ = shipped("squeezer", Path())  # rigid bodies: no folder is used
     run = mp.simulate(system, t_end=0.03, output_step=0.03, **options)
     return np.array([run[f"{name}.angle"][-1] - value for name, value in SQUEEZED.items()]), run
@@ -166,7 +166,10 @@ CRANKED = np.array([
 
 
 def cranked(method, **options):
-    """Angle, place, deflections and forces at t = 0.1 s relative to those of CASES 9.2; its start has 9 digits."""
+    """Angle, position, deflections and forces at t = 0.1 s relative to those published; the start has nine digits.
+
+    Problem "crank" of the Test Set for IVP Solvers (2008); the solution as SciMLBenchmarks.jl prints it.
+    """
     system, V = slider_crank()
     packed = pack(system)
     rows = {name: packed.model.links[packed.links_of(name)[0]] for name in ("crank", "knee", "slide")}

@@ -62,7 +62,7 @@ def resting():
 
 
 def test_one_implicit_solve_is_the_dense_one():
-    """``(M + c1 D + c2 K) x = F - D a - K b``; K and D by differences of the accelerations, M from the dense twin."""
+    """``(M + c1 D + c2 K) x = F - D a - K b``; K and D by differences of accelerations, M of the dense equations."""
     system = resting()
     packed = pack(system)
     model = build_equations(system, packed, Loading(system, packed, 1.0))

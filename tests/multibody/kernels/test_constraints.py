@@ -1,4 +1,4 @@
-"""Loops and motion constraints of the kernel against the dense twin, on random trees."""
+"""Loops and motion constraints of the kernel against the dense reference implementation, on random trees."""
 
 import numpy as np
 import pytest

@@ -80,7 +80,10 @@ def test_energy_balances_on_a_flight(method):
     """Spinning, bending, burning, under a planet; balance to the tolerance of the methods, of orders 8, 2 and 3."""
     full = uniform_beam(modes=3, elements=10)
     fuel = mp.multibody.Depletion(
-        name="fuel", body="beam", levels=(mp.body.scaled(full, 0.4),), mass=mp.multibody.burn(full.m, 0.4 * full.m, 4.0)
+        name="fuel",
+        body="beam",
+        levels=(mp.body.with_density_factor(full, 0.4),),
+        mass=mp.multibody.deplete(full.m, 0.4 * full.m, 4.0),
     )
     gas = ExpelledGas(name="jet", at="beam.root", source=fuel.mass, speed=50.0, axis=np.array([-1.0, 0.1, 0.0]),
                          flow_path=("beam.tip",))  # fmt: skip
@@ -109,7 +112,9 @@ def test_dense_run_is_the_same():
 def test_uniform_depletion_keeps_shapes_and_raises_frequencies():
     """w ~ m^(-1/2) of a clamped beam, exactly; also without geometric stiffness, where M_ff is constant in q."""
     full = uniform_beam(modes=3, elements=10)
-    fuel = mp.multibody.Depletion(name="fuel", body="beam", levels=(mp.body.scaled(full, 0.25),), mass="12*(1 - t/4)")
+    fuel = mp.multibody.Depletion(
+        name="fuel", body="beam", levels=(mp.body.with_density_factor(full, 0.25),), mass="12*(1 - t/4)"
+    )
     wall = mp.Joint(name="wall", type="weld", parent="ground", child="beam")
     system = mp.System(bodies={"beam": full}, joints=(wall,), depletions=(fuel,))
     for each in (system, system.conventional(), system.ruthless(), system.at(2.0).conventional()):
@@ -118,7 +123,7 @@ def test_uniform_depletion_keeps_shapes_and_raises_frequencies():
 
 def test_implicit_steps_know_the_modal_mass():
     """Free vibration at half the mass: generalized-alpha against the cosine, an order of 2 in its step."""
-    body = mp.body.scaled(uniform_beam(modes=1, elements=10), 0.5)
+    body = mp.body.with_density_factor(uniform_beam(modes=1, elements=10), 0.5)
     wall = mp.Joint(name="wall", type="weld", parent="ground", child="beam")
     push = mp.PointForce(name="push", at="beam.tip", force=(0, 0, 1.0))
     system = mp.System(bodies={"beam": body}, joints=(wall,), loads=(push,))
@@ -140,7 +145,7 @@ def rocket(*ends, k2=9.0, **joint):
         for m in (1000.0, 360.0)
     )
     fuel = mp.multibody.Depletion(
-        name="fuel", body="rocket", levels=(empty,), mass=mp.multibody.burn(1000.0, 360.0, 8.0)
+        name="fuel", body="rocket", levels=(empty,), mass=mp.multibody.deplete(1000.0, 360.0, 8.0)
     )
     flight = mp.Joint(name="flight", type="free", parent="ground", child="rocket", **joint)
     return mp.System(bodies={"rocket": full}, joints=(flight,), depletions=(fuel,)), fuel
@@ -207,7 +212,7 @@ def test_prescribed_universal_joint_recovers_its_torques():
 
 
 def test_modal_file_keeps_the_modal_mass(tmp_path):
-    body = mp.body.scaled(uniform_beam(modes=2, elements=6), 0.5)
+    body = mp.body.with_density_factor(uniform_beam(modes=2, elements=6), 0.5)
     assert not body.normalised
     again = mp.read_body(mp.write_body(body, tmp_path / "half.h5"))
     np.testing.assert_array_equal(again.modal_mass, body.modal_mass)
@@ -215,14 +220,14 @@ def test_modal_file_keeps_the_modal_mass(tmp_path):
 
 
 FULL = uniform_beam(modes=2, elements=6)
-HALF = mp.body.scaled(FULL, 0.5)
+HALF = mp.body.with_density_factor(FULL, 0.5)
 
 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: mp.multibody.burn(5.0, 6.0, 1.0), "nothing burns"),
-        (lambda: mp.multibody.burn(6.0, 5.0, -1.0), "must not be negative"),
+        (lambda: mp.multibody.deplete(5.0, 6.0, 1.0), "nothing burns"),
+        (lambda: mp.multibody.deplete(6.0, 5.0, -1.0), "must not be negative"),
         (lambda: mp.multibody.Depletion(name="f", body="beam", levels=(), mass=1.0), "another fill level"),
         (lambda: fuelled(mass=[(1.0, 12.0), (float("inf"), 7.0)]), "jumps"),
         (lambda: fuelled(body="bean"), "did you mean 'beam'"),
@@ -230,7 +235,7 @@ HALF = mp.body.scaled(FULL, 0.5)
         (lambda: fuelled(levels=(FULL,)), "must differ in mass"),
         (lambda: fuelled(levels=(HALF.with_(phi=2 * FULL.phi),)), "differ in phi"),
         (lambda: mp.simulate(fuelled(mass="12 - 4*t"), t_end=2.0), "would weigh 5 kg at t = 1.75 s"),
-        (lambda: mp.body.scaled(FULL, 0.0), "must be positive"),
+        (lambda: mp.body.with_density_factor(FULL, 0.0), "must be positive"),
         (lambda: ExpelledGas(name="g", at="a.b", source=1.0, speed=-1.0, axis=np.ones(3)), "must not be negative"),
         (lambda: ExpelledGas(name="g", at="a.b", source=1.0, speed=1.0, axis=np.zeros(3)), "no direction"),
         (lambda: fuelled(loads=(jet("beam.tap"),)), "did you mean 'beam.tip'|names no interface"),
@@ -259,7 +264,7 @@ def test_a_body_that_loses_mass_has_no_second_order_of_its_modal_mass():
     """T belongs to one density: it is left out, and the system says so."""
     full = random_body(np.random.default_rng(3), 2)
     mass = f"{float(full.m)!r} - {float(full.m) / 10!r}*t"
-    fuel = mp.multibody.Depletion(name="fuel", body="tank", levels=(mp.body.scaled(full, 0.5),), mass=mass)
+    fuel = mp.multibody.Depletion(name="fuel", body="tank", levels=(mp.body.with_density_factor(full, 0.5),), mass=mass)
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="tank")
     system = mp.System(bodies={"tank": full}, joints=(hinge,), depletions=(fuel,))
     assert full.T is not None

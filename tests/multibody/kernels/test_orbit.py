@@ -1,4 +1,4 @@
-"""Systems in orbit: closed forms, inertial axes, the dense twin, identities; conductors; springs that go slack."""
+"""Systems in orbit: closed forms, inertial axes, the dense equations, identities; conductors; springs that go slack."""
 
 import numpy as np
 import pytest

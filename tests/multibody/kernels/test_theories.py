@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from beam_series import unit_loads
 from multibody.single_bodies import DOWN, carried, particles
 from multibody.trees import random_body
 
@@ -13,7 +14,10 @@ from modalprep.multibody.reference.equations import mass_and_force
 
 
 def test_errors_of_simpler_theories_are_of_second_order_in_the_spin():
-    """Lag frequency at Omega / omega = e: consistent 1 + .0967 e^2, conventional 1 - .5 e^2, ruthless 1 (CASES 6.3)."""
+    """Lag at Omega / omega = e: consistent ``1 + (S_11 - 1) e^2 / 2``, conventional ``1 - e^2 / 2``, ruthless 1.
+
+    S_11 = 1.1933 is the modal stiffness of the centrifugal force in the first mode: Southwell's coefficient.
+    """
     body = uniform_beam(modes=12, keep="effective_mass > 0%", truncation=("inertia",))
     body = body.with_(D=np.zeros(body.n))
     still = body.frequency[0]
@@ -22,7 +26,8 @@ def test_errors_of_simpler_theories_are_of_second_order_in_the_spin():
         spin = np.array([0, 0, e * 2 * np.pi * still])
         theories = {"consistent": body, "conventional": body.conventional(), "ruthless": body.ruthless()}
         found[e] = {name: mp.multibody.spin_modes(b, spin).frequency[0] / still - 1 for name, b in theories.items()}
-    assert found[0.05]["consistent"] / 0.05**2 == pytest.approx(0.0967, rel=0.02)  # e^4 and stretch
+    stiffening = unit_loads(1)["centrifugal"][0, 0] - 1
+    assert found[0.05]["consistent"] / 0.05**2 == pytest.approx(stiffening / 2, rel=0.02)  # e^4 and stretch
     assert found[0.05]["conventional"] / 0.05**2 == pytest.approx(-0.5, rel=0.02)
     assert abs(found[0.1]["ruthless"]) < 1e-12
     for name in ("consistent", "conventional"):

@@ -1,4 +1,4 @@
-"""Recorded channels: the compiled observation of random states against the dense twin, and a recorded run."""
+"""Recorded channels: the compiled observation of random states against the dense equations, and a recorded run."""
 
 import numpy as np
 import pytest
@@ -30,7 +30,7 @@ ROUND_OFF = 1e-12  # some thousand operations on numbers of the scale
 
 
 class Observed:
-    """One state of a system: the channels that the compiled code writes, and the parts of the dense twin."""
+    """One state of a system: the channels that the compiled code writes, and the parts of the dense equations."""
 
     def __init__(self, system, y):
         self.system, self.packed, self.y = system, pack(system), y
@@ -159,7 +159,7 @@ def end_motion(o, end):
     return o.found[f"{end}.position"], o.found[f"{end}.velocity"]
 
 
-def agrees_with_the_dense_twin(o):
+def agrees_with_the_dense_reference(o):
     places, accelerations = body_channels(o)
     o.agrees(places)
     o.agrees(accelerations, o.size)
@@ -189,7 +189,7 @@ def closure_names(closure):
 def test_channels_of_random_trees(seed, most):
     """Every joint type, rigid and flexible, with and without geometric stiffness."""
     system = random_tree(seed, root=ROOTS[seed % len(ROOTS)], most=most, geometric=seed % 3 > 0)
-    agrees_with_the_dense_twin(Observed(system, random_state(system, seed)))
+    agrees_with_the_dense_reference(Observed(system, random_state(system, seed)))
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -197,7 +197,7 @@ def test_channels_of_loaded_trees(seed):
     system = loaded_tree(seed)
     system = system.with_(loads=tuple(load for load in system.loads if not isinstance(load, mp.multibody.Callback)))
     o = Observed(system, random_state(system, seed))
-    agrees_with_the_dense_twin(o)
+    agrees_with_the_dense_reference(o)
     power = dense_loads(system, o.packed, o.y, o.motion, T).power
     damped = sum(s.body.D @ s.qd**2 for s in o.states.values())
     driven = sum(  # power of the prescribed hinges
@@ -213,7 +213,7 @@ def test_channels_of_closed_loops(seed):
     """The forces of each closure do the work of its rows in every direction of motion: ``G' multiplier``."""
     system, y, _ = closed_tree(seed)
     o = Observed(system, y)
-    agrees_with_the_dense_twin(o)
+    agrees_with_the_dense_reference(o)
     closing, multiplier = o.loops.closing, o.model.work.multiplier
     rows = dense_constraints(system, o.packed, o.loops, y, o.motion, T)
     for k, closure in enumerate(system.closures):

@@ -1,4 +1,9 @@
-"""A chain of six links: accelerations at the start and angles after a second, by other programs."""
+"""A chain of six links: accelerations at the start and angles after a second by Pinocchio.
+
+The numbers are those of its articulated-body algorithm (`aba`), which its composite-rigid-body algorithm (`crba`) with
+a dense solution confirmed to 1e-13; the angles are `aba` integrated. They were computed once for this test and are not
+published; tests/multibody/kernels/test_pinocchio.py compares with the Pinocchio that is installed.
+"""
 
 import numpy as np
 from multibody.trees import order_n

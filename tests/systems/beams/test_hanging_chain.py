@@ -13,8 +13,12 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.systems import read_system
 
-# CASES 11.5, all digits given
-RODS = {1: [1.224745], 5: [1.203829, 2.857081], 10: [1.202777, 2.786739]}  # and 20 in test_chains
+
+def equations(n, m=0.05, length=0.05, g=9.81):
+    """Mass and stiffness (n, n) of equal rods that hang, in their small angles to the vertical: Lagrange by hand."""
+    below = n - 1 - np.maximum.outer(np.arange(n), np.arange(n))
+    M = m * length**2 * (below + np.where(np.eye(n), 1 / 3, 1 / 2))
+    return M, np.diag(m * g * length * (np.diag(below) + 0.5))
 
 
 def hanging(count):
@@ -25,11 +29,11 @@ def hanging(count):
     return read_system(Pipeline.model_validate(data).with_chains(), path, None, Reporter(quiet=True)), 0.05 * count
 
 
-@pytest.mark.parametrize("count", RODS)
+@pytest.mark.parametrize("count", [1, 5, 10])
 def test_frequencies_of_rods(count):
-    system, length = hanging(count)
-    found = np.sort(mp.system_modes(system).frequency)[: len(RODS[count])] * 2 * np.pi / np.sqrt(9.81 / length)
-    np.testing.assert_allclose(found, RODS[count], atol=6e-7)
+    M, K = equations(count)
+    found = np.sort(mp.system_modes(hanging(count)[0]).frequency) * 2 * np.pi
+    np.testing.assert_allclose(found, np.sqrt(eigh(K, M, eigvals_only=True)), rtol=1e-6)  # differences in the angles
 
 
 def test_more_rods_come_to_the_continuous_chain():
@@ -39,18 +43,15 @@ def test_more_rods_come_to_the_continuous_chain():
         system, length = hanging(count)
         found = np.sort(mp.system_modes(system).frequency)[:2] * 2 * np.pi / np.sqrt(9.81 / length)
         error.append(found - jn_zeros(0, 2) / 2)
-    np.testing.assert_allclose(error[0] / error[1], 4.0, rtol=0.1)
+    np.testing.assert_allclose(np.log2(error[0] / error[1]), 2.0, atol=0.2)
 
 
 def test_swing_of_the_lower_end(tmp_path):
     """Against the linear equations of 20 rods in their angles to the vertical, written out; 3 degrees are small."""
     (run,) = run_shipped("hanging-chain", tmp_path).runs.values()
-    n, m, length, g = 20, 0.05, 0.05, 9.81
-    below = n - 1 - np.maximum.outer(np.arange(n), np.arange(n))
-    M = m * length**2 * (below + np.where(np.eye(n), 1 / 3, 1 / 2))
-    K = np.diag(m * g * length * (np.diag(below) + 0.5))
+    M, K = equations(20)
     square, modes = eigh(K, M)
-    start = modes.T @ M @ np.full(n, np.radians(3))
-    tip = length * (np.cos(np.outer(run.time, np.sqrt(square))) * start @ modes.T).sum(axis=1)
+    start = modes.T @ M @ np.full(20, np.radians(3))
+    tip = 0.05 * (np.cos(np.outer(run.time, np.sqrt(square))) * start @ modes.T).sum(axis=1)
     np.testing.assert_allclose(run["chain20.tip.position.x"], -tip, atol=0.02 * np.radians(3))
     assert run.stats["energy_error"] < 1e-8

@@ -31,10 +31,10 @@ def ritz(joint_stiffens, terms=8):
 
 
 def ritz_response(joint_stiffens, time):
-    """Tip deflection (m) by the knock ``2 sin(pi t)`` N of one second."""
+    """Tip deflection (m) by the pulse ``2 sin(pi t)`` N of one second."""
     M, K = ritz(joint_stiffens)
     w2, modes = eigh(K, M)
-    w2, tip = w2[:3] * UNIT**2, modes[:, :3].sum(axis=0)  # the knock moves the higher ones by less than 1e-4
+    w2, tip = w2[:3] * UNIT**2, modes[:, :3].sum(axis=0)  # the pulse moves the higher ones by less than 1e-4
 
     def rate(t, z):
         force = 2 * np.sin(np.pi * t) if t < 1 else 0.0

@@ -2,44 +2,44 @@
 
 import numpy as np
 import pytest
+from analytic import cantilever_roots
+from beam_series import blade, spin_up_lag
+from systems.elastic_rod import rod_tip
 from systems.exact_beams import exudyn_ends
+from systems.planar_chain import Chain
 from systems.segments import CANTILEVER, PIPELINES, cantilever, frequencies, order, rest, system_of, with_segments
 
 import modalprep as mp
 from modalprep.multibody.analysis.equilibrium import static_equilibrium
 
-RODS = {  # n: first three omega L^2 sqrt(rA/EI) of a chain of n rods, clamp 2 EI/l; own code, all digits
-    5: [3.452659, 20.733524, 55.952908],
-    10: [3.499956, 21.689779, 60.123874],
-    20: [3.511987, 21.947106, 61.296034],
-    40: [3.515007, 22.012570, 61.596474],
-}
+UNIT_BEAM = {"length": 1.0, "mass": 1.0, "EI": 1.0}
 
 
 def test_frequencies_of_a_cantilever(tmp_path):
-    """To the printed digits; order two against the closed form, which a clamp with EI/l would spoil."""
+    """Those of the chain's own equations; order two against the closed form, which a clamp with EI/l would spoil."""
     first = []
-    for n, expected in RODS.items():
+    for n in (5, 10, 20):
         found = frequencies(cantilever(tmp_path, n))[:3]
-        np.testing.assert_allclose(found, expected, rtol=2e-7)
+        np.testing.assert_allclose(found, Chain(n, **UNIT_BEAM).frequencies()[:3], rtol=2e-7)
         first.append(found[0])
-    assert order(np.array(first) / 3.516015 - 1) == pytest.approx(2.0, abs=0.02)
-    soft = cantilever(tmp_path, 10, more="root = { stiffness = [10.0] }")
-    assert frequencies(soft)[0] == pytest.approx(3.195778, rel=2e-7)
+    exact = cantilever_roots(1)[0] ** 2
+    assert order(np.array(first) / exact - 1) == pytest.approx(2.0, abs=0.02)
+    soft = frequencies(cantilever(tmp_path, 10, more="root = { stiffness = [10.0] }"))[0]
+    assert soft / exact - 1 == pytest.approx(-0.091, abs=1e-3)  # EI/l at the clamp: order one
 
 
 def test_frequency_of_a_rotating_chain(tmp_path):
-    """Flap at six times sqrt(EI/(rA L^4)), 7.3604 for the beam; the stiffening needs no geometric stiffness."""
+    """Flap at six times sqrt(EI/(rA L^4)); the stiffening needs no geometric stiffness."""
     hub = '[bodies.hub]\nmass = 1.0\n[joints.hub]\ntype = "revolute"\nchild = "hub.root"\nmotion = "6*t"'
     found = []
-    for n, expected in {5: 7.227459, 10: 7.323708, 20: 7.350963, 40: 7.358005}.items():
+    for n in (10, 20, 40):
         system = cantilever(tmp_path, n, EI="[1.0, 100.0]", more='parent = "hub.root"\n' + hub)
         found.append(frequencies(system)[0])
-        assert found[-1] == pytest.approx(expected, rel=1e-6)
-    assert order(np.array(found) - 7.3604) == pytest.approx(2.0, abs=0.15)  # four digits of the limit are known
+        assert found[-1] == pytest.approx(Chain(n, **UNIT_BEAM).frequencies(spin=6.0)[0], rel=1e-6)
+    assert order(np.array(found) - blade(6.0)[0]) == pytest.approx(2.0, abs=0.1)
 
 
-ELASTICA = [  # P L^2/EI, deflection and shortening over L: elliptic integrals
+ELASTICA = [  # P L^2/EI, deflection and shortening over L: elliptic integrals, five digits
     (0.5, 0.16214, 0.01592),
     (1, 0.30172, 0.05643),
     (2, 0.49346, 0.16064),
@@ -51,14 +51,14 @@ ELASTICA = [  # P L^2/EI, deflection and shortening over L: elliptic integrals
 
 @pytest.mark.parametrize(("load", "deflection", "shortening"), ELASTICA)
 def test_elastica(tmp_path, load, deflection, shortening):
-    """Order two; what is left after extrapolation is of order four and the rounding of the closed form, 1e-5."""
-    tips = [rest(with_segments("elastica", n, tmp_path), t=load)[:2] for n in (10, 20, 40)]
-    exact = np.array([1 - shortening, -deflection])
-    extrapolated = tips[2] + (tips[2] - tips[1]) / 3
-    np.testing.assert_allclose(extrapolated, exact, atol=2e-5)
-    errors = [np.linalg.norm(tip - extrapolated) for tip in tips[:2]]
+    """Order two against the differential equation, which gives the printed digits; extrapolated, order four is left."""
+    exact = rod_tip(1.0, (0, -load, 0), bending=(1.0, 1.0, 1.0))[:2]
+    np.testing.assert_allclose(exact, [1 - shortening, -deflection], atol=6e-6)
+    coarse, fine = (rest(with_segments("elastica", n, tmp_path), t=load)[:2] for n in (20, 40))
+    np.testing.assert_allclose((4 * fine - coarse) / 3, exact, atol=2e-5)
+    errors = np.linalg.norm([coarse - exact, fine - exact], axis=1)
     assert order(errors) == pytest.approx(2.0, abs=0.1)
-    assert errors[1] < 1.5e-3  # as the header of the pipeline says
+    assert errors[0] < 1.5e-3  # as the header of the pipeline says
 
 
 def test_roll_up(tmp_path):
@@ -70,74 +70,107 @@ def test_roll_up(tmp_path):
         np.testing.assert_allclose(tips, np.outer(chord, exact), atol=1e-10)
 
 
+# Tip displacement: Bathe and Bolourchi, Int. J. Numer. Methods Eng. 14 (1979) 961, as the test bd_curved_beam of
+# OpenFAST prints it, and 16 elements of GXBeam.jl (its example "curved")
+BEND = {"Bathe and Bolourchi": ((-23.5, -13.4, 53.4), 0.25), "GXBeam": ((-23.5453, -13.5774, 53.4580), 0.03)}
+
+
 def test_curved_beam_out_of_its_plane(tmp_path):
-    """Bend of 45 degrees, Bathe and Bolourchi (1979): 16 geometrically exact elements of GXBeam."""
-    tips = []
-    for n in (8, 16, 32):
-        inertia = 1e7 / 12
+    """Bend of 45 degrees under 600; order two against the differential equations of the rod, which programs confirm."""
+    inertia, length, tips = 1e7 / 12, 25 * np.pi, []
+    for n in (8, 16):
         text = CANTILEVER.format(n=n, EI=[inertia, inertia], more=f"GJ = {inertia}\ncurvature = 0.01")
-        text = text.replace("length = 1.0", f"length = {25 * np.pi}")
-        loaded = f'[forces.tip]\nat = "arm{n}.tip"\nforce = [0, 0, "t"]\n'
-        system = system_of(text + loaded, tmp_path)
-        unloaded = rest(system)
-        tips.append([rest(system, t=load) - unloaded for load in (300.0, 600.0)])
-    tips = np.array(tips)
-    extrapolated = tips[2] + (tips[2] - tips[1]) / 3
-    np.testing.assert_allclose(extrapolated[1], [-23.5453, -13.5774, 53.4580], atol=0.06)  # 1e-3 of the largest
-    np.testing.assert_allclose(extrapolated[0], [-11.5, -6.9, 40.1], atol=0.6)  # recalled values, spread over 0.2
-    assert order(np.linalg.norm(tips[:2, 1] - extrapolated[1], axis=1)) == pytest.approx(2.0, abs=0.3)
+        text = text.replace("length = 1.0", f"length = {length}")
+        system = system_of(f'{text}[forces.tip]\nat = "arm{n}.tip"\nforce = [0, 0, "t"]\n', tmp_path)
+        tips.append([rest(system, t=load) - rest(system) for load in (300.0, 600.0)])
+    curved = {"bending": (inertia,) * 3, "curvature": (0.0, 0.0, 0.01)}
+    start, *ends = (rod_tip(length, (0.0, 0.0, load), **curved) for load in (0.0, 300.0, 600.0))
+    for printed, digits in BEND.values():
+        np.testing.assert_allclose(ends[1] - start, printed, atol=digits)
+    tips, exact = np.array(tips), np.array(ends) - start
+    np.testing.assert_allclose(
+        (4 * tips[1] - tips[0]) / 3, exact, atol=0.03
+    )  # what is left of order four: 5e-4 of the largest
+    np.testing.assert_allclose(order(np.linalg.norm(tips - exact, axis=2)), 2.0, atol=0.2)
 
 
-PRINCETON = [  # beta in degrees; across the blade and along it, m: ANSYS, load 8.896 N
-    (0, 0, 0.010714),
-    (15, 0.042082, 0.010613),
-    (30, 0.079395, 0.010112),
-    (45, 0.108988, 0.008837),
-    (60, 0.129888, 0.006605),
-    (75, 0.142194, 0.003539),
-    (90, 0.146246, 0),
-]
+# degrees from the thin side's normal: tip across the blade and along it, m, under 8.896 N, by finite elements of ANSYS
+# as the test model geometricallyExactBeamTest.py of Exudyn prints them; the experiment is of Dowell and Traybar (1975)
+PRINCETON = {
+    0: (0, 0.010714),
+    15: (0.042082, 0.010613),
+    30: (0.079395, 0.010112),
+    45: (0.108988, 0.008837),
+    60: (0.129888, 0.006605),
+    75: (0.142194, 0.003539),
+    90: (0.146246, 0),
+}
 
 
-@pytest.mark.parametrize(("beta", "flap", "chord"), PRINCETON)
-def test_princeton_beam(tmp_path, beta, flap, chord):
-    """Bending in two planes and twist; the load stands oblique to the section. Five per mil, of the twist's factor."""
+@pytest.mark.parametrize("beta", PRINCETON)
+def test_princeton_beam(tmp_path, beta):
+    """Bending in two planes and twist; the load stands oblique to the section: the rod's differential equations."""
     E, h, thickness = 71.7e9, 12.3777e-3, 3.2024e-3
     strong, weak = thickness * h**3 / 12, h * thickness**3 / 12
-    more = f"GJ = {E / 2.62 * 0.198 * (strong + weak)}"
+    torsion = E / 2.62 * 0.198 * (strong + weak)
+    more = f"GJ = {torsion}"
     text = CANTILEVER.format(n=20, EI=[E * weak, E * strong], more=more).replace("length = 1.0", "length = 0.508")
-    angle = np.radians(beta)
-    force = [0.0, float(8.896 * np.cos(angle)), float(8.896 * np.sin(angle))]
+    force = [0.0, *(8.896 * float(f(np.radians(beta))) for f in (np.cos, np.sin))]
     tip = rest(system_of(f'{text}[forces.tip]\nat = "arm20.tip"\nforce = {force}\n', tmp_path))
-    np.testing.assert_allclose(tip[1:], [chord, flap], atol=5e-3 * 0.146)
+    exact = rod_tip(0.508, force, bending=(torsion, E * weak, E * strong))
+    flap, chord = PRINCETON[beta]
+    np.testing.assert_allclose(exact[1:], [chord, flap], atol=2e-3 * 0.146)  # of the factor of the twist
+    np.testing.assert_allclose(tip, exact, atol=2e-3 * 0.146)  # 20 rods, order two
 
 
-SLEW = [(9.782, -0.038), (6.669, -0.780), (6.080, 2.879), (1.901, 8.759), (-1.72, 9.759)]
+# tip at 1, 2 .. 5 s by `exudyn_ends`: Exudyn 1.13, 20 and 40 elements extrapolated, step 5 ms, rotary inertia 1e-3 kg m
+SLEW = [(9.7816, -0.0377), (6.6693, -0.7802), (6.0792, 2.8777), (1.9043, 8.7614), (-1.7203, 9.7586)]
+
+
+def quarter_turn(t):
+    return np.pi / 2 * (t / 2 - np.sin(np.pi * t) / (2 * np.pi)) if t < 2 else np.pi / 2
 
 
 def test_slew_of_a_soft_beam(tmp_path):
-    """Rods at 4 s as computed by another program; extrapolated to the geometrically exact beam, printed to 1e-3."""
+    """Ten rods as their own equations say; extrapolated to the geometrically exact beam, order two."""
     tips = []
-    for n, at_four in ((10, (2.1130, 8.9427)), (20, (1.9593, 8.8088)), (40, (1.9150, 8.7714))):
+    for n in (10, 20, 40):
         run = mp.simulate(with_segments("slew-beam", n, tmp_path), t_end=5, output_step=1.0, method="explicit")
         assert run.stats["energy_error"] < 1e-8
         tips.append(run[f"arm{n}.tip.position"][1:, :2])
-        np.testing.assert_allclose(tips[-1][3], at_four, atol=1e-4)
-    np.testing.assert_allclose(tips[2] + (tips[2] - tips[1]) / 3, SLEW, atol=6e-3)  # the last is printed to 1e-2
-    assert order([np.linalg.norm(tips[k] - tips[k + 1]) for k in (0, 1)]) == pytest.approx(2.0, abs=0.4)
+    rods = Chain(10, 10.0, 12.0, EI=140.0, base=quarter_turn)
+    np.testing.assert_allclose(tips[0], rods.tip(rods.motion([1.0, 2.0, 3.0, 4.0, 5.0])), atol=1e-4)
+    np.testing.assert_allclose((4 * tips[2] - tips[1]) / 3, SLEW, atol=6e-3)
+    assert order([np.linalg.norm(tips[k] - tips[k + 1]) for k in (0, 1)]) == pytest.approx(2.0, abs=0.2)
+
+
+def deepest(time, lag):
+    """Least value of a curve, by the parabola through the lowest of its points."""
+    near = np.argmin(lag) + np.arange(-1, 2)
+    curve = np.polyfit(time[near] - time[near[1]], lag[near], 2)
+    return curve[2] - curve[1] ** 2 / (4 * curve[0])
+
+
+def spin_up_angle(t):
+    return 0.4 * (t**2 / 2 + (7.5 / np.pi) ** 2 * (np.cos(np.pi * t / 7.5) - 1))
 
 
 def test_spin_up_of_rods(tmp_path):
-    """Deepest deflection behind a rigid arm with 5, 10 and 20 rods, to the printed digits."""
-    for n, deepest in ((5, -0.59808), (10, -0.57981), (20, -0.57526)):
-        run = mp.simulate(with_segments("spinup-rods", n, tmp_path), t_end=8.0, output_step=0.1, method="explicit")
-        lag = run.relative_to("hub")[f"arm{n}.tip.position.y"]
-        near = np.argmin(lag) + np.arange(-1, 2)
-        curve = np.polyfit(run.time[near] - run.time[near[1]], lag[near], 2)
-        assert curve[2] - curve[1] ** 2 / (4 * curve[0]) == pytest.approx(deepest, abs=3e-5)
+    """Five rods as their own equations say; 5 and 10, extrapolated, lag as deep as the beam, which bends 3e-3."""
+    lags = []
+    for n in (5, 10):
+        run = mp.simulate(with_segments("spinup-rods", n, tmp_path), t_end=7.5, output_step=0.1, method="explicit")
+        lags.append(run.relative_to("hub")[f"arm{n}.tip.position.y"])
+    rods = Chain(5, 10.0, 12.0, EI=1.4e4, base=spin_up_angle)
+    x, y = rods.tip(rods.motion(run.time, rtol=1e-8)).T
+    angle = spin_up_angle(run.time)
+    np.testing.assert_allclose(lags[0], y * np.cos(angle) - x * np.sin(angle), atol=3e-5)
+    found, expected = (4 * deepest(run.time, lags[1]) - deepest(run.time, lags[0])) / 3, spin_up_lag(run.time)
+    assert found == pytest.approx(deepest(run.time, expected), rel=2e-3)
 
 
-EXACT = {  # t: driven end, free end
+# t: driven end, free end by `exudyn_ends`: Exudyn 1.13, 80 elements, step 2.5 ms
+EXACT = {
     2.5: (4.962, 4.476, 3.584, 6.111),
     5.0: (9.783, 8.204, 8.076, 1.757),
     7.5: (16.273, -0.290, 17.235, 8.258),
@@ -169,7 +202,7 @@ def test_flying_spaghetti(tmp_path):
 
 @pytest.mark.parametrize("EI", [100.0, 500.0])
 def test_flying_spaghetti_against_exudyn(tmp_path, EI):
-    """Geometrically exact elements of another program while the load acts, 20 and 40 extrapolated, as the rods are."""
+    """Geometrically exact elements of Exudyn while the load acts, 20 and 40 extrapolated, as the rods are."""
     exudyn = pytest.importorskip("exudyn")
     rods, elements = [], []
     for n in (20, 40):
@@ -180,11 +213,12 @@ def test_flying_spaghetti_against_exudyn(tmp_path, EI):
         elements.append(exudyn_ends(exudyn, places, 1.25e-3, [2.5], push=push, **data)[0])
     found, expected = ((4 * fine - coarse) / 3 for coarse, fine in (rods, elements))
     np.testing.assert_allclose(found, expected, atol=2e-3)  # a tenth of what 20 rods lack
-    if EI == 500:  # the same elements, for those who have not the program
+    if EI == 500:  # the same elements, for those who do not have Exudyn
         np.testing.assert_allclose(expected, STIFF, atol=1e-4)
 
 
-STIFF = [4.4299, -0.7848, 5.9458, 8.9700]  # ends at 2.5 s with EI = 500 N m^2: Exudyn 1.13, 20 and 40, extrapolated
+# ends at 2.5 s with EI = 500 N m^2 by `exudyn_ends`: Exudyn 1.13, 20 and 40 elements extrapolated, step 1.25 ms
+STIFF = [4.4299, -0.7848, 5.9458, 8.9700]
 
 
 def test_stiff_flying_spaghetti(tmp_path):
@@ -201,7 +235,7 @@ def test_stiff_flying_spaghetti(tmp_path):
     np.testing.assert_allclose(spin, spin[0], rtol=1e-6)
 
 
-ARM = [  # tip at 1, 2 .. 10 s: geometrically exact elements of Exudyn 1.13, 20 and 40, extrapolated; step 5 ms
+ARM = [  # tip at 1, 2 .. 10 s by `exudyn_ends`: Exudyn 1.13, 20 and 40 elements extrapolated, step 5 ms
     (9.9789, -0.0784), (9.8093, 1.5268), (7.9510, 6.0504), (3.0797, 9.4808), (-0.5856, 9.9200),
     (-1.2173, 9.8929), (0.2127, 9.9943), (2.1568, 9.7503), (2.4476, 9.6728), (0.7870, 9.9689),
 ]  # fmt: skip
@@ -209,16 +243,16 @@ ARM = [  # tip at 1, 2 .. 10 s: geometrically exact elements of Exudyn 1.13, 20 
 
 @pytest.fixture(scope="module")
 def rotating_arm(tmp_path_factory):
-    """Tips (10, 2) of 20 and 40 rods, extrapolated."""
+    """Tips (10, 2) of 20 and 40 rods, extrapolated; order two."""
     tips = []
-    for n in (20, 40):
+    for n in (10, 20, 40):
         system = with_segments("rotating-arm", n, tmp_path_factory.mktemp("arm"))
         run = mp.simulate(system, t_end=10, output_step=1.0, method="explicit")
         assert run.stats["energy_error"] < 1e-8
         tips.append(run[f"arm{n}.tip.position"][1:, :2])
-    assert np.linalg.norm(tips[0] - ARM, axis=1).max() < 0.02  # as the picture is drawn
-    assert order([np.linalg.norm(tip - ARM) for tip in tips]) == pytest.approx(2.0, abs=0.4)
-    return (4 * tips[1] - tips[0]) / 3
+    assert np.linalg.norm(tips[1] - ARM, axis=1).max() < 0.02  # as the picture is drawn
+    assert order([np.linalg.norm(tips[k] - tips[k + 1]) for k in (0, 1)]) == pytest.approx(2.0, abs=0.2)
+    return (4 * tips[2] - tips[1]) / 3
 
 
 def test_rotating_arm(rotating_arm):
@@ -270,7 +304,9 @@ def test_flying_spaghetti_in_space(tmp_path):
     assert order([np.linalg.norm(tips[k] - tips[k + 1]) for k in (0, 1)]) == pytest.approx(2.0, abs=0.2)
 
 
-PENDULUM = {  # t: tip of a geometrically exact beam of 40 elements, two to three digits
+# t: tip of a geometrically exact beam of 40 elements to two or three digits; computed once for this test, a regression
+# value and not a published one
+PENDULUM = {
     0.2: (1.180, -0.196),
     0.4: (0.853, -0.787),
     0.5: (0.389, -1.214),

@@ -54,7 +54,7 @@ def on_a_hub(arch, law, loads=()):
 
 @pytest.fixture(scope="module")
 def run(arch):
-    """Spin-up in a tenth of a second, a short knock at the tip, and ringing at constant speed."""
+    """Spin-up in a tenth of a second, a short pulse at the tip, and ringing at constant speed."""
     law = [(RAMP, f"{SPIN / RAMP / 2}*t**2"), (float("inf"), f"{SPIN}*(t - {RAMP / 2})")]
     pulse = [(RAMP, "0"), (RAMP + KNOCK, f"300*sin(pi*(t - {RAMP})/{KNOCK})**2"), (float("inf"), "0")]
     knock = mp.PointForce(name="knock", at="arch.tip", force=(pulse, pulse, pulse), axes="body")

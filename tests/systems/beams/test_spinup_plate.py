@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from systems.shipped import run_shipped
 
-# a Ritz series whose strips along x stretch; m, at T/4, T/2, 3T/4
+# a Ritz series whose strips along x stretch (theory of Banerjee and Kane, J. Appl. Mech. 56 (1989) 887), computed for
+# this test: regression values, not published; m, at T/4, T/2, 3T/4
 CORNER = {3.75: -0.05594, 7.5: -0.10030, 11.25: -0.04100}
 LEAST, LEAST_TIME = -0.102718, 6.735
 FREQUENCIES = [3.8350, 12.9443, 23.8377, 43.6714]  # rad/s

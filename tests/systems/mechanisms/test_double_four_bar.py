@@ -1,4 +1,7 @@
-"""Double four-bar through its singular positions (CASES 9.4): three rods turn and two translate, as one pendulum."""
+"""Double four-bar, benchmark A02 of IFToMM, through its singular positions: it moves as one pendulum.
+
+Three rods turn and two translate.
+"""
 
 import numpy as np
 import pytest

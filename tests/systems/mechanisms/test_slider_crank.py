@@ -1,4 +1,4 @@
-"""Slider crank with an elastic rod: against a rod of hinged segments, and against Simeon's model (CASES 9.2)."""
+"""Slider crank with an elastic rod: against a rod of hinged segments, and against Simeon's model."""
 
 import tomllib
 

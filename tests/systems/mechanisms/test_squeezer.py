@@ -1,9 +1,11 @@
-"""Andrews' squeezer mechanism against the published solution (CASES 9.3)."""
+"""Andrews' squeezer mechanism against the published solution."""
 
 import numpy as np
 import pytest
 from systems.shipped import run_shipped
 
+# t = 0.03 s: Test Set for IVP Solvers (Mazzia and Magherini, 2008), "Andrews' squeezing mechanism", as its drivers
+# print it; the mechanism is of Schiehlen (ed.), Multibody Systems Handbook (1990)
 PUBLISHED = {
     "beta": 15.81077119629904, "Theta": -15.75637105984298, "gamma": 0.04082224013073101, "Phi": -0.5347301163226948,
     "delta": 0.5244099658805304, "Omega": 0.5347301163226948, "epsilon": 1.048080741042263,

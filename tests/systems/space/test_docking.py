@@ -26,20 +26,20 @@ def test_momenta_stay(docked):
 def test_energy_lost_and_time_of_contact(docked):
     """0.252 m at 0.05 m/s; ``r S^-1 r / 2`` by dense equations of the flexible system."""
     (run,) = docked.runs.values()
-    (blow,) = run.impacts["contact"]
-    assert blow.t == pytest.approx(5.04, rel=1e-9)
-    row = np.searchsorted(run.time, blow.t)
+    (impact,) = run.impacts["contact"]
+    assert impact.t == pytest.approx(5.04, rel=1e-9)
+    row = np.searchsorted(run.time, impact.t)
     system = docked.system
     evaluator, packed = Evaluator(system), pack(system)
-    before = blow.y.copy()  # the satellite and its panel rest, the chaser flies on
+    before = impact.y.copy()  # the satellite and its panel rest, the chaser flies on
     before[packed.nx :] = evaluator.start[packed.nx :]
     still = np.zeros((len(packed.links), 3))
-    rows = dense_constraints(system, packed, evaluator.loops.closing, before, still, 0.0)
+    rows = dense_constraints(system, packed, evaluator.loops, before, still, 0.0)
     own = evaluator.loops.closing.of(0)
     M, _ = mass_and_force(system, before)
     G, r = rows.G[own], rows.rate[own]
     lost = r @ np.linalg.solve(G @ np.linalg.solve(M, G.T), r) / 2
-    assert blow.energy_loss == pytest.approx(lost, rel=1e-8)
+    assert impact.lost == pytest.approx(lost, rel=1e-8)
     assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-lost, rel=1e-8)
 
 

@@ -22,9 +22,9 @@ def mobility(run, row, body, mass, inertia, point):
 
 
 def test_the_impact_is_that_of_two_free_bodies(run):
-    (blow,) = run.impacts["touch"]
-    row = np.searchsorted(run.time, blow.t)  # before; the state after is the next
-    assert run.time[row] == run.time[row + 1] == blow.t
+    (impact,) = run.impacts["touch"]
+    row = np.searchsorted(run.time, impact.t)  # before; the state after is the next
+    assert run.time[row] == run.time[row + 1] == impact.t
     S, v, lever = mobility(run, row, "package", 25.0, 0.8, "shoe")
     arm = (run["package.shoe.position"] - run["cap.centre.position"])[row, :2]
     turn = np.array([-arm[1], arm[0]])
@@ -33,13 +33,13 @@ def test_the_impact_is_that_of_two_free_bodies(run):
     angle = 2 * np.arctan2(run["cap.orientation"][row, 3], run["cap.orientation"][row, 0])
     along, across = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     assert across @ v > 0.5  # towards the wall
-    assert blow.sticks == {"wall": False}
+    assert impact.sticks == {"wall": False}
     push = -across - FRICTION * np.sign(along @ v) * along  # of the wall on the package
     p = (across @ v) / -(across @ S @ push) * push
-    found = blow.impulse["wall.force"][0] * along + blow.impulse["wall.force"][1] * across
+    found = impact.impulse["wall.force"][0] * along + impact.impulse["wall.force"][1] * across
     np.testing.assert_allclose(found, p, rtol=1e-9)
-    assert blow.energy_loss == pytest.approx(-p @ (v + S @ p / 2), rel=1e-9)
-    assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-blow.energy_loss, rel=1e-9)
+    assert impact.lost == pytest.approx(-p @ (v + S @ p / 2), rel=1e-9)
+    assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-impact.lost, rel=1e-9)
     change = np.diff(run["package.centre.velocity"][row : row + 2], axis=0)[0, :2]
     np.testing.assert_allclose(25.0 * change, p, rtol=1e-9)
     assert np.diff(run["package.angular_velocity"][row : row + 2, 2])[0] == pytest.approx(lever @ p / 0.8, rel=1e-9)
@@ -59,8 +59,8 @@ def test_the_package_slides_under_friction_until_the_mouth(run):
 
 
 def test_momentum_grows_by_the_pull_alone(run):
-    (blow,) = run.impacts["touch"]
-    row = np.searchsorted(run.time, blow.t)
+    (impact,) = run.impacts["touch"]
+    row = np.searchsorted(run.time, impact.t)
     for name in ("momentum.linear", "momentum.angular"):
         np.testing.assert_allclose(run[name][row + 1], run[name][row], atol=1e-12 * np.abs(run[name]).max())
     pull = run["momentum.linear"][0] + np.outer(run.time, [400, 200, 0])

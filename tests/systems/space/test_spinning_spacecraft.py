@@ -1,4 +1,9 @@
-"""Spacecraft with rotors, damper and slosh, against an independent integration of Kane's equations, and identities."""
+"""Spacecraft with rotors, damper and slosh, against an independent integration of Kane's equations, and identities.
+
+The state and the energies are those of a script of its own for this one spacecraft, with Kane's equations written out
+in body axes; computed once for this test, to the digits given, and not published. Lagrange's equations of the same
+spacecraft are compared in test_quasi_coordinates.py.
+"""
 
 import numpy as np
 import pytest
