@@ -21,25 +21,35 @@ from modalprep.multibody import (
     Water,
     feedback,
 )
-from modalprep.pipeline.schema import constraints, depletion, deployment, environment, events, fe, reduction, system
+from modalprep.pipeline.schema import (
+    constraints,
+    depletion,
+    deployment,
+    environment,
+    events,
+    fe,
+    properties,
+    reduction,
+    system,
+)
 from modalprep.reduction import Load, Rayleigh
 
 # Record or function, table, and what only one of them has: names come from the table's own key, functions of time and
 # other files are read on the way.
 PAIRS = {
-    "material": (mp.Material, fe.MaterialTable, set(), set()),
-    "lamina": (Orthotropic, fe.OrthotropicTable, set(), set()),
-    "beam": (mp.Beam, fe.BeamTable, {"fibres"}, {"section"}),
-    "truss": (mp.Truss, fe.TrussTable, set(), set()),
+    "material": (mp.Material, properties.MaterialTable, set(), set()),
+    "lamina": (Orthotropic, properties.OrthotropicTable, set(), set()),
+    "beam": (mp.Beam, properties.BeamTable, {"fibres"}, {"section"}),
+    "truss": (mp.Truss, properties.TrussTable, set(), set()),
     "shell": (
         mp.Shell,
-        fe.ShellTable,
+        properties.ShellTable,
         {"bending_material", "bending_ratio", "shear_material", "shear_ratio"},
         {"symmetric"},
     ),
-    "ply": (Ply, fe.PlyTable, set(), set()),
-    "mass": (mp.PointMass, fe.MassTable, set(), set()),
-    "spring": (mp.Spring, fe.SpringTable, set(), set()),
+    "ply": (Ply, properties.PlyTable, set(), set()),
+    "mass": (mp.PointMass, properties.MassTable, set(), set()),
+    "spring": (mp.Spring, properties.SpringTable, set(), set()),
     "interface": (mp.Interface, fe.InterfaceTable, set(), set()),
     "connection": (mp.Connection, fe.ConnectionTable, set(), set()),
     "stress": (StressPoint, fe.StressTable, set(), set()),
@@ -82,7 +92,7 @@ def test_theories_of_beams_have_one_name(theory):
     """As written in a file, so in Python."""
     steel = mp.Material(E=210e9, nu=0.3, rho=7800.0)
     assert mp.Beam(material=steel, A=1.0, Iy=1.0, Iz=1.0, J=1.0, theory=theory).theory == theory
-    fe.BeamTable(type="beam", material="steel", A=1.0, Iy=1.0, Iz=1.0, J=1.0, theory=theory)
+    properties.BeamTable(type="beam", material="steel", A=1.0, Iy=1.0, Iz=1.0, J=1.0, theory=theory)
 
 
 def test_another_theory_is_refused():

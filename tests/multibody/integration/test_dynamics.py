@@ -9,7 +9,6 @@ from scipy.linalg import eigh
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody.kernels.data import NX
 from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import dense_accelerations, mass_and_force
@@ -66,7 +65,7 @@ def test_accelerations_do_not_depend_on_mode_signs():
     for name in (name for name, b in system.bodies.items() if b is body):
         row = packed.model.links[packed.link_of(name)]
         z[row["xq"] : row["xq"] + body.n] *= sign
-        z[row[NX] + row["uq"] : row[NX] + row["uq"] + body.n] *= sign
+        z[packed.nx + row["uq"] : packed.nx + row["uq"] + body.n] *= sign
     turned = system.with_(bodies={name: flipped if b is body else b for name, b in system.bodies.items()})
     motion = np.zeros((len(packed.links), 3))
     a, b = dense_accelerations(system, y, motion), dense_accelerations(turned, z, motion)

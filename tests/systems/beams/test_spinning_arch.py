@@ -13,7 +13,6 @@ from scipy.signal.windows import blackmanharris
 
 import modalprep as mp
 from modalprep.examples import beam_mesh
-from modalprep.multibody.kernels.data import MODES as COUNT
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import dense_accelerations
 from modalprep.vectors import skew
@@ -120,8 +119,8 @@ def test_order_n_equals_the_dense_equations(arch, kind, seed):
     scale = arch.frequency[0] / arch.frequency
     for row in packed.model.links:  # deflections of centimetres
         place, speed = row["xq"], packed.nx + row["uq"]
-        y[place : place + row[COUNT]] *= 0.1 * scale
-        y[speed : speed + row[COUNT]] *= 10 * scale
+        y[place : place + row["modes"]] *= 0.1 * scale
+        y[speed : speed + row["modes"]] *= 10 * scale
     motion = rng.standard_normal((len(packed.links), 3))
     expected = dense_accelerations(system, y, motion)
     largest = np.abs(expected).max()

@@ -166,7 +166,7 @@ def test_tension_at_the_orbit():
     assert -pull(chain(1, 1e5, 0.0, 500.0)) == pytest.approx(light, rel=1e-9)
     for count in (1, 7):
         assert -pull(chain(count, 1e5, 5.6e-3, 500.0)) == pytest.approx(heavy, rel=1e-9)
-    orbit = mp.Orbit.circular(EARTH_RADIUS + 220e3)  # the whole field: of a particle n^2 r - mu / r^2
+    orbit = mp.multibody.Orbit.circular(EARTH_RADIUS + 220e3)  # the whole field: of a particle n^2 r - mu / r^2
     r = orbit.radius + 1e5
     particle = mp.rigid_body("m", mass=500.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
     wall = mp.Joint(name="j0", type="weld", parent="ground", child="m", position=np.array([1e5, 0, 0]))
