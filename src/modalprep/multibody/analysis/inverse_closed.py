@@ -91,7 +91,7 @@ def _evaluated(run: Integration, t: float, y: np.ndarray) -> tuple[np.ndarray, n
     """Return the accelerations (nu,) and the multipliers, summed over each closure, of a state."""
     run.loading.enter(*next(s for s in run.loading.stretches if t <= s[1]))
     ydot, loops = np.zeros(len(y)), run.loading.loops
-    evaluate(run.model, t, y, ydot)
+    evaluate(run.equations, t, y, ydot)
     run.raise_callback()
     rows = [loops.closing.of(k) for k in range(len(run.system.closures))]
     return ydot[run.packed.nx : -1], np.array([loops.work.multiplier[r].sum() for r in rows])

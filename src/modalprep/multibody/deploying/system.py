@@ -104,7 +104,7 @@ class DeployingSystem(Record):
         System
             Of all rods.
         """
-        return self.at([Stage(rods=d.segments, locked=False, law=TimeFunction(d.length)) for d in self.deployments])
+        return self.at([Stage(rods=d.segments, locked=False, length=TimeFunction(d.length)) for d in self.deployments])
 
 
 def _bodies(d: Deployment, stage: Stage) -> dict[str, FlexibleBody]:

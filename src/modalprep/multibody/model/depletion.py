@@ -209,7 +209,7 @@ class ExpelledGas(Record):
         float
             kg/s.
         """
-        return -self.share * self.source(t)[1]
+        return -self.mass_fraction * self.source(t)[1]
 
     def thrust(self, t: float) -> float:
         """Return the thrust, N.

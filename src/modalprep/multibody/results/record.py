@@ -40,7 +40,7 @@ class Recorder:
         if here.stop > len(self.time):
             self.time, self.rows = (np.concatenate([a, np.empty_like(a)]) for a in (self.time, self.rows))
         self.time[here] = times
-        record(self.model, self.channels.columns, times, states, self.soft, self.rows[here])
+        record(self.equations, self.channels.columns, times, states, self.soft, self.rows[here])
         self.count = here.stop
 
     def result(self, status: str, message: str, stats: dict[str, float]) -> Result:
