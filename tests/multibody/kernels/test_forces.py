@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.force_laws import hinge_law, rotation_vector
-from modalprep.multibody.kernels.gravity import central_field, gravity_law
+from modalprep.multibody.kernels.loads.gravity import central_field, gravity_law
+from modalprep.multibody.kernels.loads.laws import hinge_law, rotation_vector
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.loads import dense_loads, loaded_accelerations
 

@@ -31,12 +31,12 @@ from modalprep.multibody.kernels.constraints import (
     constraint_residual,
 )
 from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED_PRISMATIC, PRESCRIBED_REVOLUTE, SPEEDS, Data, Model
-from modalprep.multibody.kernels.deployment import Reels, pay_out, take_up
-from modalprep.multibody.kernels.forces import Loads, apply, prescribe
 from modalprep.multibody.kernels.interfaces import world
+from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
+from modalprep.multibody.kernels.loads.loads import Loads, apply, prescribe
+from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
 from modalprep.multibody.kernels.spatial import copy, get6, inertia_times
-from modalprep.multibody.kernels.variable_mass import refresh
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.compliant_constraints import with_bonds
 from modalprep.multibody.packing.constraints import constraint_work

@@ -11,7 +11,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.evaluation.stresses import stress_reader
-from modalprep.multibody.kernels.force_laws import rotation_vector
+from modalprep.multibody.kernels.loads.laws import rotation_vector
 from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS, Joint
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.safe_expression import read_expression

@@ -9,12 +9,12 @@ import numpy as np
 
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import Frame, State, callback_loads
-from modalprep.multibody.kernels import forces
 from modalprep.multibody.kernels.data import Data
-from modalprep.multibody.kernels.deployment import Reels
-from modalprep.multibody.kernels.forces import Energies
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
-from modalprep.multibody.kernels.variable_mass import refresh
+from modalprep.multibody.kernels.loads import loads as forces
+from modalprep.multibody.kernels.loads.deployment import Reels
+from modalprep.multibody.kernels.loads.loads import Energies
+from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.loads import pack_loads

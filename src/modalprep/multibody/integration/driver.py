@@ -36,8 +36,8 @@ from modalprep.multibody.integration.stepping import (
     set_weights,
 )
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.forces import prescribe
 from modalprep.multibody.kernels.joints import normalise
+from modalprep.multibody.kernels.loads.loads import prescribe
 from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import copy
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.multibody.kernels.constraints import ABOUT, DISTANCE, END, POINT, ROW, TERM, Constraints
-from modalprep.multibody.kernels.force_laws import GROUND, GROUND_ROTATION, REST_POSITION
-from modalprep.multibody.kernels.forces import Loads
+from modalprep.multibody.kernels.loads.laws import GROUND, GROUND_ROTATION, REST_POSITION
+from modalprep.multibody.kernels.loads.loads import Loads
 
 
 def with_bonds(loops: Constraints | None, loads: Loads) -> Constraints | None:

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from modalprep.multibody.kernels.data import PRESCRIBED
-from modalprep.multibody.kernels.deployment import AT, REEL, SPRING, Reels
-from modalprep.multibody.kernels.forces import Loads
+from modalprep.multibody.kernels.loads.deployment import AT, REEL, SPRING, Reels
+from modalprep.multibody.kernels.loads.loads import Loads
 from modalprep.multibody.model.deployment import Deployment, Stage, bending_lengths
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System

@@ -8,7 +8,8 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.kernels.data import FREE, PRESCRIBED, SPEEDS, SPHERICAL
-from modalprep.multibody.kernels.force_laws import (
+from modalprep.multibody.kernels.loads.gravity import ORBIT
+from modalprep.multibody.kernels.loads.laws import (
     BUSHING,
     GROUND,
     GROUND_ROTATION,
@@ -17,8 +18,7 @@ from modalprep.multibody.kernels.force_laws import (
     REST_ROTATION,
     ROD,
 )
-from modalprep.multibody.kernels.forces import Loads
-from modalprep.multibody.kernels.gravity import ORBIT
+from modalprep.multibody.kernels.loads.loads import Loads
 from modalprep.multibody.model.depletion import ExpelledGas
 from modalprep.multibody.model.environment import CentralGravity, Conductor, Orbit
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, added_inertia, rod_constants

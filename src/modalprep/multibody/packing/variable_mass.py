@@ -6,7 +6,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.variable_mass import Fill
+from modalprep.multibody.kernels.loads.variable_mass import Fill
 from modalprep.multibody.model.depletion import Depletion
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.time_tables import tabulate

@@ -9,8 +9,8 @@ from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, POTEN
 from modalprep.multibody.evaluation.loops import CLOSED, MOST_STEPS
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.energy import body_sums
-from modalprep.multibody.kernels.forces import leg_state, prescribe, spring_state
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
+from modalprep.multibody.kernels.loads.loads import leg_state, prescribe, spring_state
 from modalprep.multibody.kernels.modal import deflection
 from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import (

@@ -8,9 +8,10 @@ import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.data import GROWS
-from modalprep.multibody.kernels.force_laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, rod_law, spring_law
-from modalprep.multibody.kernels.gravity import conductor_leg, near_planet, planet_load
 from modalprep.multibody.kernels.interfaces import add_at_origin, add_wrench, node_state, seen_spin
+from modalprep.multibody.kernels.loads.gravity import conductor_leg, near_planet, planet_load
+from modalprep.multibody.kernels.loads.laws import GROUND, GROUND_ROTATION, bushing_law, hinge_law, rod_law, spring_law
+from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
 from modalprep.multibody.kernels.modal_inertia import expand, mode_moments
 from modalprep.multibody.kernels.modal_mass import apply_slopes
 from modalprep.multibody.kernels.spatial import (
@@ -26,7 +27,6 @@ from modalprep.multibody.kernels.spatial import (
     transposed_times,
 )
 from modalprep.multibody.kernels.time_tables import Tables, table
-from modalprep.multibody.kernels.variable_mass import Fill, leaving_power
 
 
 class Loads(NamedTuple):

@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.force_laws import DAMPING, REST, STIFFNESS
 from modalprep.multibody.kernels.interfaces import add_wrench, free_position
+from modalprep.multibody.kernels.loads.laws import DAMPING, REST, STIFFNESS
 from modalprep.multibody.kernels.spatial import dot3, get3, get6, get9, put3, put6, times
 
 SLIDER, PLACE, SPEED, BASE, EXIT, AT = range(6)  # columns of Reels.at

@@ -1,0 +1,1 @@
+"""Compiled loads: force laws, gravity, masses that change."""
