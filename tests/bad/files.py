@@ -373,10 +373,10 @@ MODAL = [
     ("check body.h5", dataset("extra", (10**12,), chunks=(1000,)), "extra declares", "file holds 0", *AGAIN),
     ("check body.h5", dataset("extra", (10**5,), external=[("/etc/passwd", 0, 400_000)]), "in other files", *AGAIN),
     ("check body.h5", bomb, "declares", *AGAIN),
-    ("check body.h5", elsewhere("K", h5py.ExternalLink("run.h5", "time")), "K is a link", *AGAIN),
-    ("check body.h5", elsewhere("cells", h5py.ExternalLink("/dev/zero", "x")), "cells is a link", *AGAIN),
-    ("check body.h5", elsewhere("K", h5py.SoftLink("/D")), "K is a link", *AGAIN),
-    ("check body.h5", virtual, "K lies in other files", *AGAIN),
+    ("check body.h5", elsewhere("K", h5py.ExternalLink("run.h5", "time")), "K is an external link", *AGAIN),
+    ("check body.h5", elsewhere("cells", h5py.ExternalLink("/dev/zero", "x")), "cells is an external link", *AGAIN),
+    ("check body.h5", elsewhere("K", h5py.SoftLink("/D")), "K is an external link", *AGAIN),
+    ("check body.h5", virtual, "K is stored in other files", *AGAIN),
     ("check body.h5", ring, *AGAIN),
 ]
 

@@ -218,7 +218,7 @@ def test_mean_axes_of_a_rigid_body_are_its_centre():
 
 
 def test_refusals(body):
-    with pytest.raises(mp.InputError, match="body 'horn': interface 'top' does not exist; known are left, right, side"):
+    with pytest.raises(mp.InputError, match="body 'horn' has no interface 'top'; it has left, right, side"):
         reroot(body, "top")
     with pytest.raises(mp.InputError, match="axes are not a rotation"):
         in_frame(body, origin=np.zeros(3), axes=np.diag([1.0, 1, -1]))

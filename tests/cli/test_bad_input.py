@@ -157,7 +157,7 @@ class TestResults:
     def test_link(self, file):
         with h5py.File(file, "a") as h5:
             h5["channels/b"] = h5py.ExternalLink("/dev/zero", "x")
-        with pytest.raises(mp.InputError, match="b is a link to another place"):
+        with pytest.raises(mp.InputError, match="b is an external link"):
             mp.read_result(file)
 
     def test_modal_file(self, tmp_path):

@@ -125,7 +125,7 @@ def test_too_few_modes_leave_an_interface_to_recovery(tmp_path):
     np.testing.assert_allclose(whole.recovery[6:9, 6:], body.phi[1], rtol=1e-12)
     np.testing.assert_allclose(whole.recovery[9:12, 6:], body.psi[1], rtol=1e-12)
     text = write_dmig(body, tmp_path / "b.dmig").read_text()
-    assert "$ interface tip is no grid point: the modes do not span its six motions" in text
+    assert "$ interface tip is not a grid point: the modes do not span its six motions" in text
 
 
 def test_a_mechanism_stays_one(fixed_beam):

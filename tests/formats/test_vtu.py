@@ -65,7 +65,7 @@ def test_beams_and_many_modes(tmp_path):
 def test_refusals(tmp_path):
     body = uniform_beam(modes=1)
     rigid = mp.rigid_body("rod", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
-    with pytest.raises(mp.InputError, match="body 'rod' has no mesh to write; a VTU file is a picture of one"):
+    with pytest.raises(mp.InputError, match="body 'rod' has no mesh to write; a VTU file needs one"):
         write_vtu(rigid, tmp_path / "rod.vtu")
     with pytest.raises(mp.InputError, match="body 'rod' has no modes to write on its mesh"):
         write_vtu(rigid.with_(cells=body.cells), tmp_path / "rod.vtu")

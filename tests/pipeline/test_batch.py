@@ -196,7 +196,7 @@ def test_a_fault_of_the_program_fails_its_own_job_only(job, setting, monkeypatch
 
     monkeypatch.setattr("modalprep.pipeline.batch.work.run_pipeline", fault)
     record = work(job, setting)
-    assert record["cause"].startswith("ZeroDivisionError: division by zero (its log has more: ")
+    assert record["cause"].startswith("ZeroDivisionError: division by zero (see its log: ")
     assert "Traceback" in job.log.read_text()
     monkeypatch.setattr("modalprep.pipeline.batch.work.run_pipeline", lambda *args: exit(3))  # as meshio does
     assert work(job, setting)["cause"].startswith("SystemExit: 3")
@@ -211,7 +211,7 @@ def test_a_finished_job_is_not_worked_on_again(job, setting, monkeypatch):
 
 def test_a_worker_with_another_program_refuses(job):
     record = work(job, Setting(None, 1e9, program() | {"numpy": "1.0"}))
-    assert record["cause"] == "its worker has another numpy; install the same there"
+    assert record["cause"] == "its worker has a different numpy; install the same there"
 
 
 def test_a_closed_folder_fails_its_own_job_only(inline, project, tmp_path, capsys):

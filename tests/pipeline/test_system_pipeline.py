@@ -34,7 +34,7 @@ parent = "a.tip"
 child = "b.root"
 start = { angle = "30 deg", speed = 0.2 }
 stiffness = [1, 2]
-friction = [0.5, { level = 0 }]
+friction = [0.5, { coulomb = 0 }]
 force = { t = [0, 1, 1, 2], values = [1, 1, 3, 3] }
 torque = [{ value = "t", until = 1 }, { value = 1 }]
 

@@ -172,7 +172,7 @@ def test_what_cannot_buckle_is_reported():
         mp.reduction.prestressed_modes(model, -1.01 * EULER * pull)
     with pytest.raises(mp.InputError, match="one per DOF"):
         mp.reduction.buckling(model, np.ones(3))
-    with pytest.raises(mp.InputError, match="no interface 'top'"):
+    with pytest.raises(mp.InputError, match="interface 'top' does not exist"):
         mp.reduction.interface_load(model, "top")
 
 

@@ -100,7 +100,9 @@ def test_only_springs_are_coloured_too(cantilever):
     ],
 )
 def test_body_without_energy_is_reported(draw, cantilever, tmp_path):
-    with pytest.raises(InputError, match=r"'cantilever' holds no strain energy .* build it again from its mesh, or"):
+    with pytest.raises(
+        InputError, match=r"'cantilever' has no strain energy of its cells.* build it again from its mesh, or"
+    ):
         draw(cantilever, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from modalprep.fe.mesh.mesh import Mesh as Mesh
     from modalprep.fe.properties.materials import Orthotropic as Orthotropic
     from modalprep.fe.properties.properties import Ply as Ply
+    from modalprep.fe.properties.properties import Property as Property
     from modalprep.fe.properties.sections import beam_section as beam_section
     from modalprep.fe.quality.findings import Finding as Finding
     from modalprep.fe.quality.findings import Statistics as Statistics
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "mesh.mesh": "Mesh Link",
     "properties.materials": "Orthotropic",
-    "properties.properties": "Ply",
+    "properties.properties": "Ply Property",
     "properties.sections": "beam_section",
     "quality.quality": "Quality",
     "quality.findings": "Finding Statistics",

@@ -441,7 +441,7 @@ def test_matrices_have_no_stress():
         mp.fe.stress_recovery(bare, mesh, {"p": mp.fe.StressPoint(node=1)})
 
 
-@pytest.mark.parametrize("choice", [dict(of="floor"), dict(direction=(0.3, 0, 1.0))])
+@pytest.mark.parametrize("choice", [dict(element_group="floor"), dict(direction=(0.3, 0, 1.0))])
 def test_one_side_of_a_fold_can_be_chosen(choice):
     """The floor alone, stretched along x; the wall is at rest but for their common side."""
     model, mesh = stiffened()

@@ -115,7 +115,7 @@ def test_trajectory_in_independent_speeds_is_the_same():
     y, loops, packed = assembled(system)
 
     def derivative(t, y):
-        return np.concatenate([y[3:], reduced_accelerations(system, loops.closing, y, np.zeros((3, 3)), t)])
+        return np.concatenate([y[3:], reduced_accelerations(system, loops, y, np.zeros((3, 3)), t)])
 
     other = solve_ivp(derivative, (0, 0.5), y, method="DOP853", rtol=1e-10, atol=1e-12, t_eval=run.time)
     for name in ("a", "b", "c"):

@@ -22,12 +22,16 @@ MOVES = {  # by type: the start, coordinates, speeds
     ),
     "weld": ({}, [], []),
     "spherical": (
-        {"rotation": TURN.as_matrix(), "spin": np.array([1.0, 2, 3])},
+        {"rotation": TURN.as_matrix(), "angular_velocity": np.array([1.0, 2, 3])},
         TURN.as_quat(scalar_first=True),
         [1.0, 2.0, 3.0],
     ),
     "free": (
-        {"position": np.array([1.0, 2, 3]), "velocity": np.array([4.0, 5, 6]), "spin": np.array([7.0, 8, 9])},
+        {
+            "position": np.array([1.0, 2, 3]),
+            "velocity": np.array([4.0, 5, 6]),
+            "angular_velocity": np.array([7.0, 8, 9]),
+        },
         [1.0, 2, 3, 1, 0, 0, 0],
         [4.0, 5, 6, 7, 8, 9],
     ),
@@ -97,7 +101,7 @@ def test_rows_of_linear_equations_have_names():
         ("joint", "ball"),
         ("joint", "ball"),
     )
-    some = {key: np.zeros(0) for key in ("A", "B", "C", "D", "R", "y", "udot", "doubt")}
+    some = {key: np.zeros(0) for key in ("A", "B", "C", "D", "R", "y", "udot", "error_estimate")}
     linear = StateSpace(**some, inputs=(), outputs=(), owner=owner, independent=np.array([0, 2, 3, 5]), error=0.0)
     names = ("hinge", "arm.modal.2", "ball.1", "ball.3")
     assert linear.states == (*names, *(f"{name}.rate" for name in names))

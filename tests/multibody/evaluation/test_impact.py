@@ -194,7 +194,7 @@ def test_a_ball_bounces(method, accuracy):
     np.testing.assert_allclose(run.events["bounce"][:4], times[times < 2.0][:4], rtol=accuracy)
     impacts = run.impacts["bounce"]
     lost = [0.5 * 0.5 * (1 - e**2) * (e**k * v) ** 2 for k in range(len(impacts))]
-    np.testing.assert_allclose([impact.lost for impact in impacts], lost, rtol=10 * accuracy)
+    np.testing.assert_allclose([impact.energy_loss for impact in impacts], lost, rtol=10 * accuracy)
     assert run.stats["energy_error"] < 1e-9
     row = np.searchsorted(run.time, impacts[0].t)
     np.testing.assert_array_equal(run.time[row : row + 2], impacts[0].t)  # before and after
@@ -220,7 +220,9 @@ def test_an_impact_is_in_the_balance_of_a_turning_ground_and_of_a_mass_that_chan
     (impact,) = run.impacts["bounce"]
     row = np.searchsorted(run.time, impact.t)
     mass = 0.5 if change == "orbit" else run["ball.mass"][row]
-    assert impact.lost == pytest.approx(mass / 2 * (1 - 0.25) * run["ball.centre.velocity.y"][row] ** 2, rel=1e-9)
+    assert impact.energy_loss == pytest.approx(
+        mass / 2 * (1 - 0.25) * run["ball.centre.velocity.y"][row] ** 2, rel=1e-9
+    )
     assert run.stats["energy_error"] < 1e-9
 
 
@@ -239,7 +241,7 @@ def test_bounces_without_end_are_refused(e, rtol):
 def test_capture_friction_and_release(method):
     """A ball falls on the floor, sticks not, slides with ``mu g``, and flies off where the floor ends."""
     mu, v = 0.3, 4.0
-    system = ball(friction=mu, speed=v, sliding=1e-4)
+    system = ball(friction=mu, speed=v, transition_velocity=1e-4)
     edge = Closure(name="edge", type="point_on_plane", a="ground", b="ball.centre", axis=np.array([1.0, 0, 0]),
                       position=np.array([3.0, 0, 0]), active=False)  # fmt: skip
     system = system.with_(closures=(*system.closures, edge))
@@ -322,7 +324,7 @@ def test_a_latch_holds_the_angle_at_its_event():
     after = run.time > 0.65 + 1e-6
     np.testing.assert_allclose(run["wing.angle"][after], 0.3, atol=1e-9)
     np.testing.assert_allclose(run["turn.rate"][after], (0.4 * 1.0 + J * 3.0) / (0.4 + J), rtol=1e-9)
-    assert run.impacts["stop"][0].lost == pytest.approx(0.4 * J / (0.4 + J) * 2.0**2 / 2, rel=1e-9)
+    assert run.impacts["stop"][0].energy_loss == pytest.approx(0.4 * J / (0.4 + J) * 2.0**2 / 2, rel=1e-9)
     assert run.impacts["stop"][0].impulse["latch.multiplier"] == pytest.approx(-0.4 * J / (0.4 + J) * 2.0, rel=1e-9)
     assert run.stats["energy_error"] < 1e-9
 
@@ -370,7 +372,7 @@ def test_friction_equals_the_dense_solution_on_random_trees(seed):
         (lambda: mp.multibody.impact(ball(), closures=["flor"]), "closure 'flor' does not exist; did you mean 'floor'"),
         (lambda: mp.multibody.impact(ball(), closures=["floor"], restitution=1.5), "restitution = 1.5"),
         (lambda: mp.Event(name="e", when="t", restitution=-1.0), "restitution = -1"),
-        (lambda: ball(sliding=0.0), "sliding = 0 positive"),
+        (lambda: ball(transition_velocity=0.0), "transition_velocity = 0 positive"),
         (
             lambda: Closure(name="c", type="weld", a="a.b", b="ground", friction_coefficient=0.1),
             "weld closure has no friction",

@@ -226,9 +226,9 @@ HALF = mp.body.with_density_factor(FULL, 0.5)
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: mp.multibody.deplete(5.0, 6.0, 1.0), "nothing burns"),
+        (lambda: mp.multibody.deplete(5.0, 6.0, 1.0), "nothing depletes"),
         (lambda: mp.multibody.deplete(6.0, 5.0, -1.0), "must not be negative"),
-        (lambda: mp.multibody.Depletion(name="f", body="beam", levels=(), mass=1.0), "another fill level"),
+        (lambda: mp.multibody.Depletion(name="f", body="beam", levels=(), mass=1.0), "at one other fill level"),
         (lambda: fuelled(mass=[(1.0, 12.0), (float("inf"), 7.0)]), "jumps"),
         (lambda: fuelled(body="bean"), "did you mean 'beam'"),
         (lambda: fuelled(levels=(uniform_beam(modes=3, elements=6),)), "same modes"),
@@ -269,4 +269,4 @@ def test_a_body_that_loses_mass_has_no_second_order_of_its_modal_mass():
     system = mp.System(bodies={"tank": full}, joints=(hinge,), depletions=(fuel,))
     assert full.T is not None
     assert system.bodies["tank"].T is None
-    assert "second order of its modal mass" in system.notes[0]
+    assert "second-order terms of its modal mass" in system.notes[0]

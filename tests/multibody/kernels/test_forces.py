@@ -159,7 +159,10 @@ def test_limits_push_and_never_pull():
             "lower = 1 must be below upper = 0",
         ),
         (lambda: mp.multibody.HingeElement(lower=1.0), "limits need a stiffness"),
-        (lambda: mp.multibody.HingeElement(friction=1.0, transition_velocity=0.0), "sliding = 0 must be positive"),
+        (
+            lambda: mp.multibody.HingeElement(friction=1.0, transition_velocity=0.0),
+            "transition_velocity = 0 must be positive",
+        ),
         (lambda: mp.PointForce(name="f", at="a.b", force=(1, 2)), "force 'f': force has 2 components; give three"),
         (lambda: mp.PointForce(name="f", at="a.b", axes="world"), "axes 'world' is neither"),
         (lambda: mp.multibody.AxialSpring(name="s", between=("a.b", "a.b")), "spring 's': joins a.b and a.b"),
@@ -186,11 +189,11 @@ def test_limits_push_and_never_pull():
         ),
         (
             lambda: loaded(mp.multibody.CentralGravity(mu=1.0), mp.multibody.CentralGravity(mu=2.0)),
-            "one field of central gravity",
+            "at most one central gravity field",
         ),
         (
             lambda: loaded(elements=2 * (mp.multibody.HingeElement(),)),
-            "2 hinge elements, but a revolute joint moves in 1",
+            "2 hinge elements, but a revolute joint needs 1",
         ),
         (
             lambda: loaded(elements=mp.multibody.HingeElement(), motion=mp.multibody.TimeFunction("t")),

@@ -144,7 +144,7 @@ def test_buoyancy_and_central_gravity_do_not_see_the_water_that_moves():
         (lambda: mp.multibody.Water(up=np.zeros(3)), "no direction"),
         (lambda: mp.multibody.ImmersedRod(name="r", body="rod", diameter=-1.0), "diameter = -1"),
         (lambda: refused(body="rood"), "body 'rood' does not exist"),
-        (lambda: refused(ends=("root", "tpi")), "no interface 'tpi'"),
+        (lambda: refused(ends=("root", "tpi")), "interface 'tpi' does not exist"),
         (lambda: refused(ends=("root", "root")), "are at one point"),
     ],
 )

@@ -204,7 +204,7 @@ def test_field_of_a_tilted_dipole_over_the_pole():
     # v y cross -B x = v B z, along the rod -v B L
     assert run["line.emf"][0] == pytest.approx(-np.sqrt(EARTH_MU / r) * B * 2.0, rel=1e-9)
     tilted = mp.multibody.Dipole(**STATION, tilt=np.pi / 2, longitude=0.0)
-    equator = over.orbit.with_(dipole=tilted, inclination=0.0, argument=0.0)
+    equator = over.orbit.with_(dipole=tilted, inclination=0.0, argument_of_latitude=0.0)
     run = mp.simulate(over.with_(joints=(flat,), orbit=equator), t_end=1.0, output_step=1.0)
     speed = np.sqrt(EARTH_MU / r) - equator.planet_spin * r
     assert run["line.emf"][0] == pytest.approx(-speed * B * 2.0, rel=1e-9)
@@ -244,7 +244,7 @@ def test_damper_of_a_slack_tether_never_pushes():
         (lambda: Orbit(rate=0.0), "rate = 0 must be positive"),
         (lambda: Orbit(rate=1e-3, radius=-1.0), "radius = -1 must be positive"),
         (lambda: Orbit.circular(-7e6), "radius = -7e\\+06"),
-        (lambda: Orbit(rate=1e-3, dipole=mp.multibody.Dipole(strength=1.0)), "give its radius"),
+        (lambda: Orbit(rate=1e-3, dipole=mp.multibody.Dipole(strength=1.0)), "needs the radius of the orbit"),
         (lambda: mp.multibody.Dipole(strength=0.0), "strength = 0"),
         (lambda: mp.multibody.Conductor(name="c", through=("m.root",), current=1.0), "two or more interfaces"),
         (lambda: thrown(HILL, np.zeros(3), np.zeros(3), gravity=np.array([0, 0, -9.81])), "gravity of its orbit"),
@@ -261,7 +261,7 @@ def test_damper_of_a_slack_tether_never_pushes():
         ),
         (
             lambda: AxialSpring(name="s", between=("ground", "m.root"), actuator_force=1.0, tension_only=True),
-            "an actuator pulls always",
+            "tension_only and actuator_force exclude each other",
         ),
         (lambda: simulate_free_system(thrown(HILL, np.zeros(3), np.zeros(3)), t_end=1.0), "here is an orbit"),
     ],

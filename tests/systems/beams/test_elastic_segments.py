@@ -82,7 +82,7 @@ def test_slew_converges_with_order_three(run):
     for count in (10, 20):
         fine = mp.simulate(beam(count, motion=motion), t_end=4, output_step=1.0, method="explicit", rtol=1e-6)
         apart.append(np.linalg.norm(fine[f"s{count - 1}.tip.position"][2:, :2] - TIP[1:4], axis=1))
-    assert order(apart)[0] == pytest.approx(3.0, abs=0.35)
+    assert order(apart).min() >= 2.8  # 3.08 and 3.44: from 10 segments on the error falls faster than its order
     assert apart[1].max() < 0.02  # 40 rods: 0.018
     shipped_tip = run["arm10.tip.position"][[40, 60, 80], :2]
     np.testing.assert_allclose(np.linalg.norm(shipped_tip - TIP[1:4], axis=1), apart[0], atol=2e-5)  # rtol 1e-6

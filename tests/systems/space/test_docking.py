@@ -39,7 +39,7 @@ def test_energy_lost_and_time_of_contact(docked):
     M, _ = mass_and_force(system, before)
     G, r = rows.G[own], rows.rate[own]
     lost = r @ np.linalg.solve(G @ np.linalg.solve(M, G.T), r) / 2
-    assert impact.lost == pytest.approx(lost, rel=1e-8)
+    assert impact.energy_loss == pytest.approx(lost, rel=1e-8)
     assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-lost, rel=1e-8)
 
 

@@ -38,8 +38,8 @@ def test_the_impact_is_that_of_two_free_bodies(run):
     p = (across @ v) / -(across @ S @ push) * push
     found = impact.impulse["wall.force"][0] * along + impact.impulse["wall.force"][1] * across
     np.testing.assert_allclose(found, p, rtol=1e-9)
-    assert impact.lost == pytest.approx(-p @ (v + S @ p / 2), rel=1e-9)
-    assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-impact.lost, rel=1e-9)
+    assert impact.energy_loss == pytest.approx(-p @ (v + S @ p / 2), rel=1e-9)
+    assert np.diff(run["energy.kinetic"][row : row + 2])[0] == pytest.approx(-impact.energy_loss, rel=1e-9)
     change = np.diff(run["package.centre.velocity"][row : row + 2], axis=0)[0, :2]
     np.testing.assert_allclose(25.0 * change, p, rtol=1e-9)
     assert np.diff(run["package.angular_velocity"][row : row + 2, 2])[0] == pytest.approx(lever @ p / 0.8, rel=1e-9)

@@ -52,7 +52,7 @@ def test_jet_damping(tmp_path):
 def test_without_a_flow_path_gas_takes_no_angular_momentum(tmp_path):
     """Only the thrust, through the centre: the spin of the solid that remains stays."""
     system, _ = shipped("jet-damping", tmp_path)
-    bare = system.with_(loads=tuple(load.with_(way=()) for load in system.loads))
+    bare = system.with_(loads=tuple(load.with_(flow_path=()) for load in system.loads))
     run = mp.simulate(bare, t_end=40.0, output_step=20.0)
     np.testing.assert_allclose(run["flight.angular_velocity"][:, 1:], np.tile([0.3, 0.4], (3, 1)), rtol=1e-12)
 

@@ -39,7 +39,7 @@ class Changes:
             return False
         if not event.changes or event.impacts:
             return True
-        active = self.loading.loops.closing.active
+        active = self.loading.loops.active
         waiting = any(not active(self.number[name]) for name in event.activates)
         return waiting or any(active(self.number[name]) for name in event.deactivates)
 

@@ -160,7 +160,7 @@ def new_data(model: Model, *, depleting: bool = False) -> Data:
     >>> data.links["mass"], data.modal.Z.shape
     (array([12.,  0.]), (1, 2, 2, 8))
     """
-    links = np.zeros(len(model.links) + 1, LINK_DATA)
+    links = np.zeros(len(model.links) + 1, LINK_DATA).view(np.recarray)
     for name in ("mass", "first_moment", "inertia"):
         links[name][:-1] = model.links[name]
     ground = links[-1]

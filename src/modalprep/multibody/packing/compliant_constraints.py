@@ -45,11 +45,13 @@ def with_bonds(loops: Constraints | None, loads: Loads) -> Constraints | None:
     rows = [row for row in rows if np.any(row[3] > 0)]
     if not rows:
         return loops
-    packed = np.zeros(len(rows), ROW)
+    packed = np.zeros(len(rows), ROW).view(np.recarray)
     for row, (kind, end, axis, (stiffness, damping)) in zip(packed, rows, strict=True):
         row["kind"], row["a"], row["b"], row["table"] = kind, end, end + 1, -1
         row["in_a"], row["stiffness"], row["damping"] = axis, stiffness, damping
-    bonds = Constraints(loads.tables, np.array(ends, END), packed, np.zeros(0, TERM))
+    bonds = Constraints(
+        loads.tables, np.array(ends, END).view(np.recarray), packed, np.zeros(0, TERM).view(np.recarray)
+    )
     return bonds if loops is None else _joined(loops, bonds)
 
 
@@ -59,4 +61,6 @@ def _end(at: np.ndarray, position: np.ndarray, rotation: np.ndarray) -> tuple:
 
 def _joined(one: Constraints, two: Constraints) -> Constraints:
     """Return the rows of both; functions of time are those of the first."""
-    return Constraints(one.tables, *(np.concatenate(pair) for pair in zip(one[1:], two[1:], strict=True)))
+    return Constraints(
+        one.tables, *(np.concatenate(pair).view(np.recarray) for pair in zip(one[1:], two[1:], strict=True))
+    )

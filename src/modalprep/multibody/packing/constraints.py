@@ -106,7 +106,7 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
     numbers = iter(range(len(functions)))
     size = _size(system)
     mass = sum(body.m for body in system.bodies.values())
-    packed_rows, value, unit, floor = np.zeros(len(rows), ROW), *np.zeros((3, len(rows)))
+    packed_rows, value, unit, floor = np.zeros(len(rows), ROW).view(np.recarray), *np.zeros((3, len(rows)))
     for i, row in enumerate(rows):
         at, length = packed_rows[i], row.kind in (POINT, DISTANCE)
         at["kind"], at["a"], at["b"] = row.kind, 2 * row.closure, 2 * row.closure + 1
@@ -120,7 +120,10 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
     terms = [term for i, row in enumerate(rows) for term in _terms(system, packed, i, system.closures[row.closure])]
     ends = [end for closure in system.closures for end in _ends(system, packed, closure)]
     arrays = Constraints(
-        tabulate(functions, t_end), np.array(ends, END), packed_rows, np.array(terms, TERM).reshape(-1)
+        tabulate(functions, t_end),
+        np.array(ends, END).view(np.recarray),
+        packed_rows,
+        np.array(terms, TERM).reshape(-1).view(np.recarray),
     )
     return Closing(arrays, tuple(rows), size, value, unit, floor)
 
@@ -134,10 +137,19 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, unit=None, 
         if part is not None:
             own[: len(part)] = part
     return Work(
-        *given, np.zeros(ne, END_DATA), np.zeros(m, LINE), *(np.zeros(m) for _ in range(8)), np.zeros((m, m)),
-        np.zeros((m, m)), np.zeros(m), np.zeros(m, dtype=np.int64), np.zeros(1, dtype=np.int64), np.zeros((m, nu)),
-        np.zeros(nu), np.zeros(nu), np.zeros(nl, KEPT), np.zeros(nx + nu),
-    )  # fmt: skip
+        *given,
+        np.zeros(ne, END_DATA).view(np.recarray),
+        np.zeros(m, LINE).view(np.recarray),
+        *(np.zeros(m) for _ in range(8)),
+        *(np.zeros((m, m)) for _ in range(2)),
+        np.zeros(m),
+        np.zeros(m, dtype=np.int64),
+        np.zeros(1, dtype=np.int64),
+        np.zeros((m, nu)),
+        *(np.zeros(nu) for _ in range(2)),
+        np.zeros(nl, KEPT).view(np.recarray),
+        np.zeros(nx + nu),
+    )
 
 
 def _rows(k: int, closure: Closure | Coupler) -> list[Row]:

@@ -169,7 +169,7 @@ def _links(system: System) -> tuple[list[Link], list[tuple[int, np.ndarray, np.n
 
 def _topology(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, _Bodies]:
     """Return the links (nl,) with everything but frames and masses, and the distinct bodies."""
-    rows = np.zeros(len(links), LINK)
+    rows = np.zeros(len(links), LINK).view(np.recarray)
     rows["kind"] = rows["slot"] = rows["body"] = rows["shape"] = rows["first_interface"] = -1
     bodies, x, u, slot, shape = _Bodies(), 0, 0, 0, 0
     depleted = [each.body for each in system.depletions]
