@@ -120,7 +120,14 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
 
     def load(self, key: Any) -> Any:
         """Return what was saved for a signature, None if there is nothing, of another version, or not whole."""
-        with suppress(OSError, EOFError, pickle.UnpicklingError), open(self._data_path(self._name(key)), "rb") as file:
+        gone = (
+            OSError,
+            EOFError,
+            pickle.UnpicklingError,
+            ImportError,
+            AttributeError,
+        )  # also of modules that have moved
+        with suppress(*gone), open(self._data_path(self._name(key)), "rb") as file:
             if pickle.load(file) == (self._version, self._source_stamp):
                 saved, data = pickle.load(file)
                 return data if saved == key else None

@@ -53,6 +53,9 @@ def write_vtu(body: FlexibleBody, path: str | Path) -> Path:
     """
     if not body.cells:
         raise InputError(f"body {body.name!r} has no mesh to write; a VTU file needs one")
+    unknown = sorted(kind for kind in body.cells if kind not in CELLS or CELLS[kind].vtk is None)
+    if unknown:
+        raise InputError(f"body {body.name!r} has cells that VTK does not know: {', '.join(unknown)}")
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to write on its mesh; a rigid body has none")
     with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii") as file:

@@ -42,7 +42,7 @@ LINK = np.dtype([
     ("slot", np.int64),  # row in `ModalData`, -1 rigid
     ("modal_mass", np.int64),  # UNIT, AFFINE or GROWS
     ("body", np.int64),  # in the system's order, -1 none
-    ("shape", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
+    ("phi", np.int64),  # row of `ModalData.Phi` of the parent's interface, -1 rigid parent
     ("first_interface", np.int64),  # row of `Model.interfaces`
     ("rotation", np.float64, 9),  # joint frame at zero to the parent's link frame
     ("arm", np.float64, 3),  # interface on the parent's undeformed body, in the parent's link frame, m
@@ -171,7 +171,7 @@ def new_data(model: Model, *, depleting: bool = False) -> Data:
 
 def _modal_data(model: Model, modal: Modal, depleting: bool) -> ModalData:
     N, N4, grows = modal.diagonal.shape[1], modal.integrals.by_q.shape[1], modal.second.shape[1]
-    slots, attached, blocks = int(model.links["slot"].max()) + 1, int(model.links["shape"].max()) + 2, -(-N // 8)
+    slots, attached, blocks = int(model.links["slot"].max()) + 1, int(model.links["phi"].max()) + 2, -(-N // 8)
     integrals = Integrals(*(x.copy() for x in modal.integrals)) if depleting else modal.integrals
     shapes = {
         "q": (slots, N4), "qd": (slots, N4), "load": (slots, N), "qdd": (slots, blocks, 8),

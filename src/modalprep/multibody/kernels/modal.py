@@ -112,9 +112,9 @@ def elastic_acceleration(modal, slot, n, s):
 def add_to_modes(modal, model, i, M, H, J, p, r):
     """Add ``[T Phi]^T I [T Phi]`` and ``[T Phi]^T p`` of link i to its parent's modal rows; r is its arm."""
     if modal is not None:
-        if model.links[i].shape >= 0:
+        if model.links[i].phi >= 0:
             parent = model.links[model.links[i].parent]
-            _add_to_modes(modal, model.links[i].shape, parent.slot, parent.modes, M, H, J, p, r)
+            _add_to_modes(modal, model.links[i].phi, parent.slot, parent.modes, M, H, J, p, r)
 
 
 @compile_inline
@@ -244,9 +244,9 @@ def parent_frame(modal, model, data, i):
     link = model.links[i]
     turn, arm, w = get9(link.rotation), get3(link.arm), get3(data.links[link.parent].omega)
     if modal is not None:
-        if link.shape >= 0:
+        if link.phi >= 0:
             arm, node, x, s, v, t, linear, angular = node_motion(
-                modal, model, data, link.parent, link.interface, link.shape, arm
+                modal, model, data, link.parent, link.interface, link.phi, arm
             )
             return product(node, turn), arm, v, t, linear, angular, x, s
     return turn, arm, ZERO3, ZERO3, cross(w, cross(w, arm)), ZERO3, ZERO3, 1.0
@@ -256,7 +256,7 @@ def parent_frame(modal, model, data, i):
 def turn_parent_shape(modal, model, i, x, s, offset):
     """Finish the partial velocities of link i's joint on a flexible parent, moved by `offset`."""
     if modal is not None:
-        slot = model.links[i].shape
+        slot = model.links[i].phi
         if slot >= 0:
             turn_shape(modal, slot, model.links[model.links[i].parent].modes, x, s, offset)
 
@@ -274,9 +274,9 @@ def parent_acceleration(modal, model, data, i, whole):
         linear = (whole * linear[0], whole * linear[1], whole * linear[2])
     linear = add3(linear, cross(angular, get3(data.links[i].arm)))
     if modal is not None:
-        if link.shape >= 0:
+        if link.phi >= 0:
             p = link.parent
-            v, t = elastic_acceleration(modal, link.shape, model.links[p].modes, model.links[p].slot)
+            v, t = elastic_acceleration(modal, link.phi, model.links[p].modes, model.links[p].slot)
             linear, angular = add3(linear, v), add3(angular, t)
     return linear, angular
 
@@ -377,7 +377,7 @@ def write_accelerations(modal, model, i, udot):
 def add_bias_to_modes(modal, model, i, force, torque):
     """Add the bias force that link i hands to its parent, parent link's axes, to the parent's modal rows."""
     if modal is not None:
-        slot, p = model.links[i].shape, model.links[i].parent
+        slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
             for a in range(model.links[p].modes):
                 modal.Z[model.links[p].slot, a, 0, LOAD] += _on_shape(modal, slot, a, force, torque)
@@ -387,7 +387,7 @@ def add_bias_to_modes(modal, model, i, force, torque):
 def hand_to_modes(modal, model, i, force, torque, out):
     """Add the generalised forces of link i's wrench, parent link's axes, to the parent's modes, ``out (nu,)``."""
     if modal is not None:
-        slot, p = model.links[i].shape, model.links[i].parent
+        slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
             for a in range(model.links[p].modes):
                 out[model.links[p].uq + a] += _on_shape(modal, slot, a, force, torque)

@@ -170,8 +170,8 @@ def _links(system: System) -> tuple[list[Link], list[tuple[int, np.ndarray, np.n
 def _topology(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, _Bodies]:
     """Return the links (nl,) with everything but frames and masses, and the distinct bodies."""
     rows = np.zeros(len(links), LINK).view(np.recarray)
-    rows["kind"] = rows["slot"] = rows["body"] = rows["shape"] = rows["first_interface"] = -1
-    bodies, x, u, slot, shape = _Bodies(), 0, 0, 0, 0
+    rows["kind"] = rows["slot"] = rows["body"] = rows["phi"] = rows["first_interface"] = -1
+    bodies, x, u, slot, phi = _Bodies(), 0, 0, 0, 0
     depleted = [each.body for each in system.depletions]
     carrier = {link.body: i for i, link in enumerate(links) if link.body}
     order = {name: i for i, name in enumerate(system.order)}
@@ -185,7 +185,7 @@ def _topology(system: System, links: list[Link], frames: list) -> tuple[np.ndarr
         elif parent is not None:
             row["parent"], row["interface"] = carrier[parent[0]], parent[1]
             if system.bodies[parent[0]].n:
-                row["shape"], shape = shape, shape + 1
+                row["phi"], phi = phi, phi + 1
         if link.body:
             body, own = system.bodies[link.body], link.body in depleted
             row["body"], row["modes"], row["modal_mass"] = order[link.body], body.n, _modal_mass(body, own)
