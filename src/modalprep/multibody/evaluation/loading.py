@@ -22,7 +22,7 @@ from modalprep.multibody.packing.tree import Packed
 
 
 def frames(packed: Packed, data: Data) -> Callable[[str, int], Frame]:
-    """Return ``(body, k) -> Frame``: the motion of interface k after `kernel.world`."""
+    """Return ``(body, k) -> Frame``: the motion of interface k after `interfaces.world`."""
 
     def frame(body: str, k: int) -> Frame:
         found = node_state(packed.model, data, packed.link_of(body), k)

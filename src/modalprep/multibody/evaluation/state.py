@@ -53,7 +53,7 @@ class State(Coordinates):
         Returns
         -------
         Frame
-            Position (m), rotation, velocity (m/s) and spin (rad/s), inertial axes.
+            Position (m), rotation, velocity (m/s) and angular velocity (rad/s), inertial axes.
         """
         found = locate(self.system.bodies, name, "state")
         if found is None:

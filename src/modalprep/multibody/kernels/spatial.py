@@ -430,19 +430,6 @@ def row9(A, i, c):
 
 
 @compile_inline
-def put_row3(A, i, c, v):
-    """Write three numbers to row i from column c."""
-    A[i, c], A[i, c + 1], A[i, c + 2] = v
-
-
-@compile_inline
-def put_row9(A, i, c, v):
-    """Write nine numbers to row i from column c."""
-    A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4] = v[0], v[1], v[2], v[3], v[4]
-    A[i, c + 5], A[i, c + 6], A[i, c + 7], A[i, c + 8] = v[5], v[6], v[7], v[8]
-
-
-@compile_inline
 def row8(A, i, j):
     """Eight numbers ``A[i, j, :8]``."""
     return A[i, j, 0], A[i, j, 1], A[i, j, 2], A[i, j, 3], A[i, j, 4], A[i, j, 5], A[i, j, 6], A[i, j, 7]

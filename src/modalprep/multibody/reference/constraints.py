@@ -1,4 +1,4 @@
-"""The readable twin of `constraints`: Phi, G and Phi'' with whole matrices, two ways to solve."""
+"""The reference implementation of constraints: Phi, G and Phi'' with whole matrices, two ways to solve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The readable twin of the kernel: one mass matrix for the whole system (book chapter 6).
+"""The reference implementation of the equations of motion: one mass matrix for the whole system (book chapter 6).
 
 Every link's spatial acceleration is affine in the speeds' derivatives, ``A_i = J_i u' + c_i``; stacking the
 partial velocities ``[J_i; E_i]`` (E_i picks the body's q'') gives ``M u' = f`` by Kane's equations. Also the

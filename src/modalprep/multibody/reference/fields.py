@@ -1,4 +1,4 @@
-"""The readable twin of `planet`: gravity about a point or in an orbit, and the field of a dipole, in numpy."""
+"""The reference implementation of fields: gravity about a point or in an orbit, and the field of a dipole, in numpy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The readable twin of `forces`: generalised forces of all loads by partial velocities, in numpy."""
+"""The reference implementation of loads: generalised forces of all loads by partial velocities, in numpy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What loads do to a point or a body of the dense twin: frames, partial velocities, generalised forces."""
+"""Effect of loads on a point or body of the reference implementation: frames, partial velocities, forces."""
 
 from __future__ import annotations
 
