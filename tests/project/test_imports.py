@@ -25,8 +25,8 @@ LAYERS = {
         "readers", "generation", "assembly", "external",
     ),
     "multibody": (
-        "model", "kernels", "kernels.loads", "packing", "evaluation", "reference", "integration", "results", "simulate",
-        "free_body", "analysis", "deploying",
+        "model", "kernels", "kernels.loads", "packing", "elements", "evaluation", "reference", "integration", "results",
+        "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
         "tables", "pictures", "check_tables", "mac", "plots", "summary", "scene", "analysis", "synthesis", "page",

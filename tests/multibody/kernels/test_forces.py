@@ -7,10 +7,11 @@ from multibody.trees import random_body, random_state
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
+from modalprep.multibody.elements import hinge
+from modalprep.multibody.elements.bushing import rotation_vector
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.loads.gravity import central_field, gravity_law
-from modalprep.multibody.kernels.loads.laws import hinge_law, rotation_vector
-from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.packing.tree import pack, rows
 from modalprep.multibody.reference.loads import dense_loads, loaded_accelerations
 
 
@@ -133,7 +134,7 @@ def test_rotation_vector(angle):
 
 def test_limits_push_and_never_pull():
     stop = mp.multibody.HingeElement(lower=-1.0, upper=2.0, limit_stiffness=10.0, limit_damping=0.5)
-    constants = np.array([stop.constants])
+    (constants,) = rows(hinge.ROW, [(-1, 0, -1, *(getattr(stop, name) for name in hinge.CONSTANTS))])
     for x, u, tau in (
         (1.9, 3, 0),
         (2.5, 0, -5),
@@ -143,7 +144,7 @@ def test_limits_push_and_never_pull():
         (-1.5, -1, 7.5),
         (-1.5, 3, 0),
     ):
-        force, power, stored, *_ = hinge_law(constants, 0, float(x), float(u), 0.0)
+        force, power, stored, *_ = hinge.law(constants, float(x), float(u), 0.0)
         assert force == pytest.approx(tau)
         p = max(x - 2, -1 - x, 0)
         assert stored == pytest.approx(5 * p * p)

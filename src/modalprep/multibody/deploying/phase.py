@@ -49,7 +49,7 @@ class Phase:
         self.packed = pack(self.system)
         self.loading = Loading(self.system, self.packed, float(run.times[-1]))
         self.loading.clip(t, float(run.times[-1]))
-        self.loading.reels = pack_reels(run.system.deployments, stages, self.system, self.packed, self.loading.arrays)
+        self.loading.reels = pack_reels(run.system.deployments, stages, self.system, self.packed)
         self.loading.active = True
         y = np.append(start_state(self.packed), 0.0)
         if before:

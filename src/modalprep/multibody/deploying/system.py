@@ -10,7 +10,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.rigid import rigid_body
 from modalprep.errors import InputError
-from modalprep.multibody.model.deployment import Deployment, Stage
+from modalprep.multibody.model.deployment import NEAR_EXIT, Deployment, Stage
 from modalprep.multibody.model.environment import Orbit
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_element import HingeElement
@@ -141,7 +141,7 @@ def _hinge(d: Deployment, k: int, stage: Stage, *, welded: bool, rotation: np.nd
         return Joint(name=name, type="weld", rotation=rotation @ stage.rotation, **ends)
     if d.spatial:
         return Joint(name=name, type="spherical", rotation=rotation, **ends)
-    stiffness = d.EI / d.rod_length
+    stiffness = 0.0 if d.guided and k >= stage.rods - NEAR_EXIT else d.EI / d.rod_length
     elements = (HingeElement(stiffness=stiffness, damping=d.damping * stiffness),) if d.EI > 0 else ()
     return Joint(name=name, type="revolute", axis=rotation[:, 2], rotation=rotation, elements=elements, **ends)
 

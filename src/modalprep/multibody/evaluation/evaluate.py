@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel, compile_pass
+from modalprep.multibody.elements.implicit_rows import with_force_elements
+from modalprep.multibody.elements.registry import Loads, apply, prescribe
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels.articulated_body import (
     clear_wrenches,
@@ -33,12 +35,10 @@ from modalprep.multibody.kernels.constraints import (
 from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED_PRISMATIC, PRESCRIBED_REVOLUTE, SPEEDS, Data, Model
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
-from modalprep.multibody.kernels.loads.loads import Loads, apply, prescribe
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
 from modalprep.multibody.kernels.spatial import copy, get6, inertia_times
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.compliant_constraints import with_bonds
 from modalprep.multibody.packing.constraints import constraint_work
 from modalprep.multibody.packing.tree import Packed
 
@@ -83,7 +83,7 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
             modes = slice(row["uq"], row["uq"] + row["modes"])
             linear[0, modes], linear[1, modes] = system.bodies[link.body].K, system.bodies[link.body].D
     loops = loading.loops
-    bonds = with_bonds(loops.arrays if loops else None, loading.arrays)
+    bonds = with_force_elements(loops.arrays if loops else None, loading.arrays)
     work = loops.work if loops else None
     return Equations(
         packed.model, packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
@@ -107,8 +107,8 @@ def load(eq, t, y):
     """Kinematics and all loads at a state, up to `inward`; False when a callback raised."""
     model, data = eq.model, eq.data
     prescribe(eq.loads, t, eq.motion)
-    refresh(eq.loads.fill, eq.loads.tables, model, data, t)
-    pay_out(eq.reels, model, data, eq.loads, y, eq.motion)
+    refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
+    pay_out(eq.reels, model, data, y, eq.motion)
     outward(model, data, y, eq.motion)
     eq.shared[POWER] = 0.0
     if eq.flags[LOADED] or eq.cons is not None:
@@ -116,7 +116,9 @@ def load(eq, t, y):
     if eq.flags[LOADED]:
         energies = apply(eq.loads, model, data, y, t, eq.tau, eq.slope)
         eq.shared[POWER], eq.shared[SPRINGS], eq.shared[POTENTIAL] = energies
-    eq.shared[POWER] += take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.loads.hinge_at)
+    reeled, bent = take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
+    eq.shared[POWER] += reeled
+    eq.shared[SPRINGS] += bent
     if eq.flags[CALLBACK]:
         copy(y, eq.state)
         call_address(eq.flags[CALLBACK], t)

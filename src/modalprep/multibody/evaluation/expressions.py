@@ -8,10 +8,10 @@ from collections.abc import Callable
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.multibody.elements.bushing import rotation_vector
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.evaluation.stresses import stress_reader
-from modalprep.multibody.kernels.loads.laws import rotation_vector
 from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS, Joint
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.safe_expression import read_expression

@@ -7,17 +7,17 @@ from itertools import pairwise
 
 import numpy as np
 
+from modalprep.multibody.elements import registry
+from modalprep.multibody.elements.dense import Frame
+from modalprep.multibody.elements.registry import Energies
 from modalprep.multibody.evaluation.loops import Loops
-from modalprep.multibody.evaluation.state import Frame, State, callback_loads
+from modalprep.multibody.evaluation.state import State, callback_loads
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
-from modalprep.multibody.kernels.loads import loads as forces
 from modalprep.multibody.kernels.loads.deployment import Reels
-from modalprep.multibody.kernels.loads.loads import Energies
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.loads import pack_loads
 from modalprep.multibody.packing.tree import Packed
 
 
@@ -69,7 +69,7 @@ class Loading:
 
     def __init__(self, system: System, packed: Packed, t_end: float) -> None:
         self.system, self.packed, self.t_end = system, packed, t_end
-        self.arrays = pack_loads(system, packed, t_end)
+        self.arrays = registry.pack_loads(system, packed, t_end)
         loaded = system.loads or system.orbit or system.depletions
         self.active = bool(loaded) or any(joint.elements for joint in system.joints)
         self.compiled = not any(isinstance(load, Callback) for load in system.loads)
@@ -77,7 +77,7 @@ class Loading:
         self.motion = np.zeros((len(packed.links), 3))
         self.loops = Loops(system, packed, t_end) if system.closures else None
         self.reels: Reels | None = None
-        until = [*self.arrays.tables.until, *(self.loops.breaks if self.loops else ())]
+        until = [*self.arrays.environment.tables.until, *(self.loops.breaks if self.loops else ())]
         breaks = sorted({float(t) for t in until if 0 < t < t_end})
         self.stretches = list(pairwise([0.0, *breaks, t_end]))
 
@@ -88,15 +88,15 @@ class Loading:
 
     def enter(self, begin: float, end: float) -> None:
         """Say which stretch between breaks is integrated, so that both its ends belong to it."""
-        self.arrays.tables.middle[0] = (begin + end) / 2
+        self.arrays.environment.tables.middle[0] = (begin + end) / 2
         if self.loops:
             self.loops.enter(begin, end)
 
     def prescribe(self, t: float, data: Data | None = None) -> np.ndarray:
         """Return `motion` at time t, and let bodies have the mass of that time in `data`."""
-        forces.prescribe(self.arrays, t, self.motion)
+        registry.prescribe(self.arrays, t, self.motion)
         if data is not None:
-            refresh(self.arrays.fill, self.arrays.tables, self.packed.model, data, t)
+            refresh(self.arrays.fill, self.arrays.environment.tables, self.packed.model, data, t)
         return self.motion
 
     def apply(self, data: Data, y: np.ndarray, t: float) -> Energies:
@@ -104,11 +104,11 @@ class Loading:
         if not self.active:
             return Energies(0.0, 0.0, 0.0)
         world(self.packed.model, data)
-        energies = forces.apply(self.arrays, self.packed.model, data, y, t, self.tau, self.slope)
+        energies = registry.apply(self.arrays, self.packed.model, data, y, t, self.tau, self.slope)
         return energies if self.compiled else energies._replace(power=energies.power + self.call(data, y, t))
 
     def call(self, data: Data, y: np.ndarray, t: float) -> float:
-        """Add the loads of callbacks to the data and `tau`, after `forces.apply`; returns their power (W)."""
+        """Add the loads of callbacks to the data and `tau`, after `registry.apply`; returns their power (W)."""
         frame = frames(self.packed, data)
         state = State(self.system, self.packed, y, self.motion, frame)
         wrenches, tau = callback_loads(self.system, self.packed, t, state)

@@ -8,19 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.multibody.elements.dense import Frame
 from modalprep.multibody.evaluation.coordinates import Coordinates
 from modalprep.multibody.model.loads import Callback, locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
-
-
-class Frame(NamedTuple):
-    """Motion of an interface in inertial axes."""
-
-    position: np.ndarray  # (3,) m
-    rotation: np.ndarray  # (3, 3) interface (the body's axes, turned with it) to inertial
-    velocity: np.ndarray  # (3,) m/s
-    angular_velocity: np.ndarray  # (3,) rad/s
 
 
 class Wrench(NamedTuple):

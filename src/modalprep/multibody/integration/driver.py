@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel, compile_merged
+from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
 from modalprep.multibody.evaluation.evaluate import RAISED as CALLBACK_RAISED
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
@@ -37,7 +38,6 @@ from modalprep.multibody.integration.stepping import (
 )
 from modalprep.multibody.kernels.callbacks import call_address
 from modalprep.multibody.kernels.joints import normalise
-from modalprep.multibody.kernels.loads.loads import prescribe
 from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import copy
 

@@ -66,3 +66,12 @@ def table(tables, k, t):
         else:
             high = mid
     return quintic(tables.knots[low], tables.knots[low + 1], t)
+
+
+@compile_kernel
+def value(tables, k, t):
+    """Return the value of function k at time t; zero for number -1, which is no function."""
+    if k < 0:
+        return 0.0
+    found, _, _ = table(tables, k, t)
+    return found

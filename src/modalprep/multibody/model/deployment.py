@@ -223,6 +223,9 @@ class Change(NamedTuple):
     kind: str
 
 
+NEAR_EXIT = 3  # hinges of a beam whose stiffness depends on what is out of the innermost rod
+
+
 def bending_lengths(d: Deployment, rods: int) -> np.ndarray:
     """Return the bending lengths of a beam's hinges (3, rods - 1), from rod 1 on, as polynomials of r.
 

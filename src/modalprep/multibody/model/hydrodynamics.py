@@ -11,7 +11,6 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
-from modalprep.vectors import skew
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -158,32 +157,10 @@ def check_rod(bodies: Mapping[str, FlexibleBody], rod: ImmersedRod) -> None:
         raise InputError(f"{what}: body {rod.body!r} is flexible; divide it into rigid rods, for example by [chains]")
     for end in rod.ends:
         refuse_unknown(end, body.interface_name, f"{what}: body {rod.body!r}: interface")
-    if len(set(rod.ends)) != 2 or not np.linalg.norm(np.subtract(*_end_positions(body, rod))) > 0:
+    if len(set(rod.ends)) != 2 or not np.linalg.norm(np.subtract(*end_positions(body, rod))) > 0:
         raise InputError(f"{what}: {rod.ends[0]} and {rod.ends[1]} are at one point; a rod needs two")
 
 
-def rod_constants(body: FlexibleBody, rod: ImmersedRod, align: np.ndarray) -> np.ndarray:
-    """Return the constants of `laws.rod_law` in the axes of the link: `align` maps them to the body's."""
-    first, last = (align.T @ end for end in _end_positions(body, rod))
-    length = float(np.linalg.norm(last - first))
-    constants = [length, rod.normal, rod.tangential, rod.added, rod.displaced, rod.water.surface]
-    return np.array([*first, *((last - first) / length), *constants, *rod.water.up])
-
-
-def added_inertia(constants: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the added mass of a rod as a spatial inertia [[M, H], [H', J]]: M (6,), H (9,), J (6,).
-
-    ``int m [1, -r~]' P [1, -r~] ds`` with P across the rod; exact, the integrand is of second degree.
-    """
-    first, axis, length, added = constants[:3], constants[3:6], constants[6], constants[9]
-    P, total = np.eye(3) - np.outer(axis, axis), np.zeros((6, 6))
-    for x, weight in zip(*np.polynomial.legendre.leggauss(2), strict=True):
-        r = first + (1 + x) / 2 * length * axis
-        lever = np.hstack([np.eye(3), -skew(r)])
-        total += added * length * weight / 2 * lever.T @ P @ lever
-    upper = np.triu_indices(3)
-    return total[:3, :3][upper], total[:3, 3:].ravel(), total[3:, 3:][upper]
-
-
-def _end_positions(body: FlexibleBody, rod: ImmersedRod) -> list[np.ndarray]:
+def end_positions(body: FlexibleBody, rod: ImmersedRod) -> list[np.ndarray]:
+    """Return the places of both ends of a rod on its body, m."""
     return [body.interface_position[body.interface_name.index(end)] for end in rod.ends]

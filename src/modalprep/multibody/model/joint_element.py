@@ -77,9 +77,3 @@ class HingeElement(Record):
     def needs_coordinate(self) -> bool:
         """Whether it depends on a coordinate, not only on a speed."""
         return self.stiffness > 0 or self.limited
-
-    @property
-    def constants(self) -> list[float]:
-        """The constants as `laws.hinge_law` reads them."""
-        names = ("stiffness", "free_position", "damping", "friction", "transition_velocity", "lower", "upper")
-        return [getattr(self, name) for name in (*names, "limit_stiffness", "limit_damping")]

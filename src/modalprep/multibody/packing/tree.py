@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -116,6 +117,17 @@ def pack(system: System) -> Packed:
     nx, nu = (int(rows[-1][name] + rows[-1]["modes"]) for name in ("xq", "uq"))
     model = Model(rows, nodes, np.array(system.gravity, dtype=float), float(rate), nx, bodies.modal())
     return Packed(model, tuple(links), nu, bool(system.depletions))
+
+
+def rows(dtype: np.dtype, values: Sequence[tuple]) -> np.recarray:
+    """Return rows of records, whose fields plain Python reads as attributes too.
+
+    Examples
+    --------
+    >>> rows(np.dtype([("link", np.int64), ("axis", float, 3)]), [(2, (0, 0, 1.0))])[0].axis
+    array([0., 0., 1.])
+    """
+    return np.array(list(values), dtype).reshape(len(values)).view(np.recarray)
 
 
 def hinges(joint: Joint) -> list[tuple[int, np.ndarray]]:

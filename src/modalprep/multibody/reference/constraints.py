@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import qr
 
+from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, MOST_RUBS, POINT, SLIP
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
-from modalprep.multibody.reference.equations import BodyState, body_states, ground_spin, mass_and_force
-from modalprep.multibody.reference.loads import dense_loads
-from modalprep.multibody.reference.points import interface_point
+from modalprep.multibody.reference.equations import body_states, ground_spin, mass_and_force
+from modalprep.multibody.reference.loads import dense_loads, interface_point
 from modalprep.vectors import skew
 
 DEPENDENT = 1e-9  # pivot of the Jacobian's QR, of the largest, below which a row depends on others

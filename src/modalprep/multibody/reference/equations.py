@@ -13,6 +13,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
+from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.kernels.data import (
     COORDINATES,
     FREE,
@@ -29,25 +30,6 @@ from modalprep.multibody.packing.tree import Packed, pack
 from modalprep.vectors import skew
 
 AXIS = np.array([0, 0, 1.0])
-
-
-@dataclass
-class BodyState:
-    """Motion of a body, or of a massless link (body None).
-
-    World rotation R and position p of its frame, ``V = (v, w)`` and all that follows in its own axes (a body's are the
-    user's), q, q'; `J` and `c` give its spatial specific acceleration ``J u' + c``; `rows` are its modal speeds.
-    """
-
-    body: FlexibleBody | None
-    R: np.ndarray
-    p: np.ndarray
-    V: np.ndarray
-    q: np.ndarray
-    qd: np.ndarray
-    J: np.ndarray
-    c: np.ndarray
-    rows: slice
 
 
 def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.multibody.elements.registry import OBSERVED
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels.data import (
     FREE,
@@ -17,8 +18,6 @@ from modalprep.multibody.kernels.data import (
     SPHERICAL,
 )
 from modalprep.multibody.model.constraints import Coupler
-from modalprep.multibody.model.environment import Conductor
-from modalprep.multibody.model.loads import AxialSpring
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
 
@@ -46,8 +45,7 @@ class Columns(NamedTuple):
     wrenches: np.ndarray  # (joints, 4) int: link, parent link and interface, column of force and torque
     bodies: np.ndarray  # (bodies, 4) int: link, column of modal, origin, orientation; interfaces, their column
     closures: np.ndarray  # (closures, 4) int: first row, rows, whether a coupler, column
-    springs: np.ndarray  # (springs, 4) int: number, 0, 0, column of length and force
-    conductors: np.ndarray  # (conductors, 4) int: first segment, segments, 0, column of current and electromotive force
+    elements: np.ndarray  # (force elements, 4) int: kind, number, 0, first of two columns
     reactions: np.ndarray  # (nl, 6) work array
 
 
@@ -81,7 +79,7 @@ class Channels:
         self.columns = Columns(
             *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
                 self._joints(), self._wrenches(), self._bodies(), self._closures(loops) if loops else [],
-                self._springs(), self._conductors(),
+                self._elements(),
             )),
             np.zeros((len(packed.links), 6)),
         )  # fmt: skip
@@ -168,16 +166,11 @@ class Channels:
             rows.append((own[0], len(own), couples, first))
         return rows
 
-    def _springs(self) -> list[tuple]:
-        names = [load.name for load in self.system.loads if isinstance(load, AxialSpring)]
-        return [(i, 0, 0, self._pair(name, "length", "tension")) for i, name in enumerate(names)]
-
-    def _conductors(self) -> list[tuple]:
-        rows, first = [], 0
-        for load in self.system.loads:
-            if isinstance(load, Conductor):
-                rows.append((first, len(load.segments), 0, self._pair(load.name, "current", "emf")))
-                first += len(load.segments)
+    def _elements(self) -> list[tuple]:
+        rows = []
+        for number, kind in enumerate(OBSERVED):
+            names = [load.name for load in self.system.loads if isinstance(load, kind.record)]
+            rows += [(number, i, 0, self._pair(name, *kind.channels)) for i, name in enumerate(names)]
         return rows
 
     def _pair(self, name: str, one: str, two: str) -> int:

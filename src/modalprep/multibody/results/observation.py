@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_allocating, compile_inline, compile_kernel
+from modalprep.multibody.elements import registry
+from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, POTENTIAL, SPRINGS, evaluate
 from modalprep.multibody.evaluation.loops import CLOSED, MOST_STEPS
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
-from modalprep.multibody.kernels.loads.loads import leg_state, prescribe, spring_state
 from modalprep.multibody.kernels.modal import deflection
 from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import (
@@ -87,7 +88,7 @@ def observe(eq, columns, t, y, ydot, row):
     _closures(eq.cons, eq.work, columns.closures, row)
     outward(model, data, y, eq.motion)  # `inward` made articulated inertias of the bodies' own
     world(model, data)
-    _loads(eq.loads, columns, model, data, t, row)
+    _elements(eq.loads, columns, model, data, t, row)
     for i in range(len(columns.wrenches)):
         _wrench(model, data, columns, i, row)
     for i in range(len(columns.bodies)):
@@ -151,17 +152,11 @@ def _closures(cons, work, closures, row):
 
 
 @compile_kernel
-def _loads(loads, columns, model, data, t, row):
-    """Length and tension of springs, current and electromotive force of conductors."""
-    for k in range(len(columns.springs)):
-        i, c = columns.springs[k, 0], columns.springs[k, 3]
-        _, row[c], row[c + 1], _, _ = spring_state(loads, i, model, data, t)
-    for k in range(len(columns.conductors)):
-        first, count, _, c = columns.conductors[k]
-        row[c + 1] = 0.0
-        for i in range(first, first + count):
-            _, _, row[c], emf = leg_state(loads, i, model, data, t)
-            row[c + 1] += emf
+def _elements(loads, columns, model, data, t, row):
+    """Two numbers of each force element that has channels."""
+    for k in range(len(columns.elements)):
+        kind, i, _, c = columns.elements[k]
+        row[c], row[c + 1] = registry.observe(loads, kind, i, model, data, t)
 
 
 @compile_kernel

@@ -16,29 +16,42 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.interfaces import add_wrench, free_position
-from modalprep.multibody.kernels.loads.laws import DAMPING, REST, STIFFNESS
 from modalprep.multibody.kernels.spatial import dot3, get3, get6, get9, put3, put6, times
 
-SLIDER, PLACE, SPEED, BASE, EXIT, AT = range(6)  # columns of Reels.at
-LINEAR_MASS, ROTARY, ROD, TOTAL, INNER, REEL = range(6)  # of Reels.reel
-EI, MATERIAL, BEND0, BEND1, BEND2, FADING_REST, SPRING = range(7)  # of Reels.spring
+REEL = np.dtype([
+    ("slider", np.int64),  # its link
+    ("coordinate", np.int64),  # in y; -1: prescribed
+    ("speed", np.int64),  # in y
+    ("base", np.int64),  # link; -1: the ground
+    ("exit", np.int64),  # interface of the base
+    ("mass_per_length", np.float64),
+    ("rotary_inertia", np.float64),  # axial moment of inertia per length
+    ("rod_length", np.float64),
+    ("length", np.float64),  # of all rods
+    ("inner", np.float64),  # of all rods but the innermost
+])  # fmt: skip
+SPRING = np.dtype([
+    ("reel", np.int64),
+    ("coordinate", np.int64),  # in y
+    ("speed", np.int64),  # counted from the first speed
+    ("EI", np.float64),
+    ("damping", np.float64),  # over stiffness, s
+    ("bend", np.float64, 3),  # length that bends, a polynomial of what is out of the innermost rod
+    ("fading_rest", np.float64),  # angle without torque, which fades until the innermost rod is out
+])  # fmt: skip
 
 
 class Reels(NamedTuple):
     """Packed deployments in one stage, each with as many rods as are out."""
 
-    at: np.ndarray  # (reels, 5) int: slider's link, coordinate and speed in y (-1 prescribed), base (-1), its interface
-    reel: np.ndarray  # (reels, 5): mass and axial moment of inertia per length, length of a rod, of all of it, of all
-    # rods but the innermost
+    reels: np.ndarray  # (reels,) REEL
+    springs: np.ndarray  # (springs,) SPRING, the hinges next to the exits
     base: np.ndarray  # (bases,) int, links
-    spring_at: np.ndarray  # (springs, 2) int: reel, row of the hinges' constants
-    spring: np.ndarray  # (springs, 6): EI, damping over stiffness, length that bends as a polynomial of r (3), rest
-    # angle that fades until the innermost rod is out
 
 
 @compile_kernel
-def pay_out(reels, model, data, loads, y, motion):
-    """Set the masses and springs of a state; before `outward`."""
+def pay_out(reels, model, data, y, motion):
+    """Set the masses of a state; before `outward`."""
     if reels is None:
         return
     for b in range(len(reels.base)):
@@ -47,47 +60,38 @@ def pay_out(reels, model, data, loads, y, motion):
         base.mass = own.mass
         put3(base.first_moment, get3(own.first_moment))
         put6(base.inertia, get6(own.inertia))
-    for k in range(len(reels.at)):
-        length, _ = travel(reels, k, y, motion)
-        _innermost(data, reels.at[k, SLIDER], reels.reel[k], length)
-        if reels.at[k, BASE] >= 0:
-            _stowed(model, data, reels.at[k, BASE], reels.at[k, EXIT], reels.reel[k], length)
-    for h in range(len(reels.spring_at)):
-        k, row = reels.spring_at[h, 0], reels.spring_at[h, 1]
-        length, _ = travel(reels, k, y, motion)
-        stiffness, rest, _, _ = _spring(reels.spring[h], reels.reel[k], length)
-        loads.hinge[row, STIFFNESS], loads.hinge[row, REST] = stiffness, rest
-        loads.hinge[row, DAMPING] = reels.spring[h, MATERIAL] * stiffness
+    for k in range(len(reels.reels)):
+        reel = reels.reels[k]
+        length, _ = travel(reel, y, motion)
+        _innermost(data.links[reel.slider], reel, length)
+        if reel.base >= 0:
+            _stowed(data.links[reel.base], free_position(model, reel.base, reel.exit), reel, length)
 
 
 @compile_kernel
-def travel(reels, k, y, motion):
-    """Return length and speed (m, m/s) of deployment k."""
-    place, speed = reels.at[k, PLACE], reels.at[k, SPEED]
-    if place >= 0:
-        return y[place], y[speed]
-    return motion[reels.at[k, SLIDER], 0], motion[reels.at[k, SLIDER], 1]
+def travel(reel, y, motion):
+    """Return length and speed (m, m/s) of a deployment."""
+    if reel.coordinate >= 0:
+        return y[reel.coordinate], y[reel.speed]
+    return motion[reel.slider, 0], motion[reel.slider, 1]
 
 
 @compile_kernel
-def _innermost(data, i, reel, length):
-    """Rigid constants of the innermost rod, from ``l - r`` to ``l`` along z of its link."""
-    out = max(0.0, length - reel[INNER])
-    b, m = reel[ROD], reel[LINEAR_MASS]
+def _innermost(own, reel, length):
+    """Write the rigid constants of the innermost rod to its link's data: from ``l - r`` to ``l`` along z."""
+    out = max(0.0, length - reel.inner)
+    b, m = reel.rod_length, reel.mass_per_length
     a = b - out
     across = m * (b * b * b - a * a * a) / 3.0
-    own = data.links[i]
     own.mass = m * out
     own.first_moment[2] = 0.5 * m * out * (a + b)
-    own.inertia[0], own.inertia[3], own.inertia[5] = across, across, reel[ROTARY] * out
+    own.inertia[0], own.inertia[3], own.inertia[5] = across, across, reel.rotary_inertia * out
 
 
 @compile_kernel
-def _stowed(model, data, base, node, reel, length):
-    """Add the mass that is not out to the base, at the exit."""
-    r = free_position(model, base, node)
-    m = reel[LINEAR_MASS] * (reel[TOTAL] - length)
-    own = data.links[base]
+def _stowed(own, r, reel, length):
+    """Add the mass that is not out to the data of the base, at the exit r."""
+    m = reel.mass_per_length * (reel.length - length)
     own.mass += m
     for c in range(3):
         own.first_moment[c] += m * r[c]
@@ -100,45 +104,64 @@ def _stowed(model, data, base, node, reel, length):
 
 
 @compile_kernel
-def _spring(spring, reel, length):
+def _stiffness(spring, reel, length):
     """Stiffness and rest angle of a hinge near the exit, and their derivatives by the length."""
-    out = length - reel[INNER]
-    bend = spring[BEND0] + (spring[BEND1] + spring[BEND2] * out) * out
-    slope = spring[BEND1] + 2.0 * spring[BEND2] * out
-    k = spring[EI] / bend
-    fading = spring[FADING_REST] / reel[ROD]
-    return k, fading * (reel[ROD] - out), -k * slope / bend, -fading
+    out, bend = length - reel.inner, spring.bend
+    bent = bend[0] + (bend[1] + bend[2] * out) * out
+    slope = bend[1] + 2.0 * bend[2] * out
+    k = spring.EI / bent
+    fading = spring.fading_rest / reel.rod_length
+    return k, fading * (reel.rod_length - out), -k * slope / bent, -fading
 
 
 @compile_kernel
-def take_up(reels, model, data, y, motion, tau, hinge_at):
-    """Add what passes the exit to wrenches and hinge forces, after the loads; returns the reels' power beside it (W).
+def take_up(reels, model, data, y, motion, tau, slope):
+    """Add the springs next to the exit and what passes it to wrenches and hinge forces, after the loads.
 
-    A reel that moves by itself gets the force of its springs in `tau`; one that is driven spends their power.
+    Returns the power of what is no spring (W) and the energy stored (J). A reel that moves by itself gets the force of
+    its springs in ``tau (nu,)``; one that is driven spends their power.
     """
-    if reels is None:
-        return 0.0
-    total, nx = 0.0, model.nx
-    for k in range(len(reels.at)):
-        link, base = reels.at[k, SLIDER], reels.at[k, BASE]
-        _, v = travel(reels, k, y, motion)
-        turn, spin = get9(data.links[link].orientation), data.links[link].omega[2]
-        thrust, twist = reels.reel[k, LINEAR_MASS] * v * v, reels.reel[k, ROTARY] * v * spin
-        total += 0.5 * (thrust * v + twist * spin)
-        if base >= 0:
-            along = (turn[2], turn[5], turn[8])
-            force = (-thrust * along[0], -thrust * along[1], -thrust * along[2])
-            torque = (-twist * along[0], -twist * along[1], -twist * along[2])
-            add_wrench(model, data, base, reels.at[k, EXIT], force, torque)
-            total += dot3(torque, times(get9(data.links[base].orientation), get3(data.links[base].omega)))
-    for h in range(len(reels.spring_at)):
-        k, x = reels.spring_at[h, 0], hinge_at[reels.spring_at[h, 1], 0]
-        length, v = travel(reels, k, y, motion)
-        stiffness, rest, by_length, rest_by_length = _spring(reels.spring[h], reels.reel[k], length)
-        bent = y[x] - rest
-        force = bent * (stiffness * rest_by_length - 0.5 * by_length * bent)  # -dV/dL
-        if reels.at[k, SPEED] >= 0:
-            tau[reels.at[k, SPEED] - nx] += force
-        else:
-            total -= force * v
-    return total
+    power, stored = 0.0, 0.0
+    if reels is not None:
+        for k in range(len(reels.reels)):
+            power += _passing(reels.reels[k], model, data, y, motion)
+        for h in range(len(reels.springs)):
+            spring = reels.springs[h]
+            p, e = _bent(spring, reels.reels[spring.reel], model.nx, y, motion, tau, slope)
+            power, stored = power + p, stored + e
+    return power, stored
+
+
+@compile_kernel
+def _passing(reel, model, data, y, motion):
+    """Force and torque on the base of what passes the exit; returns their power and that of the reel (W)."""
+    _, v = travel(reel, y, motion)
+    turn, spin = get9(data.links[reel.slider].orientation), data.links[reel.slider].omega[2]
+    thrust, twist = reel.mass_per_length * v * v, reel.rotary_inertia * v * spin
+    power = 0.5 * (thrust * v + twist * spin)
+    if reel.base >= 0:
+        along = (turn[2], turn[5], turn[8])
+        force = (-thrust * along[0], -thrust * along[1], -thrust * along[2])
+        torque = (-twist * along[0], -twist * along[1], -twist * along[2])
+        add_wrench(model, data, reel.base, reel.exit, force, torque)
+        base = data.links[reel.base]
+        power += dot3(torque, times(get9(base.orientation), get3(base.omega)))
+    return power
+
+
+@compile_kernel
+def _bent(spring, reel, nx, y, motion, tau, slope):
+    """Torque of a hinge next to the exit, and the force ``-dV/dL`` on its reel; returns power (W) and energy (J)."""
+    length, v = travel(reel, y, motion)
+    k, rest, by_length, rest_by_length = _stiffness(spring, reel, length)
+    bent, rate = y[spring.coordinate] - rest, y[nx + spring.speed]
+    damping = spring.damping * k
+    tau[spring.speed] -= k * bent + damping * rate
+    slope[0, spring.speed] -= k
+    slope[1, spring.speed] -= damping
+    power, force = -damping * rate * rate, bent * (k * rest_by_length - 0.5 * by_length * bent)
+    if reel.speed >= 0:
+        tau[reel.speed - nx] += force
+    else:
+        power -= force * v
+    return power, 0.5 * k * bent * bent

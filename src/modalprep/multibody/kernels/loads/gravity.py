@@ -17,8 +17,18 @@ from modalprep.multibody.kernels.spatial import (
     transposed_times,
 )
 
-# columns of the orbit
-RATE, CURVATURE, INCLINATION, ARGUMENT, PLANET_SPIN, FIELD, TILT, LONGITUDE, ORBIT = range(9)
+PLANET = np.dtype([
+    ("mu", np.float64),  # m^3/s^2, of a central field; 0 without
+    ("centre", np.float64, 3),
+    ("rate", np.float64),  # rad/s, of an orbit; 0 without, and then the following are not used
+    ("curvature", np.float64),  # 1 / radius
+    ("inclination", np.float64),
+    ("argument_of_latitude", np.float64),
+    ("planet_spin", np.float64),
+    ("field", np.float64),  # T, of the dipole at the radius
+    ("tilt", np.float64),
+    ("longitude", np.float64),
+])  # fmt: skip
 
 
 @compile_kernel
@@ -54,13 +64,13 @@ def orbit_field(rate, k, x, up):
 
 
 @compile_inline
-def near_planet(centre, orbit):
+def near_planet(planet):
     """Whether there is a central field, or an orbit."""
-    return centre[0] > 0.0 or orbit[RATE] > 0.0
+    return planet.mu > 0.0 or planet.rate > 0.0
 
 
 @compile_kernel
-def planet_load(centre, orbit, model, data, i):
+def planet_load(planet, model, data, i):
     """Gravity of the planet on link i's body with the inertia that `outward` left in data, axes of the link.
 
     Returns
@@ -68,15 +78,16 @@ def planet_load(centre, orbit, model, data, i):
     force, torque : at the link's origin; potential (J), that of the turning ground too; field at the origin
     """
     base, p = get9(data.links[i].orientation), get3(data.links[i].position)
-    H, J, m, rate = get9(data.links[i].H), get6(data.links[i].J), data.links[i].mass, orbit[RATE]
+    H, J, m, rate = get9(data.links[i].H), get6(data.links[i].J), data.links[i].mass, planet.rate
     c, turn = (H[5], H[6], H[1]), 0.0
     if rate > 0.0:
         x = transposed_times(base, p)
-        field = orbit_field(rate, orbit[CURVATURE], x, (base[0], base[1], base[2]))
+        field = orbit_field(rate, planet.curvature, x, (base[0], base[1], base[2]))
         turn = centrifugal_potential(rate, x, (base[6], base[7], base[8]), m, c, J)
     else:
-        d = (p[0] - centre[1], p[1] - centre[2], p[2] - centre[3])
-        field = central_field(centre[0], transposed_times(base, d))
+        centre = planet.centre
+        d = (p[0] - centre[0], p[1] - centre[1], p[2] - centre[2])
+        field = central_field(planet.mu, transposed_times(base, d))
     force, torque, U = gravity_law(field, m, c, J)
     return force, torque, U + turn, field
 
@@ -118,37 +129,37 @@ def centrifugal_potential(rate, p, up, m, c, J):
 
 
 @compile_kernel
-def orbital_axes(orbit, t, v):
+def orbital_axes(planet, t, v):
     """Components in the local orbital frame of a vector in axes to the ascending node and along the planet's axis."""
-    i, u = orbit[INCLINATION], orbit[ARGUMENT] + orbit[RATE] * t
+    i, u = planet.inclination, planet.argument_of_latitude + planet.rate * t
     across, normal = np.cos(i) * v[1] + np.sin(i) * v[2], np.cos(i) * v[2] - np.sin(i) * v[1]
     return np.cos(u) * v[0] + np.sin(u) * across, np.cos(u) * across - np.sin(u) * v[0], normal
 
 
 @compile_kernel
-def magnetic_field(orbit, t, x):
+def magnetic_field(planet, t, x):
     """Dipole field (T) at x in the local orbital frame: ``B_0 / s^3 (m - 3 n (m.n))``, m to the magnetic north."""
-    tilt, turn, k = orbit[TILT], orbit[LONGITUDE] + orbit[PLANET_SPIN] * t, orbit[CURVATURE]
-    m = orbital_axes(orbit, t, (np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)))
+    tilt, turn, k = planet.tilt, planet.longitude + planet.planet_spin * t, planet.curvature
+    m = orbital_axes(planet, t, (np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)))
     d = (1.0 + k * x[0], k * x[1], k * x[2])
     ss = dot3(d, d)
-    f = orbit[FIELD] / (ss * np.sqrt(ss))
+    f = planet.field / (ss * np.sqrt(ss))
     b = axpy3(m, -3.0 * dot3(m, d) / ss, d)
     return f * b[0], f * b[1], f * b[2]
 
 
 @compile_kernel
-def air_speed(orbit, t, x, v):
+def air_speed(planet, t, x, v):
     """Velocity of a point relative to the planet, which turns with atmosphere and field, axes of the orbital frame."""
-    w = orbital_axes(orbit, t, (0.0, 0.0, orbit[PLANET_SPIN]))
-    r = (x[0] + 1.0 / orbit[CURVATURE], x[1], x[2])
-    return add3(v, cross((-w[0], -w[1], orbit[RATE] - w[2]), r))
+    w = orbital_axes(planet, t, (0.0, 0.0, planet.planet_spin))
+    r = (x[0] + 1.0 / planet.curvature, x[1], x[2])
+    return add3(v, cross((-w[0], -w[1], planet.rate - w[2]), r))
 
 
 @compile_kernel
-def conductor_leg(orbit, t, a, b, va, vb):
+def conductor_leg(planet, t, a, b, va, vb):
     """Magnetic force per current (N/A) and electromotive force (V) of a straight leg from a to b, velocities va, vb."""
     middle = (0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1]), 0.5 * (a[2] + b[2]))
     v = (0.5 * (va[0] + vb[0]), 0.5 * (va[1] + vb[1]), 0.5 * (va[2] + vb[2]))
-    leg, B = axpy3(b, -1.0, a), magnetic_field(orbit, t, middle)
-    return cross(leg, B), dot3(cross(air_speed(orbit, t, middle, v), B), leg)
+    leg, B = axpy3(b, -1.0, a), magnetic_field(planet, t, middle)
+    return cross(leg, B), dot3(cross(air_speed(planet, t, middle, v), B), leg)

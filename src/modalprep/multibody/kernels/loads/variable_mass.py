@@ -143,7 +143,7 @@ def _coordinates(now, at, L, c, root, out, to):
 
 
 @compile_kernel
-def leaving_power(fill, tables, centre, orbit, model, data, y, t):
+def leaving_power(fill, tables, planet, model, data, y, t):
     """Power (data, negative) of the energy that leaves with the mass: ``V' dM/dt V / 2`` and the potentials of gravity.
 
     After `outward` and `world`, before any load; it leaves the bodies' own inertias and biases as they were.
@@ -159,7 +159,7 @@ def leaving_power(fill, tables, centre, orbit, model, data, y, t):
                 set_mass(fill, model, data, i, m, side * CHANGE * m)
                 own_inertia(data.modal, model, data, link, y)
                 sums = body_sums(model, data, link)
-                energy = sums.kinetic + sums.gravity + _planet(centre, orbit, model, data, link)
+                energy = sums.kinetic + sums.gravity + _planet(planet, model, data, link)
                 power += rate * side * energy / (2.0 * CHANGE * m)
             set_mass(fill, model, data, i, m, 0.0)
             own_inertia(data.modal, model, data, link, y)
@@ -167,9 +167,9 @@ def leaving_power(fill, tables, centre, orbit, model, data, y, t):
 
 
 @compile_kernel
-def _planet(centre, orbit, model, data, link):
+def _planet(planet, model, data, link):
     """Potential (J) of a link's body near a planet; zero without one."""
-    if not near_planet(centre, orbit):
+    if not near_planet(planet):
         return 0.0
-    _, _, U, _ = planet_load(centre, orbit, model, data, link)
+    _, _, U, _ = planet_load(planet, model, data, link)
     return U

@@ -1,0 +1,101 @@
+"""What the reference implementation of a force element reads and returns: points, bodies, generalised forces."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.multibody.model.loads import locate
+from modalprep.multibody.model.system import System
+from modalprep.multibody.model.time_function import TimeFunction
+
+
+class Frame(NamedTuple):
+    """Motion of an interface in inertial axes."""
+
+    position: np.ndarray  # (3,) m
+    rotation: np.ndarray  # (3, 3) interface (the body's axes, turned with it) to inertial
+    velocity: np.ndarray  # (3,) m/s
+    angular_velocity: np.ndarray  # (3,) rad/s
+
+
+class Point(NamedTuple):
+    """Motion of an interface or of the ground, inertial axes: its frame, its acceleration ``J u' + c`` (6,)."""
+
+    frame: Frame
+    J: np.ndarray
+    c: np.ndarray
+
+
+@dataclass
+class BodyState:
+    """Motion of a body, or of a massless link (body None).
+
+    World rotation R and position p of its frame, ``V = (v, w)`` and all that follows in its own axes (a body's are the
+    user's), q, q'; `J` and `c` give its spatial specific acceleration ``J u' + c``; `rows` are its modal speeds.
+    """
+
+    body: FlexibleBody | None
+    R: np.ndarray
+    p: np.ndarray
+    V: np.ndarray
+    q: np.ndarray
+    qd: np.ndarray
+    J: np.ndarray
+    c: np.ndarray
+    rows: slice
+
+
+class Scene(NamedTuple):
+    """A state of the system: the motion of its bodies, and of its interfaces by ``interface(body, number)``."""
+
+    system: System
+    states: dict[str, BodyState]
+    interface: Callable[[str, int], Point]
+    t: float
+
+    @property
+    def nothing(self) -> DenseLoads:
+        """A load without effect."""
+        return DenseLoads(np.zeros(next(iter(self.states.values())).J.shape[1]), 0.0, 0.0, 0.0)
+
+    def end(self, text: str, position: np.ndarray | None = None, rotation: np.ndarray | None = None) -> Point:
+        """Return the interface that an end of an element names, or its frame on the ground."""
+        found = locate(self.system.bodies, text, text)
+        if found is not None:
+            return self.interface(*found)
+        turn = np.eye(3) if rotation is None else rotation
+        still = Frame(position, turn, np.zeros(3), np.zeros(3))
+        return Point(still, np.zeros((6, len(self.nothing.f))), np.zeros(6))
+
+
+class DenseLoads(NamedTuple):
+    """Generalised forces (nu,), power (W) and energies as `registry.Energies`, added mass (nu, nu)."""
+
+    f: np.ndarray
+    power: float
+    stored: float
+    gravity: float
+    mass: np.ndarray | float = 0.0
+
+
+def plus(a: DenseLoads, b: DenseLoads) -> DenseLoads:
+    """Return what two loads do together."""
+    return DenseLoads(*(x + y for x, y in zip(a, b, strict=True)))
+
+
+def value_at(function: TimeFunction | None, t: float) -> float:
+    """Return a function's value; without a function, zero."""
+    return 0.0 if function is None else function(t)[0]
+
+
+def wrench_at(point: Point, force: np.ndarray, torque: np.ndarray) -> DenseLoads:
+    """Return what a force and a torque (inertial axes) do at a point."""
+    wrench = np.concatenate([force, torque])
+    return DenseLoads(
+        point.J.T @ wrench, float(force @ point.frame.velocity + torque @ point.frame.angular_velocity), 0.0, 0.0
+    )

@@ -1,0 +1,127 @@
+"""What force elements share: rows of records, the functions of time of a system, ends at interfaces, their motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.jit import compile_kernel
+from modalprep.multibody.elements.dense import DenseLoads, Scene
+from modalprep.multibody.kernels.interfaces import node_state
+from modalprep.multibody.kernels.spatial import UNIT9, ZERO3
+from modalprep.multibody.kernels.time_tables import Tables
+from modalprep.multibody.model.loads import locate
+from modalprep.multibody.model.system import System
+from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.multibody.packing.time_tables import tabulate
+from modalprep.multibody.packing.tree import Packed
+
+TWO_ENDS = (
+    ("link_a", np.int64),  # -1: the ground
+    ("interface_a", np.int64),
+    ("link_b", np.int64),
+    ("interface_b", np.int64),
+)  # the first fields of an element between two interfaces
+
+
+class Environment(NamedTuple):
+    """What all elements may read: the functions of time, and the planet (`kernels.loads.gravity`)."""
+
+    tables: Tables
+    planet: np.ndarray  # (1,) PLANET
+
+
+@dataclass(frozen=True)
+class ImplicitRow:
+    """Stiffness and damping along a line or about an axis of the first end, which an implicit step knows."""
+
+    kind: int  # DISTANCE, POINT or ABOUT of `kernels.constraints`
+    axis: np.ndarray  # (3,) in the axes of the first end
+    stiffness: float
+    damping: float
+    ends: tuple[tuple, tuple]  # link, interface, position and rotation on the ground
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of force element, as the registry lists it.
+
+    Attributes
+    ----------
+    record : type
+        The user's class.
+    field : str
+        Its name in `registry.Loads`.
+    pack : callable
+        ``pack(packer, records)`` returns what the compiled law reads.
+    dense : callable
+        ``dense(record, scene)`` is its reference implementation.
+    channels : tuple of str
+        Names of the two numbers that `registry.observe` gives for each record.
+    implicit : callable or None
+        ``implicit(packed)`` returns its `ImplicitRow`.
+    """
+
+    record: type
+    field: str
+    pack: Callable[[Packer, Sequence[Any]], Any]
+    dense: Callable[[Any, Scene], DenseLoads]
+    channels: tuple[str, ...] = ()
+    implicit: Callable[[Any], list[ImplicitRow]] | None = None
+
+
+class Packer:
+    """Collects functions of time while the rows of the elements are made."""
+
+    def __init__(self, system: System, packed: Packed) -> None:
+        self.system, self.packed = system, packed
+        self.functions: list[tuple[str, TimeFunction]] = []
+
+    def table(self, name: str, function: TimeFunction | None) -> int:
+        """Return the number of a function; -1 for none, and for the constant zero."""
+        if function is None or function.source == 0:
+            return -1
+        self.functions.append((name, function))
+        return len(self.functions) - 1
+
+    def end(self, text: str) -> tuple[int, int]:
+        """Return link and interface of ``body.interface``; -1, 0 for the ground."""
+        found = locate(self.system.bodies, text, text)
+        return (self.packed.link_of(found[0]), found[1]) if found else (-1, 0)
+
+    def ends(self, between: Sequence[str]) -> tuple[int, int, int, int]:
+        """Return the fields `TWO_ENDS`."""
+        return (*self.end(between[0]), *self.end(between[1]))
+
+    def tabulate(self, t_end: float) -> Tables:
+        """Return the tables of all functions on [0, t_end].
+
+        Raises
+        ------
+        InputError
+            When a function cannot be used there; the message names its owner.
+        """
+        for name, function in self.functions:
+            try:
+                tabulate([function], t_end)
+            except InputError as error:
+                raise InputError(f"{name}: {error}") from None
+        return tabulate([function for _, function in self.functions], t_end)
+
+
+def ground_or_interface(row: np.record, rotation: np.ndarray = UNIT9) -> tuple[tuple, tuple]:
+    """Return both ends of an element as `ImplicitRow` has them, with its position and a rotation on the ground."""
+    ends = (row.link_a, row.interface_a), (row.link_b, row.interface_b)
+    return tuple((*end, row.position, rotation) for end in ends)
+
+
+@compile_kernel
+def motion(model, data, link, node, position, rotation):
+    """Position, rotation, velocity and angular velocity of an interface, or of a frame on the ground (link -1)."""
+    if link >= 0:
+        return node_state(model, data, link, node)
+    return position, rotation, ZERO3, ZERO3

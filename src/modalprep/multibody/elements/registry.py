@@ -1,0 +1,169 @@
+"""All kinds of force elements: what is packed of a system, and the loops over the kinds.
+
+A new kind is a file of this folder, a line in `KINDS`, a field in `Loads` and a line in `_elements` (numba unrolls no
+loop over arrays of different types), in `observe` too if it has channels.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.jit import compile_kernel
+from modalprep.multibody.elements import (
+    axial_spring,
+    bushing,
+    conductor,
+    distributed_force,
+    expelled_gas,
+    hinge,
+    immersed_rod,
+    planet,
+    point_force,
+)
+from modalprep.multibody.elements.dense import DenseLoads, Scene, plus
+from modalprep.multibody.elements.packer import Environment, Packer
+from modalprep.multibody.kernels.data import PRESCRIBED
+from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
+from modalprep.multibody.kernels.spatial import ZERO3, add3
+from modalprep.multibody.kernels.time_tables import table
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import Packed, rows
+from modalprep.multibody.packing.variable_mass import pack_fill
+
+KINDS = (
+    point_force.KIND,
+    distributed_force.KIND,
+    axial_spring.KIND,
+    bushing.KIND,
+    conductor.KIND,
+    expelled_gas.KIND,
+    immersed_rod.KIND,
+)
+OBSERVED = tuple(kind for kind in KINDS if kind.channels)
+AXIAL_SPRINGS = OBSERVED.index(axial_spring.KIND)
+CONDUCTORS = OBSERVED.index(conductor.KIND)
+MOTION = np.dtype([("link", np.int64), ("law", np.int64)])  # prescribed link, function of time
+
+
+class Loads(NamedTuple):
+    """Everything that loads or drives a packed system."""
+
+    environment: Environment
+    motions: np.ndarray  # (prescribed,) MOTION
+    fill: Fill | None  # bodies that lose mass
+    hinges: np.ndarray
+    point_forces: np.ndarray
+    distributed_forces: distributed_force.Distributed
+    axial_springs: np.ndarray
+    bushings: np.ndarray
+    conductors: conductor.Conductors
+    expelled_gas: expelled_gas.Gas
+    immersed_rods: immersed_rod.Rods
+
+
+class Energies(NamedTuple):
+    """Power of what is no potential (W), energy in springs and of moved water, potential of fields and buoyancy (J)."""
+
+    power: float
+    stored: float
+    gravity: float
+
+
+def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
+    """Return what loads or drives a system on [0, t_end].
+
+    Raises
+    ------
+    InputError
+        When a function of time cannot be used on [0, t_end].
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint_element import HingeElement
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.packing.tree import pack
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", elements=HingeElement(stiffness=5.0))
+    >>> arm = System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,))
+    >>> pack_loads(arm, pack(arm), 1.0).hinges.stiffness
+    array([5.])
+    """
+    packer = Packer(system, packed)
+    found = {
+        "motions": rows(MOTION, _motions(packer)),
+        "hinges": hinge.pack(packer),
+        **{kind.field: kind.pack(packer, [x for x in system.loads if isinstance(x, kind.record)]) for kind in KINDS},
+    }
+    masses = [packer.table(f"depletion {d.name!r}", d.mass) for d in system.depletions]
+    environment = Environment(packer.tabulate(t_end), planet.pack(system))
+    return Loads(environment, fill=pack_fill(system, packed, masses, t_end), **found)
+
+
+def _motions(packer: Packer) -> list[tuple[int, int]]:
+    return [
+        (i, packer.table(f"joint {link.joint.name!r}: motion", link.joint.motions[link.hinge]))
+        for i, link in enumerate(packer.packed.links)
+        if packer.packed.types[i] in PRESCRIBED
+    ]
+
+
+@compile_kernel
+def prescribe(loads, t, motion):
+    """Write position, rate and acceleration of prescribed hinges to ``motion (nl, 3)``."""
+    for i in range(len(loads.motions)):
+        link, k = loads.motions[i].link, loads.motions[i].law
+        motion[link, 0], motion[link, 1], motion[link, 2] = table(loads.environment.tables, k, t) if k >= 0 else ZERO3
+
+
+@compile_kernel
+def apply(loads, model, data, y, t, tau, slope):
+    """Add all loads after `world`; returns `Energies`.
+
+    Parameters
+    ----------
+    tau : (nu,)
+        Overwritten with the hinge forces.
+    slope : (2, nu)
+        Overwritten with their derivatives by the hinge's own coordinate and speed.
+    """
+    environment = loads.environment
+    leaving = leaving_power(loads.fill, environment.tables, environment.planet[0], model, data, y, t)
+    for u in range(len(tau)):
+        tau[u], slope[0, u], slope[1, u] = 0.0, 0.0, 0.0
+    total = hinge.apply(loads.hinges, environment, model, y, t, tau, slope)
+    total = add3(total, _elements(loads, environment, model, data, t))
+    return Energies(leaving + total[0], total[1], total[2])
+
+
+@compile_kernel
+def _elements(loads, environment, model, data, t):
+    """Add all that acts on bodies; planets and water read the inertia that `outward` left, so water comes last."""
+    total = point_force.apply(loads.point_forces, environment, model, data, t)
+    total = add3(total, distributed_force.apply(loads.distributed_forces, environment, model, data, t))
+    total = add3(total, axial_spring.apply(loads.axial_springs, environment, model, data, t))
+    total = add3(total, bushing.apply(loads.bushings, environment, model, data, t))
+    total = add3(total, conductor.apply(loads.conductors, environment, model, data, t))
+    total = add3(total, expelled_gas.apply(loads.expelled_gas, environment, model, data, t))
+    total = add3(total, planet.apply(environment.planet[0], model, data))
+    return add3(total, immersed_rod.apply(loads.immersed_rods, environment, model, data, t))
+
+
+@compile_kernel
+def observe(loads, kind, i, model, data, t):
+    """Return the channels of element i of a kind, which counts in `OBSERVED`, after `world`."""
+    environment = loads.environment
+    if kind == AXIAL_SPRINGS:
+        return axial_spring.observe(loads.axial_springs, environment, model, data, t, i)
+    return conductor.observe(loads.conductors, environment, model, data, t, i)
+
+
+def dense(system: System, packed: Packed, scene: Scene, y: np.ndarray) -> DenseLoads:
+    """Return what all elements, and a planet, do: the reference implementation."""
+    total = plus(hinge.dense(system, packed, y, scene.t), planet.dense(scene))
+    for load in system.loads:
+        for kind in KINDS:
+            if isinstance(load, kind.record):
+                total = plus(total, kind.dense(load, scene))
+    return total
