@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.model.joint import SPEEDS
+from modalprep.multibody.model.joint_types import SPEEDS
 from modalprep.multibody.packing.tree import pack
 
 WAVE = mp.multibody.TimeFunction([(0.4, "2 + sin(3*t)"), (float("inf"), "t")])

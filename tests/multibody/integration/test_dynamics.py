@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody.model.joint import ROTATIONS, TRANSLATIONS
+from modalprep.multibody.model.joint_types import ROTATIONS, TRANSLATIONS
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import dense_accelerations, mass_and_force
 

@@ -7,7 +7,6 @@ from multibody.trees import KINDS, ROOTS, order_n, random_body, random_state, ra
 
 import modalprep as mp
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import PRESCRIBED_REVOLUTE
 from modalprep.multibody.kernels.interfaces import add_wrench, node_acceleration, node_state, world
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import (
@@ -194,7 +193,7 @@ def test_force_of_a_prescribed_hinge_is_the_deleted_row(seed):
     freed = system.with_(joints=(system.joints[0].with_(motion=None), *system.joints[1:]))
     full = np.concatenate([[motion[0, 0]], y[: packed.nx], [motion[0, 1]], y[packed.nx :]])
     M, f = mass_and_force(freed, full)
-    drive = forces[0, 5 if packed.types[0] == PRESCRIBED_REVOLUTE else 2]
+    drive = forces[0, 5 if packed.turns(0) else 2]
     residual = M @ np.concatenate([[motion[0, 2]], udot]) - f
     np.testing.assert_allclose(residual, np.eye(len(f))[0] * drive, atol=1e-9 * max(1.0, np.abs(f).max()))
 

@@ -14,7 +14,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.constraints import Coupler
-from modalprep.multibody.model.joint import TRANSLATIONS
+from modalprep.multibody.model.joint_types import TRANSLATIONS
 from modalprep.multibody.model.loads import AxialSpring, locate
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import dense_constraints

@@ -9,14 +9,13 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPHERICAL
+from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import add_wrench, carried, node_acceleration, node_state, world
 from modalprep.multibody.model.loads import locate
 from modalprep.suggest import suggestion
 
 AXES = ("x", "y", "z")
 MOTIONS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
-COORDINATES, RATES = {REVOLUTE: "angle", PRISMATIC: "displacement"}, {REVOLUTE: "rate", PRISMATIC: "speed"}
 
 
 class Input:
@@ -109,9 +108,10 @@ def _hinges(evaluator: Evaluator, joint: str) -> dict[str, int]:
     found: dict[str, list[int]] = {}
     for i in evaluator.packed.links_of(joint):
         kind, row = evaluator.packed.types[i], evaluator.packed.model.links[i]
-        if kind in COORDINATES:
-            found.setdefault(COORDINATES[kind], []).append(int(row["x"]))
-            found.setdefault(RATES[kind], []).append(evaluator.nx + int(row["u"]))
+        if kind in (REVOLUTE, SLIDING):
+            position, rate = ("angle", "rate") if evaluator.packed.turns(i) else ("displacement", "speed")
+            found.setdefault(position, []).append(int(row["x"]))
+            found.setdefault(rate, []).append(evaluator.nx + int(row["u"]))
         elif kind in (SPHERICAL, FREE):
             first = evaluator.nx + int(row["u"]) + (3 if kind == FREE else 0)
             found["angular_velocity"] = [first, first + 1, first + 2]

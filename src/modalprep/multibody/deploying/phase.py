@@ -18,7 +18,7 @@ from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.integration.stepping import SIZES
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import PRESCRIBED, PRISMATIC, SPHERICAL, WELD, Data
+from modalprep.multibody.kernels.data import PRESCRIBED, SLIDING, SPHERICAL, WELD, Data
 from modalprep.multibody.model.deployment import IN, OUT, Change, Deployment, Stage
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.packing.deployment import pack_reels
@@ -111,7 +111,7 @@ class Phase:
     def length_and_speed(self, d: Deployment) -> tuple[float, float]:
         """Return length and speed of a deployment."""
         i = self.packed.links_of(d.name)[0]
-        if self.packed.types[i] in PRESCRIBED:
+        if self.packed.types[i] == PRESCRIBED:
             position, rate, _ = self.loading.prescribe(self.t)[i]
             return float(position), float(rate)
         position, rate = self.hinge(d.name)
@@ -131,7 +131,7 @@ class Phase:
             return Rotation.from_quat(position, scalar_first=True).as_matrix(), rate
         if kind == WELD:
             return self.stages[self.number(name)].rotation, np.zeros(3)
-        angle, rate = self.loading.prescribe(self.t)[i, :2] if kind in PRESCRIBED else np.ravel(self.hinge(name))
+        angle, rate = self.loading.prescribe(self.t)[i, :2] if kind == PRESCRIBED else np.ravel(self.hinge(name))
         return Rotation.from_euler("z", angle).as_matrix(), np.array([0.0, 0.0, rate])
 
     def release_innermost(self, d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray, float]:
@@ -151,7 +151,7 @@ class Phase:
         _carry(self.packed, self.steps.y, packed, y)
         root = int(packed.model.links["u"][packed.link_of(f"{d.name}{stage.rods - 1}")])
         target = {0: speed, 1: 0.0, 2: 0.0} if d.spatial else {0: speed, 1: 0.0, 2: 0.0, 3: 0.0, 4: 0.0}
-        if self.packed.types[self.packed.links_of(d.name)[0]] == PRISMATIC:
+        if self.packed.types[self.packed.links_of(d.name)[0]] == SLIDING:
             target.pop(0)
         rows = root + np.array(list(target))
         apply_impulse(

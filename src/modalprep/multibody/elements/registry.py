@@ -105,7 +105,7 @@ def _motions(packer: Packer) -> list[tuple[int, int]]:
     return [
         (i, packer.table(f"joint {link.joint.name!r}: motion", link.joint.motions[link.hinge]))
         for i, link in enumerate(packer.packed.links)
-        if packer.packed.types[i] in PRESCRIBED
+        if packer.packed.types[i] == PRESCRIBED
     ]
 
 

@@ -64,7 +64,7 @@ class Coordinates:
         position, rate = [], []
         for i in self.packed.links_of(name):
             row, kind = self.packed.model.links[i], self.packed.types[i]
-            if kind in PRESCRIBED:
+            if kind == PRESCRIBED:
                 position.append(self._motion[..., i, :1])
                 rate.append(self._motion[..., i, 1:2])
             first = self.packed.nx + row["u"]
@@ -119,7 +119,7 @@ def _prescribed(packed: Packed, t: np.ndarray) -> np.ndarray:
     """Return position, rate and acceleration ``(..., nl, 3)`` of the prescribed hinges at times ``(...)``."""
     motion = np.zeros((*t.shape, len(packed.links), 3))
     for i, (link, kind) in enumerate(zip(packed.links, packed.types, strict=True)):
-        if kind in PRESCRIBED:
+        if kind == PRESCRIBED:
             law = link.joint.motions[link.hinge]
             motion[..., i, :] = np.reshape([law(float(each)) for each in t.ravel()], (*t.shape, 3))
     return motion

@@ -32,12 +32,13 @@ from modalprep.multibody.kernels.constraints import (
     constraint_power,
     constraint_residual,
 )
-from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED_PRISMATIC, PRESCRIBED_REVOLUTE, SPEEDS, Data, Model
+from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS, Data, Model
 from modalprep.multibody.kernels.interfaces import world
+from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
-from modalprep.multibody.kernels.spatial import copy, get6, inertia_times
+from modalprep.multibody.kernels.spatial import add6, copy, get6, inertia_times
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work
 from modalprep.multibody.packing.tree import Packed
@@ -214,12 +215,10 @@ def power(eq, work, y):
     model, data, nx = eq.model, eq.data, eq.model.nx
     total = eq.shared[POWER] + constraint_power(work)
     for i in range(len(model.links)):
-        joint = model.links[i].joint
-        if joint == PRESCRIBED_REVOLUTE or joint == PRESCRIBED_PRISMATIC:
+        if model.links[i].joint == PRESCRIBED:
             own = data.links[i]
-            f = inertia_times(own.M, own.H, own.J, get6(own.acceleration))
-            along = f[5] + own.force[5] if joint == PRESCRIBED_REVOLUTE else f[2] + own.force[2]
-            total += along * eq.motion[i, 1]
+            f = add6(inertia_times(own.M, own.H, own.J, get6(own.acceleration)), get6(own.force))
+            total += along_axis(model.links[i], f) * eq.motion[i, 1]
         for u in range(model.links[i].uq, model.links[i].uq + model.links[i].modes):
             total -= eq.linear[1, u] * y[nx + u] * y[nx + u]
     return total

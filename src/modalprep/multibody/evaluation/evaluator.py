@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL
+from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.kernels.projection import retract
 from modalprep.multibody.model.system import System
@@ -33,9 +33,9 @@ def start_state(packed: Packed) -> np.ndarray:
     for i, (link, kind) in enumerate(zip(packed.links, packed.types, strict=True)):
         joint, row = link.joint, packed.model.links[i]
         x, u = row["x"], packed.nx + row["u"]
-        place = sum(packed.types[k] == kind for k in packed.links_of(joint.name) if k < i)
-        if kind in (REVOLUTE, PRISMATIC):
-            value, rate = (joint.angle, joint.rate) if kind == REVOLUTE else (joint.displacement, joint.speed)
+        place = sum(packed.turns(k) == packed.turns(i) for k in packed.links_of(joint.name) if k < i)
+        if kind in (REVOLUTE, SLIDING):
+            value, rate = (joint.angle, joint.rate) if row["about"] else (joint.displacement, joint.speed)
             y[x], y[u] = np.resize(value, 3)[place], np.resize(rate, 3)[place]
         if kind == FREE:
             y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
@@ -116,7 +116,7 @@ class Evaluator:
         for i, link in enumerate(self.packed.links):
             kind, u = self.packed.types[i], rows["u"][i]
             self.owner[u : u + SPEEDS[kind]] = [("joint", link.joint.name)] * SPEEDS[kind]
-            travels = {PRISMATIC: 1, FREE: 3}.get(kind, 0)
+            travels = 3 if kind == FREE else int(kind == SLIDING and not self.packed.turns(i))
             self.scale[u : u + travels] = largest
             self.turns[u + travels : u + SPEEDS[kind]] = True
             if link.body:

@@ -8,7 +8,7 @@ from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels import constraints, projection
 from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, DISTANCE, POINT
-from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPEEDS, SPHERICAL, Data
+from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
@@ -183,7 +183,8 @@ class Loops:
             kind, u = self.packed.types[i], model.links["u"][i]
             if link.joint.keep_start and SPEEDS[kind]:
                 along, about = data.links["M"][i, [0, 3, 5]], data.links["J"][i, [0, 3, 5]]
-                sizes = {REVOLUTE: about[2:], PRISMATIC: along[2:], SPHERICAL: about, FREE: [*along, *about]}[kind]
+                one = about[2:] if self.packed.turns(i) else along[2:]
+                sizes = {REVOLUTE: one, SLIDING: one, SPHERICAL: about, FREE: [*along, *about]}[kind]
                 hinge[u : u + SPEEDS[kind]] = HELD * np.abs(sizes).max()
         return hinge
 
@@ -196,8 +197,8 @@ class Loops:
         moved = []
         for i, link in enumerate(self.packed.links):
             x = self.packed.model.links["x"][i]
-            if self.packed.types[i] in (REVOLUTE, PRISMATIC) and abs(after[x] - before[x]) > 1e-6:
-                unit = "rad" if self.packed.types[i] == REVOLUTE else "m"
+            if self.packed.types[i] in (REVOLUTE, SLIDING) and abs(after[x] - before[x]) > 1e-6:
+                unit = "rad" if self.packed.turns(i) else "m"
                 moved.append(f"{link.joint.name} from {before[x]:.6g} to {after[x]:.6g} {unit}")
         if moved:
             self.notes.append(f"closing the loops moved {', '.join(moved)}")

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.data import FREE, PRISMATIC, REVOLUTE, SPHERICAL
+from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.joints import normalise
 from modalprep.multibody.kernels.spatial import add3, axpy3, cross, dot3, quaternion_rotation, times
 
@@ -61,9 +61,9 @@ def set_weights(eq, run, z, keep):
     angle, spin, place, speed = max(1.0, size[TURN]), size[SPIN], size[PLACE], size[SPEED]
     for i in range(len(model.links)):
         joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
-        if joint == REVOLUTE:
+        if joint == REVOLUTE or (joint == SLIDING and model.links[i].about != 0.0):
             angle, spin = max(angle, abs(z[x])), max(spin, abs(z[u]))
-        elif joint == PRISMATIC:
+        elif joint == SLIDING:
             place, speed = max(place, abs(z[x])), max(speed, abs(z[u]))
         elif joint == SPHERICAL:
             spin = max(spin, _largest(z, u, 3))
@@ -76,7 +76,7 @@ def set_weights(eq, run, z, keep):
         size[TURN], size[SPIN], size[PLACE], size[SPEED], size[WORK] = angle, spin, place, speed, work
     for i in range(len(model.links)):
         joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
-        turns = joint == REVOLUTE or joint == SPHERICAL
+        turns = joint == SPHERICAL or model.links[i].about != 0.0
         travels = 3 if joint == FREE else 0 if turns else model.links[i].uq - model.links[i].u
         _weigh(run.weight, run.clock, x, travels, place)
         _weigh(run.weight, run.clock, u, travels, speed)

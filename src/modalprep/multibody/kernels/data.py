@@ -4,7 +4,7 @@ A packed system is a tree of links, parents first. A joint of several axes is a 
 massless links between; the last link carries the body. A link's frame has the joint's axis as z; its body's constants
 are turned there when packed, so that users' frames never change.
 
-State ``y = [coordinates | speeds]``. Per link: its joint's coordinates (revolute and screw: angle; prismatic: length;
+State ``y = [coordinates | speeds]``. Per link: its joint's coordinates (revolute: angle; sliding: length;
 spherical: quaternion w, x, y, z of the body in the parent's axes; free: position of the root in the parent's interface
 frame, then the quaternion; weld and prescribed: none), then modal coordinates. Speeds alike: rate; spherical: angular
 velocity relative to the parent, in the body's axes; free: velocity of the root and angular velocity, relative
@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-WELD, REVOLUTE, PRISMATIC, SPHERICAL, FREE, PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC = range(7)
-COORDINATES = (0, 1, 1, 4, 7, 0, 0)
-SPEEDS = (0, 1, 1, 3, 6, 0, 0)
-PRESCRIBED = (PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC)
+# Types of links' joints. SLIDING moves along its axis, PRESCRIBED along or about it, by the link's `along` and `about`.
+WELD, REVOLUTE, SLIDING, SPHERICAL, FREE, PRESCRIBED = range(6)
+COORDINATES = (0, 1, 1, 4, 7, 0)
+SPEEDS = (0, 1, 1, 3, 6, 0)
 
 UNIT, AFFINE, GROWS = range(3)  # `modal_mass` of a link: 1 throughout; geometric stiffness or another fill; T
 
@@ -33,6 +33,8 @@ LINK = np.dtype([
     ("parent", np.int64),  # link; the number of links for the ground
     ("interface", np.int64),  # of the parent's body
     ("joint", np.int64),  # type
+    ("along", np.float64),  # of a joint of one axis: travel (m) and turn (rad) per unit of its coordinate
+    ("about", np.float64),
     ("modes", np.int64),
     ("x", np.int64),  # first coordinate
     ("u", np.int64),  # first speed, counted from the first speed

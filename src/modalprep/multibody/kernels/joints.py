@@ -3,7 +3,8 @@
 This is the only kernel that knows the types of joints apart. `link` is a record of `Model.links`, `own` its record of
 `Data.links`. The motion subspace S holds the speeds' directions in the link's frame: z of rotation or translation, all
 rotations, or all six. A joint of one axis needs a column of the inertia and one pivot, three rotations the inverse of a
-symmetric (3, 3), a free joint the factor of the whole inertia.
+symmetric (3, 3), a free joint the factor of the whole inertia. Of the joints of one axis only the revolute has code of
+its own: it is the common case.
 """
 
 from __future__ import annotations
@@ -13,10 +14,9 @@ import numpy as np
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.data import (
     FREE,
-    PRESCRIBED_PRISMATIC,
-    PRESCRIBED_REVOLUTE,
-    PRISMATIC,
+    PRESCRIBED,
     REVOLUTE,
+    SLIDING,
     SPHERICAL,
 )
 from modalprep.multibody.kernels.spatial import (
@@ -26,6 +26,8 @@ from modalprep.multibody.kernels.spatial import (
     add3,
     add6,
     cross,
+    dot3,
+    get3,
     get6,
     inertia_times,
     inverse_symmetric,
@@ -51,9 +53,9 @@ from modalprep.multibody.kernels.spatial import (
 
 
 @compile_inline
-def along_axis(joint, v):
+def along_axis(link, v):
     """Return the component of a spatial vector (force or acceleration) along a joint of one axis: ``S' v``."""
-    return v[2] if joint == PRISMATIC else v[5]
+    return v[5] if link.joint == REVOLUTE else link.along * v[2] + link.about * v[5]
 
 
 @compile_inline
@@ -72,8 +74,12 @@ def joint_motion(link, prescribed, nx, y, turn):
     offset, rate, spin, extra = ZERO3, ZERO3, ZERO3, ZERO6
     if joint == REVOLUTE:
         turn, spin = turned(turn, y[x]), (0.0, 0.0, y[u])
-    elif joint == PRISMATIC:
-        offset, rate = times(turn, (0.0, 0.0, y[x])), (0.0, 0.0, y[u])
+    elif joint == SLIDING or joint == PRESCRIBED:
+        place, speed, acceleration = (y[x], y[u], 0.0) if joint == SLIDING else get3(prescribed)
+        along, about = link.along, link.about
+        offset, rate = times(turn, (0.0, 0.0, along * place)), (0.0, 0.0, along * speed)
+        turn, spin = turned(turn, about * place), (0.0, 0.0, about * speed)
+        extra = (0.0, 0.0, along * acceleration, 0.0, 0.0, about * acceleration)
     elif joint == SPHERICAL:
         turn, spin = product(turn, quaternion_rotation(take4(y, x))), take3(y, u)
     elif joint == FREE:
@@ -82,12 +88,6 @@ def joint_motion(link, prescribed, nx, y, turn):
         rate, spin = take3(y, u), take3(y, u + 3)
         c = cross(spin, rate)
         extra = (c[0], c[1], c[2], 0.0, 0.0, 0.0)
-    elif joint == PRESCRIBED_REVOLUTE:
-        turn, spin = turned(turn, prescribed[0]), (0.0, 0.0, prescribed[1])
-        extra = (0.0, 0.0, 0.0, 0.0, 0.0, prescribed[2])
-    elif joint == PRESCRIBED_PRISMATIC:
-        offset, rate = times(turn, (0.0, 0.0, prescribed[0])), (0.0, 0.0, prescribed[1])
-        extra = (0.0, 0.0, prescribed[2], 0.0, 0.0, 0.0)
     return turn, offset, rate, spin, extra
 
 
@@ -95,7 +95,7 @@ def joint_motion(link, prescribed, nx, y, turn):
 def joint_rates(link, nx, y, ydot):
     """Write the time derivatives of a joint's coordinates to ``ydot``."""
     joint, x, u = link.joint, link.x, nx + link.u
-    if joint == REVOLUTE or joint == PRISMATIC:
+    if joint == REVOLUTE or joint == SLIDING:
         ydot[x] = y[u]
     elif joint == SPHERICAL:
         ydot[x], ydot[x + 1], ydot[x + 2], ydot[x + 3] = quaternion_rate(take4(y, x), take3(y, u))
@@ -111,8 +111,9 @@ def along_joint(link, speeds, linear, angular):
     joint, u = link.joint, link.u
     if joint == REVOLUTE:
         angular = (angular[0], angular[1], angular[2] + speeds[u])
-    elif joint == PRISMATIC:
-        linear = (linear[0], linear[1], linear[2] + speeds[u])
+    elif joint == SLIDING:
+        linear = (linear[0], linear[1], linear[2] + link.along * speeds[u])
+        angular = (angular[0], angular[1], angular[2] + link.about * speeds[u])
     elif joint == SPHERICAL:
         angular = add3(angular, take3(speeds, u))
     elif joint == FREE:
@@ -124,8 +125,8 @@ def along_joint(link, speeds, linear, angular):
 def joint_force(link, wrench, out):
     """Write the generalised forces ``S' wrench`` of a joint to ``out (nu,)``."""
     joint, u = link.joint, link.u
-    if joint == REVOLUTE or joint == PRISMATIC:
-        out[u] = along_axis(joint, wrench)
+    if joint == REVOLUTE or joint == SLIDING:
+        out[u] = along_axis(link, wrench)
     elif joint == SPHERICAL:
         out[u], out[u + 1], out[u + 2] = wrench[3], wrench[4], wrench[5]
     elif joint == FREE:
@@ -133,11 +134,22 @@ def joint_force(link, wrench, out):
 
 
 @compile_inline
+def _column(link, M, H, J):
+    """Return ``I S`` of a joint of one axis: force and torque."""
+    if link.joint == REVOLUTE:
+        return (H[2], H[5], H[8]), (J[2], J[4], J[5])
+    a, b = link.along, link.about
+    force = (a * M[2] + b * H[2], a * M[4] + b * H[5], a * M[5] + b * H[8])
+    return force, (a * H[6] + b * J[2], a * H[7] + b * J[4], a * H[8] + b * J[5])
+
+
+@compile_inline
 def factor_joint(link, own, M, H, J, more):
     """Write the factor of ``S' I S + more`` to `pivot`; False when it is not positive. `more` (nu,) may be None."""
     joint, u = link.joint, link.u
-    if joint == REVOLUTE or joint == PRISMATIC:
-        d = M[5] if joint == PRISMATIC else J[5]
+    if joint == REVOLUTE or joint == SLIDING:
+        f, t = _column(link, M, H, J)
+        d = t[2] if joint == REVOLUTE else link.along * f[2] + link.about * t[2]
         if more is not None:
             d += more[u]
         if not d > 0.0:
@@ -163,12 +175,10 @@ def through_joint(link, own, M, H, J, P, tau, more):
     ``I - I S D^-1 S' I`` and ``P + I S D^-1 (tau - S' P)`` with ``D = S' I S + more``.
     """
     joint, u = link.joint, link.u
-    if joint == REVOLUTE or joint == PRISMATIC:
+    if joint == REVOLUTE or joint == SLIDING:
         g = own.pivot[0]
-        f, t = (
-            ((M[2], M[4], M[5]), (H[6], H[7], H[8])) if joint == PRISMATIC else ((H[2], H[5], H[8]), (J[2], J[4], J[5]))
-        )
-        e = g * (tau[u] - along_axis(joint, P))
+        f, t = _column(link, M, H, J)
+        e = g * (tau[u] - along_axis(link, P))
         M, H, J = less_outer(M, g, f), less_product(H, g, f, t), less_outer(J, g, t)
         P = add6(P, (e * f[0], e * f[1], e * f[2], e * t[0], e * t[1], e * t[2]))
     elif joint == SPHERICAL:
@@ -195,8 +205,9 @@ def speeds_from_bias(link, own, P, tau):
     joint, u = link.joint, link.u
     if joint == REVOLUTE:
         return (0.0, 0.0, 0.0, 0.0, 0.0, own.pivot[0] * (tau[u] - P[5]))
-    if joint == PRISMATIC:
-        return (0.0, 0.0, own.pivot[0] * (tau[u] - P[2]), 0.0, 0.0, 0.0)
+    if joint == SLIDING:
+        e = own.pivot[0] * (tau[u] - along_axis(link, P))
+        return (0.0, 0.0, link.along * e, 0.0, 0.0, link.about * e)
     if joint == SPHERICAL:
         t = symmetric_times(get6(own.pivot), (tau[u] - P[3], tau[u + 1] - P[4], tau[u + 2] - P[5]))
         return (0.0, 0.0, 0.0, t[0], t[1], t[2])
@@ -213,12 +224,9 @@ def joint_accelerations(link, own, linear, angular, tau, udot):
     """
     joint, u, M, H, J, P = link.joint, link.u, own.M, own.H, own.J, own.force
     v, t = linear, angular
-    if joint == REVOLUTE:
-        f = H[2] * v[0] + H[5] * v[1] + H[8] * v[2] + J[2] * t[0] + J[4] * t[1] + J[5] * t[2]
-        udot[u] = (tau[u] - P[5] - f) * own.pivot[0]
-    elif joint == PRISMATIC:
-        f = M[2] * v[0] + M[4] * v[1] + M[5] * v[2] + H[6] * t[0] + H[7] * t[1] + H[8] * t[2]
-        udot[u] = (tau[u] - P[2] - f) * own.pivot[0]
+    if joint == REVOLUTE or joint == SLIDING:
+        f, m = _column(link, M, H, J)
+        udot[u] = (tau[u] - along_axis(link, P) - (dot3(f, v) + dot3(m, t))) * own.pivot[0]
     elif joint == SPHERICAL:
         f = add3(transposed_times(H, v), symmetric_times(J, t))
         b = (tau[u] - P[3] - f[0], tau[u + 1] - P[4] - f[1], tau[u + 2] - P[5] - f[2])

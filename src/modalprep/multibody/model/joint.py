@@ -3,24 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, get_args
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.model.joint_element import HingeElement
+from modalprep.multibody.model.joint_types import JOINT_TYPES, ROTATIONS, SCALARS, SPEEDS, TRANSLATIONS, JointType
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.records import Record
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import as_rotation
-
-JointType = Literal[
-    "weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
-]
-ROTATIONS = {"revolute": 1, "cylindrical": 1, "universal": 2, "gimbal": 3, "planar": 1}  # angles of a joint
-TRANSLATIONS = {"prismatic": 1, "cylindrical": 1, "planar": 2}  # displacements
-SCALARS = {kind: TRANSLATIONS.get(kind, 0) + ROTATIONS.get(kind, 0) for kind in get_args(JointType)}  # both
-SPEEDS = SCALARS | {"spherical": 3, "free": 6}
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -94,7 +86,7 @@ class Joint(Record):
         """Normalise the axes and check the values."""
         refuse_unknown(self.type, SCALARS, f"joint {self.name!r}: type")
         axis = self._direction("axis")
-        if self.type in ("universal", "gimbal", "planar"):
+        if JOINT_TYPES[self.type].second_axis:
             object.__setattr__(self, "second_axis", self._second(axis))
         for key, counts in (
             ("angle", ROTATIONS),
@@ -113,6 +105,12 @@ class Joint(Record):
     def motions(self) -> tuple[TimeFunction, ...]:
         """The prescribed motions of its coordinates, translations before rotations; empty for a joint without any."""
         return () if self.motion is None else self.motion if isinstance(self.motion, tuple) else (self.motion,)
+
+    @property
+    def axes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """`axis`, `second_axis` (zero where there is none), the normal of both; in the parent's frame at zero."""
+        second = np.zeros(3) if self.second_axis is None else self.second_axis
+        return self.axis, second, np.cross(self.axis, second)
 
     def _check_motion(self) -> None:
         if isinstance(self.motion, list):
@@ -141,7 +139,7 @@ class Joint(Record):
                 f"joint {self.name!r}: {len(self.elements)} hinge elements, but a {self.type} joint needs "
                 f"{SPEEDS[self.type]}, one for each speed"
             )
-        if self.type in ("spherical", "free") and any(element.needs_coordinate for element in self.elements):
+        if JOINT_TYPES[self.type].native_speeds and any(element.needs_coordinate for element in self.elements):
             raise InputError(
                 f"joint {self.name!r}: a {self.type} joint has no coordinate for stiffness or limits; use a bushing"
             )
@@ -153,8 +151,8 @@ class Joint(Record):
         return axis / np.linalg.norm(axis)
 
     def _second(self, axis: np.ndarray) -> np.ndarray:
-        if self.second_axis is None and self.type == "universal":
-            raise InputError(f"joint {self.name!r}: a universal joint needs a second_axis")
+        if self.second_axis is None and JOINT_TYPES[self.type].second_axis == "needed":
+            raise InputError(f"joint {self.name!r}: a {self.type} joint needs a second_axis")
         if self.second_axis is None:
             first = np.cross(np.eye(3)[np.argmin(np.abs(axis))], axis)
             return first / np.linalg.norm(first)
@@ -162,7 +160,7 @@ class Joint(Record):
         if np.linalg.norm(np.cross(axis, second)) < 1e-6:
             raise InputError(f"joint {self.name!r}: second_axis {second.tolist()} is parallel to axis {axis.tolist()}")
         across = second - (second @ axis) * axis
-        return second if self.type == "universal" else across / np.linalg.norm(across)
+        return second if JOINT_TYPES[self.type].second_axis == "needed" else across / np.linalg.norm(across)
 
     def _refuse_count(self, key: str, count: int) -> None:
         value = np.asarray(getattr(self, key), dtype=float)

@@ -14,7 +14,8 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.constraints import Closure, Coupler, check_closures
 from modalprep.multibody.model.depletion import Depletion, check_depletions
 from modalprep.multibody.model.environment import CentralGravity, Conductor, Orbit
-from modalprep.multibody.model.joint import SCALARS, Joint
+from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.joint_types import SCALARS
 from modalprep.multibody.model.loads import Load, check_loads, locate
 from modalprep.notebook import html_table
 from modalprep.records import Record

@@ -22,7 +22,7 @@ from modalprep.multibody.kernels.constraints import (
     Constraints,
     Work,
 )
-from modalprep.multibody.kernels.data import PRESCRIBED, PRISMATIC, REVOLUTE
+from modalprep.multibody.kernels.data import PRESCRIBED, REVOLUTE, SLIDING
 from modalprep.multibody.model.constraints import Closure, Coupler, coordinate_of
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
@@ -210,8 +210,8 @@ def _terms(system: System, packed: Packed, row: int, closure: Closure | Coupler)
     found = []
     for text, factor in closure.factors.items():
         joint, k = coordinate_of(text, system.coordinate_counts, closure.name)
-        moving = [i for i in packed.links_of(joint) if packed.types[i] in (REVOLUTE, PRISMATIC, *PRESCRIBED)]
-        at, free = packed.model.links[moving[k]], packed.types[moving[k]] not in PRESCRIBED
+        moving = [i for i in packed.links_of(joint) if packed.types[i] in (REVOLUTE, SLIDING, PRESCRIBED)]
+        at, free = packed.model.links[moving[k]], packed.types[moving[k]] != PRESCRIBED
         found.append((row, moving[k], at["x"] if free else -1, at["u"] if free else -1, float(factor)))
     return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,10 +17,9 @@ from modalprep.multibody.kernels.data import (
     FREE,
     GROWS,
     LINK,
-    PRESCRIBED_PRISMATIC,
-    PRESCRIBED_REVOLUTE,
-    PRISMATIC,
+    PRESCRIBED,
     REVOLUTE,
+    SLIDING,
     SPEEDS,
     SPHERICAL,
     UNIT,
@@ -31,6 +31,7 @@ from modalprep.multibody.kernels.data import (
     new_data,
 )
 from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.joint_types import JOINT_TYPES, TRAVEL, TURN
 from modalprep.multibody.model.system import System
 
 
@@ -64,6 +65,10 @@ class Packed:
     def types(self) -> np.ndarray:
         """Joint type of every link (nl,)."""
         return self.model.links["joint"]
+
+    def turns(self, link: int) -> bool:
+        """Whether the coordinate of a joint of one axis is an angle."""
+        return bool(self.model.links["about"][link])
 
     def data(self) -> Data:
         """Return new data."""
@@ -130,22 +135,26 @@ def rows(dtype: np.dtype, values: Sequence[tuple]) -> np.recarray:
     return np.array(list(values), dtype).reshape(len(values)).view(np.recarray)
 
 
-def hinges(joint: Joint) -> list[tuple[int, np.ndarray]]:
-    """Return the kernel types and axes (in the parent's frame at zero) of a joint's hinges, inboard first."""
-    z = np.array([0, 0, 1.0])
-    if joint.type in ("weld", "spherical", "free"):
-        return [({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], z)]
-    moved, first = joint.motion is not None, joint.second_axis
-    turn, travel = (PRESCRIBED_REVOLUTE, PRESCRIBED_PRISMATIC) if moved else (REVOLUTE, PRISMATIC)
-    if joint.type in ("revolute", "prismatic"):
-        return [(turn if joint.type == "revolute" else travel, joint.axis)]
-    if joint.type == "cylindrical":
-        return [(travel, joint.axis), (turn, joint.axis)]
-    if joint.type == "universal":
-        return [(turn, joint.axis), (turn, first)]
-    if joint.type == "gimbal":
-        return [(turn, axis) for axis in (joint.axis, first, np.cross(joint.axis, first))]
-    return [(travel, first), (travel, np.cross(joint.axis, first)), (turn, joint.axis)]
+class Hinge(NamedTuple):
+    """One motion of a joint: kernel type, axis in the parent's frame at zero, travel and turn per unit."""
+
+    kind: int
+    axis: np.ndarray
+    along: float = 0.0
+    about: float = 0.0
+
+
+def hinges(joint: Joint) -> list[Hinge]:
+    """Return the motions of a joint, inboard first."""
+    motions, z = JOINT_TYPES[joint.type].motions, np.array([0, 0, 1.0])
+    if not motions:
+        return [Hinge({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], z)]
+    found = []
+    for motion, axis in motions:
+        along, about = {TRAVEL: (1.0, 0.0), TURN: (0.0, 1.0)}[motion]
+        kind = PRESCRIBED if joint.motion is not None else REVOLUTE if motion == TURN else SLIDING
+        found.append(Hinge(kind, joint.axes[axis], along, about))
+    return found
 
 
 def turn_to(axis: np.ndarray) -> np.ndarray:
@@ -163,23 +172,30 @@ def turn_to(axis: np.ndarray) -> np.ndarray:
     return np.array([[1 - f * x * x, -f * x * y, x], [-f * x * y, 1 - f * y * y, y], [-x, -y, z]])
 
 
-def _links(system: System) -> tuple[list[Link], list[tuple[int, np.ndarray, np.ndarray]]]:
-    """Return the links, and of each its type, its frame at zero in the parent's body frame, its align."""
+def _links(system: System) -> tuple[list[Link], list[_Frame]]:
+    """Return the links and their frames."""
     links, frames = [], []
     for name in system.order:
         joint = system.carrier(name)
         chain = hinges(joint)
-        for k, (kind, axis) in enumerate(chain):
+        for k, hinge in enumerate(chain):
             last = k == len(chain) - 1
             links.append(Link(joint, k, name if last else None))
-            moves = kind not in (WELD, SPHERICAL, FREE)
-            align = turn_to(joint.rotation.T @ axis) if last and moves else np.eye(3)
-            start = np.eye(3) if kind in (SPHERICAL, FREE) else joint.rotation @ align if last else turn_to(axis)
-            frames.append((kind, start, align))
+            align = turn_to(joint.rotation.T @ hinge.axis) if last and (hinge.along or hinge.about) else np.eye(3)
+            start = joint.rotation @ align if last else turn_to(hinge.axis)
+            frames.append(_Frame(hinge, np.eye(3) if hinge.kind in (SPHERICAL, FREE) else start, align))
     return links, frames
 
 
-def _topology(system: System, links: list[Link], frames: list) -> tuple[np.ndarray, _Bodies]:
+class _Frame(NamedTuple):
+    """Motion of a link, its frame at zero in the parent's body frame (3, 3), its axes in those of its body (3, 3)."""
+
+    hinge: Hinge
+    start: np.ndarray
+    align: np.ndarray
+
+
+def _topology(system: System, links: list[Link], frames: list[_Frame]) -> tuple[np.ndarray, _Bodies]:
     """Return the links (nl,) with everything but frames and masses, and the distinct bodies."""
     rows = np.zeros(len(links), LINK).view(np.recarray)
     rows["kind"] = rows["slot"] = rows["body"] = rows["phi"] = rows["first_interface"] = -1
@@ -187,8 +203,9 @@ def _topology(system: System, links: list[Link], frames: list) -> tuple[np.ndarr
     depleted = [each.body for each in system.depletions]
     carrier = {link.body: i for i, link in enumerate(links) if link.body}
     order = {name: i for i, name in enumerate(system.order)}
-    for i, (link, (kind, _, align)) in enumerate(zip(links, frames, strict=True)):
-        row = rows[i]
+    for i, (link, (hinge, _, align)) in enumerate(zip(links, frames, strict=True)):
+        row, kind = rows[i], hinge.kind
+        row["along"], row["about"] = hinge.along, hinge.about
         row["joint"], row["x"], row["u"], row["parent"] = kind, x, u, len(links)
         row["xq"], row["uq"] = x + COORDINATES[kind], u + SPEEDS[kind]
         parent = system.parent(link.joint)
@@ -214,14 +231,14 @@ def _modal_mass(body: FlexibleBody, depletes: bool) -> int:
     return AFFINE if body.has_geometric_stiffness or depletes or not body.normalised else UNIT
 
 
-def _place(system: System, links: list[Link], frames: list, rows: np.ndarray, i: int) -> None:
+def _place(system: System, links: list[Link], frames: list[_Frame], rows: np.ndarray, i: int) -> None:
     """Write the frames and the mass of link i."""
     link, (_, start, align), row = links[i], frames[i], rows[i]
     turn, arm = start, np.zeros(3)
     if link.hinge > 0:
-        turn = frames[i - 1][1].T @ start
+        turn = frames[i - 1].start.T @ start
     elif row["parent"] < len(links):
-        parent, to_link = links[row["parent"]], frames[row["parent"]][2].T
+        parent, to_link = links[row["parent"]], frames[row["parent"]].align.T
         turn, arm = to_link @ start, to_link @ system.bodies[parent.body].interface_position[row["interface"]]
     elif link.joint.type != "free":
         arm = link.joint.position

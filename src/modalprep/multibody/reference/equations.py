@@ -18,10 +18,8 @@ from modalprep.multibody.kernels.data import (
     COORDINATES,
     FREE,
     PRESCRIBED,
-    PRESCRIBED_PRISMATIC,
-    PRESCRIBED_REVOLUTE,
-    PRISMATIC,
     REVOLUTE,
+    SLIDING,
     SPEEDS,
     SPHERICAL,
 )
@@ -153,25 +151,25 @@ def _interface(parent: BodyState, node: int) -> _Frame:
     return own.moved(r, partial, vel, acc).turned(R)
 
 
-def _hinged(frame: _Frame, joint: int, x: np.ndarray, u: np.ndarray, first: int) -> _Frame:
-    """Motion of the outboard side of a hinge; x, u its coordinates and speeds, `first` the place of the speeds.
+def _hinged(frame: _Frame, row: np.record, x: np.ndarray, u: np.ndarray) -> _Frame:
+    """Motion of the outboard side of a link's hinge; x, u its coordinates and speeds.
 
     Prescribed hinges take ``x = [position]``, ``u = [rate, acceleration]``.
     """
-    partial, n = np.zeros_like(frame.J), SPEEDS[joint]
+    joint, first, n = row["joint"], row["u"], SPEEDS[row["joint"]]
+    screw = np.concatenate([AXIS * row["along"], AXIS * row["about"]])
     turn, r, slide, spin, extra = np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(6)
-    if joint in (REVOLUTE, PRESCRIBED_REVOLUTE):
-        turn, spin = turn_about(AXIS, x[0]), AXIS * u[0]
-    elif joint in (PRISMATIC, PRESCRIBED_PRISMATIC):
-        r, slide = AXIS * x[0], AXIS * u[0]
+    if joint in (REVOLUTE, SLIDING, PRESCRIBED):
+        turn, r = turn_about(AXIS, row["about"] * x[0]), screw[:3] * x[0]
+        slide, spin = screw[:3] * u[0], screw[3:] * u[0]
     elif joint == SPHERICAL:
         turn, spin = quaternion_matrix(x), u
     elif joint == FREE:
         turn, r, slide, spin = quaternion_matrix(x[3:]), x[:3], u[:3], u[3:]
-    hinge = {REVOLUTE: [5], PRISMATIC: [2], SPHERICAL: [3, 4, 5], FREE: range(6)}
-    columns = np.eye(6)[:, list(hinge.get(joint, []))]
-    if joint in PRESCRIBED:
-        extra = np.eye(6)[5 if joint == PRESCRIBED_REVOLUTE else 2] * u[1]
+    columns = {SPHERICAL: np.eye(6)[:, 3:], FREE: np.eye(6)}.get(joint, screw[:, None])[:, :n]
+    if joint == PRESCRIBED:
+        extra = screw * u[1]
+    partial = np.zeros_like(frame.J)
     w = frame.V[3:]
     outward = np.kron(np.eye(2), turn)  # speeds are in the outboard axes
     partial[:, first : first + n] = outward @ columns
@@ -202,9 +200,9 @@ def link_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
             frame = frame.turned(packed.align(row["parent"]))  # the hinge is placed in the parent link's axes
         frame = frame.turned(row["rotation"].reshape(3, 3))
         own_x, own_u = y[x : x + COORDINATES[joint]], y[u : u + SPEEDS[joint]]
-        if joint in PRESCRIBED:
+        if joint == PRESCRIBED:
             own_x, own_u = motion[i, :1], motion[i, 1:]
-        frame = _hinged(frame, joint, own_x, own_u, row["u"]).turned(packed.align(i).T)
+        frame = _hinged(frame, row, own_x, own_u).turned(packed.align(i).T)
         body = system.bodies[link.body] if link.body else None
         n = body.n if body else 0
         q, qd = y[row["xq"] : row["xq"] + n], y[packed.nx + row["uq"] : packed.nx + row["uq"] + n]

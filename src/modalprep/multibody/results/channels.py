@@ -11,9 +11,8 @@ from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels.data import (
     FREE,
     PRESCRIBED,
-    PRESCRIBED_REVOLUTE,
-    PRISMATIC,
     REVOLUTE,
+    SLIDING,
     SPEEDS,
     SPHERICAL,
 )
@@ -113,16 +112,15 @@ class Channels:
         """Return the values of one link's hinge: name, source, indices."""
         kind, joint = self.packed.types[i], self.packed.links[i].joint
         x, u = int(self.packed.model.links["x"][i]), int(self.packed.model.links["u"][i])
-        rotational = kind in (REVOLUTE, PRESCRIBED_REVOLUTE)
+        rotational = self.packed.turns(i)
         position, speed = ("angle", "rate") if rotational else ("displacement", "speed")
-        if kind in (REVOLUTE, PRISMATIC):
+        if kind in (REVOLUTE, SLIDING):
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
             rates = [(speed, (STATE, self.packed.nx + u, 0)), ("acceleration", (ACCELERATION, self.packed.nx + u, 0))]
             return [(position, (STATE, x, 0)), *rates, *drive]
-        if kind in PRESCRIBED:
-            along = (REACTION, i, 5 if rotational else 2)
+        if kind == PRESCRIBED:
             rates = [(speed, (MOTION, i, 1)), ("acceleration", (MOTION, i, 2))]
-            return [(position, (MOTION, i, 0)), *rates, ("drive", along)]
+            return [(position, (MOTION, i, 0)), *rates, ("drive", (REACTION, i, 0))]
         if kind in (SPHERICAL, FREE):
             rotation = [("quaternion", (STATE, x + k, 0)) for k in range(4 if kind == SPHERICAL else 0)]
             first = self.packed.nx + u + SPEEDS[kind] - 3

@@ -12,6 +12,7 @@ from modalprep.multibody.evaluation.loops import CLOSED, MOST_STEPS
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
+from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.modal import deflection
 from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import (
@@ -19,6 +20,7 @@ from modalprep.multibody.kernels.spatial import (
     axpy3,
     copy,
     get3,
+    get6,
     get9,
     get_angular,
     product_transposed,
@@ -122,7 +124,7 @@ def _joints(eq, columns, y, ydot, row):
         elif source == MOTION:
             row[c] = eq.motion[i, j]
         elif source == REACTION:
-            row[c] = columns.reactions[i, j]
+            row[c] = along_axis(eq.model.links[i], get6(columns.reactions[i]))
         elif source == WEIGHT:
             row[c] = eq.data.links[i].mass
         elif source == ACCELERATION:

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
-from modalprep.multibody.model.joint import JointType
+from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema.base import Angle, Table, Vector
 from modalprep.pipeline.schema.reduction import RotationTable
 

@@ -14,8 +14,8 @@ from modalprep.multibody.evaluation.feedback import feedback
 from modalprep.multibody.model.deployment import Deployment
 from modalprep.multibody.model.environment import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
-from modalprep.multibody.model.joint import ROTATIONS, SCALARS, TRANSLATIONS
 from modalprep.multibody.model.joint_element import HingeElement
+from modalprep.multibody.model.joint_types import ROTATIONS, SCALARS, TRANSLATIONS
 from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.build.build import rotation_matrix
