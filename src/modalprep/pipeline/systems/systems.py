@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -181,18 +181,9 @@ def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
 
 def _joint(name: str, table: JointTable, folder: Path) -> Joint:
     with naming(f"joint {name!r}"):
-        start = {key: np.array(value) if isinstance(value, list) else value for key, value in table.start}
-        return Joint(
-            name=name,
-            type=table.type,
-            parent=table.parent,
-            child=table.child,
-            axis=np.array(table.axis),
-            second_axis=None if table.second_axis is None else np.array(table.second_axis),
-            position=np.array(table.position),
-            rotation=rotation_matrix(table.rotation),
-            motion=prescribed_motion(table, folder),
-            elements=hinge_elements(table, folder),
-            keep_start=table.keep_start,
-            **start,
-        )
+        known = {field.name for field in fields(Joint)}
+        given = {key: value for key, value in [*table, *table.start] if key in known}
+        given["rotation"] = rotation_matrix(table.rotation)
+        given["motion"] = prescribed_motion(table, folder)
+        arrays = {key: np.array(value) if isinstance(value, list) else value for key, value in given.items()}
+        return Joint(name=name, elements=hinge_elements(table, folder), **arrays)
