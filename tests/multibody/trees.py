@@ -58,7 +58,7 @@ def random_body(rng, n, *, geometric=True, damping=False):
     )  # fmt: skip
 
 
-KINDS = ("weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free")
+KINDS = ("weld", "revolute", "prismatic", "screw", "cylindrical", "universal", "gimbal", "spherical", "planar", "free")
 ROOTS = (*KINDS, "prescribed", "sliding")
 
 
@@ -89,6 +89,7 @@ def _joint(rng, name, kind, parent, child):
         child=child,
         axis=rng.standard_normal(3),
         second_axis=rng.standard_normal(3),
+        pitch=2.0 if kind == "screw" else 0.0,
         rotation=Rotation.random(random_state=int(rng.integers(1 << 30))).as_matrix(),
         motion=mp.multibody.TimeFunction("sin(t)") if kind in driven else None,
     )

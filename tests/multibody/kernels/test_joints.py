@@ -31,6 +31,8 @@ def single(body=None, **changes):
         ({"type": "revolute", "displacement": 1.0}, "a revolute joint has no displacement"),
         ({"type": "revolute", "rate": np.ones(2)}, "rate .* must be 1 number"),
         ({"type": "planar", "speed": np.ones(3)}, "speed .* must be 2 number"),
+        ({"type": "screw"}, r"a screw joint needs a pitch \(m for each turn\)"),
+        ({"type": "revolute", "pitch": 0.01}, "a revolute joint has no pitch; it belongs to a screw"),
     ],
 )
 def test_what_a_joint_refuses(changes, message):
@@ -51,6 +53,27 @@ def test_cylindrical_joint_falls_and_turns_on():
     run = mp.simulate(single(type="cylindrical", rate=3.0, angle=0.2), t_end=1.0)
     np.testing.assert_allclose(run["j.angle"], 0.2 + 3 * run.time, rtol=1e-9)
     np.testing.assert_allclose(run["j.displacement"], -0.5 * 9.81 * run.time**2, atol=1e-9)
+
+
+@pytest.mark.parametrize("pitch", [0.3, -0.05])
+def test_nut_falls_on_a_vertical_screw(pitch):
+    """``(J + m h^2) angle'' = -m g h`` with h the travel for a radian and J about the axis."""
+    h = pitch / (2 * np.pi)
+    run = mp.simulate(single(type="screw", pitch=pitch, angle=0.4, rate=2.0), t_end=1.0)
+    J = 0.25 + 2.0 * 0.3**2
+    angle = 0.4 + 2.0 * run.time - 0.5 * 2.0 * 9.81 * h / (J + 2.0 * h**2) * run.time**2
+    np.testing.assert_allclose(run["j.angle"], angle, rtol=1e-9)
+    np.testing.assert_allclose(run["block.root.position"][:, 2], h * angle, atol=1e-12)
+    spun = (0.5 + 0.1j) * np.exp(1j * angle)
+    np.testing.assert_allclose(run["block.end.position"][:, :2], np.stack([spun.real, spun.imag], axis=1), atol=1e-9)
+
+
+def test_driven_screw_gives_its_torque():
+    """``(J + m h^2) angle'' + m g h`` is the generalised force of a prescribed motion."""
+    h = 0.2 / (2 * np.pi)
+    run = mp.simulate(single(type="screw", pitch=0.2, motion="t**2"), t_end=0.5)
+    torque = (0.25 + 2.0 * 0.3**2 + 2.0 * h**2) * 2.0 + 2.0 * 9.81 * h
+    np.testing.assert_allclose(run["j.drive"], torque, rtol=1e-9)
 
 
 def test_planar_joint_is_a_projectile_that_spins():

@@ -100,6 +100,7 @@ def test_residual_of_long_chains(kind, modes):
             child=f"b{i}",
             axis=rng.standard_normal(3),
             second_axis=rng.standard_normal(3),
+            pitch=2.0 if k == "screw" else 0.0,
         )
         for i, k in enumerate(kinds)
     )

@@ -13,12 +13,22 @@ pin = pytest.importorskip("pinocchio")
 
 def hinge_models(joint):
     """Pinocchio's joint models of a joint's hinges, axes in the parent's frame at zero."""
-    made = {1: pin.JointModelRevoluteUnaligned, 2: pin.JointModelPrismaticUnaligned}
     if joint.type == "spherical":
         return [pin.JointModelSpherical()]
     if joint.type == "free":
         return [pin.JointModelFreeFlyer()]
-    return [made[kind](np.array(axis)) for kind, axis in hinges(joint) if kind in made]
+    return [one_axis(hinge) for hinge in hinges(joint) if joint.type != "weld"]
+
+
+def one_axis(hinge):
+    """Pinocchio's joint of one axis; its pitch is the travel for a radian."""
+    if not hinge.along:
+        return pin.JointModelRevoluteUnaligned(hinge.axis)
+    return (
+        pin.JointModelHelicalUnaligned(hinge.axis, hinge.along)
+        if hinge.about
+        else pin.JointModelPrismaticUnaligned(hinge.axis)
+    )
 
 
 def peer(system):

@@ -22,11 +22,13 @@ class Joint(Record):
     Attributes
     ----------
     name : str
-    type : {"weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"}
-        Cylindrical: translation along and rotation about `axis`. Universal: rotation about `axis` (fixed in the
-        parent), then about `second_axis` (fixed in the child). Gimbal: rotations about `axis`, `second_axis` and the
-        normal of both, for springs in three directions; singular where the second angle is 90 degrees. Planar:
-        translation along `second_axis` and its normal in the plane, rotation about the plane's normal `axis`.
+    type : str
+        ``weld``, ``revolute``, ``prismatic``, ``spherical``, ``free``, or one of the following. ``screw``: rotation
+        about `axis` with a translation of `pitch` along it for each turn. ``cylindrical``: translation along and
+        rotation about `axis`. ``universal``: rotation about `axis` (fixed in the parent), then about `second_axis`
+        (fixed in the child). ``gimbal``: rotations about `axis`, `second_axis` and the normal of both, for springs in
+        three directions; singular where the second angle is 90 degrees. ``planar``: translation along `second_axis` and
+        its normal in the plane, rotation about the plane's normal `axis`.
     parent : str
         ``ground`` or ``body.interface``.
     child : str
@@ -36,21 +38,24 @@ class Joint(Record):
     second_axis : (3,) or None
         Second axis of a universal joint, of a gimbal or first direction of a planar joint (these made normal to `axis`;
         None: any), in the parent's frame at zero angles.
+    pitch : float
+        m, of a screw joint: translation for each turn, positive for a right-handed thread.
     position : (3,)
         m: where a joint to the ground sits (inertial), or where the root of a free body starts, in the parent's frame.
     rotation : (3, 3), (4,) or ((3,), float)
         Matrix, quaternion w, x, y, z, or axis and angle (rad), kept as the matrix: child
         frame to parent frame at zero angle; of a spherical or free joint at the start.
     angle, rate : float, or (2,) of a universal joint, (3,) of a gimbal
-        Initial rotation of a revolute, cylindrical, universal, gimbal or planar joint, rad and rad/s.
+        Initial rotation of a revolute, screw, cylindrical, universal, gimbal or planar joint, rad and rad/s.
     displacement, speed : float, or (2,) of a planar joint
         Initial translation of a prismatic, cylindrical or planar joint, m and m/s.
     velocity, angular_velocity : (3,)
         Initial values of a free body: velocity of its root and angular velocity, relative to the parent, in its own
         frame; `angular_velocity` also of a spherical joint.
     motion : TimeFunction, a sequence of them, or None
-        Prescribed angle of a revolute joint, or displacement of a prismatic one; of a cylindrical, universal, gimbal or
-        planar joint one for each coordinate, translations before rotations. Value and rate must be continuous.
+        Prescribed angle of a revolute or screw joint, or displacement of a prismatic one; of a cylindrical, universal,
+        gimbal or planar joint one for each coordinate, translations before rotations. Value and rate must be
+        continuous.
     elements : tuple of HingeElement
         Springs, dampers, friction, limits and drives, one element for each speed (translations before rotations), or
         none; a single element needs no tuple. Spherical and free joints have neither stiffness nor limits: use a
@@ -70,6 +75,7 @@ class Joint(Record):
     child: str
     axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     second_axis: np.ndarray | None = None
+    pitch: float = 0.0
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     angle: float | np.ndarray = 0.0
@@ -97,6 +103,7 @@ class Joint(Record):
             self._refuse_count(key, counts.get(self.type, 0))
         object.__setattr__(self, "axis", axis)
         object.__setattr__(self, "rotation", as_rotation(self.rotation, f"joint {self.name!r}: rotation"))
+        self._check_pitch()
         self._check_elements()
         self._check_motion()
         super().__post_init__()
@@ -111,6 +118,11 @@ class Joint(Record):
         """`axis`, `second_axis` (zero where there is none), the normal of both; in the parent's frame at zero."""
         second = np.zeros(3) if self.second_axis is None else self.second_axis
         return self.axis, second, np.cross(self.axis, second)
+
+    def _check_pitch(self) -> None:
+        if (self.type == "screw") != (self.pitch != 0.0):
+            needs = "needs a pitch (m for each turn)" if self.type == "screw" else "has no pitch; it belongs to a screw"
+            raise InputError(f"joint {self.name!r}: a {self.type} joint {needs}")
 
     def _check_motion(self) -> None:
         if isinstance(self.motion, list):

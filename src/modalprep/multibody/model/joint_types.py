@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 JointType = Literal[
-    "weld", "revolute", "prismatic", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
+    "weld", "revolute", "prismatic", "screw", "cylindrical", "universal", "gimbal", "spherical", "planar", "free"
 ]
 TRAVEL, TURN, SCREW = "travel", "turn", "screw"
 FIRST, SECOND, NORMAL = range(3)  # `axis`, `second_axis`, the normal of both
@@ -41,6 +41,7 @@ JOINT_TYPES: dict[str, Steps] = {
     "weld": Steps(),
     "revolute": Steps(((TURN, FIRST),)),
     "prismatic": Steps(((TRAVEL, FIRST),)),
+    "screw": Steps(((SCREW, FIRST),)),
     "cylindrical": Steps(((TRAVEL, FIRST), (TURN, FIRST))),
     "universal": Steps(((TURN, FIRST), (TURN, SECOND)), second_axis="needed"),
     "gimbal": Steps(((TURN, FIRST), (TURN, SECOND), (TURN, NORMAL)), second_axis="normal"),

@@ -31,7 +31,7 @@ from modalprep.multibody.kernels.data import (
     new_data,
 )
 from modalprep.multibody.model.joint import Joint
-from modalprep.multibody.model.joint_types import JOINT_TYPES, TRAVEL, TURN
+from modalprep.multibody.model.joint_types import JOINT_TYPES, SCREW, TRAVEL, TURN
 from modalprep.multibody.model.system import System
 
 
@@ -151,7 +151,7 @@ def hinges(joint: Joint) -> list[Hinge]:
         return [Hinge({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], z)]
     found = []
     for motion, axis in motions:
-        along, about = {TRAVEL: (1.0, 0.0), TURN: (0.0, 1.0)}[motion]
+        along, about = {TRAVEL: (1.0, 0.0), TURN: (0.0, 1.0), SCREW: (joint.pitch / (2 * np.pi), 1.0)}[motion]
         kind = PRESCRIBED if joint.motion is not None else REVOLUTE if motion == TURN else SLIDING
         found.append(Hinge(kind, joint.axes[axis], along, about))
     return found

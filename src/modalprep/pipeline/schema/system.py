@@ -159,6 +159,7 @@ class HingeTable(Table):
     second_axis: Vector | None = Field(
         None, description="of a universal joint or gimbal; first direction of translation of a planar one"
     )
+    pitch: float = Field(0.0, description="of a screw joint: travel along the axis for each turn, m; right-handed")
     position: Vector = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
     rotation: RotationTable | None = None
     start: StartTable = StartTable()
