@@ -24,14 +24,12 @@ from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, r
 from modalprep.pipeline.build.reduce import reduce_model, target_damping
 from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.base import Vector
+from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.depletion import LevelTable
-from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
-from modalprep.pipeline.schema.reduction import RotationTable
 from modalprep.pipeline.schema.system import inertia_tensor
 from modalprep.reduction.damping import modal_damping
-from modalprep.vectors import as_rotation
 
 # plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
 LIGHT, HEAVY = 1e-6, 2.3e4
@@ -151,13 +149,6 @@ def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, V
     positions = {key: np.array(x) for key, x in interfaces.items()}
     inertia = inertia_tensor(table.inertia)
     return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=positions)
-
-
-def rotation_matrix(table: RotationTable | None) -> np.ndarray:
-    """Return the rotation (3, 3) of a table, the identity without one."""
-    if table is None:
-        return np.eye(3)
-    return as_rotation(table.matrix or table.quaternion or (table.axis, table.angle), "rotation")
 
 
 def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:

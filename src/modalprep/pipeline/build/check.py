@@ -12,7 +12,8 @@ from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.build.reduce import reduce_model
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import load_pipeline
 
 
 def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckReport:

@@ -18,7 +18,8 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import mesh_digest, read_mesh
-from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 

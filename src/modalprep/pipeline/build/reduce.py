@@ -11,7 +11,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.pipeline.build.model import connected_mesh, node_set
-from modalprep.pipeline.schema.load import naming
+from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import RayleighTable, ReductionTable
 from modalprep.reduction.basis import Reduction

@@ -11,12 +11,13 @@ from modalprep.atomic import write_json
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
-from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.build.build import output_folder, read_bodies
 from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable
+from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable, rotation_matrix
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
 from modalprep.reduction.synthesis import Placement, SystemModes, synthesise

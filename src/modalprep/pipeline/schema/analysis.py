@@ -8,7 +8,8 @@ from pydantic import Field, model_validator
 
 from modalprep.formats.statespace import WRITERS
 from modalprep.pipeline.schema.base import ReferenceTable, Table
-from modalprep.pipeline.schema.system import EACH, THEORY, TIME, Theory, Time
+from modalprep.pipeline.schema.system import EACH, THEORY, Theory
+from modalprep.pipeline.schema.time import TIME, Time
 
 
 class ResponseTable(Table):

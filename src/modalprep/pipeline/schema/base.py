@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
+from modalprep.errors import InputError
 from modalprep.suggest import suggestion
 
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
@@ -66,3 +70,22 @@ class ReferenceTable(Table):
         if len(self.t) != len(self.y):
             raise ValueError(f"t has {len(self.t)} values and y {len(self.y)}; give as many of each")
         return self
+
+
+@contextmanager
+def naming(file: Path | str) -> Iterator[None]:
+    """Put the name of the file (or table) before an input error that does not say it.
+
+    Examples
+    --------
+    >>> with naming("job.toml"):
+    ...     raise InputError("no group 'a'")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: job.toml: no group 'a'
+    """
+    try:
+        yield
+    except InputError as error:
+        if str(file) in str(error):
+            raise
+        raise type(error)(f"{file}: {error}") from None

@@ -1,17 +1,23 @@
-"""Chains: many equal segments, each hinged to the one before."""
+"""Chains of equal segments; beams with large deflection as rigid segments connected by springs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
 
-from modalprep.multibody.model.chain import chain_links
-from modalprep.pipeline.schema.base import Table, first_message
-from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable, form
+from modalprep.errors import InputError
+from modalprep.multibody.model.chain import SegmentedBeam, chain_links
+from modalprep.multibody.model.joint import Joint
+from modalprep.pipeline.schema.base import Table, Vector, first_message
+from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable
+from modalprep.pipeline.schema.time import form
 
 Several = Annotated[list[HingeTable], Field(min_length=1)]
 Joints = Annotated[Annotated[HingeTable, Tag("table")] | Annotated[Several, Tag("list")], Discriminator(form)]
+Positive = Annotated[float, Field(gt=0)]
 
 
 class ChainTable(Table):
@@ -55,3 +61,112 @@ class ChainTable(Table):
         tables = [{**own[i % len(own)], "parent": parent, "child": body} for i, (body, parent) in enumerate(links)]
         tables[0] |= self.first
         return {table["child"]: JointTable.model_validate(table) for table in tables}
+
+
+class BeamTable(Table):
+    """A straight or curved uniform beam along x; a chain of bodies and joints ``<beam>1``, ``<beam>2``, ...
+
+    See `SegmentedBeam`; source: Banerjee (2016), Flexible Multibody Dynamics, chapter 10.
+    """
+
+    length: Positive = Field(description="m")
+    segments: int = Field(ge=1, le=100_000, description="number of rigid rods")
+    mass_per_length: Positive = Field(description="kg/m")
+    rotary_inertia: Vector = Field([0.0, 0.0, 0.0], description="of the cross-section about x, y, z, per length, kg m")
+    EI: Positive | Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(
+        description="bending stiffness, N m^2: one number for the plane x y, two (about y and z) for space"
+    )
+    GJ: Positive | None = Field(None, description="torsional stiffness, N m^2, with two of EI; default rigid")
+    EA: Positive | None = Field(None, description="axial stiffness, N, with GA and one EI; default rigid")
+    GA: Positive | None = Field(None, description="shear stiffness, shear factor included, N, with EA")
+    curvature: float = Field(0.0, description="of the unloaded beam, in the plane x y, 1/m")
+    damping: float = Field(0.0, ge=0, description="of the material: damping over stiffness, s")
+    parent: str = Field("ground", description="what carries it: 'ground' or 'body.interface'")
+    root: dict[str, Any] = Field(
+        {},
+        description="joint to the parent: keys instead of the clamp's (rotations about z, y, x), or its own 'type'",
+    )
+
+    @model_validator(mode="after")
+    def _makes_a_chain(self) -> BeamTable:
+        try:
+            self.chain()
+        except ValidationError as error:
+            raise ValueError(first_message(error).replace("first:", "root:")) from None
+        return self
+
+    def beam(self) -> SegmentedBeam:
+        """Return the beam, without the joint to its parent."""
+        return SegmentedBeam(name="beam", **self.model_dump(exclude={"root"}))
+
+    def chain(self) -> ChainTable:
+        """Return the chain of its segments.
+
+        Examples
+        --------
+        >>> beam = BeamTable(length=10.0, segments=5, mass_per_length=1.2, EI=140.0)
+        >>> chain = beam.chain()
+        >>> chain.segment.mass, chain.segment.inertia[2], chain.joint.stiffness, chain.first["stiffness"]
+        (2.4, 0.8, [70.0], [140.0])
+        """
+        beam = self.beam().chain
+        clamp, between = _table(beam.first), [HingeTable.model_validate(_table(joint)) for joint in beam.joint]
+        return ChainTable(
+            segment=_segment(self.beam()),
+            count=self.segments,
+            parent=self.parent,
+            joint=between if len(between) > 1 else between[0],
+            first=HingeTable.model_validate(self.root).model_dump() if "type" in self.root else clamp | self.root,
+        )
+
+    def bodies(self, name: str) -> dict[str, BodyTable]:
+        """Return a table for each segment."""
+        return self.chain().bodies(name)
+
+    def joints(self, name: str) -> dict[str, JointTable]:
+        """Return a table for each joint."""
+        return self.chain().joints(name)
+
+
+def _segment(beam: SegmentedBeam) -> BodyTable:
+    values = beam.segment()
+    interfaces = {name: place.tolist() for name, place in values["interfaces"].items()}
+    return BodyTable(
+        mass=values["mass"], centre=values["centre"].tolist(), inertia=np.diag(values["inertia"]).tolist(),
+        interfaces=interfaces,
+    )  # fmt: skip
+
+
+def _table(joint: Joint) -> dict[str, Any]:
+    """Return what a table says of a joint with springs, its name and ends left out."""
+    springs = {
+        key: [getattr(element, key) for element in joint.elements] for key in ("stiffness", "damping", "free_position")
+    }
+    second = None if joint.second_axis is None else joint.second_axis.tolist()
+    angle = np.asarray(joint.angle).tolist()
+    return {
+        "type": joint.type,
+        "axis": joint.axis.tolist(),
+        "second_axis": second,
+        "start": {"angle": angle},
+        **springs,
+    }
+
+
+def with_chains(
+    chains: Mapping[str, ChainTable | BeamTable], bodies: dict[str, BodyTable], joints: dict[str, JointTable]
+) -> tuple:
+    """Return bodies and joints with those of the chains or beams.
+
+    Raises
+    ------
+    InputError
+        When a name occurs twice.
+    """
+    bodies, joints = dict(bodies), dict(joints)
+    for name, chain in chains.items():
+        for known, new in ((bodies, chain.bodies(name)), (joints, chain.joints(name))):
+            for twice in known.keys() & new.keys():
+                raise InputError(f"{name!r} makes {twice!r}, which exists already; rename one")
+            known |= new
+    return bodies, joints

@@ -9,7 +9,7 @@ from pydantic import Field
 from modalprep.multibody.model.constraints import ClosureType
 from modalprep.pipeline.schema.base import Table, Vector
 from modalprep.pipeline.schema.reduction import RotationTable
-from modalprep.pipeline.schema.system import TIME, Time
+from modalprep.pipeline.schema.time import TIME, Time
 
 END = "'body.interface' or 'ground'"
 

@@ -7,7 +7,8 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from modalprep.pipeline.schema.base import Table, Vector
-from modalprep.pipeline.schema.system import TIME, Inertia, PieceTable, Time
+from modalprep.pipeline.schema.system import Inertia
+from modalprep.pipeline.schema.time import TIME, PieceTable, Time
 
 Rate = Annotated[float, Field(ge=0)] | list[PieceTable]
 

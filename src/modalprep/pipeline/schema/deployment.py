@@ -7,7 +7,8 @@ from typing import Annotated
 from pydantic import Field
 
 from modalprep.pipeline.schema.base import Table, Vector
-from modalprep.pipeline.schema.system import TIME, Constant, Time
+from modalprep.pipeline.schema.system import Constant
+from modalprep.pipeline.schema.time import TIME, Time
 
 Positive = Annotated[float, Field(gt=0)]
 

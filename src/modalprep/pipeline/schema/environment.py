@@ -8,18 +8,9 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS, EARTH_SPIN
 from modalprep.pipeline.schema.base import Angle, Table, Vector
-from modalprep.pipeline.schema.system import TIME, Time, form
+from modalprep.pipeline.schema.time import form
 
 Three = Annotated[list[str | float], Field(min_length=3, max_length=3)]
-
-
-class ConductorTable(Table):
-    """A current through the magnetic field of the orbit's planet."""
-
-    through: Annotated[list[str], Field(min_length=2)] = Field(
-        description="'body.interface' of each point along it, in the direction of the current"
-    )
-    current: Time = Field(description="A: " + TIME)
 
 
 class ControlTable(Table):

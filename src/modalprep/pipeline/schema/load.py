@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 import re
 import tomllib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
 from modalprep.errors import InputError
-from modalprep.pipeline.schema.base import first_message
+from modalprep.pipeline.schema.base import first_message, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 SMALLEST, LARGEST = 1e-60, 1e60  # of a number
@@ -63,25 +61,6 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         raise InputError(f"{path} has too deeply nested lists or tables; correct it") from None
     except ValueError as error:  # also of bytes that are no text, and numbers of thousands of digits
         raise InputError(f"{path} is not valid TOML: {error}") from None
-
-
-@contextmanager
-def naming(file: Path | str) -> Iterator[None]:
-    """Put the name of the file (or table) before an input error that does not say it.
-
-    Examples
-    --------
-    >>> with naming("job.toml"):
-    ...     raise InputError("no group 'a'")
-    Traceback (most recent call last):
-    modalprep.errors.InputError: job.toml: no group 'a'
-    """
-    try:
-        yield
-    except InputError as error:
-        if str(file) in str(error):
-            raise
-        raise type(error)(f"{file}: {error}") from None
 
 
 def _refuse_odd_numbers(path: Path, text: str, value: Any, keys: list[str]) -> None:

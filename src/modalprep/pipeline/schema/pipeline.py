@@ -9,22 +9,18 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 from modalprep.formats.export import EXPORTS
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
-from modalprep.pipeline.schema.beam import BeamTable, with_chains
-from modalprep.pipeline.schema.chain import ChainTable
+from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.depletion import DepletionTable, JetTable
 from modalprep.pipeline.schema.deployment import DeploymentTable
-from modalprep.pipeline.schema.environment import ConductorTable, ControlTable, EnvironmentTable
+from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.events import EventTable
 from modalprep.pipeline.schema.fe import ConnectionTable, InterfaceTable, MatricesTable, MeshTable, StressTable
+from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.system import (
-    AxialSpringTable,
     BodyTable,
-    BushingTable,
-    ForceTable,
-    ImmersedTable,
     JointTable,
     SimulationTable,
 )
@@ -57,7 +53,7 @@ class PlotTable(Table):
         return [self.y] if isinstance(self.y, str) else self.y
 
 
-class Pipeline(Table):
+class Pipeline(ForceElements):
     """A pipeline file: from a mesh to a modal file, a simulation, or both.
 
     Examples
@@ -88,16 +84,11 @@ class Pipeline(Table):
     chains: dict[str, ChainTable] = Field({}, description="many equal bodies, each hinged to the one before")
     beams: dict[str, BeamTable] = Field({}, description="with large deflection, as rigid segments with springs")
     deployments: dict[str, DeploymentTable] = Field({}, description="beams, cables and tethers that deploy from a body")
-    forces: dict[str, ForceTable] = Field({})
-    springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
-    bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
-    conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
     controls: dict[str, ControlTable] = Field({}, description="forces by expressions of the system's motion")
     closures: dict[str, ClosureTable] = Field({}, description="joints and conditions that close loops")
     couplers: dict[str, CouplerTable] = Field({}, description="gears and other linear relations of joints")
     depletions: dict[str, DepletionTable] = Field({}, description="bodies that lose mass")
     jets: dict[str, JetTable] = Field({}, description="thrust of the gas that leaves, and jet damping")
-    immersed: dict[str, ImmersedTable] = Field({}, description="slender bodies in the water of [environment]")
     events: dict[str, EventTable] = Field({}, description="zero crossings of channels and their effects")
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None

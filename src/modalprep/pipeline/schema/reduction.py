@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.pipeline.schema.base import Angle, Table, Vector
 from modalprep.pipeline.schema.fe import NodesTable
 from modalprep.reduction.table import DIRECTIONS
+from modalprep.vectors import as_rotation
 
 Ratio = Annotated[float, Field(ge=0)]
 
@@ -128,6 +130,13 @@ class RotationTable(Table):
         if half or turned + (self.quaternion is not None) + (self.matrix is not None) != 1:
             raise ValueError("a rotation needs either 'axis' and 'angle', 'quaternion', or 'matrix'")
         return self
+
+
+def rotation_matrix(table: RotationTable | None) -> np.ndarray:
+    """Return the rotation (3, 3) of a table, the identity without one."""
+    if table is None:
+        return np.eye(3)
+    return as_rotation(table.matrix or table.quaternion or (table.axis, table.angle), "rotation")
 
 
 class PlacementTable(Table):

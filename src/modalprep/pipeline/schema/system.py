@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
@@ -10,11 +10,9 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 from modalprep.multibody.model.joint_types import JointType
 from modalprep.pipeline.schema.base import Angle, Table, Vector
 from modalprep.pipeline.schema.reduction import RotationTable
+from modalprep.pipeline.schema.time import TIME, Time, form
 
 INERTIA_ROUNDING = 1e-6
-Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
-Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
-ENDS = "'body.interface' twice, or one and 'ground'"
 EACH = "; a list for a joint with several coordinates, translations before rotations"
 
 
@@ -72,44 +70,6 @@ def inertia_tensor(inertia: list[float]) -> np.ndarray:
     """
     xx, yy, zz, xy, xz, yz = [*inertia, 0.0, 0.0, 0.0][:6]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-class PieceTable(Table):
-    """A piece of a function of time."""
-
-    value: str | float = Field(description="number, or expression of t (s)")
-    until: float | None = Field(None, description="s; the last piece has none")
-
-
-class PointsTable(Table):
-    """A function of time as a smooth curve through points; a time named twice is a jump."""
-
-    t: list[float] | None = Field(None, description="s")
-    values: list[float] | None = None
-    file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
-
-    @model_validator(mode="after")
-    def _points_or_file(self) -> PointsTable:
-        given = [key for key in ("t", "values") if getattr(self, key) is not None]
-        if given != ([] if self.file else ["t", "values"]):
-            raise ValueError("a table of time needs both 't' and 'values', or 'file'")
-        return self
-
-
-def form(value: Any) -> str:
-    """Return the form of a value, so that an error message refers to the intended one."""
-    forms = {str: "text", list: "list"}
-    return "table" if isinstance(value, (dict, Table)) else forms.get(type(value), "number")
-
-
-Time = Annotated[
-    Annotated[str, Tag("text")]
-    | Annotated[float, Tag("number")]
-    | Annotated[list[PieceTable], Tag("list")]
-    | Annotated[PointsTable, Tag("table")],
-    Discriminator(form),
-]
-TIME = "number, expression of t (s), pieces [{ value, until }, ...], or points { t, values } or { file }"
 
 
 class StartTable(Table):
@@ -183,69 +143,6 @@ class JointTable(HingeTable):
 
     parent: str = Field("ground", description="'ground' or 'body.interface'")
     child: str = Field(description="'body.interface'")
-
-
-class ForceTable(Table):
-    """A force on an interface, or distributed over the points of a body."""
-
-    at: str | None = Field(None, description="'body.interface'")
-    body: str | None = Field(None, description="instead: body over whose mesh points the force is distributed equally")
-    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
-        None, description="of `body`: only points between two opposite corners, body frame, m; default all"
-    )
-    force: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
-        [0.0, 0.0, 0.0], description="N, each component: " + TIME
-    )
-    torque: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
-        [0.0, 0.0, 0.0], description="of `at`, N m, each component as those of the force"
-    )
-    factor: Time = Field(1.0, description="of `body`: factor of its force over time, " + TIME)
-    axes: Literal["inertial", "body"] = Field("inertial", description="body: follows the interface, or the body")
-
-    @model_validator(mode="after")
-    def _one_place(self) -> ForceTable:
-        if (self.at is None) == (self.body is None):
-            raise ValueError("a force needs either 'at' or 'body'")
-        if self.body is not None and not all(isinstance(value, float) for value in self.force):
-            raise ValueError("the force on the points of a body is three numbers; give its time dependence by 'factor'")
-        return self
-
-
-class AxialSpringTable(Table):
-    """An axial spring and damper between two points."""
-
-    between: Ends = Field(description=ENDS)
-    stiffness: Constant = Field(0.0, description="N/m")
-    damping: Constant = Field(0.0, description="N s/m")
-    free_length: Constant = Field(0.0, description="m")
-    position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
-    actuator_force: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
-    tension_only: bool = Field(False, description="it goes slack below its free length: a tether or a strap")
-
-
-class BushingTable(Table):
-    """Six springs and dampers between two frames, in the axes of the first."""
-
-    between: Ends = Field(description=ENDS)
-    stiffness: Six = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
-    damping: Six = Field([0.0] * 6, description="N s/m and N m s/rad")
-    free_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first without spring force, m")
-    free_rotation: RotationTable | None = Field(
-        None, description="from its axes to those of the first, without spring torque"
-    )
-    position: Vector = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
-    rotation: RotationTable | None = Field(None, description="of the frame on the ground")
-
-
-class ImmersedTable(Table):
-    """Slender rods in the water: drag, added mass, buoyancy of rigid bodies."""
-
-    bodies: str = Field(description="name, or pattern as 'cable*' for all segments of a chain")
-    ends: Ends = Field(["root", "tip"], description="interfaces at the ends of the rod")
-    diameter: Constant = Field(description="m")
-    normal_drag: Constant = Field(1.2, description="coefficient, on the diameter")
-    tangential_drag: Constant = Field(0.01, description="coefficient, on the circumference")
-    added_mass: Constant = Field(1.0, description="coefficient, on the volume, across the rod")
 
 
 Theory = Literal["consistent", "no_geometric_stiffness", "ruthless"]

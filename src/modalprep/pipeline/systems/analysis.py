@@ -23,8 +23,9 @@ from modalprep.multibody.results.result import Result, output_times
 from modalprep.pipeline.build.build import output_folder
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
-from modalprep.pipeline.schema.load import load_pipeline, naming
-from modalprep.pipeline.systems.loads import has_several_values, time_function
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.schema.time import has_several_values, time_function
 from modalprep.pipeline.systems.systems import in_theory, read_system
 from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
 

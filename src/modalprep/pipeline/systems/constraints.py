@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.multibody.model.constraints import Closure, Coupler
-from modalprep.pipeline.build.build import rotation_matrix
+from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
-from modalprep.pipeline.schema.load import naming
-from modalprep.pipeline.systems.loads import time_function
+from modalprep.pipeline.schema.reduction import rotation_matrix
+from modalprep.pipeline.schema.time import time_function
 
 
 def read_closures(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -12,66 +11,23 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.feedback import feedback
 from modalprep.multibody.model.deployment import Deployment
-from modalprep.multibody.model.environment import EARTH_RADIUS, CentralGravity, Conductor, Dipole, Orbit
-from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
+from modalprep.multibody.model.environment import EARTH_RADIUS, CentralGravity, Dipole, Orbit
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.joint_types import ROTATIONS, SCALARS, TRANSLATIONS
-from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
+from modalprep.multibody.model.loads import Load
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
-from modalprep.pipeline.build.build import rotation_matrix
+from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.deployment import DeploymentTable
-from modalprep.pipeline.schema.environment import CentralTable, ControlTable, OrbitTable, WaterTable
-from modalprep.pipeline.schema.load import naming
+from modalprep.pipeline.schema.environment import CentralTable, ControlTable, OrbitTable
+from modalprep.pipeline.schema.force_elements import Scope
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import (
-    AxialSpringTable,
-    BushingTable,
-    ForceTable,
-    ImmersedTable,
     JointTable,
     LimitsTable,
-    PieceTable,
-    PointsTable,
-    Time,
 )
-from modalprep.suggest import refuse_unknown, suggestion
+from modalprep.pipeline.schema.time import has_several_values, time_function
 
 TRANSLATIONS_AND_ROTATIONS = {"spherical": (0, 3), "free": (3, 3)}
-
-
-def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | None:
-    """Return the function of time that a key of a pipeline file has; its files are relative to `folder`.
-
-    Examples
-    --------
-    >>> time_function("torque", "2*t", Path())(3.0)
-    (6.0, 2.0, 0.0)
-    """
-    with naming(key):
-        if value is None:
-            return None
-        if isinstance(value, PointsTable):
-            t, values = (value.t, value.values) if value.file is None else _points(folder / value.file)
-            return TimeFunction.table(t, values)
-        if isinstance(value, list):
-            return TimeFunction(pieces(value))
-        return TimeFunction(value)
-
-
-def pieces(tables: list[PieceTable]) -> list[tuple[float, Any]]:
-    """Return pieces of a function of time as ``(until, value)``, the last without end.
-
-    Examples
-    --------
-    >>> pieces([PieceTable(value=1.0, until=2.0), PieceTable(value="t")])
-    [(2.0, 1.0), (inf, 't')]
-    """
-    return [(FOREVER if piece.until is None else piece.until, piece.value) for piece in tables]
-
-
-def has_several_values(value: Any) -> bool:
-    """Whether a key has a value for each coordinate, not a single one in pieces."""
-    return isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
 
 
 def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployment:
@@ -89,24 +45,6 @@ def read_deployment(name: str, table: DeploymentTable, folder: Path) -> Deployme
         functions = {key: time_function(key, getattr(table, key), folder) for key in ("deployed_length", "tension")}
         stop_time = FOREVER if table.stop_time is None else table.stop_time
         return Deployment(name=name, stop_time=stop_time, **functions, **given)
-
-
-def _points(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    if not path.is_file():
-        raise InputError(f"table of time {path} does not exist")
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
-    try:
-        rows = [[float(word) for word in line.split(",")] for line in lines[_header(lines) :] if line.strip()]
-        t, values = np.array(rows, dtype=float).reshape(len(rows), 2).T
-    except ValueError:
-        raise InputError(f"table of time {path}: needs rows of two numbers, 't, value'") from None
-    return t, values
-
-
-def _header(lines: list[str]) -> int:
-    """Return 1 when the first line is a header."""
-    first = lines[0].split(",")[0].strip() if lines else ""
-    return int(bool(first) and not first.lstrip("+-.")[:1].isdigit())
 
 
 def hinge_elements(table: JointTable, folder: Path) -> tuple[HingeElement, ...]:
@@ -172,23 +110,7 @@ def _limits(table: LimitsTable | None) -> dict[str, float]:
 
 def read_loads(pipeline: Pipeline, bodies: dict[str, FlexibleBody], folder: Path) -> tuple[Load, ...]:
     """Return all loads of a pipeline file except jets."""
-    loads: list[Load] = []
-    for name, table in pipeline.forces.items():
-        with naming(f"force {name!r}"):
-            loads.append(_force(name, table, bodies, folder))
-    for name, table in pipeline.springs.items():
-        with naming(f"spring {name!r}"):
-            loads.append(_spring(name, table, folder))
-    for name, table in pipeline.bushings.items():
-        with naming(f"bushing {name!r}"):
-            loads.append(_bushing(name, table))
-    for name, table in pipeline.conductors.items():
-        with naming(f"conductor {name!r}"):
-            current = time_function("current", table.current, folder)
-            loads.append(Conductor(name=name, through=tuple(table.through), current=current))
-    for name, table in pipeline.immersed.items():
-        with naming(f"immersed {name!r}"):
-            loads += _rods(name, table, pipeline.environment.water, bodies)
+    loads = list(pipeline.force_elements(Scope(bodies, folder, pipeline.environment.water)))
     loads += [_control(name, table) for name, table in pipeline.controls.items()]
     gravity = pipeline.environment.gravity
     if isinstance(gravity, CentralTable):
@@ -215,68 +137,8 @@ def read_orbit(table: OrbitTable | None) -> Orbit | None:
         return Orbit.circular(radius, table.mu, **others)
 
 
-def _force(name: str, table: ForceTable, bodies: dict[str, FlexibleBody], folder: Path) -> Load:
-    if table.at is not None:
-        three = {key: tuple(time_function(key, v, folder) for v in getattr(table, key)) for key in ("force", "torque")}
-        return PointForce(name=name, at=table.at, axes=table.axes, **three)
-    refuse_unknown(table.body, bodies, "body")
-    points = bodies[table.body].points
-    corners = np.sort(table.box, axis=0) if table.box is not None else np.array([[-np.inf] * 3, [np.inf] * 3])
-    inside = np.all((points >= corners[0]) & (points <= corners[1]), axis=1)
-    if not np.any(inside):
-        low, high = points.min(axis=0), points.max(axis=0)
-        raise InputError(f"no point of body {table.body!r} lies in the box; they lie between {low} and {high} m")
-    shared = np.where(inside[:, None], np.array(table.force) / inside.sum(), 0.0)
-    factor = time_function("factor", table.factor, folder)
-    return DistributedForce(name=name, body=table.body, force=shared, factor=factor, axes=table.axes)
-
-
-def _spring(name: str, table: AxialSpringTable, folder: Path) -> AxialSpring:
-    return AxialSpring(
-        name=name,
-        between=tuple(table.between),
-        stiffness=table.stiffness,
-        damping=table.damping,
-        free_length=table.free_length,
-        position=np.array(table.position),
-        actuator_force=time_function("actuator_force", table.actuator_force, folder),
-        tension_only=table.tension_only,
-    )
-
-
 def _control(name: str, table: ControlTable) -> Load:
     if table.values is not None:
         return feedback(name, table.at, table.values)
     none = [0.0, 0.0, 0.0]
     return feedback(name, table.at, [*(table.force or none), *(table.torque or none)], table.axes)
-
-
-def _bushing(name: str, table: BushingTable) -> Bushing:
-    return Bushing(
-        name=name,
-        between=tuple(table.between),
-        stiffness=np.array(table.stiffness),
-        damping=np.array(table.damping),
-        free_position=np.array(table.free_position),
-        free_rotation=rotation_matrix(table.free_rotation),
-        position=np.array(table.position),
-        rotation=rotation_matrix(table.rotation),
-    )
-
-
-def _rods(name: str, table: ImmersedTable, water: WaterTable | None, bodies: dict[str, FlexibleBody]) -> list[Load]:
-    """Return a rod for each body whose name matches the pattern."""
-    if water is None:
-        raise InputError("there is no water; add [environment.water] with density and current")
-    found = [body for body in bodies if fnmatchcase(body, table.bodies)]
-    if not found:
-        raise InputError(f"no body is called {table.bodies!r}; {suggestion(table.bodies, bodies, 'known are')}")
-    around = Water(
-        density=water.density,
-        current=np.array(water.current),
-        depths=np.array(water.depths),
-        up=np.array(water.up),
-        surface=water.surface,
-    )
-    own = table.model_dump(exclude={"bodies"})
-    return [ImmersedRod(name=f"{name}.{body}", body=body, water=around, **own) for body in found]

@@ -17,11 +17,13 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
-from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.build.build import output_folder, read_bodies
 from modalprep.pipeline.console import Reporter, says_compiling
+from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.events import read_events
-from modalprep.pipeline.schema.load import load_pipeline, naming
+from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.reduction import rotation_matrix
 from modalprep.pipeline.schema.system import JointTable, SimulationTable, Theory
 from modalprep.pipeline.systems.constraints import read_closures
 from modalprep.pipeline.systems.depletions import read_depletions

@@ -1,0 +1,188 @@
+"""Force elements in pipeline files: a table for each kind, and how it becomes loads of a system.
+
+A new kind is a table with `build` and a field of `ForceElements`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import Annotated, Any, Literal, NamedTuple
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.multibody.model.environment import Conductor
+from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
+from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
+from modalprep.pipeline.schema.base import Table, Vector, naming
+from modalprep.pipeline.schema.environment import WaterTable
+from modalprep.pipeline.schema.reduction import RotationTable, rotation_matrix
+from modalprep.pipeline.schema.system import Constant
+from modalprep.pipeline.schema.time import TIME, Time, time_function
+from modalprep.suggest import refuse_unknown, suggestion
+
+Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
+Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
+ENDS = "'body.interface' twice, or one and 'ground'"
+
+
+class Scope(NamedTuple):
+    """What a table is read in: the bodies, the folder of its files, the water."""
+
+    bodies: dict[str, FlexibleBody]
+    folder: Path
+    water: WaterTable | None
+
+
+class ForceTable(Table):
+    """A force on an interface, or distributed over the points of a body."""
+
+    at: str | None = Field(None, description="'body.interface'")
+    body: str | None = Field(None, description="instead: body over whose mesh points the force is distributed equally")
+    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="of `body`: only points between two opposite corners, body frame, m; default all"
+    )
+    force: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
+        [0.0, 0.0, 0.0], description="N, each component: " + TIME
+    )
+    torque: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
+        [0.0, 0.0, 0.0], description="of `at`, N m, each component as those of the force"
+    )
+    factor: Time = Field(1.0, description="of `body`: factor of its force over time, " + TIME)
+    axes: Literal["inertial", "body"] = Field("inertial", description="body: follows the interface, or the body")
+
+    @model_validator(mode="after")
+    def _one_place(self) -> ForceTable:
+        if (self.at is None) == (self.body is None):
+            raise ValueError("a force needs either 'at' or 'body'")
+        if self.body is not None and not all(isinstance(value, float) for value in self.force):
+            raise ValueError("the force on the points of a body is three numbers; give its time dependence by 'factor'")
+        return self
+
+    def build(self, name: str, scope: Scope) -> list[Load]:
+        """Return a force on an interface, or on the points of a body."""
+        if self.at is None:
+            return [self._distributed(name, scope)]
+        three = {
+            key: tuple(time_function(key, value, scope.folder) for value in getattr(self, key))
+            for key in ("force", "torque")
+        }
+        return [PointForce(name=name, at=self.at, axes=self.axes, **three)]
+
+    def _distributed(self, name: str, scope: Scope) -> DistributedForce:
+        refuse_unknown(self.body, scope.bodies, "body")
+        points = scope.bodies[self.body].points
+        corners = np.sort(self.box, axis=0) if self.box is not None else np.array([[-np.inf] * 3, [np.inf] * 3])
+        inside = np.all((points >= corners[0]) & (points <= corners[1]), axis=1)
+        if not np.any(inside):
+            low, high = points.min(axis=0), points.max(axis=0)
+            raise InputError(f"no point of body {self.body!r} lies in the box; they lie between {low} and {high} m")
+        shared = np.where(inside[:, None], np.array(self.force) / inside.sum(), 0.0)
+        factor = time_function("factor", self.factor, scope.folder)
+        return DistributedForce(name=name, body=self.body, force=shared, factor=factor, axes=self.axes)
+
+
+class AxialSpringTable(Table):
+    """An axial spring and damper between two points."""
+
+    between: Ends = Field(description=ENDS)
+    stiffness: Constant = Field(0.0, description="N/m")
+    damping: Constant = Field(0.0, description="N s/m")
+    free_length: Constant = Field(0.0, description="m")
+    position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
+    actuator_force: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
+    tension_only: bool = Field(False, description="it goes slack below its free length: a tether or a strap")
+
+    def build(self, name: str, scope: Scope) -> list[Load]:
+        """Return the spring."""
+        return [AxialSpring(name=name, **arrays_of(self, scope, functions=("actuator_force",)))]
+
+
+class BushingTable(Table):
+    """Six springs and dampers between two frames, in the axes of the first."""
+
+    between: Ends = Field(description=ENDS)
+    stiffness: Six = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
+    damping: Six = Field([0.0] * 6, description="N s/m and N m s/rad")
+    free_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first without spring force, m")
+    free_rotation: RotationTable | None = Field(
+        None, description="from its axes to those of the first, without spring torque"
+    )
+    position: Vector = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
+    rotation: RotationTable | None = Field(None, description="of the frame on the ground")
+
+    def build(self, name: str, scope: Scope) -> list[Load]:
+        """Return the bushing."""
+        return [Bushing(name=name, **arrays_of(self, scope))]
+
+
+class ConductorTable(Table):
+    """A current through the magnetic field of the orbit's planet."""
+
+    through: Annotated[list[str], Field(min_length=2)] = Field(
+        description="'body.interface' of each point along it, in the direction of the current"
+    )
+    current: Time = Field(description="A: " + TIME)
+
+    def build(self, name: str, scope: Scope) -> list[Load]:
+        """Return the conductor."""
+        return [Conductor(name=name, **arrays_of(self, scope, functions=("current",)))]
+
+
+class ImmersedTable(Table):
+    """Slender rods in the water: drag, added mass, buoyancy of rigid bodies."""
+
+    bodies: str = Field(description="name, or pattern as 'cable*' for all segments of a chain")
+    ends: Ends = Field(["root", "tip"], description="interfaces at the ends of the rod")
+    diameter: Constant = Field(description="m")
+    normal_drag: Constant = Field(1.2, description="coefficient, on the diameter")
+    tangential_drag: Constant = Field(0.01, description="coefficient, on the circumference")
+    added_mass: Constant = Field(1.0, description="coefficient, on the volume, across the rod")
+
+    def build(self, name: str, scope: Scope) -> list[Load]:
+        """Return a rod for each body whose name matches the pattern."""
+        if scope.water is None:
+            raise InputError("there is no water; add [environment.water] with density and current")
+        found = [body for body in scope.bodies if fnmatchcase(body, self.bodies)]
+        if not found:
+            raise InputError(f"no body is called {self.bodies!r}; {suggestion(self.bodies, scope.bodies, 'known are')}")
+        water, own = Water(**arrays_of(scope.water, scope)), self.model_dump(exclude={"bodies"})
+        return [ImmersedRod(name=f"{name}.{body}", body=body, water=water, **own) for body in found]
+
+
+class ForceElements(Table):
+    """The tables of force elements in a pipeline file."""
+
+    forces: dict[str, ForceTable] = Field({})
+    springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
+    bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
+    conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
+    immersed: dict[str, ImmersedTable] = Field({}, description="slender bodies in the water of [environment]")
+
+    def force_elements(self, scope: Scope) -> Iterator[Load]:
+        """Yield the loads of all tables."""
+        for field in ForceElements.model_fields:
+            for name, table in getattr(self, field).items():
+                with naming(f"{NOUNS[field]} {name!r}"):
+                    yield from table.build(name, scope)
+
+
+NOUNS = {field: field.removesuffix("s").replace("_", " ") for field in ForceElements.model_fields}
+
+
+def arrays_of(table: Table, scope: Scope, functions: tuple[str, ...] = ()) -> dict[str, Any]:
+    """Return the values of a table as its record takes them: arrays, rotations, functions of time."""
+    values = {}
+    for key, value in table:
+        if key in functions:
+            values[key] = time_function(key, value, scope.folder)
+        elif isinstance(value, RotationTable):
+            values[key] = rotation_matrix(value)
+        elif value is not None:
+            numbers = isinstance(value, list) and not any(isinstance(each, str) for each in value)
+            values[key] = np.array(value) if numbers else value
+    return values
