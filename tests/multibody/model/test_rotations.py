@@ -6,8 +6,7 @@ from scipy.spatial.transform import Rotation
 
 import modalprep as mp
 from modalprep.multibody import Bushing, Closure
-from modalprep.pipeline.build.build import rotation_matrix
-from modalprep.pipeline.schema.reduction import RotationTable
+from modalprep.pipeline.schema.reduction import RotationTable, rotation_matrix
 from modalprep.vectors import as_rotation
 
 AXIS, ANGLE = np.array([1.0, -2.0, 2.0]), 0.7

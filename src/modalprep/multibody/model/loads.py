@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -93,7 +93,33 @@ class DistributedForce(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class AxialSpring(Record):
+class TwoEnded(Record):
+    """What acts between two interfaces, or an interface and the ground.
+
+    Attributes
+    ----------
+    name : str
+    between : (str, str)
+        ``body.interface`` twice, or one and ``ground``.
+    noun : str
+        What messages call it.
+    """
+
+    name: str
+    between: tuple[str, str]
+    noun: ClassVar[str] = "element"
+
+    def __post_init__(self) -> None:
+        """Refuse one end twice."""
+        if len(self.between) != 2 or self.between[0] == self.between[1]:
+            ends = " and ".join(self.between)
+            raise InputError(f"{self.noun} {self.name!r}: joins {ends}; name two different ends")
+        object.__setattr__(self, "between", tuple(self.between))
+        super().__post_init__()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class AxialSpring(TwoEnded):
     """A spring and damper along the line between two interfaces, or an interface and a point of the ground.
 
     Attributes
@@ -118,14 +144,13 @@ class AxialSpring(Record):
     0.0
     """
 
-    name: str
-    between: tuple[str, str]
     stiffness: float = 0.0
     damping: float = 0.0
     free_length: float = 0.0
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     actuator_force: TimeFunction | None = None
     tension_only: bool = False
+    noun: ClassVar[str] = "spring"
 
     def __post_init__(self) -> None:
         """Check the constants."""
@@ -134,7 +159,6 @@ class AxialSpring(Record):
                 raise InputError(f"spring {self.name!r}: {name} = {getattr(self, name):g} must not be negative")
         if self.tension_only and self.actuator_force is not None:
             raise InputError(f"spring {self.name!r}: tension_only and actuator_force exclude each other; leave one out")
-        _two_ends("spring", self)
         object.__setattr__(self, "position", np.asarray(self.position, dtype=float))
         force = None if self.actuator_force is None else TimeFunction.of(self.actuator_force)
         object.__setattr__(self, "actuator_force", force)
@@ -142,7 +166,7 @@ class AxialSpring(Record):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Bushing(Record):
+class Bushing(TwoEnded):
     """Six springs and dampers between two frames, in the axes of the first; for relative rotations below 180 degrees.
 
     Attributes
@@ -165,14 +189,13 @@ class Bushing(Record):
     [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     """
 
-    name: str
-    between: tuple[str, str]
     stiffness: np.ndarray = field(default_factory=lambda: np.zeros(6))
     damping: np.ndarray = field(default_factory=lambda: np.zeros(6))
     free_position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     free_rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+    noun: ClassVar[str] = "bushing"
 
     def __post_init__(self) -> None:
         """Check the constants."""
@@ -186,7 +209,6 @@ class Bushing(Record):
         for name in ("free_rotation", "rotation"):
             turn = as_rotation(getattr(self, name), f"bushing {self.name!r}: {name}")
             object.__setattr__(self, name, turn)
-        _two_ends("bushing", self)
         super().__post_init__()
 
 
@@ -211,8 +233,7 @@ class Callback(Record):
 
 
 Load = (
-    PointForce | DistributedForce | AxialSpring | Bushing | CentralGravity | Conductor | ExpelledGas | ImmersedRod
-    | Callback
+    PointForce | DistributedForce | TwoEnded | CentralGravity | Conductor | ExpelledGas | ImmersedRod | Callback
 )  # fmt: skip
 
 
@@ -239,9 +260,9 @@ def check_loads(bodies: Mapping[str, FlexibleBody], loads: tuple[Load, ...]) -> 
     for load in loads:
         if isinstance(load, PointForce | Conductor):
             _refuse_ground(bodies, load)
-        if isinstance(load, AxialSpring | Bushing):
+        if isinstance(load, TwoEnded):
             for end in load.between:
-                locate(bodies, end, f"{'spring' if isinstance(load, AxialSpring) else 'bushing'} {load.name!r}")
+                locate(bodies, end, f"{load.noun} {load.name!r}")
         if isinstance(load, DistributedForce):
             _check_distributed(bodies, load)
         if isinstance(load, ExpelledGas) and None in [
@@ -272,9 +293,3 @@ def _check_distributed(bodies: Mapping[str, FlexibleBody], load: DistributedForc
 def _check_axes(name: str, axes: str) -> None:
     if axes not in ("inertial", "body"):
         raise InputError(f"force {name!r}: axes {axes!r} is neither 'inertial' nor 'body'")
-
-
-def _two_ends(kind: str, load: AxialSpring | Bushing) -> None:
-    if len(load.between) != 2 or load.between[0] == load.between[1]:
-        raise InputError(f"{kind} {load.name!r}: joins {' and '.join(load.between)}; name two different ends")
-    object.__setattr__(load, "between", tuple(load.between))

@@ -63,7 +63,7 @@ def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | 
         if value is None:
             return None
         if isinstance(value, PointsTable):
-            t, values = (value.t, value.values) if value.file is None else _points(folder / value.file)
+            t, values = (value.t, value.values) if value.file is None else points_of_file(folder / value.file)
             return TimeFunction.table(t, values)
         if isinstance(value, list):
             return TimeFunction(pieces(value))
@@ -86,7 +86,8 @@ def has_several_values(value: Any) -> bool:
     return isinstance(value, list) and not (value and isinstance(value[0], PieceTable))
 
 
-def _points(path: Path) -> tuple[np.ndarray, np.ndarray]:
+def points_of_file(path: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Return the two columns of a CSV file, with or without a header."""
     if not path.is_file():
         raise InputError(f"table of time {path} does not exist")
     lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
