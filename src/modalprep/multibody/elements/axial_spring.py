@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at
-from modalprep.multibody.elements.packer import TWO_ENDS, ImplicitRow, Kind, Packer, ground_or_interface, motion
+from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
 from modalprep.multibody.kernels.constraints import DISTANCE
 from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.kernels.spatial import UNIT9, ZERO3, dot3, get3
@@ -114,4 +114,4 @@ def dense(load: AxialSpring, scene: Scene) -> DenseLoads:
     return DenseLoads((a.J - b.J)[:3].T @ (tension * along), -other * rate, stored, 0.0)
 
 
-KIND = Kind(AxialSpring, "axial_springs", pack, dense, channels=("length", "tension"), implicit=implicit)
+KIND = ElementKind(AxialSpring, "axial_springs", pack, dense, channels=("length", "tension"), implicit=implicit)

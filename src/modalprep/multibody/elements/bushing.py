@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
-from modalprep.multibody.elements.packer import TWO_ENDS, ImplicitRow, Kind, Packer, ground_or_interface, motion
+from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
 from modalprep.multibody.kernels.constraints import ABOUT, POINT
 from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.kernels.spatial import (
@@ -151,4 +151,4 @@ def dense(load: Bushing, scene: Scene) -> DenseLoads:
     return DenseLoads(f, -(c[:3] @ v**2 + c[3:] @ w**2), (k[:3] @ d**2 + k[3:] @ x**2) / 2, 0.0)
 
 
-KIND = Kind(Bushing, "bushings", pack, dense, implicit=implicit)
+KIND = ElementKind(Bushing, "bushings", pack, dense, implicit=implicit)

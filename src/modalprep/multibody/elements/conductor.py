@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, value_at, wrench_at
-from modalprep.multibody.elements.packer import TWO_ENDS, Kind, Packer
+from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, Packer
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
 from modalprep.multibody.kernels.loads.gravity import conductor_leg
 from modalprep.multibody.kernels.spatial import ZERO3, dot3
@@ -93,4 +93,4 @@ def dense(load: Conductor, scene: Scene) -> DenseLoads:
     return total
 
 
-KIND = Kind(Conductor, "conductors", pack, dense, channels=("current", "emf"))
+KIND = ElementKind(Conductor, "conductors", pack, dense, channels=("current", "emf"))

@@ -9,7 +9,7 @@ import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, value_at
-from modalprep.multibody.elements.packer import Kind, Packer
+from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.interfaces import add_at_origin, seen_spin
 from modalprep.multibody.kernels.spatial import UNIT9, axpy9, dot3, get3, get9, times, transposed_times
 from modalprep.multibody.kernels.time_tables import value
@@ -110,4 +110,4 @@ def dense(load: DistributedForce, scene: Scene) -> DenseLoads:
     return DenseLoads(f, power, 0.0, 0.0)
 
 
-KIND = Kind(DistributedForce, "distributed_forces", pack, dense)
+KIND = ElementKind(DistributedForce, "distributed_forces", pack, dense)

@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, wrench_at
-from modalprep.multibody.elements.packer import Kind, Packer
+from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
 from modalprep.multibody.kernels.spatial import ZERO3, dot3, get3, times
 from modalprep.multibody.kernels.time_tables import table
@@ -93,4 +93,4 @@ def dense(load: ExpelledGas, scene: Scene) -> DenseLoads:
     return total
 
 
-KIND = Kind(ExpelledGas, "expelled_gas", pack, dense)
+KIND = ElementKind(ExpelledGas, "expelled_gas", pack, dense)

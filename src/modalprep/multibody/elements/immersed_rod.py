@@ -9,7 +9,7 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
-from modalprep.multibody.elements.packer import Kind, Packer
+from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.interfaces import add_at_origin
 from modalprep.multibody.kernels.spatial import (
     ZERO3,
@@ -194,4 +194,4 @@ def dense(load: ImmersedRod, scene: Scene) -> DenseLoads:
     return DenseLoads(f, power, stored, potential, mass)
 
 
-KIND = Kind(ImmersedRod, "immersed_rods", pack, dense)
+KIND = ElementKind(ImmersedRod, "immersed_rods", pack, dense)

@@ -47,7 +47,7 @@ class ImplicitRow:
 
 
 @dataclass(frozen=True)
-class Kind:
+class ElementKind:
     """One kind of force element, as the registry lists it.
 
     Attributes

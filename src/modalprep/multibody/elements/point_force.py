@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at, wrench_at
-from modalprep.multibody.elements.packer import Kind, Packer
+from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
 from modalprep.multibody.kernels.spatial import dot3, times
 from modalprep.multibody.kernels.time_tables import value
@@ -64,4 +64,4 @@ def dense(load: PointForce, scene: Scene) -> DenseLoads:
     return wrench_at(point, turn @ force, turn @ torque)
 
 
-KIND = Kind(PointForce, "point_forces", pack, dense)
+KIND = ElementKind(PointForce, "point_forces", pack, dense)
