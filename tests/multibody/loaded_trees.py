@@ -64,6 +64,17 @@ def every_load(system, rng):
         mp.multibody.Bushing(name="k2", between=("ground", two), **six, **rest, **ground),
         mp.multibody.Bushing(name="k3", between=(three, "ground"), **six, **rest, **ground),
     ]
+    stop = (np.array([-1.0, -0.2, 0.3, 1.5]), np.array([-2.0, -0.1, 0.0, 4.0]))
+    rotational = [
+        mp.multibody.RotationalSpring(
+            name="r1", between=(one, three) if one != three else (one, two), axis=rng.normal(size=3),
+            characteristic=stop, damping=0.3,
+        ),
+        mp.multibody.RotationalSpring(
+            name="r2", between=("ground", two), axis=rng.normal(size=3), rotation=turn(), stiffness=0.7, free_angle=0.2,
+            damping_characteristic=([-0.5, 0.0, 0.5], [-1.0, 0.0, 0.2]),
+        ),
+    ]  # fmt: skip
     planet = mp.multibody.CentralGravity(mu=40.0, centre=np.array([9.0, -4.0, 6.0]))
     pulled = names[-1] + ".b"
     control = mp.multibody.Callback(
@@ -72,7 +83,7 @@ def every_load(system, rng):
             pulled: np.append(-state[one].velocity, state[two].rotation[0] + state[two].angular_velocity)
         },
     )
-    return (*forces, *spread, *springs, *bushings, planet, control)
+    return (*forces, *spread, *springs, *bushings, *rotational, planet, control)
 
 
 def loaded_tree(seed):

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.model.loads import Bushing as Bushing
     from modalprep.multibody.model.loads import Callback as Callback
     from modalprep.multibody.model.loads import DistributedForce as DistributedForce
+    from modalprep.multibody.model.rotational_spring import RotationalSpring as RotationalSpring
     from modalprep.multibody.model.time_function import Piece as Piece
     from modalprep.multibody.model.time_function import TimeFunction as TimeFunction
 
@@ -53,6 +54,7 @@ _NAMES = {
     "model.time_function": "TimeFunction Piece",
     "model.joint_element": "HingeElement",
     "model.loads": "DistributedForce AxialSpring Bushing Callback",
+    "model.rotational_spring": "RotationalSpring",
     "model.constraints": "Closure Coupler",
     "model.chain": "Chain SegmentedBeam",
     "model.environment": "CentralGravity Orbit Dipole Conductor",

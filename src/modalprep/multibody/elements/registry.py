@@ -21,6 +21,7 @@ from modalprep.multibody.elements import (
     immersed_rod,
     planet,
     point_force,
+    rotational_spring,
 )
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus
 from modalprep.multibody.elements.packer import Environment, Packer
@@ -40,9 +41,11 @@ KINDS = (
     conductor.KIND,
     expelled_gas.KIND,
     immersed_rod.KIND,
+    rotational_spring.KIND,
 )
 OBSERVED = tuple(kind for kind in KINDS if kind.channels)
 AXIAL_SPRINGS = OBSERVED.index(axial_spring.KIND)
+ROTATIONAL_SPRINGS = OBSERVED.index(rotational_spring.KIND)
 CONDUCTORS = OBSERVED.index(conductor.KIND)
 MOTION = np.dtype([("link", np.int64), ("law", np.int64)])  # prescribed link, function of time
 
@@ -61,6 +64,7 @@ class Loads(NamedTuple):
     conductors: conductor.Conductors
     expelled_gas: expelled_gas.Gas
     immersed_rods: immersed_rod.Rods
+    rotational_springs: rotational_spring.Rotational
 
 
 class Energies(NamedTuple):
@@ -144,6 +148,7 @@ def _elements(loads, environment, model, data, t):
     total = add3(total, distributed_force.apply(loads.distributed_forces, environment, model, data, t))
     total = add3(total, axial_spring.apply(loads.axial_springs, environment, model, data, t))
     total = add3(total, bushing.apply(loads.bushings, environment, model, data, t))
+    total = add3(total, rotational_spring.apply(loads.rotational_springs, environment, model, data, t))
     total = add3(total, conductor.apply(loads.conductors, environment, model, data, t))
     total = add3(total, expelled_gas.apply(loads.expelled_gas, environment, model, data, t))
     total = add3(total, planet.apply(environment.planet[0], model, data))
@@ -156,6 +161,8 @@ def observe(loads, kind, i, model, data, t):
     environment = loads.environment
     if kind == AXIAL_SPRINGS:
         return axial_spring.observe(loads.axial_springs, environment, model, data, t, i)
+    if kind == ROTATIONAL_SPRINGS:
+        return rotational_spring.observe(loads.rotational_springs, environment, model, data, t, i)
     return conductor.observe(loads.conductors, environment, model, data, t, i)
 
 

@@ -18,11 +18,12 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.environment import Conductor
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
 from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
-from modalprep.pipeline.schema.base import Table, Vector, naming
+from modalprep.multibody.model.rotational_spring import RotationalSpring
+from modalprep.pipeline.schema.base import Angle, Table, Vector, naming
 from modalprep.pipeline.schema.environment import WaterTable
 from modalprep.pipeline.schema.reduction import RotationTable, rotation_matrix
 from modalprep.pipeline.schema.system import Constant
-from modalprep.pipeline.schema.time import TIME, Time, time_function
+from modalprep.pipeline.schema.time import TIME, Time, points_of_file, time_function
 from modalprep.suggest import refuse_unknown, suggestion
 
 Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
@@ -120,6 +121,56 @@ class BushingTable(Table):
         return [Bushing(name=name, **arrays_of(self, scope))]
 
 
+class CharacteristicTable(Table):
+    """Torques at angles, by which a monotone cubic goes; straight on beyond the last ones."""
+
+    angle: list[Angle] | None = Field(None, description="rad, increasing")
+    torque: list[float] | None = Field(None, description="N m, against the angle")
+    file: str | None = Field(None, description="CSV file with a row 'angle, torque' for each point, instead")
+
+    @model_validator(mode="after")
+    def _points_or_file(self) -> CharacteristicTable:
+        if (self.file is None) != (None not in (self.angle, self.torque)):
+            raise ValueError("a characteristic needs both 'angle' and 'torque', or 'file'")
+        return self
+
+
+class DampingTable(Table):
+    """Torques at rates, likewise."""
+
+    rate: list[float] | None = Field(None, description="rad/s, increasing")
+    torque: list[float] | None = Field(None, description="N m, against the rate")
+    file: str | None = Field(None, description="CSV file with a row 'rate, torque' for each point, instead")
+
+    @model_validator(mode="after")
+    def _points_or_file(self) -> DampingTable:
+        if (self.file is None) != (None not in (self.rate, self.torque)):
+            raise ValueError("a damping characteristic needs both 'rate' and 'torque', or 'file'")
+        return self
+
+
+class RotationalSpringTable(Table):
+    """A rotational spring and damper about an axis of the first of two interfaces."""
+
+    between: Ends = Field(description=ENDS)
+    axis: Vector = Field([0.0, 0.0, 1.0], description="in the axes of the first")
+    stiffness: Constant = Field(0.0, description="N m/rad")
+    damping: Constant = Field(0.0, description="N m s/rad")
+    characteristic: CharacteristicTable | None = Field(None, description="instead of the stiffness")
+    damping_characteristic: DampingTable | None = Field(None, description="instead of the damping")
+    free_angle: Angle = Field(0.0, description="from which the angles of the spring count")
+    rotation: RotationTable | None = Field(None, description="of the frame on the ground")
+
+    def build(self, name: str, scope: Scope) -> list[Load]:
+        """Return the spring."""
+        given = arrays_of(self, scope)
+        for key in given.keys() & {"characteristic", "damping_characteristic"}:
+            table = given[key]
+            columns = [value for name, value in table if name != "file"]
+            given[key] = columns if table.file is None else points_of_file(scope.folder / table.file)
+        return [RotationalSpring(name=name, **given)]
+
+
 class ConductorTable(Table):
     """A current through the magnetic field of the orbit's planet."""
 
@@ -160,6 +211,9 @@ class ForceElements(Table):
     forces: dict[str, ForceTable] = Field({})
     springs: dict[str, AxialSpringTable] = Field({}, description="axial springs and dampers")
     bushings: dict[str, BushingTable] = Field({}, description="springs and dampers in six directions")
+    rotational_springs: dict[str, RotationalSpringTable] = Field(
+        {}, description="rotational springs and dampers, linear or by a table"
+    )
     conductors: dict[str, ConductorTable] = Field({}, description="currents in the magnetic field of an orbit")
     immersed: dict[str, ImmersedTable] = Field({}, description="slender bodies in the water of [environment]")
 
