@@ -159,8 +159,9 @@ def prepare(system: System, times: np.ndarray, *, reference: bool = False, **opt
     packed = pack(system)
     loading = Loading(system, packed, float(times[-1]))
     start = np.append(start_state(packed), 0.0)
-    twin = _reference_accelerations(system, loading) if reference else None
-    return Integration(system, packed, loading, start, times, deflections(system, packed), twin=twin, **options)
+    accelerations = _reference_accelerations(system, loading) if reference else None
+    size = deflections(system, packed)
+    return Integration(system, packed, loading, start, times, size, reference=accelerations, **options)
 
 
 def deflections(system: System, packed: Packed) -> np.ndarray:

@@ -183,7 +183,7 @@ def cranked(method, **options):
     settings = dict(rtol=1e-10, atol=1e-14, step=None, rho=0.9) | options
     run = Integration(
         system, packed, Loading(system, packed, 0.1), y, np.array([0.0, 0.1]), np.zeros(nx), method=method, events=(),
-        twin=None, **settings,
+        reference=None, **settings,
     )  # fmt: skip
     recorder = Recorder(run, 2)
     run.run(recorder.add, None)

@@ -267,7 +267,7 @@ def test_too_many_outputs_for_the_memory_is_one_message():
     system, times = random_tree(3, root="revolute"), np.array([0.0, 1.0])
     packed = pack(system)
     start, size = np.append(start_state(packed), 0.0), np.ones(packed.nx)
-    options = dict(method="explicit", rtol=1e-3, atol=1e-3, step=None, rho=0.9, events=(), twin=None)
+    options = dict(method="explicit", rtol=1e-3, atol=1e-3, step=None, rho=0.9, events=(), reference=None)
     run = Integration(system, packed, Loading(system, packed, 1.0), start, times, size, **options)
     with pytest.raises(mp.InputError, match="do not fit into memory; raise output_step or lower t_end"):
         Recorder(run, 10**16)  # more than any address

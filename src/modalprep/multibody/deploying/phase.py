@@ -16,7 +16,6 @@ from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
-from modalprep.multibody.integration.stepping import SIZES
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import PRESCRIBED, SLIDING, SPHERICAL, WELD, Data
 from modalprep.multibody.model.deployment import IN, OUT, Change, Deployment, Stage
@@ -65,7 +64,7 @@ class Phase:
         self.steps, self.counts = self.integration.steps, {}
         self.loading.enter(*self.loading.stretches[0])
         if before:
-            self.steps.size[:SIZES] = before.steps.size[:SIZES]
+            self.steps.size[0] = before.steps.size[0]
 
     def _events(self) -> list[Event]:
         """Return the events that end the stages of free reels."""

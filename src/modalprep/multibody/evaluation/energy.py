@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.multibody.evaluation.evaluate import POTENTIAL, SPRINGS, Equations, load
+from modalprep.multibody.evaluation.evaluate import Equations, load
 from modalprep.multibody.kernels.articulated_body import outward
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import world
@@ -16,7 +16,7 @@ def energy(eq: Equations, t: float, y: np.ndarray) -> float:
     model, data = eq.model, eq.data
     outward(model, data, y, eq.motion)  # loads may have added to the bodies' own inertias
     world(model, data)
-    total = float(eq.shared[SPRINGS] + eq.shared[POTENTIAL])
+    total = float(eq.shared[0].stored + eq.shared[0].potential)
     for link in np.flatnonzero(model.links["body"] >= 0):
         sums = body_sums(model, data, link)
         total += sums.kinetic + sums.strain + sums.gravity

@@ -32,7 +32,7 @@ from modalprep.multibody.kernels.constraints import (
     constraint_power,
     constraint_residual,
 )
-from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS, Data, Model
+from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
@@ -41,11 +41,21 @@ from modalprep.multibody.kernels.modal import push_modes
 from modalprep.multibody.kernels.spatial import add6, copy, get6, inertia_times
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work
-from modalprep.multibody.packing.tree import Packed
+from modalprep.multibody.packing.tree import Packed, rows
 
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
-LOADED, CALLBACK, TWIN = range(3)  # columns of Model.flags
-POWER, SPRINGS, POTENTIAL, CALLBACK_POWER, RAISED, SHARED = range(6)  # columns of Model.shared
+FLAGS = np.dtype([
+    ("loaded", np.int64),  # whether there are loads
+    ("callback", np.int64),  # address of Python's loads, or 0
+    ("reference", np.int64),  # address of the accelerations of the reference implementation, or 0
+])  # fmt: skip
+SHARED = np.dtype([
+    ("power", np.float64),  # W
+    ("stored", np.float64),  # J, in springs
+    ("potential", np.float64),  # J, of a planet and of buoyancy
+    ("callback_power", np.float64),  # W
+    ("raised", np.float64),  # 1 where a callback has raised
+])  # fmt: skip
 # by how much longer steps errors of slow motion are told from those of vibrations, and how often they are smoothed:
 # of h omega = 0.5 there is 0.003 left, of 0.03 0.93
 WIDE, SMOOTHINGS = 10.0, 3
@@ -62,45 +72,34 @@ class Equations(NamedTuple):
     slope: np.ndarray  # (2, nu) of tau by the hinge's coordinate and speed
     hinge: np.ndarray  # (nu,) added to the hinges' inertias by an implicit step
     linear: np.ndarray  # (2, nu) stiffness and damping that an implicit step knows: modes, hinges
-    place: np.ndarray  # (nu,) int, coordinate whose rate is this speed; -1 of a turn about three axes, or a free body
-    flags: np.ndarray  # (3,) int: whether there are loads; addresses of Python's loads and accelerations, or 0
+    flags: np.ndarray  # (1,) FLAGS
     state: np.ndarray  # (nx + nu,) what Python sees of the state
-    twin: np.ndarray  # (nu,) accelerations of the dense twin
-    shared: np.ndarray  # (5,) power (W), energy in springs and a central field (J), power of callbacks, one raised
+    reference: np.ndarray  # (nu,) accelerations of the reference implementation
+    shared: np.ndarray  # (1,) SHARED
     cons: Constraints | None  # closed loops
     work: Work | None  # their scratch
-    bonds: Constraints | None  # closed loops, springs and bushings: what an implicit step knows
-    bonds_work: Work | None
+    implicit: Constraints | None  # closed loops, springs and bushings: what an implicit step knows
+    implicit_work: Work | None
     reels: Reels | None  # deployments
 
 
 def build_equations(system: System, packed: Packed, loading: Loading) -> Equations:
     """Return the arrays of a packed system and its loads; modal stiffness and damping stand in `linear`."""
     nu, links = packed.nu, packed.model.links
-    linear, place = np.zeros((2, nu)), np.full(nu, -1, dtype=np.int64)
-    for link, row, (x, u, count) in zip(packed.links, links, straight(packed), strict=True):
-        place[u : u + count] = np.arange(x, x + count)
+    linear = np.zeros((2, nu))
+    for link, row in zip(packed.links, links, strict=True):
         if link.body:
             modes = slice(row["uq"], row["uq"] + row["modes"])
             linear[0, modes], linear[1, modes] = system.bodies[link.body].K, system.bodies[link.body].D
     loops = loading.loops
-    bonds = with_force_elements(loops.arrays if loops else None, loading.arrays)
+    implicit = with_force_elements(loops.arrays if loops else None, loading.arrays)
     work = loops.work if loops else None
     return Equations(
         packed.model, packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
-        place, np.array([loading.active, 0, 0], dtype=np.int64), np.zeros(packed.nx + nu), np.zeros(nu),
-        np.zeros(SHARED), loops.arrays if loops else None, work, bonds,
-        constraint_work(bonds, packed) if bonds else None, loading.reels,
+        rows(FLAGS, [(loading.active, 0, 0)]), np.zeros(packed.nx + nu), np.zeros(nu),
+        rows(SHARED, [(0.0, 0.0, 0.0, 0.0, 0.0)]), loops.arrays if loops else None, work, implicit,
+        constraint_work(implicit, packed) if implicit else None, loading.reels,
     )  # fmt: skip
-
-
-def straight(packed: Packed) -> list[tuple[int, int, int]]:
-    """Return first coordinate, first speed and count of the coordinates of every link that are integrals of speeds."""
-    found = []
-    for row, kind in zip(packed.model.links, packed.types, strict=True):
-        own = row["uq"] - row["u"] if COORDINATES[kind] == SPEEDS[kind] else 0
-        found.append((int(row["xq"] - own), int(row["uq"] - own), int(own + row["modes"])))
-    return found
 
 
 @compile_pass
@@ -111,20 +110,20 @@ def load(eq, t, y):
     refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
     pay_out(eq.reels, model, data, y, eq.motion)
     outward(model, data, y, eq.motion)
-    eq.shared[POWER] = 0.0
-    if eq.flags[LOADED] or eq.cons is not None:
+    eq.shared[0].power = 0.0
+    if eq.flags[0].loaded or eq.cons is not None:
         world(model, data)
-    if eq.flags[LOADED]:
+    if eq.flags[0].loaded:
         energies = apply(eq.loads, model, data, y, t, eq.tau, eq.slope)
-        eq.shared[POWER], eq.shared[SPRINGS], eq.shared[POTENTIAL] = energies
+        eq.shared[0].power, eq.shared[0].stored, eq.shared[0].potential = energies
     reeled, bent = take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
-    eq.shared[POWER] += reeled
-    eq.shared[SPRINGS] += bent
-    if eq.flags[CALLBACK]:
+    eq.shared[0].power += reeled
+    eq.shared[0].stored += bent
+    if eq.flags[0].callback:
         copy(y, eq.state)
-        call_address(eq.flags[CALLBACK], t)
-        eq.shared[POWER] += eq.shared[CALLBACK_POWER]
-        return eq.shared[RAISED] == 0.0
+        call_address(eq.flags[0].callback, t)
+        eq.shared[0].power += eq.shared[0].callback_power
+        return eq.shared[0].raised == 0.0
     return True
 
 
@@ -142,10 +141,10 @@ def evaluate(eq, t, y, ydot):
     constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, ydot[nx : nx + nu])
     kinematic(model, y, ydot)
     ydot[nx + nu] = power(eq, eq.work, y)
-    if eq.flags[TWIN]:
+    if eq.flags[0].reference:
         copy(y, eq.state)
-        call_address(eq.flags[TWIN], t)
-        copy(eq.twin, ydot[nx : nx + nu])
+        call_address(eq.flags[0].reference, t)
+        copy(eq.reference, ydot[nx : nx + nu])
     return GOOD
 
 
@@ -166,9 +165,9 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     with `places` the coordinates that ``c2 out + by_place`` leads to from y.
     """
     model, data = eq.model, eq.data
-    follow(eq.work, eq.bonds_work)
-    constraint_residual(eq.bonds, model, data, y, eq.motion, t, eq.bonds_work)
-    aim(eq.bonds, model, data, eq.bonds_work, c1, c2, places, by_rate, by_place)
+    follow(eq.work, eq.implicit_work)
+    constraint_residual(eq.implicit, model, data, y, eq.motion, t, eq.implicit_work)
+    aim(eq.implicit, model, data, eq.implicit_work, c1, c2, places, by_rate, by_place)
     for u in range(len(out)):
         out[u] = -eq.linear[1, u] * by_rate[u] - eq.linear[0, u] * by_place[u]
     for i in range(len(model.links)):
@@ -179,7 +178,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     status = inward(model, data, eq.tau, eq.hinge, c1, c2)
     if status < 0:
         forward(model, data, eq.tau, out)
-        implicit_accelerations(eq.bonds, model, data, eq.bonds_work, places, out)
+        implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, out)
     return status
 
 
@@ -196,7 +195,7 @@ def smooth(eq, c1, c2, e, scratch):
     tau[:] = 0.0
     for u in range(len(e)):
         e[u] += scratch[u]
-    restrain(eq.bonds, model, data, eq.bonds_work, e)
+    restrain(eq.implicit, model, data, eq.implicit_work, e)
 
 
 @compile_kernel
@@ -204,7 +203,7 @@ def keep_slow(eq, t, y, c1, c2, e, scratch):
     """Take the errors of vibrations off ``e (nu,)``: `smooth` it by a step at (t, y) that is longer than (c1, c2)."""
     scratch[:] = 0.0
     load(eq, t, y)
-    solve_implicit(eq, t, y, WIDE * c1, WIDE * WIDE * c2, scratch, scratch, False, eq.twin)
+    solve_implicit(eq, t, y, WIDE * c1, WIDE * WIDE * c2, scratch, scratch, False, eq.reference)
     for _ in range(SMOOTHINGS):
         smooth(eq, WIDE * c1, WIDE * WIDE * c2, e, scratch)
 
@@ -213,7 +212,7 @@ def keep_slow(eq, t, y, c1, c2, e, scratch):
 def power(eq, work, y):
     """Power (W) of loads, prescribed hinges and prescribed values of `work` less modal damping, after `forward`."""
     model, data, nx = eq.model, eq.data, eq.model.nx
-    total = eq.shared[POWER] + constraint_power(work)
+    total = eq.shared[0].power + constraint_power(work)
     for i in range(len(model.links)):
         if model.links[i].joint == PRESCRIBED:
             own = data.links[i]

@@ -9,8 +9,8 @@ from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL
+from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.newton_euler import required_forces
-from modalprep.multibody.kernels.projection import retract
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
 
@@ -235,7 +235,7 @@ class Evaluator:
     def moved(self, y: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return y with its coordinates moved as speeds ``step (nu,)`` would in unit time."""
         y = y.copy()
-        retract(self.packed.model, y, np.array(step, dtype=float), np.zeros(len(y)))
+        move(self.packed.model, y, np.array(step, dtype=float), y)
         return y
 
 

@@ -25,7 +25,7 @@ from modalprep.multibody.model.system import System
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown
 
-MOST_SWEEPS, SETTLED = 2000, 1e-13  # of friction and normal impulses against each other
+MOST_ITERATIONS, SETTLED = 2000, 1e-13  # of friction and normal impulses against each other
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -169,8 +169,8 @@ def _target(loops: Loops, acting: dict[int, float]) -> np.ndarray:
 
 def _work_done(loops: Loops) -> float:
     """Work of the impulses on the mean of the rates before and after, without those of prescribed values."""
-    work, rubs = loops.work, np.array([row.kind == constraints.SLIP for row in loops.closing.rows])
-    moving = work.rate + np.where(rubs, 0.0, work.push)
+    work, frictional = loops.work, np.array([row.kind == constraints.SLIP for row in loops.closing.rows])
+    moving = work.rate + np.where(frictional, 0.0, work.push)
     return float(work.multiplier @ (moving + work.S @ work.multiplier / 2))
 
 
@@ -232,7 +232,7 @@ def _settled(S, rate, target, contacts, sliding: dict[int, np.ndarray], what: st
     slide = [i for c in sliding for i in contacts[c].slide]
     rows = [i for i in np.flatnonzero(np.isfinite(target)) if i not in slide]
     solve, p = _pseudo_inverse(S[np.ix_(rows, rows)]), np.zeros(len(rate))
-    for _ in range(MOST_SWEEPS):
+    for _ in range(MOST_ITERATIONS):
         for c, push in sliding.items():
             p[contacts[c].slide] = push
         p[rows] = solve @ (target[rows] - S[np.ix_(rows, slide)] @ p[slide])

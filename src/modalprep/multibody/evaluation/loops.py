@@ -71,7 +71,7 @@ class Loops:
 
     @property
     def holding(self) -> np.ndarray:
-        """Which rows hold (m,): all but those that only rub, and those of closures let go."""
+        """Which rows hold (m,): all but those of friction, and those of closures let go."""
         return self.work.unit > 0
 
     @property

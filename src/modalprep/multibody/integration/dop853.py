@@ -10,7 +10,7 @@ from scipy.integrate import DOP853
 
 from modalprep.jit import compile_kernel, compile_merged
 from modalprep.multibody.evaluation.evaluate import GOOD, evaluate
-from modalprep.multibody.integration.stepping import EVALUATIONS, set_weights
+from modalprep.multibody.integration.stepping import set_weights
 from modalprep.multibody.kernels.spatial import copy
 
 STAGES = DOP853.n_stages
@@ -28,12 +28,12 @@ def explicit_step(eq, run, t, h):
     copy(run.ydot, K[0])
     for s in range(1, STAGES):
         _combine(run.y, K, A_[s], s, h, run.new)
-        run.count[EVALUATIONS] += 1
+        run.count[0].evaluations += 1
         status = evaluate(eq, t + C_[s] * h, run.new, K[s])
         if status != GOOD:
             return status, 0.0
     _combine(run.y, K, B_, STAGES, h, run.new)
-    run.count[EVALUATIONS] += 1
+    run.count[0].evaluations += 1
     status = evaluate(eq, t + h, run.new, K[STAGES])
     if status != GOOD:
         return status, 0.0
@@ -74,7 +74,7 @@ def explicit_rows(eq, run, t, h):
     K, rows, n = run.K, run.rows, len(run.y)
     for s in range(3):
         _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
-        run.count[EVALUATIONS] += 1
+        run.count[0].evaluations += 1
         status = evaluate(eq, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])
         if status != GOOD:
             return status

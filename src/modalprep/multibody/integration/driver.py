@@ -9,28 +9,12 @@ import numpy as np
 from modalprep.jit import compile_kernel, compile_merged
 from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
-from modalprep.multibody.evaluation.evaluate import RAISED as CALLBACK_RAISED
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
 from modalprep.multibody.integration.rosenbrock import rosenbrock_step
 from modalprep.multibody.integration.stepping import (
-    BEGIN,
-    CAUSE,
-    ERROR,
-    EVALUATIONS,
-    FIXED,
-    FOUND,
-    HALVED,
-    LAST,
     NOT_FINITE,
     OPEN,
-    OUTPUT,
-    POWER_BEFORE,
-    REJECTED,
-    SAMPLED,
-    STEPS,
-    H,
-    T,
     hermite_rows,
     interpolate,
     norm,
@@ -73,15 +57,15 @@ class Watch(NamedTuple):
 def begin(eq, run, method, t, stop):
     """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
     normalise(eq.model, run.y)
-    run.clock[T], run.clock[BEGIN], run.clock[LAST], run.clock[ERROR] = t, t, 0.0, 1.0
+    run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
     copy(run.y, run.old)
     run.rows[:] = 0.0
-    run.count[EVALUATIONS] += 1
+    run.count[0].evaluations += 1
     status = evaluate(eq, t, run.y, run.ydot)
     if status != GOOD:
         return status
-    if run.clock[FIXED] > 0.0:
-        run.clock[H] = run.clock[FIXED]
+    if run.clock[0].fixed_step > 0.0:
+        run.clock[0].next_step = run.clock[0].fixed_step
         return GOOD
     return _first_size(eq, run, ERROR_ORDER[method], stop - t)
 
@@ -97,13 +81,14 @@ def _first_size(eq, run, order, left):
     copy(run.y, run.new)
     for k in range(len(run.y)):
         run.new[k] += h * run.ydot[k]
-    run.count[EVALUATIONS] += 1
-    status = evaluate(eq, run.clock[T] + h, run.new, run.newdot)
+    run.count[0].evaluations += 1
+    status = evaluate(eq, run.clock[0].time + h, run.new, run.newdot)
     if status == GOOD:
         for k in range(len(run.y)):
             run.newdot[k] -= run.ydot[k]
         most = max(d1, norm(run, run.newdot) / h)
-        run.clock[H] = min(100.0 * h, left, (0.01 / most) ** (1.0 / order) if most > 1e-15 else max(1e-6, 1e-3 * h))
+        guess = (0.01 / most) ** (1.0 / order) if most > 1e-15 else max(1e-6, 1e-3 * h)
+        run.clock[0].next_step = min(100.0 * h, left, guess)
     return status
 
 
@@ -113,11 +98,11 @@ def advance(eq, run, watch, method, stop, most):
 
     Samples of the last step are written first: after FULL it goes on where it was.
     """
-    run.count[FOUND] = 0
+    run.count[0].events = 0
     for _ in range(most):
         if not sample(eq, run, watch):
             return FULL
-        t, h = run.clock[T], run.clock[H]
+        t, h = run.clock[0].time, run.clock[0].next_step
         if t >= stop:
             return REACHED
         left = stop - t
@@ -125,7 +110,7 @@ def advance(eq, run, watch, method, stop, most):
             h = left if h >= left * (1.0 - 1e-9) else 0.5 * left
         end = stop if h == left else t + h
         status, error = _try(eq, run, method, t, h)
-        passed = error <= 1.0 or run.clock[FIXED] > 0.0
+        passed = error <= 1.0 or run.clock[0].fixed_step > 0.0
         if status == GOOD and not error < np.inf:
             status = NOT_FINITE
         if status == GOOD and passed:
@@ -133,15 +118,15 @@ def advance(eq, run, watch, method, stop, most):
         if status == FAILED_CALLBACK:
             return RAISED
         if status != GOOD:
-            run.count[CAUSE] = status
-            run.count[HALVED] += 1
-            run.clock[ERROR] = 1.0
-            run.clock[H] = FAILED_GROWTH * h
+            run.count[0].cause = status
+            run.count[0].halved += 1
+            run.clock[0].error = 1.0
+            run.clock[0].next_step = FAILED_GROWTH * h
         elif not passed:
-            run.count[REJECTED] += 1
-            run.count[CAUSE] = GOOD
-            run.clock[H] = h * max(LEAST_GROWTH, SAFETY * error ** (-1.0 / ERROR_ORDER[method]))
-            run.clock[ERROR] = -1.0
+            run.count[0].rejected += 1
+            run.count[0].cause = GOOD
+            run.clock[0].next_step = h * max(LEAST_GROWTH, SAFETY * error ** (-1.0 / ERROR_ORDER[method]))
+            run.clock[0].error = -1.0
         else:
             if _accept(eq, run, watch, method, h, end) == FAILED_CALLBACK:
                 return RAISED
@@ -152,7 +137,7 @@ def advance(eq, run, watch, method, stop, most):
                 code = _events(eq, run, watch)
                 if code != RUNNING:
                     return code
-        if run.clock[H] < SMALLEST * stop:
+        if run.clock[0].next_step < SMALLEST * stop:
             return COLLAPSED
     return RUNNING
 
@@ -180,7 +165,7 @@ def _hold(eq, run, method, h, t):
     if moves < 0:
         return OPEN
     if moves > 0 and method == EXPLICIT:
-        run.count[EVALUATIONS] += 1
+        run.count[0].evaluations += 1
         return evaluate(eq, t, run.new, run.newdot)
     return GOOD
 
@@ -193,14 +178,14 @@ def _accept(eq, run, watch, method, h, t):
         _add_work(run, h)
     if watch.hook[0] or _due(run, watch, t):
         if method == EXPLICIT:
-            status = explicit_rows(eq, run, run.clock[T], h)
+            status = explicit_rows(eq, run, run.clock[0].time, h)
         else:
             hermite_rows(run, h)
     if method == ALPHA:
         alpha_accept(eq, run)
-    run.count[STEPS] += 1
-    run.clock[BEGIN], run.clock[LAST], run.clock[POWER_BEFORE] = run.clock[T], h, run.ydot[-1]
-    run.clock[T] = t
+    run.count[0].steps += 1
+    run.clock[0].begin, run.clock[0].last_step, run.clock[0].power_before = run.clock[0].time, h, run.ydot[-1]
+    run.clock[0].time = t
     copy(run.y, run.old)
     copy(run.new, run.y)
     copy(run.newdot, run.ydot)
@@ -211,7 +196,7 @@ def _accept(eq, run, watch, method, h, t):
 @compile_kernel
 def _due(run, watch, t):
     """Whether an output falls on or before t, to round-off."""
-    return run.count[OUTPUT] < len(watch.times) and watch.times[run.count[OUTPUT]] <= t * (1.0 + 1e-14)
+    return run.count[0].sampled < len(watch.times) and watch.times[run.count[0].sampled] <= t * (1.0 + 1e-14)
 
 
 @compile_kernel
@@ -219,34 +204,34 @@ def _add_work(run, h):
     """Work by the parabola through the power at both ends of the step and at the one before."""
     p0, p1 = run.ydot[-1], run.newdot[-1]
     work = 0.5 * h * (p0 + p1)
-    if run.clock[LAST] > 0.0:
-        g = run.clock[LAST]
-        work -= h * h * h / 6.0 * ((p1 - p0) / h - (p0 - run.clock[POWER_BEFORE]) / g) / (h + g)
+    if run.clock[0].last_step > 0.0:
+        g = run.clock[0].last_step
+        work -= h * h * h / 6.0 * ((p1 - p0) / h - (p0 - run.clock[0].power_before) / g) / (h + g)
     run.new[-1] = run.y[-1] + work
 
 
 @compile_kernel
 def _next_size(run, method, h, error):
     """PI control; no growth after a rejected step."""
-    if run.clock[FIXED] > 0.0:
-        run.clock[H] = min(run.clock[FIXED], 2.0 * run.clock[H])
+    if run.clock[0].fixed_step > 0.0:
+        run.clock[0].next_step = min(run.clock[0].fixed_step, 2.0 * run.clock[0].next_step)
         return
-    error, before = max(error, 1e-8), run.clock[ERROR]
+    error, before = max(error, 1e-8), run.clock[0].error
     growth = SAFETY * error ** (-INTEGRAL / ERROR_ORDER[method]) * abs(before) ** (PROPORTIONAL / ERROR_ORDER[method])
     most = 1.0 if before < 0.0 else MOST_GROWTH[method]
-    run.clock[H] = h * min(most, max(LEAST_GROWTH, growth))
-    run.clock[ERROR] = error
+    run.clock[0].next_step = h * min(most, max(LEAST_GROWTH, growth))
+    run.clock[0].error = error
 
 
 @compile_kernel
 def sample(eq, run, watch):
     """Write the samples of the last step; False when there is no more room."""
-    while _due(run, watch, run.clock[T]):
-        if run.count[SAMPLED] == len(watch.samples):
+    while _due(run, watch, run.clock[0].time):
+        if run.count[0].buffered == len(watch.samples):
             return False
-        interpolate(eq.model, run, watch.times[run.count[OUTPUT]], watch.samples[run.count[SAMPLED]])
-        run.count[SAMPLED] += 1
-        run.count[OUTPUT] += 1
+        interpolate(eq.model, run, watch.times[run.count[0].sampled], watch.samples[run.count[0].buffered])
+        run.count[0].buffered += 1
+        run.count[0].sampled += 1
     return True
 
 
@@ -258,7 +243,7 @@ def _too_far(model, watch, run):
         for x in range(model.links[i].xq, model.links[i].xq + model.links[i].modes):
             far += abs(run.y[x]) * watch.size[x]
         if far > TOO_FAR:
-            run.count[CAUSE] = i
+            run.count[0].cause = i
             return True
     return False
 
@@ -268,17 +253,17 @@ def ask(eq, run, watch, t, y):
     """Let Python write the event functions at a state; False when it raised."""
     copy(y, eq.state)
     call_address(watch.hook[0], t)
-    return eq.shared[CALLBACK_RAISED] == 0.0
+    return eq.shared[0].raised == 0.0
 
 
 @compile_kernel
 def _events(eq, run, watch):
     """Look for zero crossings in the last step; the first that ends the run becomes its state."""
-    h, y, until = run.clock[LAST], run.new, np.inf
+    h, y, until = run.clock[0].last_step, run.new, np.inf
     for j in range(PROBES):
-        a, b = run.clock[BEGIN] + j * h / PROBES, run.clock[BEGIN] + (j + 1) * h / PROBES
+        a, b = run.clock[0].begin + j * h / PROBES, run.clock[0].begin + (j + 1) * h / PROBES
         if j == PROBES - 1:
-            b = run.clock[T]
+            b = run.clock[0].time
         interpolate(eq.model, run, b, y)
         if not ask(eq, run, watch, b, y):
             return RAISED
@@ -292,15 +277,15 @@ def _events(eq, run, watch):
                     t = _return(eq, run, watch, e, a, b, fa, fb)
                 else:
                     t = _crossing(eq, run, watch, e, a, b, fa, fb)
-                watch.found[run.count[FOUND], 0], watch.found[run.count[FOUND], 1] = e, t
-                run.count[FOUND] += 1
+                watch.found[run.count[0].events, 0], watch.found[run.count[0].events, 1] = e, t
+                run.count[0].events += 1
                 if watch.sense[e, 1]:
                     until = min(until, t)
             watch.before[e] = fb
         if until < np.inf:
             interpolate(eq.model, run, until, y)
             copy(y, run.y)
-            run.clock[T] = until
+            run.clock[0].time = until
             return STOPPED
     return RUNNING
 

@@ -1,4 +1,4 @@
-"""What events do to a run: closures that begin or end, blows, the jumps of speed that go with them."""
+"""What events do to a run: closures that begin or end, impacts, the jumps of speed that go with them."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.model.events import Event, check_changes
 from modalprep.multibody.model.system import System
 
-MOST_BLOWS = 1000  # in one run
+MOST_IMPACTS = 1000  # in one run
 
 
 class Changes:
@@ -49,7 +49,7 @@ class Changes:
         Raises
         ------
         SimulationError
-            When blows pile up, or no impulses satisfy the law of friction.
+            When impacts accumulate, or no impulses satisfy the law of friction.
         """
         self.past.add(event.name)
         loops = self.loading.loops
@@ -63,27 +63,28 @@ class Changes:
             loops.residual(self.equations.data, y, self.equations.motion, t)
             for k in begins:
                 loops.begin(k)
-            blow = strike(loops, self.equations.data, y[:-1], t, hits, event.restitution)
-            self._count(event, blow)
+            impact = strike(loops, self.equations.data, y[:-1], t, hits, event.restitution)
+            self._count(event, impact)
             before = energy(self.equations, t, y)
-            y[:-1] = blow.y
+            y[:-1] = impact.y
             y[-1] += energy(self.equations, t, y) - before  # impulses of prescribed hinges change it too
 
-    def _count(self, event: Event, blow: Impact) -> None:
-        self.impacts[event.name].append(blow)
-        if len(self.impacts[event.name]) > MOST_BLOWS:
+    def _count(self, event: Event, impact: Impact) -> None:
+        self.impacts[event.name].append(impact)
+        if len(self.impacts[event.name]) > MOST_IMPACTS:
             raise SimulationError(
-                f"event {event.name!r} comes again and again, for the {MOST_BLOWS}th time at t = {blow.t:.6g} s; let a "
-                "closure begin there, or end the run"
+                f"event {event.name!r} comes again and again, for the {MOST_IMPACTS}th time at "
+                f"t = {impact.t:.6g} s; let a closure begin there, or end the run"
             )
 
     def notes(self) -> list[str]:
         """Return a sentence for each impact, the first ten."""
-        blows = [(name, blow) for name, blows in self.impacts.items() for blow in blows]
+        impacts = [(name, impact) for name, impacts in self.impacts.items() for impact in impacts]
         found = [
-            f"event {name!r} at t = {b.t:.6g} s took {b.energy_loss:.6g} J" for name, b in sorted(blows, key=_time)[:10]
+            f"event {name!r} at t = {b.t:.6g} s took {b.energy_loss:.6g} J"
+            for name, b in sorted(impacts, key=_time)[:10]
         ]
-        return [*found, f"and {len(blows) - 10} more"] if len(blows) > 10 else found
+        return [*found, f"and {len(impacts) - 10} more"] if len(impacts) > 10 else found
 
 
 def _time(pair: tuple[str, Impact]) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluate import evaluate
-from modalprep.multibody.integration.stepping import CAUSE, NOT_CONVERGED, OPEN
+from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
 from modalprep.multibody.reference.equations import mass_and_force
 
 LATER = 1e-3  # of the run
@@ -28,16 +28,16 @@ class Running(Protocol):
 
 def diverged(run: Running) -> str:
     """Return the sentence of a run that ended because a deflection grew beyond all meaning."""
-    name = body_of(run, int(run.steps.count[CAUSE]))
+    name = body_of(run, int(run.steps.count[0].cause))
     x = modal_rows(run, name)
     sizes = float(np.abs(run.steps.y[x]) @ run.watch.size[x])
     why = "" if run.system.bodies[name].has_geometric_stiffness else " without geometric stiffness"
-    return f"diverged at t = {run.steps.clock[0]:.4g} s: body {name!r} deflects by {sizes:.0f} times its size{why}"
+    return f"diverged at t = {run.steps.clock[0].time:.4g} s: body {name!r} deflects by {sizes:.0f} times its size{why}"
 
 
 def failure(run: Running, t: float) -> SimulationError:
     """Return the error of a run that cannot go on at time t: the body, and what to do."""
-    cause, begin = int(run.steps.count[CAUSE]), f"simulation stopped at t = {t:.6g} s: "
+    cause, begin = int(run.steps.count[0].cause), f"simulation stopped at t = {t:.6g} s: "
     if run.loading.loops and (_locked(run, t) or cause == OPEN):
         return SimulationError(
             begin + run.loading.loops.widest() + "; the mechanism is locked or at a dead point there, look at its "
@@ -55,8 +55,8 @@ def failure(run: Running, t: float) -> SimulationError:
         )
     if cause == NOT_CONVERGED:
         return SimulationError(
-            f"{begin}the sweeps of the implicit method do not converge, body {fastest(run)!r} moves fastest; loads may "
-            "change too fast with the motion for it: use method = 'explicit'"
+            f"{begin}the iterations of the implicit method do not converge, body {fastest(run)!r} moves fastest; "
+            "loads may change too fast with the motion for it: use method = 'explicit'"
         )
     return SimulationError(
         f"{begin}the step size collapsed, body {softest(run)!r} moves fastest; drop its highest modes or loosen rtol"

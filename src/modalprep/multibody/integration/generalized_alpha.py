@@ -3,9 +3,9 @@
 Chung and Hulbert (1993); Arnold and Bruels (2007) for the split of accelerations, Bruels, Cardona and Arnold (2012)
 for turns about three axes and free bodies, which move by the exponential of their increment.
 
-Newton's method on ``M(q) v' = F(q, v)`` with ``M + c1 D + c2 K`` for its matrix, D, K of modes and hinges: a sweep is
-one recursion, ``(M + c1 D + c2 K) v'_new = F + (c1 D + c2 K) v'_old``, to which springs and bushings between bodies
-are added as rows that give way. What is left, turns of their axes, rotation, large pretension, is up to the sweeps;
+Newton's method on ``M(q) v' = F(q, v)`` with ``M + c1 D + c2 K`` for its matrix, D, K of modes and hinges: an iteration
+is one recursion, ``(M + c1 D + c2 K) v'_new = F + (c1 D + c2 K) v'_old``, to which springs and bushings between bodies
+are added as compliant rows. What is left, turns of their axes, rotation, large pretension, is up to the iterations;
 where they do not contract the step is halved. Closed loops hold their places at the end of the step.
 """
 
@@ -25,24 +25,19 @@ from modalprep.multibody.evaluation.evaluate import (
     solve_implicit,
 )
 from modalprep.multibody.integration.stepping import (
-    EVALUATIONS,
-    LAST,
     NOT_CONVERGED,
-    RHO,
-    RTOL,
-    SPAN,
     larger,
     largest_error,
-    move,
     set_weights,
 )
 from modalprep.multibody.kernels.articulated_body import kinematic
+from modalprep.multibody.kernels.joints import move
 
-LEAST_SWEEPS, MOST_SWEEPS = 2, 12
+LEAST_ITERATIONS, MOST_ITERATIONS = 2, 12
 PLACES = True
-SWEEP_TOLERANCE = 0.03  # of the step's own tolerance
+ITERATION_TOLERANCE = 0.03  # of the step's own tolerance
 LEAST_SHARE = 1e-4  # of the tolerance for a step: of many more steps than 10 000 the errors do not all go one way
-ROUND_OFF = 1e-13  # of a coordinate: sweeps do not come closer
+ROUND_OFF = 1e-13  # of a coordinate: iterations do not come closer
 
 
 @compile_merged
@@ -50,22 +45,22 @@ def alpha_step(eq, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance.
 
     Rows of K: 0 algorithmic less true acceleration at the begin, 1 algorithmic at the begin, 2 at the end, 3 true
-    accelerations of the last sweep, 4 of this one, 5 and 6 scratch.
+    accelerations of the last iteration, 4 of this one, 5 and 6 scratch.
     """
     nx, nu = eq.model.nx, len(eq.tau)
-    p = _parameters(run.clock[RHO])
+    p = _parameters(run.clock[0].rho_inf)
     c1, c2 = p.c * p.gamma * h, p.c * p.beta * h * h
     last, trial, rate, place = run.K[3], run.K[4], run.K[5], run.K[6]
-    share, least = max(h / run.clock[SPAN], LEAST_SHARE), ROUND_OFF / run.clock[RTOL]
+    share, least = max(h / run.clock[0].span, LEAST_SHARE), ROUND_OFF / run.clock[0].rtol
     # the algorithmic acceleration belongs to a time that is shifted in proportion to the step
-    ratio = h / run.clock[LAST] if run.clock[LAST] > 0.0 else 0.0
+    ratio = h / run.clock[0].last_step if run.clock[0].last_step > 0.0 else 0.0
     for u in range(nu):  # stiff modes start from rest: their equation is linear, so they need no guess
         run.K[1, u] = run.ydot[nx + u] + ratio * run.K[0, u]
         last[u] = run.ydot[nx + u] / (1.0 + c1 * eq.linear[1, u] + c2 * eq.linear[0, u])
     change = 0.0
-    for sweep in range(MOST_SWEEPS):
+    for iteration in range(MOST_ITERATIONS):
         _place(eq, run, h, p)
-        run.count[EVALUATIONS] += 1
+        run.count[0].evaluations += 1
         if not load(eq, t + h, run.new):
             return FAILED_CALLBACK, 0.0
         hinge_slopes(eq)
@@ -74,15 +69,15 @@ def alpha_step(eq, run, t, h):
         status = solve_implicit(eq, t + h, run.new, c1, c2, rate[:nu], place[:nu], PLACES, trial[:nu])
         if status >= 0:
             return status, 0.0
-        run.newdot[nx + nu] = power(eq, eq.bonds_work, run.new)
+        run.newdot[nx + nu] = power(eq, eq.implicit_work, run.new)
         for u in range(nu):
             place[u] = c2 * (trial[u] - last[u])
             last[u] = trial[u]
         set_weights(eq, run, run.new, False)
         before, change = change, largest_error(eq.model, run, place[:nu], True)
-        if sweep + 1 >= LEAST_SWEEPS:
+        if iteration + 1 >= LEAST_ITERATIONS:
             left = change / before if before > 0.0 else 0.0
-            if change <= least or change * left <= SWEEP_TOLERANCE * share * (1.0 - left):
+            if change <= least or change * left <= ITERATION_TOLERANCE * share * (1.0 - left):
                 return GOOD, _finish(eq, run, t, h, share)
             if not left < 1.0:
                 return NOT_CONVERGED, 0.0
@@ -108,7 +103,7 @@ def _parameters(rho):
 
 @compile_kernel
 def _place(eq, run, h, p):
-    """Write the state at the end of the step, with the accelerations of the last sweep, to `new`."""
+    """Write the state at the end of the step, with the accelerations of the last iteration, to `new`."""
     nx, nu = eq.model.nx, len(eq.tau)
     d = run.K[5]
     for u in range(nu):
@@ -117,12 +112,12 @@ def _place(eq, run, h, p):
         d[u] = h * run.y[nx + u] + h * h * ((0.5 - p.beta) * begin + p.beta * end)
         run.new[nx + u] = run.y[nx + u] + h * ((1.0 - p.gamma) * begin + p.gamma * end)
         run.K[2, u] = end
-    move(eq.model, eq.place, run.y, d[:nu], run.new)
+    move(eq.model, run.y, d[:nu], run.new)
 
 
 @compile_kernel
 def _finish(eq, run, t, h, share):
-    """Write the state of the last sweep and its derivative; returns the error of the step.
+    """Write the state of the last iteration and its derivative; returns the error of the step.
 
     The local error of the coordinates is ``h^3 v'' (beta + d / 2 - 1/6)``, d = am - af the shift of the algorithmic
     acceleration. It is filtered as in Hairer and Wanner (1996), IV.8, by ``(M + c1 D + c2 K)^-1 M``, or it would see
@@ -130,7 +125,7 @@ def _finish(eq, run, t, h, share):
     tolerance. Errors of the hinges' slow motion add up besides, so they may use it by the step's share of the run; what
     vibrates, bounded by its amplitude, is taken off them by the filter of a longer step.
     """
-    nx, nu, p = eq.model.nx, len(eq.tau), _parameters(run.clock[RHO])
+    nx, nu, p = eq.model.nx, len(eq.tau), _parameters(run.clock[0].rho_inf)
     _place(eq, run, h, p)
     kinematic(eq.model, run.new, run.newdot)
     factor = h * h * (p.beta + 0.5 * (p.am - p.af) - 1.0 / 6.0)
@@ -142,7 +137,7 @@ def _finish(eq, run, t, h, share):
     smooth(eq, c1, c2, error, scratch)
     whole, slow = largest_error(eq.model, run, error, True), largest_error(eq.model, run, error, False)
     if slow > share and whole <= 1.0:
-        run.count[EVALUATIONS] += 1
+        run.count[0].evaluations += 1
         keep_slow(eq, t + h, run.new, c1, c2, error, scratch)
         slow = largest_error(eq.model, run, error, False)
     return larger(whole, slow / share)

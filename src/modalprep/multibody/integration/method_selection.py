@@ -9,7 +9,8 @@ import numpy as np
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, REACHED, ROSENBROCK, RUNNING, Watch, advance, begin
-from modalprep.multibody.integration.stepping import EVALUATIONS, FIXED, Run, T, move
+from modalprep.multibody.integration.stepping import Run
+from modalprep.multibody.kernels.joints import move
 
 STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
 STEP_COST = 12.0  # evaluations of an explicit step
@@ -55,8 +56,8 @@ def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float)
     steps = top * t_end / STABLE
     if method in METHODS:
         return Choice(METHODS[method], steps)
-    if run.clock[FIXED] > 0.0:
-        explicit = run.clock[FIXED] * top < STABLE
+    if run.clock[0].fixed_step > 0.0:
+        explicit = run.clock[0].fixed_step * top < STABLE
         why = ", chosen by the step against the highest frequency"
         return Choice(EXPLICIT if explicit else _implicit(eq), steps, why)
     if steps < FEW_STEPS:
@@ -75,7 +76,7 @@ def top_frequency(eq: Equations, run: Run, t: float) -> float:
     near, d, square = y.copy(), np.random.default_rng(0).standard_normal(nu), 0.0
     for _ in range(ITERATIONS):
         d *= NUDGE / np.abs(d).max()
-        move(eq.model, eq.place, y, d, near)
+        move(eq.model, y, d, near)
         if evaluate(eq, t, near, moved) != GOOD:
             return 0.0
         force = base[nx:-1] - moved[nx:-1]
@@ -95,7 +96,7 @@ def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, 
     tried where the rest of the run is long enough to pay for it. The next review comes when as many evaluations again
     are counted: vibrations of the start decay, others come.
     """
-    t, count = float(run.clock[T]), int(run.count[EVALUATIONS])
+    t, count = float(run.clock[0].time), int(run.count[0].evaluations)
     cost = {choice.method: _expected(t - choice.t, count - choice.spent, spent, t_end - t)}
     if choice.method != EXPLICIT:
         cost[EXPLICIT] = choice.explicit
@@ -108,7 +109,7 @@ def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, 
     why = f", chosen for {cost[best]:.2g} evaluations of the equations a second{others}"
     if best != choice.method:
         why += f"; {SHORT[choice.method]} before t = {t:.3g} s"
-        choice = choice._replace(t=t, spent=int(run.count[EVALUATIONS]))
+        choice = choice._replace(t=t, spent=int(run.count[0].evaluations))
     return choice._replace(method=best, why=why, review=2.0 * count)
 
 
@@ -127,7 +128,7 @@ def _implicit(eq: Equations) -> int:
     The Rosenbrock method is the more accurate one at the same tolerance, for stiff modes that are loaded suddenly by
     far; but springs and bushings that may turn take its order.
     """
-    return ALPHA if eq.bonds is not eq.cons else ROSENBROCK
+    return ALPHA if eq.implicit is not eq.cons else ROSENBROCK
 
 
 def without(choice: Choice, t: float) -> Choice:
@@ -142,17 +143,17 @@ def _trial(eq: Equations, run: Run, watch: Watch, method: int, stretch: tuple[fl
     """Return the evaluations a second of motion at the end of a trial of `budget` of them, or of the whole stretch."""
     first, stop = stretch
     trial = Run(*(part.copy() for part in run))
-    trial.count[EVALUATIONS] = 0
+    trial.count[0].evaluations = 0
     unwatched = watch._replace(times=np.zeros(0), hook=np.zeros(1, dtype=np.int64))
     if begin(eq, trial, method, first, stop) != GOOD:
         return np.inf
     code, trials, cost = RUNNING, 0, np.inf
-    while code == RUNNING and (trials < 2 or trial.count[EVALUATIONS] < budget):
-        t, before = trial.clock[T], trial.count[EVALUATIONS]
+    while code == RUNNING and (trials < 2 or trial.count[0].evaluations < budget):
+        t, before = trial.clock[0].time, trial.count[0].evaluations
         code = advance(eq, trial, unwatched, method, stop, TRIAL_STEPS)
-        moved, trials = trial.clock[T] - t, trials + 1
-        cost = (trial.count[EVALUATIONS] - before) / moved if moved > 0.0 else np.inf
-    run.count[EVALUATIONS] += trial.count[EVALUATIONS]
+        moved, trials = trial.clock[0].time - t, trials + 1
+        cost = (trial.count[0].evaluations - before) / moved if moved > 0.0 else np.inf
+    run.count[0].evaluations += trial.count[0].evaluations
     if code == REACHED:
-        return trial.count[EVALUATIONS] / (stop - first)
+        return trial.count[0].evaluations / (stop - first)
     return cost if code == RUNNING else np.inf

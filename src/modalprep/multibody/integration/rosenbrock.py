@@ -24,7 +24,7 @@ from modalprep.multibody.evaluation.evaluate import (
     load,
     solve_implicit,
 )
-from modalprep.multibody.integration.stepping import EVALUATIONS, larger, set_weights
+from modalprep.multibody.integration.stepping import larger, set_weights
 from modalprep.multibody.kernels.articulated_body import kinematic
 from modalprep.multibody.kernels.spatial import copy
 
@@ -63,9 +63,9 @@ def rosenbrock_step(eq, run, t, h):
     set_weights(eq, run, run.new, False)
     worst = _largest(error, run.weight, 0, nx)
     if worst <= 1.0 and _largest(error, run.weight, nx, nx + nu) > 1.0:
-        run.count[EVALUATIONS] += 1
+        run.count[0].evaluations += 1
         keep_slow(eq, t + h, run.new, h * G, h * h * G * G, error[nx : nx + nu], scratch[:nu])
-    run.count[EVALUATIONS] += 1
+    run.count[0].evaluations += 1
     status = evaluate(eq, t + h, run.new, run.newdot)
     return status, larger(worst, _largest(error, run.weight, nx, nx + nu))
 
@@ -92,7 +92,7 @@ def _stage(eq, run, t, h, i):
             rate[u] += h * GAMMA[i, j] * run.K[j, nx + u]
             place[u] += h * GAMMA[i, j] * run.rows[3 + j, u]
     t_stage = t + h * np.sum(ALPHA[i])
-    run.count[EVALUATIONS] += 1
+    run.count[0].evaluations += 1
     if not load(eq, t_stage, y):
         return FAILED_CALLBACK
     if i == 0:

@@ -8,11 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.multibody.evaluation.evaluate import (
-    CALLBACK,
-    CALLBACK_POWER,
     GOOD,
-    RAISED,
-    TWIN,
     build_equations,
 )
 from modalprep.multibody.evaluation.event_functions import event_function
@@ -24,16 +20,6 @@ from modalprep.multibody.integration.event_actions import Changes
 from modalprep.multibody.integration.failure import diverged, failure
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import (
-    CAUSE,
-    EVALUATIONS,
-    FOUND,
-    HALVED,
-    OUTPUT,
-    REJECTED,
-    SAMPLED,
-    SIZES,
-    STEPS,
-    T,
     new_run,
 )
 from modalprep.multibody.kernels.callbacks import Pointer
@@ -80,7 +66,7 @@ class Integration:
         A fixed step, s; by error control otherwise.
     rho : float
         High-frequency amplification of generalized-alpha, 0 to 1.
-    twin : callable or None
+    reference : callable or None
         ``(y, motion, t) -> accelerations`` in place of the kernel's.
     size : (nx,)
         Deflection of a modal coordinate, in sizes of its body.
@@ -89,7 +75,7 @@ class Integration:
     def __init__(
         self, system: System, packed: Packed, loading: Loading, y: np.ndarray, times: np.ndarray, size: np.ndarray, *,
         method: str, rtol: float, atol: float, step: float | None = None, rho: float = 0.9,
-        events: Sequence[Event] = (), twin: Callable | None = None,
+        events: Sequence[Event] = (), reference: Callable | None = None,
     ) -> None:  # fmt: skip
         self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
         if loading.loops:
@@ -102,10 +88,10 @@ class Integration:
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
         for i, row in enumerate(packed.model.links):  # deflections count by a share of the body's size at least
             reach = size[row["xq"] : row["xq"] + row["modes"]].max(initial=0.0)
-            self.steps.size[SIZES + 2 * i] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
+            self.steps.modal_size[i, 0] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
         self.pointers = {
-            CALLBACK: None if loading.compiled else self._pointer(self._loads),
-            TWIN: self._pointer(lambda t: self._twin(twin, t)) if twin else None,
+            "callback": None if loading.compiled else self._pointer(self._loads),
+            "reference": self._pointer(lambda t: self._reference(reference, t)) if reference else None,
         }
         for flag, pointer in self.pointers.items():
             self.equations.flags[flag] = pointer.address if pointer else 0
@@ -113,15 +99,15 @@ class Integration:
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
-        return Pointer(function, self.equations.shared[RAISED:])
+        return Pointer(function, self.equations.shared["raised"])
 
     def _loads(self, t: float) -> None:
         m = self.equations
-        m.shared[CALLBACK_POWER] = self.loading.call(m.data, m.state, t)
+        m.shared[0].callback_power = self.loading.call(m.data, m.state, t)
 
-    def _twin(self, twin: Callable, t: float) -> None:
+    def _reference(self, accelerations: Callable, t: float) -> None:
         with np.errstate(all="ignore"):  # a trial that is far off is rejected, as one of the kernel
-            self.equations.twin[:] = twin(self.equations.state, self.equations.motion, t)
+            self.equations.reference[:] = accelerations(self.equations.state, self.equations.motion, t)
 
     def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
         count = len(self.events)
@@ -167,29 +153,29 @@ class Integration:
     def _follow(self, end: float, found: list, record: Record, progress: Callable[[float], None] | None) -> int:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
-            t, count = float(self.steps.clock[T]), int(self.steps.count[EVALUATIONS])
+            t, count = float(self.steps.clock[0].time), int(self.steps.count[0].evaluations)
             code = driver.advance(self.equations, self.steps, self.watch, self.choice.method, end, self._chunk())
-            found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
+            found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[0].events]]
             self._drain(record)
             self.raise_callback()
             if code == driver.COLLAPSED:
                 self._escape(record, end)
                 continue
             if progress:
-                progress(float(self.steps.clock[T]))
+                progress(float(self.steps.clock[0].time))
             if code == driver.STOPPED and self._change(found, record, end):
                 continue
             if code not in (driver.RUNNING, driver.FULL):
                 return code
-            moved = float(self.steps.clock[T]) - t
-            if code == driver.RUNNING and moved > 0.0 and self.steps.count[EVALUATIONS] > self.choice.review:
-                self._review((self.steps.count[EVALUATIONS] - count) / moved, record, end)
+            moved = float(self.steps.clock[0].time) - t
+            if code == driver.RUNNING and moved > 0.0 and self.steps.count[0].evaluations > self.choice.review:
+                self._review((self.steps.count[0].evaluations - count) / moved, record, end)
 
     def _begin(self, begin: float, end: float) -> None:
         status = driver.begin(self.equations, self.steps, self.choice.method, begin, end)
         self.raise_callback()
         if status != GOOD or not np.all(np.isfinite(self.steps.ydot)):
-            self.steps.count[CAUSE] = status
+            self.steps.count[0].cause = status
             raise failure(self, begin)
         if self.events and begin == self.loading.stretches[0][0]:
             self._look(begin)
@@ -202,7 +188,7 @@ class Integration:
 
     def _change(self, found: list[tuple[int, float]], record: Record, end: float) -> bool:
         """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
-        t = float(self.steps.clock[T])
+        t = float(self.steps.clock[0].time)
         found[:] = [(e, s) for e, s in found if s <= t]  # what was seen beyond may not come
         here = [e for e, s in found if s == t]
         if any(self.events[e].terminal for e in here):
@@ -222,13 +208,13 @@ class Integration:
         return True
 
     def _send_back(self, hits: list[int], beyond: np.ndarray) -> None:
-        """Take events that a blow sends back, functions of places, as on the side they came from, not at round-off."""
+        """Take events that an impact reverses, functions of places, as on the side they came from, not at round-off."""
         for e in hits:
             self.watch.before[e] = np.copysign(driver.LEFT, -(self.events[e].direction or beyond[e]))
 
     def _chunk(self) -> int:
         """Return how many steps to take at once: two times at least up to the next review."""
-        left = (self.choice.review - self.steps.count[EVALUATIONS]) / (2 * EVALUATIONS_OF_A_STEP)
+        left = (self.choice.review - self.steps.count[0].evaluations) / (2 * EVALUATIONS_OF_A_STEP)
         return int(min(CHUNK, max(TRIAL_STEPS, left)))
 
     def _review(self, spent: float, record: Record, end: float) -> None:
@@ -239,7 +225,7 @@ class Integration:
 
     def _escape(self, record: Record, end: float) -> None:
         """Go on without an implicit method that does not converge, where the choice is free."""
-        choice = without(self.choice, t := float(self.steps.clock[T]))
+        choice = without(self.choice, t := float(self.steps.clock[0].time))
         if choice.method == self.choice.method:
             raise failure(self, t)
         self._go_on(choice, record, end)
@@ -248,7 +234,7 @@ class Integration:
         changes, self.choice = choice.method != self.choice.method, choice
         if changes:
             self._sample_all(record)
-            self._begin(float(self.steps.clock[T]), end)
+            self._begin(float(self.steps.clock[0].time), end)
 
     def _sample_all(self, record: Record) -> None:
         full = True
@@ -257,11 +243,11 @@ class Integration:
             self._drain(record)
 
     def _drain(self, record: Record) -> None:
-        count, done = self.steps.count[SAMPLED], self.steps.count[OUTPUT]
+        count, done = self.steps.count[0].buffered, self.steps.count[0].sampled
         if count:
             record(self.watch.times[done - count : done], self.watch.samples[:count])
             self.raise_callback()
-        self.steps.count[SAMPLED] = 0
+        self.steps.count[0].buffered = 0
 
     def raise_callback(self) -> None:
         """Raise what a function of the user raised in compiled code."""
@@ -270,7 +256,7 @@ class Integration:
                 raise pointer.error
 
     def _outcome(self, code: int, found: list[tuple[int, float]], record: Record) -> Outcome:
-        t = float(self.steps.clock[T])
+        t = float(self.steps.clock[0].time)
         if code in (driver.STOPPED, driver.DIVERGED):
             self._sample_all(record)
         times = {e.name: np.sort([s for k, s in found if k == i and s <= t]) for i, e in enumerate(self.events)}
@@ -280,15 +266,14 @@ class Integration:
         if code == driver.STOPPED:
             names = [e.name for e in self.events if e.terminal and t in times[e.name]]
             message = f"event {names[0]!r} ended the run at t = {t:.6g} s"
-            if not np.any(self.watch.times[: self.steps.count[OUTPUT]] >= t):
+            if not np.any(self.watch.times[: self.steps.count[0].sampled] >= t):
                 record(np.array([t]), self.steps.y[None])
                 self.raise_callback()
-        impacts = {name: tuple(blows) for name, blows in self.changes.impacts.items()}
+        impacts = {name: tuple(found) for name, found in self.changes.impacts.items()}
         return Outcome(
             status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, impacts, self._stats(), t
         )
 
     def _stats(self) -> dict[str, float]:
-        names = {"steps": STEPS, "evaluations": EVALUATIONS, "rejected": REJECTED, "halved": HALVED}
-        counts = {name: float(self.steps.count[k]) for name, k in names.items()}
+        counts = {name: float(self.steps.count[name][0]) for name in ("steps", "evaluations", "rejected", "halved")}
         return counts | {"stiffness_ratio": self.choice.ratio, "method": float(self.choice.method)}

@@ -9,21 +9,38 @@ import numpy as np
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.joints import normalise
-from modalprep.multibody.kernels.spatial import add3, axpy3, cross, dot3, quaternion_rotation, times
 
-# columns of Run.clock: time, next step size, error of the last step, its size and begin, the power there; size of a
-# fixed step (0: adaptive), rtol, atol, rho_inf, length of the whole run
-T, H, ERROR, LAST, BEGIN, POWER_BEFORE, FIXED, RTOL, ATOL, RHO, SPAN, CLOCK = range(12)
-# columns of Run.count: steps, evaluations of the equations, rejected steps, steps that failed, samples in the buffer,
-# samples in all, events in the buffer, why the last step failed
-STEPS, EVALUATIONS, REJECTED, HALVED, SAMPLED, OUTPUT, FOUND, CAUSE, COUNT = range(9)
+CLOCK = np.dtype([
+    ("time", np.float64),  # s
+    ("next_step", np.float64),
+    ("error", np.float64),  # of the last step; negative after one that was rejected
+    ("last_step", np.float64),  # its length
+    ("begin", np.float64),  # its begin
+    ("power_before", np.float64),  # W, there
+    ("fixed_step", np.float64),  # 0: adaptive
+    ("rtol", np.float64),
+    ("atol", np.float64),
+    ("rho_inf", np.float64),
+    ("span", np.float64),  # of the whole run
+])  # fmt: skip
+COUNT = np.dtype([
+    ("steps", np.int64),
+    ("evaluations", np.int64),  # of the equations
+    ("rejected", np.int64),  # steps
+    ("halved", np.int64),  # steps that failed
+    ("buffered", np.int64),  # samples
+    ("sampled", np.int64),  # in all
+    ("events", np.int64),  # in the buffer
+    ("cause", np.int64),  # why the last step failed
+])  # fmt: skip
 NOT_FINITE, NOT_CONVERGED, OPEN = -3, -4, -5  # beside the status of `evaluate`
-# columns of Run.size: largest turn, rate of turn, travel, its rate, work; then modes and their rates, link by link
-TURN, SPIN, PLACE, SPEED, WORK, SIZES = range(6)
+SIZE = np.dtype(
+    [("angle", np.float64), ("spin", np.float64), ("travel", np.float64), ("speed", np.float64), ("work", np.float64)]
+)
 
 
 class Run(NamedTuple):
-    """State and scratch of an integration; `y` and `ydot` are those at ``clock[T]``."""
+    """State and scratch of an integration; `y` and `ydot` are those at ``clock.time``."""
 
     y: np.ndarray  # (ny,) coordinates, speeds, work
     ydot: np.ndarray  # (ny,)
@@ -33,19 +50,22 @@ class Run(NamedTuple):
     K: np.ndarray  # (16, ny) stages
     rows: np.ndarray  # (7, ny) dense output of the last step
     weight: np.ndarray  # (ny,) 1 / tolerance of each number
-    size: np.ndarray  # (SIZES + 2 nl,) the largest so far
-    clock: np.ndarray  # (CLOCK,)
-    count: np.ndarray  # (COUNT,) int
+    size: np.ndarray  # (1,) SIZE, the largest so far of all joints, and of the work
+    modal_size: np.ndarray  # (nl, 2) the same of each body's modes and their rates
+    clock: np.ndarray  # (1,) CLOCK
+    count: np.ndarray  # (1,) COUNT
 
 
 def new_run(y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float) -> Run:
     """Return the state of a run that begins at y."""
     ny = len(y)
-    clock, count = np.zeros(CLOCK), np.zeros(COUNT, dtype=np.int64)
-    clock[[FIXED, RTOL, ATOL, RHO, SPAN]] = fixed, rtol, atol, rho, span
+    size, clock, count = (np.zeros(1, dtype).view(np.recarray) for dtype in (SIZE, CLOCK, COUNT))
+    settings = {"fixed_step": fixed, "rtol": rtol, "atol": atol, "rho_inf": rho, "span": span}
+    for name, value in settings.items():
+        clock[name] = value
     vectors = [np.zeros(ny) for _ in range(4)]
-    size = np.zeros(SIZES + 2 * links)
-    return Run(y.copy(), *vectors, np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny), size, clock, count)
+    rows = np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny)
+    return Run(y.copy(), *vectors, *rows, size, np.zeros((links, 2)), clock, count)
 
 
 @compile_kernel
@@ -56,9 +76,9 @@ def set_weights(eq, run, z, keep):
     is measured by one radian at least, the rate of a mode by its deflection times its frequency. So what matters
     little, a mode of no effect or a hinge that happens to rest, does not hold the step.
     """
-    model, size = eq.model, run.size
+    model, size, modal = eq.model, run.size[0], run.modal_size
     nx = model.nx
-    angle, spin, place, speed = max(1.0, size[TURN]), size[SPIN], size[PLACE], size[SPEED]
+    angle, spin, place, speed = max(1.0, size.angle), size.spin, size.travel, size.speed
     for i in range(len(model.links)):
         joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
         if joint == REVOLUTE or (joint == SLIDING and model.links[i].about != 0.0):
@@ -71,26 +91,26 @@ def set_weights(eq, run, z, keep):
             place, speed, spin = (
                 max(place, _largest(z, x, 3)), max(speed, _largest(z, u, 3)), max(spin, _largest(z, u + 3, 3)),
             )  # fmt: skip
-    work = max(size[WORK], abs(z[len(z) - 1]))
+    work = max(size.work, abs(z[len(z) - 1]))
     if keep:
-        size[TURN], size[SPIN], size[PLACE], size[SPEED], size[WORK] = angle, spin, place, speed, work
+        size.angle, size.spin, size.travel, size.speed, size.work = angle, spin, place, speed, work
     for i in range(len(model.links)):
         joint, x, u = model.links[i].joint, model.links[i].x, nx + model.links[i].u
         turns = joint == SPHERICAL or model.links[i].about != 0.0
         travels = 3 if joint == FREE else 0 if turns else model.links[i].uq - model.links[i].u
-        _weigh(run.weight, run.clock, x, travels, place)
-        _weigh(run.weight, run.clock, u, travels, speed)
-        _weigh(run.weight, run.clock, x + travels, model.links[i].xq - x - travels, angle)
-        _weigh(run.weight, run.clock, u + travels, model.links[i].uq - model.links[i].u - travels, spin)
+        _weigh(run.weight, run.clock[0], x, travels, place)
+        _weigh(run.weight, run.clock[0], u, travels, speed)
+        _weigh(run.weight, run.clock[0], x + travels, model.links[i].xq - x - travels, angle)
+        _weigh(run.weight, run.clock[0], u + travels, model.links[i].uq - model.links[i].u - travels, spin)
         n, xq, uq = model.links[i].modes, model.links[i].xq, nx + model.links[i].uq
-        moved, rate = max(size[2 * i + SIZES], _largest(z, xq, n)), max(size[2 * i + SIZES + 1], _largest(z, uq, n))
+        moved, rate = max(modal[i, 0], _largest(z, xq, n)), max(modal[i, 1], _largest(z, uq, n))
         if keep:
-            size[2 * i + SIZES], size[2 * i + SIZES + 1] = moved, rate
-        _weigh(run.weight, run.clock, xq, n, moved)
+            modal[i, 0], modal[i, 1] = moved, rate
+        _weigh(run.weight, run.clock[0], xq, n, moved)
         for a in range(n):
             fast = moved * np.sqrt(max(0.0, eq.linear[0, uq - nx + a]))
-            _weigh(run.weight, run.clock, uq + a, 1, max(rate, fast))
-    _weigh(run.weight, run.clock, len(z) - 1, 1, work)
+            _weigh(run.weight, run.clock[0], uq + a, 1, max(rate, fast))
+    _weigh(run.weight, run.clock[0], len(z) - 1, 1, work)
 
 
 @compile_inline
@@ -104,7 +124,7 @@ def _largest(z, first, count):
 @compile_inline
 def _weigh(weight, clock, first, count, size):
     for k in range(first, first + count):
-        weight[k] = 1.0 / (clock[ATOL] + clock[RTOL] * size)
+        weight[k] = 1.0 / (clock.atol + clock.rtol * size)
 
 
 @compile_kernel
@@ -141,45 +161,6 @@ def norm(run, e):
 
 
 @compile_kernel
-def move(model, place, y, d, out):
-    """Move the coordinates of y by increments ``d (nu,)``: exponentials of the motion where a hinge turns freely."""
-    for u in range(len(d)):
-        if place[u] >= 0:
-            out[place[u]] = y[place[u]] + d[u]
-    for i in range(len(model.links)):
-        joint, x, u = model.links[i].joint, model.links[i].x, model.links[i].u
-        if joint == SPHERICAL:
-            _turn(y, x, (d[u], d[u + 1], d[u + 2]), out)
-        elif joint == FREE:
-            r, w = (d[u], d[u + 1], d[u + 2]), (d[u + 3], d[u + 4], d[u + 5])
-            ww = dot3(w, w)
-            b, c = 0.5 - ww / 24.0, 1.0 / 6.0 - ww / 120.0
-            if ww > 1e-6:
-                angle = np.sqrt(ww)
-                b, c = (1.0 - np.cos(angle)) / ww, (angle - np.sin(angle)) / (ww * angle)
-            wr = cross(w, r)
-            r = add3(r, axpy3((b * wr[0], b * wr[1], b * wr[2]), c, cross(w, wr)))
-            r = times(quaternion_rotation((y[x + 3], y[x + 4], y[x + 5], y[x + 6])), r)
-            out[x], out[x + 1], out[x + 2] = y[x] + r[0], y[x + 1] + r[1], y[x + 2] + r[2]
-            _turn(y, x + 3, w, out)
-
-
-@compile_kernel
-def _turn(y, x, w, out):
-    """Turn the quaternion at x by the rotation vector w of its own frame."""
-    ww = dot3(w, w)
-    c, s = 1.0 - ww / 8.0, 0.5 - ww / 48.0
-    if ww > 1e-6:
-        angle = np.sqrt(ww)
-        c, s = np.cos(0.5 * angle), np.sin(0.5 * angle) / angle
-    a, b = y[x], (y[x + 1], y[x + 2], y[x + 3])
-    v = (s * w[0], s * w[1], s * w[2])
-    e = axpy3(axpy3(cross(b, v), a, v), c, b)
-    out[x] = c * a - dot3(b, v)
-    out[x + 1], out[x + 2], out[x + 3] = e
-
-
-@compile_kernel
 def hermite_rows(run, h):
     """Write the cubic Hermite interpolation of a step from `y`, `ydot` to `new`, `newdot` to `run.rows`."""
     for k in range(len(run.y)):
@@ -193,8 +174,8 @@ def hermite_rows(run, h):
 @compile_kernel
 def interpolate(model, run, t, out):
     """State at t within the last step: ``y + s (r0 + (1 - s) (r1 + s (r2 + (1 - s) (...))))``."""
-    h = run.clock[LAST]
-    s = (t - run.clock[BEGIN]) / h if h > 0.0 else 1.0
+    h = run.clock[0].last_step
+    s = (t - run.clock[0].begin) / h if h > 0.0 else 1.0
     for k in range(len(out)):
         v = 0.0
         for j in range(6, -1, -1):

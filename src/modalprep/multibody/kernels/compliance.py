@@ -53,7 +53,7 @@ def aim(cons, model, data, work, c1, c2, places, by_rate, by_place):
 
 @compile_inline
 def _yields(cons):
-    """Whether there are rows that give way."""
+    """Whether there are compliant rows."""
     for i in range(len(cons.rows)):
         if cons.rows[i].stiffness < np.inf:
             return True

@@ -48,7 +48,8 @@ from modalprep.multibody.kernels.time_tables import Tables, table
 # sliding, e.(vb - va), only the rate counts
 POINT, ANGLE, DISTANCE, COUPLER, ABOUT, SLIP = range(6)
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
-MOST_RUBS, RUBBED = 200, 1e-13  # sweeps between friction and normal forces, change of the friction at their end
+MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
+FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
 
 # One condition: kind, its ends, its function of time (-1: none), directions in the axes of the ends.
@@ -102,7 +103,7 @@ class Work(NamedTuple):
     push: np.ndarray  # (m,) rate at which the multiplier does work: of the prescribed value, or of sliding
     wanted: np.ndarray  # (m,) what `impose` takes away from the rows
     goal: np.ndarray  # (m,) G u' that rows aim at
-    compliance: np.ndarray  # (m,) of the rows that give way in an implicit step, else 0
+    compliance: np.ndarray  # (m,) of the compliant rows in an implicit step, else 0
     multiplier: np.ndarray  # (m,) that of the last `impose`
     S: np.ndarray  # (m, m) G M^-1 G^T
     factor: np.ndarray  # (m, m) its pivoted factor, rows and columns scaled
@@ -113,7 +114,6 @@ class Work(NamedTuple):
     tau: np.ndarray  # (nu,)
     step: np.ndarray  # (nu,)
     kept: np.ndarray  # (nl,) KEPT, of the links before the multipliers act
-    change: np.ndarray  # (nx + nu,)
 
 
 @compile_kernel
@@ -390,7 +390,7 @@ def _rub(cons, work):
     if not slides:
         return
     change, size = np.inf, 0.0
-    for _ in range(MOST_RUBS):
+    for _ in range(MOST_FRICTION_STEPS):
         change, size = 0.0, 0.0
         for i in range(len(cons.rows)):
             if cons.rows[i].kind == SLIP:
@@ -400,12 +400,12 @@ def _rub(cons, work):
                 change, size = max(change, abs(d)), max(size, abs(f))
                 for j in range(len(cons.rows)):
                     work.wanted[j] += work.S[j, i] * d
-        if change <= RUBBED * size:
+        if change <= FRICTION_SETTLED * size:
             break
         solve(work)
     for i in range(len(cons.rows)):
         if cons.rows[i].kind == SLIP:
-            work.multiplier[i] = work.goal[i] if change <= RUBBED * size else np.nan
+            work.multiplier[i] = work.goal[i] if change <= FRICTION_SETTLED * size else np.nan
 
 
 @compile_kernel

@@ -25,6 +25,7 @@ from modalprep.multibody.kernels.spatial import (
     ZERO9,
     add3,
     add6,
+    axpy3,
     cross,
     dot3,
     get3,
@@ -315,3 +316,47 @@ def normalise(model, y):
             f = 1.0 / np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
             for k in range(4):
                 y[x + k] *= f
+
+
+@compile_kernel
+def move(model, y, d, out):
+    """Move the coordinates of y by increments ``d (nu,)``: exponentials of the motion where a joint turns freely.
+
+    `out` may be y.
+    """
+    for i in range(len(model.links)):
+        link = model.links[i]
+        joint, x, u = link.joint, link.x, link.u
+        for a in range(link.modes):
+            out[link.xq + a] = y[link.xq + a] + d[link.uq + a]
+        if joint == REVOLUTE or joint == SLIDING:
+            out[x] = y[x] + d[u]
+        elif joint == SPHERICAL:
+            _turn(y, x, take3(d, u), out)
+        elif joint == FREE:
+            r, w = take3(d, u), take3(d, u + 3)
+            ww = dot3(w, w)
+            b, c = 0.5 - ww / 24.0, 1.0 / 6.0 - ww / 120.0
+            if ww > 1e-6:
+                angle = np.sqrt(ww)
+                b, c = (1.0 - np.cos(angle)) / ww, (angle - np.sin(angle)) / (ww * angle)
+            wr = cross(w, r)
+            r = add3(r, axpy3((b * wr[0], b * wr[1], b * wr[2]), c, cross(w, wr)))
+            r = times(quaternion_rotation(take4(y, x + 3)), r)
+            out[x], out[x + 1], out[x + 2] = y[x] + r[0], y[x + 1] + r[1], y[x + 2] + r[2]
+            _turn(y, x + 3, w, out)
+
+
+@compile_kernel
+def _turn(y, x, w, out):
+    """Turn the quaternion at x by the rotation vector w of its own frame."""
+    ww = dot3(w, w)
+    c, s = 1.0 - ww / 8.0, 0.5 - ww / 48.0
+    if ww > 1e-6:
+        angle = np.sqrt(ww)
+        c, s = np.cos(0.5 * angle), np.sin(0.5 * angle) / angle
+    a, b = y[x], (y[x + 1], y[x + 2], y[x + 3])
+    v = (s * w[0], s * w[1], s * w[2])
+    e = axpy3(axpy3(cross(b, v), a, v), c, b)
+    out[x] = c * a - dot3(b, v)
+    out[x + 1], out[x + 2], out[x + 3] = e

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.articulated_body import inward, kinematic, outward
+from modalprep.multibody.kernels.articulated_body import inward, outward
 from modalprep.multibody.kernels.constraints import constraint_residual, impose
 from modalprep.multibody.kernels.interfaces import world
-from modalprep.multibody.kernels.joints import normalise
+from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.spatial import copy
 
 
@@ -21,20 +21,6 @@ def violation(work, values):
         if not size <= worst:  # NaN counts
             worst = size
     return worst
-
-
-@compile_kernel
-def retract(model, y, step, change):
-    """Move the coordinates of y by ``step (nu,)`` as speeds would in unit time; quaternions stay of unit length."""
-    nx = model.nx
-    for k in range(len(step)):
-        y[nx + k], step[k] = step[k], y[nx + k]
-    kinematic(model, y, change)
-    for k in range(len(step)):
-        y[nx + k], step[k] = step[k], y[nx + k]
-    for k in range(nx):
-        y[k] += change[k]
-    normalise(model, y)
 
 
 @compile_kernel
@@ -74,7 +60,7 @@ def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, toler
             for c in range(len(work.step)):
                 work.step[c] *= 0.5
         last = worst
-        retract(model, y, work.step, work.change)
+        move(model, y, work.step, y)
     return -1
 
 

@@ -101,7 +101,7 @@ class Chain(Record):
 class SegmentedBeam(Record):
     """A straight or curved uniform beam along x, of any deflection: rigid segments, hinged by springs.
 
-    A joint gives way as one segment of length l does: its springs are EI/l, GJ/l, EA/l, GA/l. The clamp has the half
+    A joint is as compliant as one segment of length l: its springs are EI/l, GJ/l, EA/l, GA/l. The clamp has the half
     segment next to it, 2 EI/l. Deflections and frequencies then converge with order two in l.
 
     Attributes
@@ -203,7 +203,7 @@ class SegmentedBeam(Record):
         return self.chain.joints
 
     def hinge(self, length: float, *, reverse: bool = False) -> Joint:
-        """Return a joint that gives way as this length does: travels along x, y, turns about z, y, x (or x, y, z).
+        """Return a joint as compliant as this length: travels along x, y, turns about z, y, x (or x, y, z).
 
         Returns
         -------

@@ -62,7 +62,7 @@ class Closing:
         return [i for i, row in enumerate(self.rows) if row.closure == closure]
 
     def sliding(self, closure: int) -> list[int]:
-        """Return the rows of a closure that only rub."""
+        """Return the rows of a closure that have friction only."""
         return [i for i in self.of(closure) if self.rows[i].kind == SLIP]
 
     def normal(self, closure: int) -> list[int]:
@@ -130,7 +130,7 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
 
 def constraint_work(arrays: Constraints, packed: Packed, value=None, unit=None, floor=None) -> Work:
     """Allocate what changes in constraints; rows of compliant constraints have neither value nor unit nor floor."""
-    nx, nu, nl = packed.nx, packed.nu, len(packed.links)
+    nu, nl = packed.nu, len(packed.links)
     m, ne = len(arrays.rows), len(arrays.ends)
     given = [np.zeros(m) for _ in range(3)]
     for own, part in zip(given, (value, unit, floor), strict=True):
@@ -148,7 +148,6 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, unit=None, 
         np.zeros((m, nu)),
         *(np.zeros(nu) for _ in range(2)),
         np.zeros(nl, KEPT).view(np.recarray),
-        np.zeros(nx + nu),
     )
 
 

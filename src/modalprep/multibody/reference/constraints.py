@@ -10,7 +10,7 @@ from scipy.linalg import qr
 
 from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.evaluation.loops import Loops
-from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, MOST_RUBS, POINT, SLIP
+from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, MOST_FRICTION_STEPS, POINT, SLIP
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
 from modalprep.multibody.reference.equations import body_states, ground_spin, mass_and_force
@@ -139,13 +139,15 @@ def closed_accelerations(
     multiplier : (m,)
     """
     M, f, rows = _equations(system, loops, y, motion, t, alpha, beta)
-    holds, rubs = loops.holding, np.array([row.kind == SLIP for row in loops.closing.rows])
+    holds, frictional = loops.holding, np.array([row.kind == SLIP for row in loops.closing.rows])
     multiplier = np.zeros(len(rows.bias))
-    for _ in range(MOST_RUBS):
+    for _ in range(MOST_FRICTION_STEPS):
         before = multiplier.copy()
-        udot, multiplier[holds] = _saddle(M, f + rows.G[rubs].T @ multiplier[rubs], rows.G[holds], rows.bias[holds])
-        multiplier[rubs] = [_friction(loops, i, rows.rate, multiplier) for i in np.flatnonzero(rubs)]
-        if np.abs(multiplier - before)[rubs].max(initial=0.0) <= SETTLED * np.abs(multiplier).max(initial=0.0):
+        udot, multiplier[holds] = _saddle(
+            M, f + rows.G[frictional].T @ multiplier[frictional], rows.G[holds], rows.bias[holds]
+        )
+        multiplier[frictional] = [_friction(loops, i, rows.rate, multiplier) for i in np.flatnonzero(frictional)]
+        if np.abs(multiplier - before)[frictional].max(initial=0.0) <= SETTLED * np.abs(multiplier).max(initial=0.0):
             break
     return udot, multiplier
 

@@ -7,7 +7,7 @@ import numpy as np
 from modalprep.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.registry import prescribe
-from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, POTENTIAL, SPRINGS, evaluate
+from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
 from modalprep.multibody.evaluation.loops import CLOSED, MOST_STEPS
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.energy import body_sums
@@ -85,7 +85,7 @@ def observe(eq, columns, t, y, ydot, row):
     reactions(model, data, columns.reactions)
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]
-    row[STORED], row[GRAVITY] = eq.shared[SPRINGS], eq.shared[POTENTIAL]
+    row[STORED], row[GRAVITY] = eq.shared[0].stored, eq.shared[0].potential
     _joints(eq, columns, y, ydot, row)
     _closures(eq.cons, eq.work, columns.closures, row)
     outward(model, data, y, eq.motion)  # `inward` made articulated inertias of the bodies' own
