@@ -70,7 +70,7 @@ def test_slope_is_the_derivative_of_the_hinge_force(modes):
     slope = order_n(system, y, 0.2)[2].slope.copy()
     for k, link in enumerate(packed.links_of("j")):
         row = packed.model.links[link]
-        for which, at in ((0, row[4]), (1, packed.nx + row[5])):
+        for which, at in ((0, row["x"]), (1, packed.nx + row["u"])):
             step = h * np.eye(len(y))[at]
             difference = (order_n(system, y + step, 0.2)[2].tau - order_n(system, y - step, 0.2)[2].tau) / (2 * h)
             assert slope[which, k] == pytest.approx(difference[k], rel=1e-6)

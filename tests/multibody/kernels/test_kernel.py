@@ -7,6 +7,7 @@ from multibody.trees import KINDS, ROOTS, order_n, random_body, random_state, ra
 
 import modalprep as mp
 from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.interfaces import add_wrench, node_acceleration, node_state, world
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import (
@@ -204,13 +205,12 @@ def test_reaction_holds_the_hinge_force(seed):
     """Along a hinge's own axes the reaction is `tau`."""
     e = Evaluation(seed)
     _, forces = order_n(e.system, e.y, e.motion, e.tau)
-    free = {1: [5], 2: [2], 3: [3, 4, 5], 4: range(6)}
     for i, kind in enumerate(e.packed.types):
-        rows = list(free.get(kind, []))
-        u = e.model.links[i]["u"]
-        np.testing.assert_allclose(
-            forces[i, rows], e.tau[u : u + len(rows)], atol=1e-10 * max(1.0, np.abs(forces).max())
-        )
+        row, one = e.model.links[i], np.zeros((1, 6))
+        one[0, [2, 5]] = row["along"], row["about"]
+        axes = {SPHERICAL: np.eye(6)[3:], FREE: np.eye(6)}.get(kind, one)[: SPEEDS[kind]]
+        tau = e.tau[row["u"] : row["u"] + len(axes)]
+        np.testing.assert_allclose(axes @ forces[i], tau, atol=1e-10 * max(1.0, np.abs(forces).max()))
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -5,6 +5,7 @@ import pytest
 from multibody.closed_trees import closed_tree
 from multibody.loaded_trees import loaded_tree
 from multibody.trees import ROOTS, random_state, random_tree
+from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
@@ -16,6 +17,7 @@ from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.joint_types import TRANSLATIONS
 from modalprep.multibody.model.loads import AxialSpring, locate
+from modalprep.multibody.model.rotational_spring import RotationalSpring
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import dense_constraints
 from modalprep.multibody.reference.equations import body_equations, body_states, energy_and_momentum, node_motion
@@ -54,10 +56,15 @@ class Observed:
             scale = max(size, np.abs(value).max())
             np.testing.assert_allclose(self.found[name], value, rtol=0, atol=ROUND_OFF * scale, err_msg=name)
 
+    def rotation(self, body, k):
+        """Rotation and angular velocity of an interface, inertial axes."""
+        s = self.states[body]
+        moved = node_motion(s.body, k, s.V[3:], s.q, s.qd)
+        return s.R @ moved[1], s.R @ (s.V[3:] + moved[3][3:])
+
     def turn(self, body, k):
         """Rotation of an interface, to inertial axes."""
-        s = self.states[body]
-        return s.R @ node_motion(s.body, k, s.V[3:], s.q, s.qd)[1]
+        return self.rotation(body, k)[0]
 
 
 def body_channels(o):
@@ -155,6 +162,33 @@ def spring_channels(o):
     return found
 
 
+def rotational_channels(o):
+    """Angle by SciPy's quaternion, its rate by the quaternion's, and the torque by the law."""
+    found = {}
+    for load in (load for load in o.system.loads if isinstance(load, RotationalSpring)):
+        (one, spin), (two, other) = (
+            (load.rotation, np.zeros(3)) if end == "ground" else o.rotation(*locate(o.system.bodies, end, ""))
+            for end in load.between
+        )
+        w, *v = Rotation.from_matrix(one.T @ two).as_quat(canonical=True, scalar_first=True)
+        turn = one.T @ (other - spin)
+        w_rate, s_rate = -np.dot(v, turn) / 2, (w * turn + np.cross(turn, v)) @ load.axis / 2
+        s = v @ load.axis
+        angle, rate = 2 * np.arctan2(s, w), 2 * (w * s_rate - s * w_rate) / (w**2 + s**2)
+        torque = resisting(load.characteristic, load.stiffness, angle - load.free_angle)
+        torque += resisting(load.damping_characteristic, load.damping, rate)
+        found |= {f"{load.name}.angle": angle, f"{load.name}.torque": torque}
+    return found
+
+
+def resisting(table, constant, x):
+    """Torque of a monotone cubic through a table, straight on beyond it; of a constant without."""
+    if table is None:
+        return constant * x
+    law, inside = PchipInterpolator(*table), np.clip(x, table[0][0], table[0][-1])
+    return law(inside) + law.derivative()(inside) * (x - inside)
+
+
 def end_motion(o, end):
     return o.found[f"{end}.position"], o.found[f"{end}.velocity"]
 
@@ -172,7 +206,7 @@ def agrees_with_the_dense_reference(o):
     mass = sum(body.m for body in o.system.bodies.values())
     if not (o.system.loads or o.system.closures):
         o.agrees(carried, mass * o.size)
-    springs = spring_channels(o)
+    springs = spring_channels(o) | rotational_channels(o)
     o.agrees(springs, max([1.0, *springs.values()]))
     closures = {n for c in o.system.closures for n in closure_names(c)}
     names = {*places, *accelerations, *total, *hinges, *carried, *closures, *springs, "power.input"}

@@ -52,7 +52,7 @@ class Joint(Record):
     velocity, angular_velocity : (3,)
         Initial values of a free body: velocity of its root and angular velocity, relative to the parent, in its own
         frame; `angular_velocity` also of a spherical joint.
-    motion : TimeFunction, a sequence of them, or None
+    motion : TimeFunction or what makes one, a sequence of them, or None
         Prescribed angle of a revolute or screw joint, or displacement of a prismatic one; of a cylindrical, universal,
         gimbal or planar joint one for each coordinate, translations before rotations. Value and rate must be
         continuous.
@@ -125,8 +125,10 @@ class Joint(Record):
             raise InputError(f"joint {self.name!r}: a {self.type} joint {needs}")
 
     def _check_motion(self) -> None:
-        if isinstance(self.motion, list):
-            object.__setattr__(self, "motion", tuple(self.motion))
+        if isinstance(self.motion, list | tuple):
+            object.__setattr__(self, "motion", tuple(map(TimeFunction.of, self.motion)))
+        elif self.motion is not None:
+            object.__setattr__(self, "motion", TimeFunction.of(self.motion))
         count = SCALARS[self.type]
         if self.motion is not None and count == 0:
             raise InputError(f"joint {self.name!r}: a {self.type} joint cannot have a prescribed motion")
