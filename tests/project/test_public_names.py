@@ -40,7 +40,7 @@ def test_editors_see_the_same_names(package):
 def test_a_name_has_one_place():
     names = [name.rpartition(".")[2] for name in public_homes()]
     twice = {name for name in names if names.count(name) > 1}
-    assert twice <= {"Modes", "SystemModes"}  # of matrices and of a loaded model, of a synthesis and of a system
+    assert not twice
 
 
 @pytest.mark.parametrize("package", HOMES)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from modalprep.reduction.free_interface_basis import improved_guyan as improved_guyan
     from modalprep.reduction.loads import Load as Load
     from modalprep.reduction.loads import nodal_load as nodal_load
-    from modalprep.reduction.prestress import Modes as Modes
+    from modalprep.reduction.prestress import LoadedModes as LoadedModes
     from modalprep.reduction.prestress import acceleration_load as acceleration_load
     from modalprep.reduction.prestress import buckling as buckling
     from modalprep.reduction.prestress import interface_load as interface_load
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from modalprep.reduction.projected import ProjectedBasis as ProjectedBasis
     from modalprep.reduction.projected import projected_basis as projected_basis
     from modalprep.reduction.projected import reduced_body as reduced_body
-    from modalprep.reduction.synthesis import SystemModes as SystemModes
+    from modalprep.reduction.synthesis import SynthesisedModes as SynthesisedModes
     from modalprep.reduction.synthesis import synthesise as synthesise
     from modalprep.reduction.table import ModeTable as ModeTable
 
@@ -36,10 +36,10 @@ _NAMES = {
     "table": "ModeTable",
     "free_interface_basis": "free_interface improved_guyan",
     "loads": "Load nodal_load",
-    "prestress": "interface_load acceleration_load buckling prestressed_modes Modes",
+    "prestress": "interface_load acceleration_load buckling prestressed_modes LoadedModes",
     "error": "reduction_error ReductionError",
     "projected": "projected_basis reduced_body ProjectedBasis ModalBody",
-    "synthesis": "synthesise SystemModes",
+    "synthesis": "synthesise SynthesisedModes",
     "damping": "rayleigh modal_damping component_damping Rayleigh ComponentDamping",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

@@ -12,7 +12,7 @@ from scipy.optimize import nnls
 from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.reduction.projected import ModalBody
-from modalprep.reduction.synthesis import SystemModes
+from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.suggest import refuse_unknown
 
 Ratio = float | Mapping[float, float] | np.ndarray  # or Rayleigh, below
@@ -227,7 +227,7 @@ class ComponentDamping(Record):
         )
 
 
-def system_damping(modes: SystemModes, damping: Mapping[str, np.ndarray] | None = None) -> np.ndarray:
+def system_damping(modes: SynthesisedModes, damping: Mapping[str, np.ndarray] | None = None) -> np.ndarray:
     """Return ``C = Phi^T C_bodies Phi`` (s, s), 1/s: the damping of the bodies in the system's modes.
 
     Parameters
@@ -244,7 +244,7 @@ def system_damping(modes: SystemModes, damping: Mapping[str, np.ndarray] | None 
 
 
 def component_damping(
-    modes: SystemModes, target: Ratio, method: Literal["least_squares", "back_projection"] = "least_squares"
+    modes: SynthesisedModes, target: Ratio, method: Literal["least_squares", "back_projection"] = "least_squares"
 ) -> ComponentDamping:
     """Return the damping of the components that gives the system its target damping.
 
@@ -261,7 +261,7 @@ def component_damping(
 
     Parameters
     ----------
-    modes : SystemModes
+    modes : SynthesisedModes
         The modes to be damped, without those that the components do not resolve.
     target : float, {frequency in Hz: ratio}, Rayleigh or (s,)
         As in `damping_ratio`; an array has one for each elastic mode.
@@ -305,7 +305,7 @@ def component_damping(
     return ComponentDamping(damping=found, frequency=frequency, target=ratio, achieved=own / (2 * w), coupling=coupling)
 
 
-def _least_squares(modes: SystemModes, w: np.ndarray, ratio: np.ndarray, target: Ratio) -> dict[str, np.ndarray]:
+def _least_squares(modes: SynthesisedModes, w: np.ndarray, ratio: np.ndarray, target: Ratio) -> dict[str, np.ndarray]:
     """Solve for d over that of the largest target ratio; at the component's own frequencies it should be `prior`."""
     q = np.vstack([x[6:, modes.rigid :] for x in modes.coordinates.values()])
     own = np.sqrt(np.concatenate([body.K for body in modes.bodies.values()]))
@@ -321,7 +321,7 @@ def _least_squares(modes: SystemModes, w: np.ndarray, ratio: np.ndarray, target:
     return dict(zip(modes.bodies, np.split(x * unit, ends[:-1]), strict=True))
 
 
-def _back_projection(modes: SystemModes, w: np.ndarray, ratio: np.ndarray) -> dict[str, np.ndarray]:
+def _back_projection(modes: SynthesisedModes, w: np.ndarray, ratio: np.ndarray) -> dict[str, np.ndarray]:
     out = {}
     for name, x in modes.coordinates.items():
         KPhi = modes.bodies[name].K[:, None] * x[6:, modes.rigid :]

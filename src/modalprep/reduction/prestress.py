@@ -23,7 +23,7 @@ NO_BUCKLING = 1e-12  # of the elastic stiffness: a geometric stiffness below it 
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Modes(Record):
+class LoadedModes(Record):
     """Mode shapes of a full model with their values.
 
     Attributes
@@ -90,7 +90,7 @@ def acceleration_load(model: FEModel, acceleration) -> np.ndarray:
     return model.g @ np.asarray(acceleration, dtype=float)
 
 
-def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
+def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity=(0.0, 0.0, 0.0)) -> LoadedModes:
     """Return the lowest positive factors at which a load buckles the model with its fixed interfaces clamped.
 
     Linear: ``(K + factor Kg) x = 0`` with Kg of the static response to `load`.
@@ -106,7 +106,7 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
 
     Returns
     -------
-    Modes
+    LoadedModes
         Factors on the load, ascending, and the shapes (n_dof, modes).
 
     Raises
@@ -135,10 +135,12 @@ def buckling(model: FEModel, load: np.ndarray | None, modes: int = 1, *, gravity
     if not np.any(positive):
         raise InputError("no multiple of this load buckles the structure, it only stiffens it; reverse the load")
     x = x[:, positive] * unique_signs(x[:, positive])
-    return Modes(value=1 / mu[positive], shape=model.C @ clamped.expand(x))
+    return LoadedModes(value=1 / mu[positive], shape=model.C @ clamped.expand(x))
 
 
-def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)) -> Modes:
+def prestressed_modes(
+    model: FEModel, load: np.ndarray | None, modes: int = 10, *, gravity=(0.0, 0.0, 0.0)
+) -> LoadedModes:
     """Return the lowest frequencies (Hz) and modes under a static load, fixed interfaces clamped.
 
     Besides the geometric stiffness they include the second-order terms of the mass: the mass of a structure deformed by
@@ -156,7 +158,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
 
     Returns
     -------
-    Modes
+    LoadedModes
         Frequencies (Hz), ascending, and the shapes (n_dof, modes).
 
     Raises
@@ -189,7 +191,7 @@ def prestressed_modes(model: FEModel, load: np.ndarray | None, modes: int = 10, 
     if np.any(w2 <= 0) or _largest(-Kg, clamped, 1)[0][0] >= 1:
         raise InputError("the structure buckles under this load: it has no frequencies; reduce the load")
     w2, turn = eigh(np.diag(w2), _moved_mass(clamped, x, phi))
-    return Modes(value=np.sqrt(w2[:modes]) / (2 * np.pi), shape=model.C @ clamped.expand(phi @ turn[:, :modes]))
+    return LoadedModes(value=np.sqrt(w2[:modes]) / (2 * np.pi), shape=model.C @ clamped.expand(phi @ turn[:, :modes]))
 
 
 def _moved_mass(clamped: Clamped, x: np.ndarray, phi: np.ndarray) -> np.ndarray:

@@ -28,7 +28,7 @@ Placement = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class SystemModes(Record):
+class SynthesisedModes(Record):
     """Modes of welded bodies at rest.
 
     Attributes
@@ -86,7 +86,7 @@ class SystemModes(Record):
         elastic = self.frequency[self.rigid :]
         band = f", {elastic[0]:.4g}..{elastic[-1]:.4g} Hz" if len(elastic) else ""
         names = ", ".join(self.bodies) if len(self.bodies) < 5 else f"{len(self.bodies)} bodies"
-        return f"SystemModes({names}; {self.rigid} rigid, {len(elastic)} elastic modes{band})"
+        return f"SynthesisedModes({names}; {self.rigid} rigid, {len(elastic)} elastic modes{band})"
 
 
 class _Weld(NamedTuple):
@@ -104,7 +104,7 @@ def synthesise(
     ground: Sequence[str | tuple] = (),
     *,
     modes: int | None = None,
-) -> SystemModes:
+) -> SynthesisedModes:
     """Weld modal bodies at their interfaces and return the modes of the system at rest.
 
     Each body moves by ``x = (d, theta, q)``, its root and its modal coordinates, with the mass matrix of
@@ -130,7 +130,7 @@ def synthesise(
 
     Returns
     -------
-    SystemModes
+    SynthesisedModes
         Frequencies (Hz) and, for each body, motion of its root and modal coordinates in each mode.
 
     Raises
@@ -148,7 +148,7 @@ def synthesise(
     >>> from modalprep.examples import uniform_beam
     >>> half = uniform_beam(modes=6)
     >>> synthesise({"a": half, "b": half}, [("a.tip", "b.root")], ground=["a.root"], modes=2)
-    SystemModes(a, b; 0 rigid, 2 elastic modes, 0.1531..0.3115 Hz)
+    SynthesisedModes(a, b; 0 rigid, 2 elastic modes, 0.1531..0.3115 Hz)
     """
     if not bodies:
         raise InputError("there are no bodies to weld; give at least one")
@@ -292,10 +292,12 @@ def _orthonormal(R: np.ndarray, M: csr_array) -> np.ndarray:
     return R @ (V[:, heavy] / np.sqrt(mass[heavy]))
 
 
-def _system(bodies: dict[str, ModalBody], places: dict, w2: np.ndarray, X: np.ndarray, redundant: tuple) -> SystemModes:
+def _system(
+    bodies: dict[str, ModalBody], places: dict, w2: np.ndarray, X: np.ndarray, redundant: tuple
+) -> SynthesisedModes:
     X = X * unique_signs(X)
     ends = np.cumsum([6 + body.n for body in bodies.values()])
-    return SystemModes(
+    return SynthesisedModes(
         bodies=dict(bodies),
         frequency=np.sqrt(w2) / (2 * np.pi),
         shapes=X,

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.reduction.synthesis import SystemModes
+from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report import plots
 from modalprep.report.pictures import render
 from modalprep.report.tables import hertz, percent, plain_table
@@ -39,13 +39,13 @@ class Assembled:
 
 
 def synthesis_table(
-    modes: SystemModes, fractions: Mapping[str, np.ndarray], console: Console, damping: np.ndarray | None = None
+    modes: SynthesisedModes, fractions: Mapping[str, np.ndarray], console: Console, damping: np.ndarray | None = None
 ) -> None:
     """Print one row per system mode: frequency, strain energy in each body in %, damping ratio in %.
 
     Parameters
     ----------
-    modes : SystemModes
+    modes : SynthesisedModes
     fractions : {name: (s,)}
         Fraction of each body in the strain energy.
     console : Console
@@ -78,7 +78,7 @@ def synthesis_table(
     console.print(Text(f"{len(modes.frequency)} modes of {len(modes.bodies)} bodies{without}."))
 
 
-def strain_plot(modes: SystemModes, fractions: Mapping[str, np.ndarray], path: str | Path) -> Path:
+def strain_plot(modes: SynthesisedModes, fractions: Mapping[str, np.ndarray], path: str | Path) -> Path:
     """Draw the strain energy of each body in each elastic mode, stacked to 100 %."""
     figure = Figure(figsize=(9.0, 3.9), layout="constrained")
     axes = figure.add_subplot()
@@ -96,7 +96,7 @@ def strain_plot(modes: SystemModes, fractions: Mapping[str, np.ndarray], path: s
     return plots.save_figure(figure, path)
 
 
-def assembled(modes: SystemModes, name: str) -> Assembled:
+def assembled(modes: SynthesisedModes, name: str) -> Assembled:
     """Return all bodies as one for drawing, with their names at the node nearest to their centre."""
     names = list(modes.bodies)
     points, shapes = ([of(n) for n in names] for of in (modes.points, modes.nodal_shape))
@@ -118,7 +118,7 @@ def assembled(modes: SystemModes, name: str) -> Assembled:
     )
 
 
-def draw_modes(modes: SystemModes, name: str, folder: Path, count: int) -> list[Path]:
+def draw_modes(modes: SynthesisedModes, name: str, folder: Path, count: int) -> list[Path]:
     """Draw the first `count` elastic modes as ``<name>-system-mode-<number>.png``.
 
     Raises

@@ -12,8 +12,6 @@ from modalprep.errors import InputError
 from modalprep.multibody.model.loads import TwoEnded
 from modalprep.vectors import as_rotation
 
-Points = tuple[np.ndarray, np.ndarray]
-
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RotationalSpring(TwoEnded):
@@ -63,8 +61,8 @@ class RotationalSpring(TwoEnded):
     axis: np.ndarray = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
     stiffness: float = 0.0
     damping: float = 0.0
-    characteristic: Points | None = None
-    damping_characteristic: Points | None = None
+    characteristic: tuple[np.ndarray, np.ndarray] | None = None
+    damping_characteristic: tuple[np.ndarray, np.ndarray] | None = None
     free_angle: float = 0.0
     rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
     noun: ClassVar[str] = "rotational spring"
@@ -108,7 +106,7 @@ class RotationalSpring(TwoEnded):
         return np.column_stack([x, energy(x) - energy(np.clip(0.0, x[0], x[-1])), torque, law.derivative()(x)])
 
 
-def _checked(table: Points, what: str) -> Points:
+def _checked(table: tuple[np.ndarray, np.ndarray], what: str) -> tuple[np.ndarray, np.ndarray]:
     """Return a table as two arrays of numbers."""
     x, torque = (np.asarray(values, dtype=float) for values in table)
     if x.ndim != 1 or x.shape != torque.shape or len(x) < 2:

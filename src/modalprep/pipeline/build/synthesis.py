@@ -20,7 +20,7 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import PlacementTable, SynthesisTable, WeldTable, rotation_matrix
 from modalprep.reduction.damping import ComponentDamping, component_damping
 from modalprep.reduction.projected import ProjectedBasis, interface_shapes, projected_basis, reduced_body
-from modalprep.reduction.synthesis import Placement, SystemModes, synthesise
+from modalprep.reduction.synthesis import Placement, SynthesisedModes, synthesise
 from modalprep.suggest import refuse_unknown
 
 GROUND = "ground"
@@ -32,14 +32,14 @@ class Synthesised:
 
     Attributes
     ----------
-    modes : SystemModes
+    modes : SynthesisedModes
     damping : ComponentDamping or None
     projected : {name: ProjectedBasis}
     bodies : {name: FlexibleBody}
         Bodies with a new basis or damping.
     """
 
-    modes: SystemModes
+    modes: SynthesisedModes
     damping: ComponentDamping | None
     projected: dict[str, ProjectedBasis]
     bodies: dict[str, FlexibleBody]
@@ -127,7 +127,7 @@ def _placement(name: str, table: PlacementTable) -> Placement:
         return np.array(table.position), rotation_matrix(table.rotation)
 
 
-def _projected(modes: SystemModes, name: str, table: SynthesisTable) -> ProjectedBasis:
+def _projected(modes: SynthesisedModes, name: str, table: SynthesisTable) -> ProjectedBasis:
     """Return the basis of a body for the elastic system modes, with the static responses at its interfaces."""
     refuse_unknown(name, modes.bodies, "[synthesis] project: body")
     body = modes.bodies[name]
@@ -137,7 +137,7 @@ def _projected(modes: SystemModes, name: str, table: SynthesisTable) -> Projecte
         return projected_basis(shapes, np.diag(body.K), np.eye(body.n), tolerance=table.tolerance, keep=keep)
 
 
-def strain_fractions(modes: SystemModes) -> dict[str, np.ndarray]:
+def strain_fractions(modes: SynthesisedModes) -> dict[str, np.ndarray]:
     """Return the fraction (s,) of each body in the strain energy of each system mode; 0 in rigid motions.
 
     Examples
