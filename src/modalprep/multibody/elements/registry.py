@@ -55,7 +55,7 @@ class Loads(NamedTuple):
 
     environment: Environment
     motions: np.ndarray  # (prescribed,) MOTION
-    fill: Fill | None  # bodies that lose mass
+    fill: Fill  # bodies that lose mass
     hinges: np.ndarray
     point_forces: np.ndarray
     distributed_forces: distributed_force.Distributed

@@ -80,7 +80,7 @@ class Equations(NamedTuple):
     work: Work | None  # their scratch
     implicit: Constraints | None  # closed loops, springs and bushings: what an implicit step knows
     implicit_work: Work | None
-    reels: Reels | None  # deployments
+    reels: Reels  # deployments
 
 
 def build_equations(system: System, packed: Packed, loading: Loading) -> Equations:

@@ -14,10 +14,10 @@ from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State, callback_loads
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
-from modalprep.multibody.kernels.loads.deployment import Reels
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.deployment import pack_reels
 from modalprep.multibody.packing.tree import Packed
 
 
@@ -48,7 +48,7 @@ class Loading:
         Position, rate and acceleration of prescribed hinges of the last `prescribe`.
     loops : Loops or None
         Closed loops and motion constraints.
-    reels : Reels or None
+    reels : Reels
         Deployments, put in by `deploying`.
     stretches : list of (float, float)
         What is integrated, between breaks of the functions of time, s.
@@ -76,7 +76,7 @@ class Loading:
         self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
         self.motion = np.zeros((len(packed.links), 3))
         self.loops = Loops(system, packed, t_end) if system.closures else None
-        self.reels: Reels | None = None
+        self.reels = pack_reels((), (), system, packed)
         until = [*self.arrays.environment.tables.until, *(self.loops.breaks if self.loops else ())]
         breaks = sorted({float(t) for t in until if 0 < t < t_end})
         self.stretches = list(pairwise([0.0, *breaks, t_end]))

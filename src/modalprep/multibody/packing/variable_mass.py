@@ -6,17 +6,17 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.loads.variable_mass import Fill
+from modalprep.multibody.kernels.loads.variable_mass import DEPLETION, Fill
 from modalprep.multibody.model.depletion import Depletion
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.time_tables import tabulate
-from modalprep.multibody.packing.tree import Packed, rigid_constants
+from modalprep.multibody.packing.tree import Packed, rigid_constants, rows
 
 ROUNDED = 1e-9  # of the heaviest level: a mass beyond it is meant
 
 
-def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -> Fill | None:
-    """Return the arrays of all depletions, None without any; `tables` are the numbers of their masses' functions.
+def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -> Fill:
+    """Return the arrays of all depletions; `tables` are the numbers of their masses' functions.
 
     Raises
     ------
@@ -36,19 +36,17 @@ def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -
     >>> pack_fill(arm, pack(arm), [0], 1.0).mass.round(9)
     array([ 6., 12.])
     """
-    if not system.depletions:
-        return None
-    at, mass, rows = [], [], []
+    found, mass, integrals = [], [], []
     for depletion, number in zip(system.depletions, tables, strict=True):
         levels, link = depletion.by_mass(system.bodies[depletion.body]), packed.link_of(depletion.body)
         _refuse_outside(depletion, levels, t_end)
-        found = [_integrals(level, packed.align(link)) for level in levels]
-        at.append((link, number, len(mass), len(levels), len(found[0])))
+        own = [_integrals(level, packed.align(link)) for level in levels]
+        found.append((link, number, len(mass), len(levels), len(own[0])))
         mass += [level.m for level in levels]
-        rows += found
-    largest = max(map(len, rows))
-    padded = np.array([np.pad(row, (0, largest - len(row))) for row in rows])
-    return Fill(np.array(at, dtype=np.int64), np.array(mass), padded, np.zeros(largest))
+        integrals += own
+    largest = max(map(len, integrals), default=0)
+    padded = np.array([np.pad(row, (0, largest - len(row))) for row in integrals]).reshape(-1, largest)
+    return Fill(rows(DEPLETION, found), np.array(mass, dtype=float), padded, np.zeros(largest))
 
 
 def _refuse_outside(depletion: Depletion, levels: list[FlexibleBody], t_end: float) -> None:

@@ -52,8 +52,6 @@ class Reels(NamedTuple):
 @compile_kernel
 def pay_out(reels, model, data, y, motion):
     """Set the masses of a state; before `outward`."""
-    if reels is None:
-        return
     for b in range(len(reels.base)):
         link = reels.base[b]
         base, own = data.links[link], model.links[link]
@@ -122,13 +120,12 @@ def take_up(reels, model, data, y, motion, tau, slope):
     its springs in ``tau (nu,)``; one that is driven spends their power.
     """
     power, stored = 0.0, 0.0
-    if reels is not None:
-        for k in range(len(reels.reels)):
-            power += _passing(reels.reels[k], model, data, y, motion)
-        for h in range(len(reels.springs)):
-            spring = reels.springs[h]
-            p, e = _bent(spring, reels.reels[spring.reel], model.nx, y, motion, tau, slope)
-            power, stored = power + p, stored + e
+    for k in range(len(reels.reels)):
+        power += _passing(reels.reels[k], model, data, y, motion)
+    for h in range(len(reels.springs)):
+        spring = reels.springs[h]
+        p, e = _bent(spring, reels.reels[spring.reel], model.nx, y, motion, tau, slope)
+        power, stored = power + p, stored + e
     return power, stored
 
 

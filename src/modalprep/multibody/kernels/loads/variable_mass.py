@@ -19,7 +19,13 @@ from modalprep.multibody.kernels.modal_inertia import own_inertia
 from modalprep.multibody.kernels.spatial import put3, put6
 from modalprep.multibody.kernels.time_tables import Tables, table
 
-LINK, TABLE, FIRST_LEVEL, LEVELS, SIZE, COLUMNS = range(6)  # columns of Fill.at
+DEPLETION = np.dtype([
+    ("link", np.int64),
+    ("table", np.int64),  # function of time of the mass
+    ("first_level", np.int64),
+    ("levels", np.int64),
+    ("size", np.int64),  # numbers of a level
+])  # fmt: skip
 RIGID = 10  # m, s0 (3), J (6): the first numbers of a level
 CHANGE = 1e-3  # of the mass, for the energy that leaves with it: energies are linear in it but for fourth orders of q
 
@@ -31,7 +37,7 @@ class Fill(NamedTuple):
     first, ``int rho phi_ja phi_ib`` (n, n, 3, 3), the modal mass (n, n).
     """
 
-    at: np.ndarray  # (nd, 5) int: link, table of the mass, first level, number of levels, numbers of a level
+    rows: np.ndarray  # (nd,) DEPLETION
     mass: np.ndarray  # (levels,) kg, of each body the lightest first
     levels: np.ndarray  # (levels, largest size)
     now: np.ndarray  # (largest size,) scratch
@@ -39,22 +45,21 @@ class Fill(NamedTuple):
 
 @compile_kernel
 def refresh(fill, tables: Tables, model, data, t):
-    """Write the mass integrals of time t to the data; `fill` may be None."""
-    if fill is None:
-        return
-    for i in range(len(fill.at)):
-        m, _, _ = table(tables, fill.at[i, TABLE], t)
+    """Write the mass integrals of time t to the data."""
+    for i in range(len(fill.rows)):
+        m, _, _ = table(tables, fill.rows[i].table, t)
         set_mass(fill, model, data, i, m, 0.0)
 
 
 @compile_kernel
 def set_mass(fill, model, data, i, m, change):
     """Write the constants of depletion i at mass ``m + change`` on the line between the levels about m."""
-    link, row, last = fill.at[i, LINK], fill.at[i, FIRST_LEVEL], fill.at[i, FIRST_LEVEL] + fill.at[i, LEVELS] - 1
+    body = fill.rows[i]
+    link, row, last = body.link, body.first_level, body.first_level + body.levels - 1
     while row < last - 1 and m > fill.mass[row + 1]:
         row += 1
     share = (m + change - fill.mass[row]) / (fill.mass[row + 1] - fill.mass[row])
-    for c in range(fill.at[i, SIZE]):
+    for c in range(body.size):
         fill.now[c] = fill.levels[row, c] + share * (fill.levels[row + 1, c] - fill.levels[row, c])
     own, now = data.links[link], fill.now
     own.mass = now[0]
@@ -149,12 +154,10 @@ def leaving_power(fill, tables, planet, model, data, y, t):
     After `outward` and `world`, before any load; it leaves the bodies' own inertias and biases as they were.
     """
     power = 0.0
-    if fill is None:
-        return power
-    for i in range(len(fill.at)):
-        m, rate, _ = table(tables, fill.at[i, TABLE], t)
+    for i in range(len(fill.rows)):
+        m, rate, _ = table(tables, fill.rows[i].table, t)
         if rate != 0.0:
-            link = fill.at[i, LINK]
+            link = fill.rows[i].link
             for side in (1.0, -1.0):
                 set_mass(fill, model, data, i, m, side * CHANGE * m)
                 own_inertia(data.modal, model, data, link, y)
