@@ -39,7 +39,7 @@ def pack_reels(deployments: Sequence[Deployment], stages: Sequence[Stage], syste
             place = packed.coordinates_of(hinge)[0], packed.speeds_of(hinge)[0]
             springs.append((k, *place, d.EI, d.damping, bend, rest))
     found = rows(REEL, reels)
-    return Reels(found, rows(SPRING, springs), np.unique(found.base[found.base >= 0]))
+    return Reels(found, rows(SPRING, springs), np.unique(found.carrier[found.carrier >= 0]))
 
 
 def _place(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:

@@ -22,7 +22,7 @@ REEL = np.dtype([
     ("slider", np.int64),  # its link
     ("coordinate", np.int64),  # in y; -1: prescribed
     ("speed", np.int64),  # in y
-    ("base", np.int64),  # link; -1: the ground
+    ("carrier", np.int64),  # link; -1: the ground
     ("exit", np.int64),  # interface of the base
     ("mass_per_length", np.float64),
     ("rotary_inertia", np.float64),  # axial moment of inertia per length
@@ -46,14 +46,14 @@ class Reels(NamedTuple):
 
     reels: np.ndarray  # (reels,) REEL
     springs: np.ndarray  # (springs,) SPRING, the hinges next to the exits
-    base: np.ndarray  # (bases,) int, links
+    carriers: np.ndarray  # (bases,) int, links
 
 
 @compile_kernel
 def pay_out(reels, model, data, y, motion):
     """Set the masses of a state; before `outward`."""
-    for b in range(len(reels.base)):
-        link = reels.base[b]
+    for b in range(len(reels.carriers)):
+        link = reels.carriers[b]
         base, own = data.links[link], model.links[link]
         base.mass = own.mass
         put3(base.first_moment, get3(own.first_moment))
@@ -62,8 +62,8 @@ def pay_out(reels, model, data, y, motion):
         reel = reels.reels[k]
         length, _ = travel(reel, y, motion)
         _innermost(data.links[reel.slider], reel, length)
-        if reel.base >= 0:
-            _stowed(data.links[reel.base], free_position(model, reel.base, reel.exit), reel, length)
+        if reel.carrier >= 0:
+            _stowed(data.links[reel.carrier], free_position(model, reel.carrier, reel.exit), reel, length)
 
 
 @compile_kernel
@@ -136,12 +136,12 @@ def _passing(reel, model, data, y, motion):
     turn, spin = get9(data.links[reel.slider].orientation), data.links[reel.slider].omega[2]
     thrust, twist = reel.mass_per_length * v * v, reel.rotary_inertia * v * spin
     power = 0.5 * (thrust * v + twist * spin)
-    if reel.base >= 0:
+    if reel.carrier >= 0:
         along = (turn[2], turn[5], turn[8])
         force = (-thrust * along[0], -thrust * along[1], -thrust * along[2])
         torque = (-twist * along[0], -twist * along[1], -twist * along[2])
-        add_wrench(model, data, reel.base, reel.exit, force, torque)
-        base = data.links[reel.base]
+        add_wrench(model, data, reel.carrier, reel.exit, force, torque)
+        base = data.links[reel.carrier]
         power += dot3(torque, times(get9(base.orientation), get3(base.omega)))
     return power
 

@@ -24,7 +24,7 @@ DEPLETION = np.dtype([
     ("table", np.int64),  # function of time of the mass
     ("first_level", np.int64),
     ("levels", np.int64),
-    ("size", np.int64),  # numbers of a level
+    ("numbers", np.int64),  # numbers of a level
 ])  # fmt: skip
 RIGID = 10  # m, s0 (3), J (6): the first numbers of a level
 CHANGE = 1e-3  # of the mass, for the energy that leaves with it: energies are linear in it but for fourth orders of q
@@ -59,7 +59,7 @@ def set_mass(fill, model, data, i, m, change):
     while row < last - 1 and m > fill.mass[row + 1]:
         row += 1
     share = (m + change - fill.mass[row]) / (fill.mass[row + 1] - fill.mass[row])
-    for c in range(body.size):
+    for c in range(body.numbers):
         fill.now[c] = fill.levels[row, c] + share * (fill.levels[row + 1, c] - fill.levels[row, c])
     own, now = data.links[link], fill.now
     own.mass = now[0]
