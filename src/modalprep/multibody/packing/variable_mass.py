@@ -45,7 +45,7 @@ def pack_fill(system: System, packed: Packed, tables: list[int], t_end: float) -
         mass += [level.m for level in levels]
         integrals += own
     largest = max(map(len, integrals), default=0)
-    padded = np.array([np.pad(row, (0, largest - len(row))) for row in integrals]).reshape(-1, largest)
+    padded = np.array([np.pad(row, (0, largest - len(row))) for row in integrals]).reshape(len(integrals), largest)
     return Fill(rows(DEPLETION, found), np.array(mass, dtype=float), padded, np.zeros(largest))
 
 
