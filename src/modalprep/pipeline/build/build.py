@@ -97,7 +97,9 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
     if failed:
         first = failed[0]
         raise AccuracyError(
-            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
+            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
+            "very stiff parts on soft ones, bad elements and mixed units lose the digits: see 'modalprep quality', and "
+            "use rbe2 for stiff parts"
         )
     reporter.wrote(write_body(body, file))
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
