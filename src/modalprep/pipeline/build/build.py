@@ -36,6 +36,8 @@ from modalprep.vectors import as_rotation
 # plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
 LIGHT, HEAVY = 1e-6, 2.3e4
 GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m has 1e9 times its mass
+SHORT, LONG = 1e-3, 100.0  # m
+SLOW, FAST = 0.1, 1e5  # m/s, first frequency times size: from a film to a block of diamond
 
 
 def output_folder(path: Path, output: Path | None) -> Path:
@@ -115,7 +117,10 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
             return body
     except InputError:
         pass
-    return build_body(path, folder, reporter).body
+    built = build_body(path, folder, reporter)
+    for note in built.notes:
+        reporter.say(f"  note: {note}")
+    return built.body
 
 
 def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> dict[str, FlexibleBody]:
@@ -185,6 +190,8 @@ def _unit_warnings(body: FlexibleBody) -> tuple[str, ...]:
     if not (LIGHT < body.m / size**3 < HEAVY and 1 / GIANT < body.m < GIANT):
         warnings.append(f"its mass is implausible {what}")
     elastic = body.frequency[body.frequency > 0]
-    if len(elastic) and not 1e-3 < elastic[0] * size < 1e5:  # m/s, at which a wave crosses the body
+    if not SHORT <= size <= LONG:
+        warnings.append(f"its size is implausible {what}")
+    if len(elastic) and not SLOW < elastic[0] * size < FAST:
         warnings.append(f"first frequency {elastic[0]:.3g} Hz is implausible {what}")
     return tuple(warnings)
