@@ -119,7 +119,8 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
         pass
     built = build_body(path, folder, reporter)
     for note in built.notes:
-        reporter.say(f"  note: {note}")
+        if "is implausible" in note:  # the others are in the report of the body's own run
+            reporter.say(f"  note: {note}")
     return built.body
 
 
