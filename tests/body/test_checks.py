@@ -4,14 +4,15 @@ import json
 
 import numpy as np
 import pytest
-from body.solids import horn_model
+from body.solids import ALUMINIUM, SIZE, horn_mesh, horn_model
+from structured import box
 
 import modalprep as mp
 from modalprep.body.checks import CheckReport, check_body, deflections
 from modalprep.body.mass import mass_matrix
 from modalprep.body.verify import check_buckling, check_projection
 from modalprep.cli import main
-from modalprep.examples import cantilever_model, uniform_beam
+from modalprep.examples import beam_mesh, cantilever_model, spinup_section, uniform_beam
 from modalprep.multibody.reference.equations import body_equations
 
 
@@ -80,6 +81,35 @@ def test_projection_catches_every_wrong_array(model, reduction, body):
     for name in ("Kg_A", "Kg_F", "Kg_T"):
         changed = body.with_(**{name: getattr(body, name) * 1.0001})
         assert failing(check_projection(model, reduction, changed)) == ["prestress"], name
+
+
+def test_round_off_of_a_load_without_stiffness_is_not_scaled_up():
+    """A beam 1e-8 off the x axis: gravity along y has that share of the stiffness along x, and the same round-off.
+
+    Before, each load was scaled to one: the round-off of 1e-12 became 1e-4.
+    """
+    line = beam_mesh(8)
+    mesh = line.with_(points=line.points + np.outer(line.points[:, 0], [0, 1e-8, 0]))
+    model = mp.assemble(mesh, {"beam": spinup_section()}, {"root": mp.Interface(group="root", kind="node")})
+    reduction = mp.craig_bampton(model, modes=1, truncation=())
+    body = mp.flexible_body(model, reduction, name="beam")
+    largest = np.abs(body.Kg_A).max(axis=(1, 2))
+    assert 1e-9 < largest[1] / largest[0] < 1e-7
+    noise = np.random.default_rng(0).uniform(-1, 1, body.Kg_A.shape)
+    rounded = body.with_(Kg_A=body.Kg_A + 1e-12 * largest[0] * (noise + noise.transpose(0, 2, 1)) / 2)
+    assert failing(check_projection(model, reduction, rounded)) == []
+    assert failing(check_projection(model, reduction, body.with_(Kg_A=body.Kg_A * [[[1.0]], [[-1.0]], [[1.0]]]))) == [
+        "prestress"
+    ]
+
+
+def test_symmetric_solids_pass_with_few_modes():
+    """32 hex20 cells and three modes, where most unit loads have no geometric stiffness but round-off."""
+    mesh = horn_mesh((8, 2, 2), "hexahedron20").with_(points=box("hexahedron20", (8, 2, 2), SIZE)[0])
+    model = mp.assemble(mesh, {"body": ALUMINIUM}, {"left": mp.Interface(group="left")})
+    for modes in (1, 3, 10):
+        reduction = mp.craig_bampton(model, modes=modes, truncation=())
+        assert failing(check_projection(model, reduction, mp.flexible_body(model, reduction, name="horn"))) == []
 
 
 def test_bent_mass_matrix_cannot_be_indefinite(body):

@@ -85,7 +85,7 @@ KNOWN = ", ".join(EXPORTS)
     [
         (["--to", "adams"], f"format 'adams' does not exist; known are {KNOWN}"),
         (["--to", "sids"], f"format 'sids' does not exist; did you mean 'sid'? known are {KNOWN}"),
-        (["--to", "sid", "--dialect", "x"], "SID dialect 'x' does not exist; known are fembs, pysid, fembeam"),
+        (["--to", "sid", "--dialect", "x"], "SID dialect 'x' does not exist; known are fembs, pysid, embs, fembeam"),
         (["--to", "mbdyn", "--version", "x"], "MBDyn version 'x' does not exist; known are full, classic"),
         (["--to", "vtu", "--dialect", "x"], "format 'vtu' has no dialect; leave --dialect out, it is for sid"),
         (["--to", "sid", "--version", "x"], "format 'sid' has no version; leave --version out, it is for mbdyn"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array, diags_array
 
+import modalprep as mp
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg import modes
 from modalprep.linalg.factor import factorise
@@ -28,6 +29,41 @@ def test_pardiso_and_superlu_agree(bracket_model):
     b = np.random.default_rng(0).standard_normal((A.shape[0], 3))
     x, y = (factorise(A, solver).solve(b) for solver in ("pardiso", "superlu"))
     np.testing.assert_allclose(x, y, atol=1e-8 * np.abs(y).max())  # condition 1e8 of round-off 1e-16
+
+
+@pytest.mark.parametrize("solver", ["pardiso", "superlu"])
+@pytest.mark.parametrize("soft", [1e-6, 1e-9, 1e-12])
+def test_a_stiff_spring_on_a_soft_one(solver, soft):
+    """``[[1, -1], [-1, 1 + soft]]``: the second pivot is `soft`, the inverse ``[[1 + soft, 1], [1, 1]] / soft``.
+
+    PARDISO's default raises pivots below 1e-8 to that: the spring of 1e-9 would have 1e-8.
+    """
+    A = csr_array(np.array([[1.0, -1.0], [-1.0, 1.0 + soft]]))
+    exact = np.ones(2) / (A[1, 1] - 1.0)  # the sum itself is rounded
+    np.testing.assert_allclose(factorise(A, solver).solve(np.array([0.0, 1.0])), exact, rtol=1e-3)  # eps / soft = 2e-4
+
+
+def test_thin_shells_between_thick_ones():
+    """Cells of 0.1 mm and 200 mm at random: their bending stiffness differs by 8e9. Both solvers find the same modes.
+
+    Residuals of PARDISO were 1e3 to 7e4 times what is allowed, and the lowest mode was missing.
+    """
+    x, y = np.meshgrid(np.linspace(0, 20.0, 25), np.linspace(0, 10.0, 17), indexing="ij")
+    n = np.arange(x.size).reshape(x.shape)
+    quads = np.stack([n[:-1, :-1], n[1:, :-1], n[1:, 1:], n[:-1, 1:]], axis=-1).reshape(-1, 4)
+    thick = np.random.default_rng(0).integers(0, 2, len(quads))
+    groups = {name: {"quad": np.flatnonzero(thick == k)} for k, name in enumerate(("thin", "thick"))}
+    mesh = mp.fe.Mesh(
+        points=np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1), cells={"quad": quads}, groups=groups
+    )
+    alloy = mp.Material(E=7e10, nu=0.3, rho=2700.0)
+    sections = {name: mp.Shell(material=alloy, thickness=t) for name, t in (("thin", 1e-4), ("thick", 0.2))}
+    edge = mp.Interface(box=((0, 0, 0), (0, 10, 0)))
+    held = clamp(mp.assemble(mesh, sections, {"root": edge}))
+    for modes_wanted in (2, 6, 10):
+        found = lowest_modes(held.K_ii, held.M_ii, modes_wanted, solver="pardiso").w2
+        exact = lowest_modes(held.K_ii, held.M_ii, modes_wanted, solver="superlu").w2
+        np.testing.assert_allclose(found, exact, rtol=1e-3)  # round-off of K over that of the soft cells, 8e9 eps
 
 
 def test_inertia_counts_negative_eigenvalues():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compare import assert_close
 
 import modalprep as mp
 from modalprep.errors import InputError
@@ -73,6 +74,16 @@ def test_resultant_is_force_and_moment(bracket):
     found = model.rigid_body().T @ nodal_load(model, mesh, "bolt", load)
     np.testing.assert_allclose(found[:3], force, rtol=1e-9)
     np.testing.assert_allclose(found[3:], moment + np.cross(at - model.origin, force), rtol=1e-9)
+
+
+def test_force_on_a_cylinder_acts_on_its_axis(bracket):
+    """A pin in the hole pushes on its axis wherever the mesh has more nodes."""
+    model, mesh = bracket
+    pin = Load(cylinder=((0, 0, 0), (0, 0, 1), 0.0045), force=(3.0, -2.0, 0.0))
+    found = model.rigid_body().T @ nodal_load(model, mesh, "pin", pin)
+    assert_close(found[:3], pin.force, 1e-12)
+    at = np.concatenate([model.origin[:2], [0]])  # the frame is in the middle of the other description of the hole
+    assert_close(found[3:] + np.cross(at, pin.force), np.zeros(3), 1e-5, scale=3 * 0.0045)
 
 
 def test_force_is_shared_evenly():

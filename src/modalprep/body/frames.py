@@ -216,7 +216,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
 
     References
     ----------
-    Theory 3.5.
+    Theory 3.5, also on the difference between two frames, which is the square of the deflection.
 
     Examples
     --------

@@ -25,9 +25,10 @@ ENERGY = 1e-10  # sums of positive terms, each to 1e-13
 BOUND = 1e-6  # how far round-off may reduce a Ritz value below that of the full model
 PRESTRESS = 1e-6  # stiff parts on soft ones: their stress is a small difference of large rotations; 1e-9 was observed
 BUCKLING = 0.1  # a basis that buckles within a tenth of the full model's load is adequate for design
-NOTHING = 1e-9  # of the largest geometric stiffness under loads of comparable size: round-off
+SMALL = 1e-5  # of the largest geometric stiffness under comparable loads: below, it may be round-off (1e-12)
 TURN = 1e-4  # displacement over the body's size, for finite differences
 DIFFERENCE = 1e-5  # 1e-11 to 6e-9 was observed; ten times smaller steps have 1e-6 of round-off
+TINY = np.finfo(float).tiny
 SAME = 1e-9  # of the body's size: an interface on the root
 
 
@@ -98,7 +99,7 @@ def _unbalanced(model: FEModel, reduction: Reduction) -> float:
     force = model.C.T @ (model.K @ reduction.static - loads)
     terms = abs(model.C).T @ (abs(model.K) @ np.abs(reduction.static))
     force[np.searchsorted(model.free, model.interfaces[0].dofs)] = 0.0
-    return float(np.max(np.abs(force).max(axis=0) / np.maximum(terms.max(axis=0), np.finfo(float).tiny), initial=0.0))
+    return float(np.max(np.abs(force).max(axis=0) / np.maximum(terms.max(axis=0), TINY), initial=0.0))
 
 
 def _prestress_error(model: FEModel, reduction: Reduction, body: FlexibleBody, rng: np.random.Generator) -> float:
@@ -163,12 +164,12 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
 
 
 def _combination(model: FEModel, Kg: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Return factors ``(k,)`` of random sign that weight all loads equally, 0 where Kg is round-off."""
+    """Return factors ``(k,)`` of random sign that weight all loads equally, those with the least Kg less."""
     length, m = np.ptp(model.points, axis=0).max(), model.rigid.m
     unit = np.concatenate([[m] * 3, [m * length] * 9, np.tile(np.repeat([1.0, 1 / length], 3), len(Kg[12:]) // 6)])
     size = np.abs(Kg).max(axis=(1, 2), initial=0.0)
-    counts = size / unit > NOTHING * np.max(size / unit, initial=0.0)
-    return np.where(counts, rng.choice([-1.0, 1.0], len(Kg)) / np.where(counts, size, 1.0), 0.0)
+    floor = SMALL * unit * np.max(size / unit, initial=0.0)
+    return np.where(size > 0, rng.choice([-1.0, 1.0], len(Kg)) / np.maximum(np.maximum(size, floor), TINY), 0.0)
 
 
 def _third(f: Callable[[float, float], float]) -> float:

@@ -127,7 +127,7 @@ def export(
         Path | None, typer.Option("-o", help="File to write; the default is beside the modal file.")
     ] = None,
     dialect: Annotated[
-        str | None, typer.Option("--dialect", help="Dialect of sid: fembs (default), pysid or fembeam.")
+        str | None, typer.Option("--dialect", help="Dialect of sid: fembs (default), pysid, embs or fembeam.")
     ] = None,
     version: Annotated[
         str | None, typer.Option("--version", help="Version of mbdyn: full (default) or classic.")

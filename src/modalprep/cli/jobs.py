@@ -26,6 +26,7 @@ def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> Non
         print_json(summary.outcome(outcome, reporter))
     else:
         reporter.say(f"outputs are in {outcome.folder}")
+    _end_with(outcome.failures)
 
 
 @app.command()
@@ -120,9 +121,10 @@ def simulate(
 
         reporter.wrote(animate_system(done.system, next(iter(done.runs.values())), animate))
     if as_json:
-        print_json({"runs": summary.runs(done), "files": [str(f) for f in reporter.files]})
+        print_json(summary.simulation(done, reporter))
     else:
         reporter.say(f"outputs are in {folder}")
+    _end_with(done.failures)
 
 
 @app.command()
@@ -139,6 +141,15 @@ def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) ->
     found = analyse_pipeline(file, output, reporter)
     if as_json:
         print_json(found.summary() | {"files": [str(f) for f in reporter.files]})
+    _end_with(found.failures)
+
+
+def _end_with(failures: tuple[str, ...]) -> None:
+    """End with exit code 1 and the sentences of an audit that failed."""
+    from modalprep.errors import AccuracyError
+
+    if failures:
+        raise AccuracyError("; ".join(failures))
 
 
 @app.command()

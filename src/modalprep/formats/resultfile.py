@@ -38,7 +38,7 @@ def write_result(result: Result, path: str | Path, runs: dict[str, Result] | Non
         file.attrs.update(format="modalprep result", format_version=1, units="SI")
         for group, run in {"": result, **(runs or {})}.items():
             target = file.require_group(group) if group else file
-            target.attrs.update(status=run.status, message=run.message, **run.stats)
+            target.attrs.update(status=run.status, message=run.message, notes="\n".join(run.notes), **run.stats)
             target["time"] = run.time
             for name, values in run.channels.items():
                 target[f"channels/{name}"] = values
@@ -65,6 +65,7 @@ def read_result(path: str | Path) -> Result:
             channels={name: _histories(data, count) for name, data in file["channels"].items()},
             status=str(file.attrs["status"]),
             message=str(file.attrs["message"]),
+            notes=tuple(str(file.attrs.get("notes", "")).splitlines()),
             stats={key: value for key, value in file.attrs.items() if isinstance(value, np.floating)},
         )
 

@@ -1,4 +1,4 @@
-"""SID_FEM: the Standard Input Data of flexible bodies (Wallrapp 1994), as FEMBS, PY_SID and FEMBeam write it.
+"""SID_FEM: the Standard Input Data of flexible bodies (Wallrapp 1994), for FEMBS, PY_SID, FEMBeam, EMBSlib and PyMbs.
 
 The equation of motion of its readers, first order in q, with ``wq = (wx^2, wy^2, wz^2, wx wy, wy wz, wz wx)``::
 
@@ -56,6 +56,7 @@ class Dialect:
     ge_by_axis: bool
     mode_last: bool  # m1(row, column, mode) instead of m1(row, mode, column)
     inertia_matrix: bool  # J as 3 x 3 instead of xx, yy, zz, xy, xz, yz
+    named: bool = True  # EMBSlib looks for the names of blocks, such as J, in the body's name too
 
 
 def _fortran(value: float) -> str:
@@ -66,10 +67,11 @@ def _plain(value: float) -> str:
     return f"{value:24.16E}"
 
 
-_FEMBS_HEADER = "{nodes:5d}{modes:4d}    :No. nodes, No. modes:{comment}"
+_FEMBS_HEADER = "{nodes:5d} {modes:3d}    :No. nodes, No. modes:{comment}"
 DIALECTS = {
     "fembs": Dialect(_FEMBS_HEADER, _fortran, True, True, False, False),
     "pysid": Dialect(_FEMBS_HEADER, _fortran, False, True, False, False),
+    "embs": Dialect(_FEMBS_HEADER, _fortran, False, False, False, False, named=False),
     "fembeam": Dialect("{nodes} nodes, {modes} modes, {comment}", _plain, False, False, True, True),
 }
 
@@ -81,8 +83,9 @@ def write_sid(body: FlexibleBody, path: str | Path, dialect: str = "fembs", mesh
 
     Parameters
     ----------
-    dialect : {"fembs", "pysid", "fembeam"}
-        Program whose layout of ``Gr, Ge, J``, index order and number format is used.
+    dialect : {"fembs", "pysid", "embs", "fembeam"}
+        Program whose layout of ``Gr, Ge, J``, index order and number format is used; ``embs`` is what EMBSlib and PyMbs
+        read.
     mesh_nodes : sequence of int
         Further nodes, rows of ``body.points`` from 0.
 
@@ -169,7 +172,7 @@ def _lines(body: FlexibleBody, nodes: list[Node], dialect: Dialect) -> Iterator[
     comment = " ".join(f"{body.name} by modalprep, SI units; nodes {names}".split())[:COMMENT_LENGTH]
     yield dialect.header.format(nodes=len(nodes), modes=body.n, comment=comment)
     yield " part"
-    yield _entry(6, "new modal", f" {' '.join(body.name.split())}")
+    yield _entry(6, "new modal", f" {' '.join(body.name.split())}" if dialect.named else "")
     yield from _modes(body, dialect)
     yield f"{'':11}frame"
     for number, node in enumerate(nodes, start=1):

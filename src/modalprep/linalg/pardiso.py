@@ -20,7 +20,10 @@ from modalprep.linalg.memory import available_memory
 SYMMETRIC_INDEFINITE = -2
 ANALYSE, FACTORIZE, SOLVE, RELEASE = 11, 22, 33, -1
 ERRORS = {-2: "not enough memory", -4: "zero pivot", -8: "too many nonzeros for 32-bit integers"}
-REFINEMENT, SINGLE, ZERO_BASED = 7, 27, 34  # places in the array of options, counted from 0
+REFINEMENT, PERTURBATION, SINGLE, ZERO_BASED = 7, 9, 27, 34  # places in the array of options, counted from 0
+PIVOT = (
+    13  # pivots below 1e-13 of the largest entry are perturbed; the default of 1e-8 changes thin shells beside thick
+)
 PEAK, PERMANENT, FACTOR, NEGATIVE = 14, 15, 16, 22  # what it reports: kB, kB, kB, pivots
 
 
@@ -52,6 +55,8 @@ class PardisoFactor:
         self._handle, self._options = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         library().pardisoinit(at(self._handle), byref(c_int32(SYMMETRIC_INDEFINITE)), at(self._options))
         self._options[REFINEMENT] = 0  # only where pivots had to be perturbed
+        if dtype is np.float64:
+            self._options[PERTURBATION] = PIVOT
         self._options[ZERO_BASED], self._options[SINGLE] = 1, dtype is np.float32
         weakref.finalize(self, _release, self._handle, self._options)
         self._call(ANALYSE)

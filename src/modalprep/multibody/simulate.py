@@ -18,6 +18,7 @@ from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result, output_times
+from modalprep.multibody.results.validity import large_deflections
 from modalprep.suggest import refuse_other
 
 MAX_OUTPUTS = 1e7
@@ -72,7 +73,8 @@ def simulate(
     Returns
     -------
     Result
-        ``status = "diverged"`` when a deflection exceeded 100 body sizes; the histories end there.
+        ``status = "diverged"`` when a deflection exceeded 100 body sizes; the histories end there. ``notes`` name the
+        bodies that deflect by more than a tenth of their size.
 
     Raises
     ------
@@ -116,7 +118,9 @@ def simulate(
     loops = integration.loading.loops
     message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes(), *system.notes])
     result = recorder.result(outcome.status, message, outcome.stats)
-    return result.with_(events=outcome.events, impacts=outcome.impacts)
+    modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
+    notes = large_deflections(system.bodies, result.time, modal)
+    return result.with_(events=outcome.events, impacts=outcome.impacts, notes=notes)
 
 
 def check_span(t_end: float, output_step: float, rtol: float, atol: float, method: str) -> None:

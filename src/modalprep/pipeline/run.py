@@ -32,6 +32,11 @@ class Outcome:
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Why analyses and runs failed their audit; empty when they did not."""
+        return tuple(why for part in (self.analysed, self.simulated) if part for why in part.failures)
+
 
 def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cache | None = None) -> Outcome:
     """Run all stages of a pipeline file.
@@ -48,7 +53,8 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
     Raises
     ------
     InputError, AccuracyError, SimulationError
-        With one message each; files written before remain intact.
+        With one message each; files written before remain intact. An audit that fails raises nothing: see
+        `Outcome.failures`, with which the command ends.
     """
     from modalprep.pipeline.build.build import output_folder
 
@@ -62,6 +68,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
         from modalprep.pipeline.systems.analysis import analyse_pipeline
 
         outcome.analysed = analyse_pipeline(path, output, reporter)
+        outcome.notes += outcome.analysed.notes
     if pipeline.simulation is not None:
         _simulation(path, pipeline, output, outcome, reporter)
     if outcome.built is not None:
@@ -128,6 +135,7 @@ def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Ou
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
     outcome.simulated = simulate_pipeline(path, output, reporter)
+    outcome.notes += outcome.simulated.notes
     outcome.plots = plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
 
 

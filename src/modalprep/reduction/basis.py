@@ -25,7 +25,7 @@ class Reduction(Record):
     basis : (n_dof, n)
         M-orthonormal, ``basis^T K basis = diag((2 pi frequency)^2)``.
     frequency : (n,)
-        Hz.
+        Hz, with the root alone clamped; the candidates in `table` have those with every fixed interface held.
     loads, static : (n_dof, 12 + 6 n_if)
         Unit loads (twelve inertia loads, then force and moment on each interface) and the model's full static
         answers with the root clamped; the root's own columns are zero.

@@ -31,7 +31,7 @@ class Load(NodeSet):
     pressure : float
         Pa, on the faces of a group: along their right-hand normal, in the order of their nodes.
     position : (3,) or None
-        Point of application, m, mesh coordinates; None: the centroid.
+        Point of application, m, mesh coordinates; None: the centroid, of a cylinder the middle of its axis.
 
     Examples
     --------
@@ -97,7 +97,7 @@ def _resultant(model: FEModel, mesh: Mesh, name: str, load: Load, nodes: np.ndar
         F[dofs[0, present]] = wrench[present]
         return F
     arm = mesh.points[nodes] - interface_position(mesh, name, load, nodes)
-    turning = np.repeat([False, bool(np.any(load.moment) or load.position)], 3)
+    turning = np.repeat([False, bool(np.any(load.moment) or load.position or load.cylinder)], 3)
     spread = PlacedLink("rbe3", f"load {name!r}", np.zeros(6, int), dofs, arm, turning, np.ones(len(nodes)), False)
     G, nodal = spread.average()
     F[nodal] = G.T @ wrench

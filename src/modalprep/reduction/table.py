@@ -25,7 +25,7 @@ class ModeTable(Record):
         ``fixed-interface`` or ``free-interface`` mode, ``constraint`` or residual ``attachment`` mode of an interface
         DOF, or modal ``truncation`` vector.
     frequency : (n,) float
-        Hz; NaN for constraint modes, which have none.
+        Hz, of fixed-interface modes with every fixed interface held; NaN for constraint modes, which have none.
     effective_mass : (n, 6) float
         Modal effective mass in x, y, z (kg) and about x, y, z (kg m^2) through the root interface;
         NaN where the kind has none. Theory 3.

@@ -22,7 +22,7 @@ from modalprep.report.mac import mac_chart
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.scene import drawable
-from modalprep.report.tables import hertz, kept_fraction, percent, summary_rows
+from modalprep.report.tables import HELD, hertz, is_held_elsewhere, kept_fraction, percent, summary_rows
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
@@ -114,6 +114,7 @@ def _selection(table: ModeTable) -> dict[str, Any]:
         "directions": DIRECTIONS,
         "rows": _rows(table),
         "kinds": list(dict.fromkeys(table.kind)),
+        "held": HELD if is_held_elsewhere(table) else "",
         "sums": [percent(value) for value in kept_fraction(table)],
         "mass_plot": _drawn(effective_mass_plot, table),
     }

@@ -19,12 +19,22 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},
         "notes": outcome.notes,
+        "failures": list(outcome.failures),
     }
 
 
 def runs(simulated: Any) -> dict[str, Any]:
     """Return status and statistics of each simulation."""
-    return {label: {"status": r.status, "message": r.message, **r.stats} for label, r in simulated.runs.items()}
+    return {
+        label: {"status": r.status, "message": r.message, "notes": list(r.notes), **r.stats}
+        for label, r in simulated.runs.items()
+    }
+
+
+def simulation(simulated: Any, reporter: Any) -> dict[str, Any]:
+    """Return the runs of a simulation, its files, and why its audit failed."""
+    files = [str(f) for f in reporter.files]
+    return {"runs": runs(simulated), "files": files, "failures": list(simulated.failures)}
 
 
 def mode_rows(table: Any) -> list[dict[str, Any]]:

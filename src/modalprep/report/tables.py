@@ -19,6 +19,10 @@ WIDE = 105  # columns; with fewer, each row names its largest directions only
 LISTED = 40  # maximum number of listed frequencies and stress points
 LEGEND = ": effective mass in % of the body"
 SUM = "; sum: of the kept rows so far, in the row's largest direction"
+HELD = (
+    "Fixed-interface modes have these frequencies with every fixed interface held; the body, which its root alone "
+    "holds, has others."
+)
 NOUNS = {
     FIXED: "modes with fixed interfaces",
     FREE: "modes of the floating body",
@@ -59,6 +63,20 @@ def mode_table(table: ModeTable, console: Console) -> None:
         shares = "   ".join(f"{name} {value}" for name, value in zip(DIRECTIONS, sums, strict=True))
         console.print(Text(f"sum of kept, %:  {shares}", "bold"), soft_wrap=False)
     console.print(Text(_kept_counts(table)), soft_wrap=False)
+    if is_held_elsewhere(table):
+        console.print(Text(HELD, "dim"), soft_wrap=False)
+
+
+def is_held_elsewhere(table: ModeTable) -> bool:
+    """Whether the frequencies of the table differ from those of the body: further interfaces are fixed in its modes.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> is_held_elsewhere(uniform_beam(modes=1).modes)
+    False
+    """
+    return {FIXED, CONSTRAINT} <= set(table.kind)
 
 
 def _empty_table(wide: bool) -> Table:

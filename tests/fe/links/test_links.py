@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compare import assert_close
 from scipy.optimize import brentq
 from scipy.sparse.linalg import spsolve
 from scipy.spatial.transform import Rotation
@@ -189,3 +190,52 @@ def test_frame_sits_in_the_centroid_of_its_faces(kind):
     mesh = Mesh(points=points, cells={kind: cell}, groups={"face": {kind: np.array([0])}})
     place = interface_position(mesh, "face", mp.Interface(group="face"), cell[0])
     np.testing.assert_allclose(place, [7 / 9, 4 / 9, 0], rtol=1e-14)
+
+
+@pytest.fixture(scope="module")
+def bracket(project):
+    """The README's bracket, whose two holes of 4.5 mm are along z from -5 mm to 5 mm."""
+    return mp.read_mesh(project / "meshes" / "bracket.msh", "mm")
+
+
+def place_of(mesh, **given):
+    used = np.unique(mesh.cells["tetra10"]) if "tetra10" in mesh.cells else np.arange(len(mesh.points))
+    spec = mp.Interface(**given)
+    return interface_position(mesh, "x", spec, spec.nodes(mesh, used))
+
+
+@pytest.mark.parametrize("groups", [True, False])
+def test_frame_of_a_cylinder_is_on_its_axis(bracket, groups):
+    """The mean of the nodes of an irregular mesh is 0.3 mm beside it; along it the surface has its middle at 0."""
+    cells = bracket.cells if groups else {"tetra10": bracket.cells["tetra10"]}
+    mesh = bracket.with_(cells=cells, groups=bracket.groups if groups else {})
+    place = place_of(mesh, cylinder=((0.0, 0.0, 1.0), (0.0, 0.0, 2.0), 0.0045))
+    np.testing.assert_allclose(place, 0, atol=1e-5 * 0.0045)  # the flat triangles of the ends differ: 2e-6
+    assert np.all(place[:2] == 0)
+
+
+def test_frame_of_a_cylinder_without_faces_is_between_its_ends(bracket):
+    """Matrices of other programs bring nodes only."""
+    cloud = bracket.with_(cells={}, groups={})
+    place = place_of(cloud, cylinder=((0.0, 0.0, 1.0), (0.0, 0.0, -2.0), 0.0045))
+    np.testing.assert_allclose(place, 0, atol=1e-12)
+
+
+def test_caps_and_inner_faces_of_a_pin_do_not_count():
+    """A prism with one cap divided into more triangles: its middle is that of the mantle, at half the height."""
+    angle = 2 * np.pi * np.arange(6) / 6
+    rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    points = np.vstack([np.column_stack([rim, np.full(6, z)]) for z in (0.0, 4.0)])
+    wedges = np.array([[0, k, k + 1, 6, 6 + k, 7 + k] for k in range(1, 5)])
+    lid = np.array([[6, 6 + k, 7 + k] for k in range(1, 5)])
+    mesh = Mesh(points=points, cells={"wedge": wedges, "triangle": lid}, groups={})
+    np.testing.assert_allclose(place_of(mesh, cylinder=((0, 0, 0), (0, 0, 1), 1.0)), [0, 0, 2], atol=1e-12)
+
+
+def test_body_of_a_cylinder_has_the_inertia_of_the_group(bracket):
+    """First moment and inertia about the axis of the hole; they were 3e-3 and 8e-3 off."""
+    section = {"body": mp.Solid(material=mp.Material(E=70e9, nu=0.33, rho=2700.0))}
+    ways = {"group": "bolt_a", "position": (0.0, 0.0, 0.0)}, {"cylinder": ((0, 0, 0), (0, 0, 1), 0.0045)}
+    group, cylinder = (mp.assemble(bracket, section, {"bolt": mp.Interface(**way)}).rigid for way in ways)
+    assert_close(cylinder.s0, group.s0, 1e-5)  # 2e-6 of the radius along the axis
+    assert_close(cylinder.E0, group.E0, 1e-5)

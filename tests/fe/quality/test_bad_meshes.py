@@ -181,6 +181,12 @@ def test_left_out_lines_are_noted(tmp_path, capsys):
         ),
         ("rho = 7800.0", "rho = 7.8e-6", "its mass is implausible"),  # kg/mm^3
         ("E = 2.1e11", "E = 2.1e-1", "first frequency"),
+        ("E = 2.1e11", "E = 2.1e5", "the modulus of 'plate', 2.1e+05 Pa, is implausible"),  # MPa
+        ("E = 2.1e11", "E = 2.1e17", "the modulus of 'plate', 2.1e+17 Pa, is implausible"),  # MPa, scaled twice
+        ("rho = 7800.0", "rho = 7.8", "the density of 'plate', 7.8 kg/m^3, is implausible"),  # g/cm^3
+        ("thickness = 0.01", "thickness = 3", "the thickness of 'plate', 3 m, is implausible"),  # mm
+        ('file = "plate.msh"', 'file = "plate.msh"\nlength_unit = "km"', "its size is implausible"),
+        ('file = "plate.msh"', 'file = "plate.msh"\nlength_unit = "km"', "first frequency"),
     ],
 )
 def test_wrong_units_are_noticed(old, new, words, tmp_path, capsys):
@@ -192,3 +198,11 @@ def test_wrong_units_are_noticed(old, new, words, tmp_path, capsys):
     out = " ".join(capsys.readouterr().out.split())
     assert words in out
     assert "check length_unit" in out
+
+
+def test_right_units_are_not_doubted(tmp_path, capsys):
+    points, quads, _ = plate()
+    write(tmp_path, points, quads)
+    (tmp_path / "job.toml").write_text(TOML + "[reduction]\nmodes = 2\n[output]\npictures = 0\n")
+    assert main(["run", str(tmp_path / "job.toml")]) == 0
+    assert "implausible" not in capsys.readouterr().out

@@ -20,6 +20,7 @@ from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.links.interface import Connection, Interface, InterfaceFrame, connect, interface_position
 from modalprep.fe.links.multipoint import PlacedLink, constraint_matrix
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Property, Solid
 from modalprep.suggest import refuse_other
@@ -87,8 +88,13 @@ def assemble(
     parts, more = _without_unused_inertia(mesh, parts)
     dof = _number(mesh, parts, len(framed))
     placed = place_frames(mesh, interfaces, nodes, place, dof)
-    hinges = hidden_hinges(mesh, parts)
-    return _sum(mesh, parts, dof, place[order[0]], *placed, (*mesh.notes, *notes, *more, *hinges))
+    more += [*hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]
+    return _sum(mesh, parts, dof, place[order[0]], *placed, (*mesh.notes, *notes, *more))
+
+
+def _odd_units(mesh: Mesh, parts: list[Part]) -> list[str]:
+    size = float(np.ptp(mesh.points[used_nodes(parts)], axis=0).max())
+    return implausible_sections({part.group: part.section for part in parts}, size)
 
 
 def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.cells import cell_dimension, cell_of
+from modalprep.fe.links.centroid import set_centroid
 from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.suggest import refuse_unknown
@@ -32,7 +32,8 @@ class Interface(NodeSet):
         fixed: its six DOFs are retained in the reduction, with constraint modes (Craig-Bampton). free: it moves
         with the modes, as the tip of a cantilever does. The root interface is always fixed.
     position : (3,) or None
-        m, in mesh coordinates; None takes the node, or the centroid of the group's surface or nodes.
+        m, in mesh coordinates; None takes the node, the middle of a cylinder on its axis, or the centroid of the
+        set's surface or nodes.
 
     Raises
     ------
@@ -65,7 +66,7 @@ class Connection(NodeSet):
     kind : {"rbe2", "rbe3"}
         rbe2: the node set follows the new node rigidly. rbe3: the new node follows its mean motion.
     position : (3,) or None
-        m, in mesh coordinates; None takes the centroid.
+        m, in mesh coordinates; None takes the place that an interface takes.
 
     Raises
     ------
@@ -111,7 +112,7 @@ class InterfaceFrame:
 
 
 def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, nodes: np.ndarray) -> np.ndarray:
-    """Return the position of the frame (m, mesh coordinates): given, the single node, or the centroid of the group.
+    """Return the position of the frame (m, mesh coordinates): given, the single node, or the centroid of the set.
 
     Raises
     ------
@@ -125,19 +126,7 @@ def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, node
         )
     if spec.position is not None and spec.kind != "node":
         return np.asarray(spec.position, dtype=float)
-    group = mesh.group(spec.group) if spec.group else {}
-    surfaces = [c[:, list(t)] for kind, c in group.items() if cell_dimension(kind) == 2 for t in _triangles(kind)]
-    if not surfaces:
-        return mesh.points[nodes].mean(axis=0)
-    corners = mesh.points[np.concatenate(surfaces)]
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    return area @ corners.mean(axis=1) / area.sum()
-
-
-def _triangles(kind: str) -> list[tuple[int, int, int]]:
-    """Return the corners of the triangles into which a surface cell is divided."""
-    (corners,) = cell_of(kind).faces
-    return [(0, k, k + 1) for k in range(1, len(corners) - 1)]
+    return mesh.points[nodes[0]] if spec.kind == "node" else set_centroid(mesh, spec, nodes)
 
 
 def connect(mesh: Mesh, connections: dict[str, Connection], used: np.ndarray) -> Mesh:

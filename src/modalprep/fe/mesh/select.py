@@ -94,9 +94,19 @@ class NodeSet:
         return used[np.abs((mesh.points[used] - point) @ self._unit(normal)) <= _slack(mesh, used)]
 
     def _cylinder(self, mesh: Mesh, used: np.ndarray) -> np.ndarray:
-        point, axis, radius = self.cylinder
-        distance = np.linalg.norm(np.cross(mesh.points[used] - point, self._unit(axis)), axis=1)
+        point, _, radius = self.cylinder
+        distance = np.linalg.norm(np.cross(mesh.points[used] - point, self.axis()), axis=1)
         return used[np.abs(distance - radius) <= _slack(mesh, used)]
+
+    def axis(self) -> np.ndarray:
+        """Return the direction (3,) of the cylinder's axis, of length one.
+
+        Raises
+        ------
+        InputError
+            When the given direction has no length.
+        """
+        return self._unit(self.cylinder[1])
 
     def _unit(self, direction: Vector) -> np.ndarray:
         length = np.linalg.norm(direction)

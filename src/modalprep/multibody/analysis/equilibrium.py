@@ -14,6 +14,7 @@ from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.results.result import Result
+from modalprep.multibody.results.validity import large_deflections
 from modalprep.multibody.simulate import channels_at
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
@@ -56,6 +57,8 @@ class Equilibrium(Record):
         ``name.force`` (N), ``name.torque`` (N m) on b in a's axes, ``name.multiplier``, as channels of a run.
     steps : int
         Newton steps.
+    notes : tuple of str
+        Bodies that deflect by more than a tenth of their size, where the theory and `stable` are not valid.
     """
 
     system: System
@@ -68,6 +71,7 @@ class Equilibrium(Record):
     modal: dict[str, np.ndarray]
     closures: dict[str, np.ndarray]
     steps: int
+    notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return a channel of this state, or one component of it by a trailing ``.x``, ``.y``, ``.z`` or ``.<number>``.
@@ -217,6 +221,8 @@ def _length(at: _State, step: np.ndarray, g: np.ndarray) -> float:
 
 def _found(at: _State, stiffness: np.ndarray, stable: bool, steps: int) -> Equilibrium:
     y, evaluator = at.chart.y, at.evaluator
+    modal = {name: y[evaluator.coordinates("body", name)] for name in evaluator.system.bodies}
+    deflected = {name: q[None] for name, q in modal.items()}
     return Equilibrium(
         system=evaluator.system if at.steady else _held(evaluator.system, evaluator.t),
         t=evaluator.t,
@@ -225,9 +231,10 @@ def _found(at: _State, stiffness: np.ndarray, stable: bool, steps: int) -> Equil
         stiffness=stiffness,
         independent=at.chart.independent,
         joints={joint.name: y[evaluator.coordinates("joint", joint.name)] for joint in evaluator.system.joints},
-        modal={name: y[evaluator.coordinates("body", name)] for name in evaluator.system.bodies},
+        modal=modal,
         closures=evaluator.exerted(y, at.required(y)),
         steps=steps,
+        notes=large_deflections(evaluator.system.bodies, np.array([evaluator.t]), deflected),
     )
 
 

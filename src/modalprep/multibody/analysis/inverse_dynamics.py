@@ -17,6 +17,7 @@ from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.results.validity import large_deflections
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown
 
@@ -38,6 +39,8 @@ class InverseDynamics(Record):
         Modal coordinates of each body.
     y, udot : (nt, nx + nu), (nt, nu)
         States, which `coordinates` reads by name, and accelerations.
+    notes : tuple of str
+        Bodies that deflect by more than a tenth of their size.
     """
 
     time: np.ndarray
@@ -45,6 +48,7 @@ class InverseDynamics(Record):
     modal: dict[str, np.ndarray]
     y: np.ndarray
     udot: np.ndarray
+    notes: tuple[str, ...] = ()
 
 
 def hinge_forces(system: System, y: np.ndarray, udot: np.ndarray, t: float = 0.0) -> np.ndarray:
@@ -170,7 +174,8 @@ def _result(
     for name, body in system.bodies.items():
         first = packed.modes_of(name).start
         modal[name] = y[:, first : first + body.n]
-    return InverseDynamics(time=times, force=force, modal=modal, y=y, udot=udot)
+    notes = large_deflections(system.bodies, times, modal)
+    return InverseDynamics(time=times, force=force, modal=modal, y=y, udot=udot, notes=notes)
 
 
 def _laws(packed: Packed, name: str, functions: Any) -> list[TimeFunction]:

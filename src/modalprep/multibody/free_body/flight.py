@@ -11,6 +11,7 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.reference.equations import node_motion, quaternion_matrix
 from modalprep.multibody.results.result import Result, output_times
+from modalprep.multibody.results.validity import large_deflections
 
 
 def simulate_free_system(
@@ -62,7 +63,8 @@ def simulate_free_system(
     largest = max(np.abs(part - part[0] * (key == "gravity")).max() for key, part in energy.items())
     stats = {"steps": float(motion.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
     message = f"free flight in {variables} variables, explicit method of order 8"
-    return Result(time=motion.time, channels=channels, status="done", message=message, stats=stats)
+    notes = large_deflections({name: body}, motion.time, {name: motion.q})
+    return Result(time=motion.time, channels=channels, status="done", message=message, stats=stats, notes=notes)
 
 
 def _only_joint(system: System, variables: str) -> Joint:

@@ -56,6 +56,8 @@ class Result(Record):
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact
         The impulses of events that activate closures or act as impacts.
+    notes : tuple of str
+        What the user should know about the validity of the run, such as deflections beyond the theory.
 
     Examples
     --------
@@ -72,6 +74,7 @@ class Result(Record):
     stats: dict[str, float] = field(default_factory=dict)
     events: dict[str, np.ndarray] = field(default_factory=dict)
     impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Status, span of time and number of channels."""

@@ -73,7 +73,8 @@ def _logged(job: Job, cache: Cache | None) -> Record:
         inputs, reporter = input_digests(job.file), Reporter()
         outcome = run_pipeline(job.file, job.output, reporter, cache)
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
-        return record | {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
+        record |= {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
+        return record | failure(job, "; ".join(outcome.failures)) if outcome.failures else record
     except ModalprepError as error:
         print(_message(error))
         return failure(job, _message(error), error)

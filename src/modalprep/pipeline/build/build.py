@@ -34,6 +34,8 @@ from modalprep.reduction.damping import modal_damping
 # plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
 LIGHT, HEAVY = 1e-6, 2.3e4
 GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m has 1e9 times its mass
+SHORT, LONG = 1e-3, 100.0  # m
+SLOW, FAST = 0.1, 1e5  # m/s, first frequency times size: from a film to a block of diamond
 
 
 def output_folder(path: Path, output: Path | None) -> Path:
@@ -95,7 +97,9 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
     if failed:
         first = failed[0]
         raise AccuracyError(
-            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning})"
+            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
+            "very stiff parts on soft ones, bad elements and mixed units lose the digits: see 'modalprep quality', and "
+            "use rbe2 for stiff parts"
         )
     reporter.wrote(write_body(body, file))
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
@@ -111,7 +115,11 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
             return body
     except InputError:
         pass
-    return build_body(path, folder, reporter).body
+    built = build_body(path, folder, reporter)
+    for note in built.notes:
+        if "is implausible" in note:  # the others are in the report of the body's own run
+            reporter.say(f"  note: {note}")
+    return built.body
 
 
 def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> dict[str, FlexibleBody]:
@@ -174,6 +182,8 @@ def _unit_warnings(body: FlexibleBody) -> tuple[str, ...]:
     if not (LIGHT < body.m / size**3 < HEAVY and 1 / GIANT < body.m < GIANT):
         warnings.append(f"its mass is implausible {what}")
     elastic = body.frequency[body.frequency > 0]
-    if len(elastic) and not 1e-3 < elastic[0] * size < 1e5:  # m/s, at which a wave crosses the body
+    if not SHORT <= size <= LONG:
+        warnings.append(f"its size is implausible {what}")
+    if len(elastic) and not SLOW < elastic[0] * size < FAST:
         warnings.append(f"first frequency {elastic[0]:.3g} Hz is implausible {what}")
     return tuple(warnings)

@@ -87,7 +87,9 @@ class NodeSetTable(Table):
 class NodesTable(NodeSetTable):
     """A node set and its reference point."""
 
-    position: Vector | None = Field(None, description="of the frame, in mesh coordinates; default the centroid")
+    position: Vector | None = Field(
+        None, description="of the frame, mesh coordinates; default the centroid, or on the axis"
+    )
 
 
 class StressTable(NodeSetTable):

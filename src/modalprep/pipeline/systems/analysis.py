@@ -29,6 +29,8 @@ from modalprep.pipeline.schema.time import has_several_values, time_function
 from modalprep.pipeline.systems.systems import in_theory, read_system
 from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
 
+LINEAR = 1e-4  # error of the linear equations over their largest entry, above which an analysis fails
+
 
 @dataclass(frozen=True, kw_only=True)
 class Analysed:
@@ -38,8 +40,25 @@ class Analysed:
     modes: SystemModes | None
     linear: StateSpace | None
     sweep: dict[float, SystemModes] | None
+    swept: tuple[str, ...]
     inverse: InverseDynamics | None
     table: AnalysisTable
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know about the validity of the results."""
+        inverse = () if self.inverse is None else self.inverse.notes
+        return (*(() if self.equilibrium is None else self.equilibrium.notes), *self.swept, *inverse)
+
+    @property
+    def failures(self) -> tuple[str, ...]:
+        """Why the linear equations are not accurate; empty when they are."""
+        if self.linear is None or self.linear.error <= LINEAR:
+            return ()
+        return (
+            f"the linear equations have errors of {self.linear.error:.0e} of their largest entry, above {LINEAR:.0e}: "
+            "the accelerations are not smooth near this state",
+        )
 
     def summary(self) -> dict[str, Any]:
         """Return the content of the JSON file: SI units, frequencies in Hz, damping ratios, eigenvalues in 1/s."""
@@ -59,7 +78,7 @@ class Analysed:
             found["modes"]["moves_most"] = most_moved(self.modes)[kept]
         if self.linear is not None:
             found["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}
-        return found
+        return found | {"notes": list(self.notes), "failures": list(self.failures)}
 
 
 def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Analysed:
@@ -87,12 +106,14 @@ def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Ana
 def _analysed(system: System, table: AnalysisTable, folder: Path) -> Analysed:
     rest = _rest(system, table, table.time)
     at = (None if rest is None else rest.y, table.time)
+    sweep, swept = _sweep(system, table)
     needed = table.inputs or table.outputs or table.state_space
     return Analysed(
         equilibrium=rest,
         modes=system_modes(system, *at) if table.modes else None,
         linear=linearise(system, *at, inputs=table.inputs, outputs=table.outputs) if needed else None,
-        sweep=None if table.sweep is None else _sweep(system, table),
+        sweep=sweep,
+        swept=swept,
         inverse=None if table.inverse is None else _inverse(system, table.inverse, folder),
         table=table,
     )
@@ -102,10 +123,14 @@ def _rest(system: System, table: AnalysisTable, t: float) -> Equilibrium | None:
     return None if table.about == "start" else static_equilibrium(system, t=t, steady=table.about == "steady")
 
 
-def _sweep(system: System, table: AnalysisTable) -> dict[float, SystemModes]:
+def _sweep(system: System, table: AnalysisTable) -> tuple[dict[float, SystemModes] | None, tuple[str, ...]]:
+    """Return the modes over time and the notes on their equilibria."""
+    if table.sweep is None:
+        return None, ()
     times = np.linspace(table.time, table.sweep.until, table.sweep.points).tolist()
     rests = {t: _rest(system, table, t) for t in times}
-    return {t: system_modes(system, None if rest is None else rest.y, t) for t, rest in rests.items()}
+    notes = tuple(note for rest in rests.values() if rest is not None for note in rest.notes)
+    return {t: system_modes(system, None if rest is None else rest.y, t) for t, rest in rests.items()}, notes
 
 
 def _inverse(system: System, table: InverseTable, folder: Path) -> InverseDynamics:
@@ -126,6 +151,8 @@ def _report(found: Analysed, stem: Path, reporter: Reporter) -> None:
     if found.equilibrium is not None:
         how = "stable" if found.equilibrium.stable else "not stable"
         reporter.say(f"  {how} equilibrium after {found.equilibrium.steps} steps")
+    for note in found.notes:
+        reporter.say(f"  note: {note}")
     if found.modes is not None:
         system_table(found.modes, found.table.modes, reporter.console)
     reporter.wrote(write_json(found.summary(), stem.with_name(f"{stem.name}-analysis.json")))

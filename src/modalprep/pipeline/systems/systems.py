@@ -16,6 +16,7 @@ from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
+from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate, start_channels
 from modalprep.pipeline.build.build import output_folder, read_bodies
 from modalprep.pipeline.console import Reporter, says_compiling
@@ -38,11 +39,17 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """The system, its runs by label (the main one first), and the files written."""
+    """The system, its runs by label (the main one first), the files written, and why the main run failed its audit."""
 
     system: System | DeployingSystem
     runs: dict[str, Result]
     files: list[Path]
+    failures: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the user should know about the validity of each run."""
+        return tuple(f"{label}: {note}" for label, run in self.runs.items() for note in run.notes)
 
 
 @says_compiling
@@ -84,7 +91,9 @@ def simulate_pipeline(
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
     for file in files:
         reporter.wrote(file)
-    return Simulated(system, runs, files)
+    weight = sum(body.m for body in system.bodies.values())
+    found = failures(main, pipeline.simulation.rtol, weight)
+    return Simulated(system, runs, files, tuple(f"{path}: {why}" for why in found))
 
 
 def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
@@ -130,6 +139,8 @@ def _simulate(
         f"  {run.message}; {run.stats['steps']:.0f} steps, "
         f"energy balance to {run.stats['energy_error']:.0e} of its largest part"
     )
+    for note in run.notes:
+        reporter.say(f"  note: {note}")
     return run
 
 
