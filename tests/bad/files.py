@@ -386,6 +386,41 @@ def grid(**values):
     return changed("job.toml", "[output]", f"[grid]\n{text}\n[output]")
 
 
+OVERWRITES = "is read by this command, which would overwrite it; write to another file"
+
+
+def linked(folder):
+    """Another name of the modal file."""
+    (folder / "again.sid_fem").symlink_to(folder / "body.h5")
+
+
+def named(file, name):
+    """The same file under another name."""
+    return lambda folder: (folder / file).rename(folder / name)
+
+
+def pushed_by_a_table(folder):
+    """A force that follows the points of a file."""
+    (folder / "push.csv").write_text("0, 0\n1, 2\n")
+    changed("system.toml", '[0, "sin(t)", 0]', '[0, { file = "push.csv" }, 0]')(folder)
+
+
+def welded(folder):
+    """A synthesis that writes the bodies it reads: a second run would damp them once more."""
+    (folder / "output" / "welds").mkdir(parents=True)
+    (folder / "body.h5").rename(folder / "output" / "welds" / "welds-arm.h5")
+    text = '[bodies.arm]\nfile = "output/welds/welds-arm.h5"\n[synthesis]\nmodes = 2\ndamping = 0.01\n'
+    (folder / "welds.toml").write_text(text)
+
+
+def drawn_over(folder):
+    """A mesh where the run exports the modes."""
+    (folder / "output" / "plate").mkdir(parents=True)
+    (folder / "plate.vtu").rename(folder / "output" / "plate" / "plate.vtu")
+    changed("plate.toml", "plate.inp", "output/plate/plate.vtu")(folder)
+    changed("plate.toml", "[output]", '[output]\nexport = ["vtu"]')(folder)
+
+
 WIDE = {f"materials__alloy__{name}": list(range(1, 101)) for name in ("E", "nu", "rho")}
 COMMANDS = [
     ("run none.toml", lambda folder: None, "none.toml does not exist"),
@@ -400,6 +435,24 @@ COMMANDS = [
     ("run job.toml", content("job.toml", "[[joints]]\nx = 1\n"), "job.toml", "[joints]"),
     ("run job.toml", content("job.toml", "[simulation]\nt_end = 1.0\n"), "job.toml", "no bodies"),
     ("run body.h5", lambda folder: None, "body.h5 is not valid TOML"),
+    *(
+        (f"export body.h5 --to {to} -o {target}", lambda folder: None, "body.h5", OVERWRITES)
+        for to, target in (("sid", "body.h5"), ("exudyn", "output/../body.h5"), ("vtu", "./body.h5"))
+    ),
+    ("export body.h5 --to sid -o again.sid_fem", linked, "again.sid_fem", OVERWRITES),
+    ("export body.fem --to mbdyn", named("body.h5", "body.fem"), "body.fem", OVERWRITES),
+    ("render body.png -o body.png", named("body.h5", "body.png"), "body.png", OVERWRITES),
+    ("modes body.html", named("body.h5", "body.html"), "body.html", OVERWRITES),
+    ("quality plate.png --picture plate.png", named("plate.vtu", "plate.png"), "plate.png", OVERWRITES),
+    ("quality plate.toml --picture plate.inp", lambda folder: None, "plate.inp", OVERWRITES),
+    *(
+        (f"simulate system.toml -o {target}", lambda folder: None, target, OVERWRITES)
+        for target in ("body.h5", "system.toml")
+    ),
+    ("simulate system.toml -o push.h5", pushed_by_a_table, "push.csv", OVERWRITES),
+    ("simulate system.toml --animate run.gif -o run.gif", lambda folder: None, "run.gif", OVERWRITES),
+    ("run welds.toml", welded, "welds-arm.h5", OVERWRITES),
+    ("run plate.toml", drawn_over, "plate.vtu", OVERWRITES),
     ("run system.toml --output job.toml", lambda folder: None, "cannot write", "choose another --output"),
     ("run job.toml --outputs x", lambda folder: None, "--outputs", "see modalprep --help"),
     ("rum job.toml", lambda folder: None, "rum", "see modalprep --help"),

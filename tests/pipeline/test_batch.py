@@ -19,6 +19,7 @@ from modalprep.errors import OutputError
 from modalprep.pipeline.batch.console import Progress
 from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import Job, Setting
+from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.work import work
 from modalprep.pipeline.batch.workers import Processes
 from modalprep.pipeline.build.program import program
@@ -127,6 +128,19 @@ def test_manifest_of_a_job(job, setting):
     assert record["program"] == program()
     assert record["seconds"] > 0
     assert "Mode selection" in job.log.read_text()
+
+
+def test_tables_of_points_are_inputs_of_a_job(project, tmp_path):
+    """A job whose force follows another file is another job, though no mesh and no body changed."""
+    system = '[bodies.bob]\nmass = 1.0\n[joints.way]\ntype = "prismatic"\nchild = "bob.root"\n'
+    push = '[forces.push]\nat = "bob.root"\nforce = [0, { file = "push.csv" }, 0]\n'
+    (tmp_path / "system.toml").write_text(f"{system}{push}[simulation]\nt_end = 0.01\n")
+    (tmp_path / "push.csv").write_text("0, 0\n1, 2\n")
+    before = input_digests(tmp_path / "system.toml")
+    (tmp_path / "push.csv").write_text("0, 0\n1, 3\n")
+    after = input_digests(tmp_path / "system.toml")
+    assert before["system.toml"] == after["system.toml"]
+    assert before["push.csv"] != after["push.csv"]
 
 
 def test_a_body_is_made_before_the_system(inline, project, tmp_path, capsys):

@@ -17,7 +17,8 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.simulate import simulate, start_channels
-from modalprep.pipeline.build.build import output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.build.build import made_bodies, output_folder, read_bodies, rotation_matrix
+from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.events import read_events
 from modalprep.pipeline.schema.load import load_pipeline, naming
@@ -65,6 +66,8 @@ def simulate_pipeline(
     pipeline = load_pipeline(path)
     if pipeline.simulation is None:
         raise InputError(f"{path} has no [simulation]: add one with t_end")
+    target = target or output_folder(path, output) / f"{path.stem}-run.h5"
+    refuse_overwriting((target, _csv_beside(target)), [*needed_files(path), *made_bodies(path, output)])
     system = read_system(pipeline, path, output, reporter)
     _refuse_unknown_channels(pipeline, system, path)
     theory = pipeline.simulation.chosen_theory
@@ -77,7 +80,6 @@ def simulate_pipeline(
     }
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
-    target = target or output_folder(path, output) / f"{path.stem}-run.h5"
     files = [write_result(main, target, compared)]
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
     for file in files:
