@@ -4,6 +4,7 @@ import io
 import json
 import pickle
 import zipfile
+import zlib
 
 import h5py
 import meshio
@@ -289,19 +290,49 @@ def attribute(name, value, of="/"):
     return change
 
 
-def bomb(folder):
-    """Megabytes of zeros that deflate takes twice, to a file of kilobytes: every size is consistent."""
+def zeros(n, chunk=None, **packing):
+    """Megabytes of zeros in a file of kilobytes: every size is consistent."""
+
+    def change(folder):
+        with h5py.File(folder / "body.h5", "a") as file:
+            del file["points"], file["shape"]
+            for name, shape in {"points": (n, 3), "shape": (n, 3, 2)}.items():
+                layout = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+                layout.set_chunk((min(n, chunk or n), *shape[1:]))
+                layout.set_deflate(9)
+                if packing.get("twice"):
+                    layout.set_deflate(9)
+                space = h5py.h5s.create_simple(shape)
+                h5py.h5d.create(file.id, name.encode(), h5py.h5t.NATIVE_FLOAT, space, layout)
+                for k in range(0, n, chunk or n):
+                    file[name][k : k + (chunk or n)] = 0.0
+
+    return change
+
+
+def wide_chunk(folder):
+    """Two numbers in a chunk of a hundred megabytes, which is unpacked to read them."""
     with h5py.File(folder / "body.h5", "a") as file:
-        del file["points"], file["shape"]
-        n = 20_000
-        for name, shape in {"points": (n, 3), "shape": (n, 3, 2)}.items():
-            layout = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-            layout.set_chunk(shape)
-            layout.set_deflate(9)
-            layout.set_deflate(9)
-            space = h5py.h5s.create_simple(shape)
-            h5py.h5d.create(file.id, name.encode(), h5py.h5t.NATIVE_FLOAT, space, layout)
-            file[name][...] = 0.0
+        old = file["K"][()]
+        del file["K"]
+        chunked = {"maxshape": (None,), "chunks": (12_500_000,), "compression": "gzip"}
+        file.create_dataset("K", shape=(2,), dtype=float, **chunked)[:] = old
+
+
+def repeated_text(folder):
+    """A thousand rows that refer to one text of a megabyte, in a file of a megabyte."""
+    with h5py.File(folder / "body.h5", "a") as file:
+        total, kind = file["modes"].attrs["total"], file["modes"].dtype
+        row = np.empty(1, dtype=kind)
+        row[:] = file["modes"][:1]
+        row["reason"] = "x" * 10**6
+        del file["modes"]
+        rows = file.create_dataset("modes", shape=(1000,), dtype=kind, chunks=(1000,), compression="gzip")
+        rows.attrs["total"] = total
+        rows[:1] = row
+        file.flush()
+        packed = zlib.decompress(rows.id.read_direct_chunk((0,))[1])
+        rows.id.write_direct_chunk((0,), zlib.compress(packed[: len(packed) // 1000] * 1000))
 
 
 def elsewhere(name, link):
@@ -372,7 +403,17 @@ MODAL = [
     ),
     ("check body.h5", dataset("extra", (10**12,), chunks=(1000,)), "extra declares", "file holds 0", *AGAIN),
     ("check body.h5", dataset("extra", (10**5,), external=[("/etc/passwd", 0, 400_000)]), "in other files", *AGAIN),
-    ("check body.h5", bomb, "declares", *AGAIN),
+    ("check body.h5", zeros(20_000, twice=True), "declares", *AGAIN),
+    ("check body.h5", zeros(2_000_000, chunk=500_000), "unpacks to 7.2e+07 bytes", "times its size", *AGAIN),
+    ("check body.h5", wide_chunk, "unpacks to 1e+08 bytes", "times its size", *AGAIN),
+    ("check body.h5", repeated_text, "the texts of modes are longer than the file", *AGAIN),
+    (
+        "check body.h5",
+        attribute("inputs", np.array(["{}"] * 1000, dtype=object)),
+        "inputs of / has more than 100 texts",
+        *AGAIN,
+    ),
+    ("check body.h5", dataset("interface_name", np.array([["a"]], dtype=object)), "not a list of texts", *AGAIN),
     ("check body.h5", elsewhere("K", h5py.ExternalLink("run.h5", "time")), "K is an external link", *AGAIN),
     ("check body.h5", elsewhere("cells", h5py.ExternalLink("/dev/zero", "x")), "cells is an external link", *AGAIN),
     ("check body.h5", elsewhere("K", h5py.SoftLink("/D")), "K is an external link", *AGAIN),

@@ -1,12 +1,15 @@
 """What the catalogue of bad input (tests/bad) does not hold: good neighbours of bad input, other doors, every cut."""
 
+import zipfile
+
 import h5py
 import numpy as np
 import pytest
-from bad.good import BEAM, CORNERS, HINGE, SOLID, TET, uniform_beam, write_lines, write_tets
+from bad.good import BEAM, CORNERS, HINGE, SOLID, TET, uniform_beam, write_lines, write_matrices, write_tets
 
 import modalprep as mp
 from modalprep.cli import main
+from modalprep.fe.external.files import read_matrices
 from modalprep.multibody.model.time_function import FUNCTIONS, TimeFunction
 
 
@@ -169,3 +172,32 @@ class TestResults:
         (tmp_path / "run.csv").write_text(text, encoding="latin-1")
         with pytest.raises(mp.InputError, match=r"run.csv is not a table of a result.*write it again"):
             mp.formats.read_csv(tmp_path / "run.csv")
+
+
+class TestMemory:
+    """What a file takes while it is read counts, copies included."""
+
+    @pytest.fixture
+    def room(self, monkeypatch):
+        return lambda size: monkeypatch.setenv("MODALPREP_MEMORY", str(size / 2**30))
+
+    def test_archive_of_matrices(self, tmp_path, room):
+        write_matrices(tmp_path)
+        with zipfile.ZipFile(tmp_path / "model.npz") as archive:
+            size = sum(info.file_size for info in archive.infolist())
+        room(4 * size)
+        assert len(read_matrices(file=tmp_path / "model.npz").points) == 5
+        room(2 * size)
+        with pytest.raises(mp.InputError, match="more than the memory that is free"):
+            read_matrices(file=tmp_path / "model.npz")
+
+    def test_modal_file(self, tmp_path, room):
+        file = mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        with h5py.File(file) as h5:
+            sizes = []
+            h5.visititems(lambda name, data: sizes.append(data.nbytes if isinstance(data, h5py.Dataset) else 0))
+        room(3 * sum(sizes))
+        assert mp.read_body(file).n == 2
+        room(1.5 * sum(sizes))
+        with pytest.raises(mp.InputError, match="more than the memory that is free"):
+            mp.read_body(file)
