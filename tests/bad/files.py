@@ -462,6 +462,20 @@ def drawn_over(folder):
     changed("plate.toml", "[output]", '[output]\nexport = ["vtu"]')(folder)
 
 
+A_FOLDER = "is a folder; name"
+FOLDERS = [
+    *((f"{command} .", lambda folder: None, A_FOLDER) for command in ("run", "simulate", "analyse", "batch")),
+    *((f"{command} .", lambda folder: None, A_FOLDER) for command in ("modes", "check", "render", "quality")),
+    ("diff body.h5 .", lambda folder: None, "modal file . is a folder; name a file in it"),
+    ("run job.toml", changed("job.toml", '"beam.msh"', '"."'), "mesh file . is a folder; name a file in it"),
+    ("simulate system.toml", changed("system.toml", '"body.h5"', '"."'), "modal file . is a folder"),
+    *(
+        ("run matrices.toml", changed("matrices.toml", file, "."), f"{what} . is a folder; name a file in it")
+        for file, what in (("k.mtx", "matrix file"), ("nodes.csv", "file of nodes"))
+    ),
+]
+
+
 WIDE = {f"materials__alloy__{name}": list(range(1, 101)) for name in ("E", "nu", "rho")}
 COMMANDS = [
     ("run none.toml", lambda folder: None, "none.toml does not exist"),

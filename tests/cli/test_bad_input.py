@@ -1,16 +1,29 @@
 """What the catalogue of bad input (tests/bad) does not hold: good neighbours of bad input, other doors, every cut."""
 
+import codecs
 import zipfile
 
 import h5py
 import numpy as np
 import pytest
-from bad.good import BEAM, CORNERS, HINGE, SOLID, TET, uniform_beam, write_lines, write_matrices, write_tets
+from bad.good import (
+    BEAM,
+    CORNERS,
+    HINGE,
+    SOLID,
+    TET,
+    uniform_beam,
+    write_good,
+    write_lines,
+    write_matrices,
+    write_tets,
+)
 
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.fe.external.files import read_matrices
 from modalprep.multibody.model.time_function import FUNCTIONS, TimeFunction
+from modalprep.pipeline.schema.load import load_pipeline
 
 
 @pytest.fixture
@@ -172,6 +185,54 @@ class TestResults:
         (tmp_path / "run.csv").write_text(text, encoding="latin-1")
         with pytest.raises(mp.InputError, match=r"run.csv is not a table of a result.*write it again"):
             mp.formats.read_csv(tmp_path / "run.csv")
+
+
+class TestMark:
+    """Editors of Windows put a mark before the text of a file (UTF-8 with BOM)."""
+
+    @pytest.mark.parametrize("name", ["job", "plate", "deck", "matrices"])
+    def test_every_file_of_a_pipeline(self, tmp_path, name):
+        write_good(tmp_path)
+        assert main(["modes", str(tmp_path / f"{name}.toml")]) == 0
+        plain = mp.read_body(tmp_path / "output" / name / f"{name}.h5")
+        for file in tmp_path.iterdir():
+            if file.suffix in (".toml", ".inp", ".bdf", ".mtx", ".csv"):
+                file.write_bytes(codecs.BOM_UTF8 + file.read_bytes())
+        assert main(["modes", str(tmp_path / f"{name}.toml")]) == 0
+        marked = mp.read_body(tmp_path / "output" / name / f"{name}.h5")
+        assert (marked.m, marked.frequency.tolist()) == (plain.m, plain.frequency.tolist())
+
+    def test_table_of_a_result(self, tmp_path):
+        (tmp_path / "run.csv").write_text("time,a\n0,1\n1,2\n", encoding="utf-8-sig")
+        assert mp.formats.read_csv(tmp_path / "run.csv")["a"].tolist() == [1.0, 2.0]
+
+
+class TestUnits:
+    """Constants of materials may be text with their unit; numbers are SI."""
+
+    @pytest.mark.parametrize("text", ["70 GPa", "7e4MPa", "70000 N/mm^2", "7e7 kPa", "7e10 Pa"])
+    def test_stress(self, folder, text):
+        file = job(folder, BEAM.replace("E = 7e10", f'E = "{text}"'))
+        assert load_pipeline(file).materials["alloy"].E == 7e10
+
+    @pytest.mark.parametrize("text", ["3 g/cm^3", "3 kg/dm3", "3 t/m^3", "3e-9 t/mm^3", "3000 kg/m^3"])
+    def test_density(self, folder, text):
+        file = job(folder, BEAM.replace("rho = 3000.0", f'rho = "{text}"'))
+        assert load_pipeline(file).materials["alloy"].rho == pytest.approx(3000.0)  # 3e-9 is not exact in binary
+
+    @pytest.mark.parametrize(
+        ("old", "new", "words"),
+        [
+            ("E = 7e10", 'E = "70"', "write 2.1e11 or '210 GPa', or a unit of Pa, kPa"),
+            ("E = 7e10", 'E = "70 psi"', "'70 psi' is not understood"),
+            ("rho = 3000.0", 'rho = "heavy"', "write 7850 or '7.85 g/cm3'"),
+            ("A = 4e-4", 'A = "4 cm2"', "'4 cm2' is text; write the number without quotes and in SI units"),
+            ("modes = 3", 'modes = "3"', "'3' is text; write the number without quotes"),
+        ],
+    )
+    def test_what_is_none(self, folder, capsys, old, new, words):
+        assert main(["modes", job(folder, BEAM.replace(old, new))]) == 2
+        assert words in message(capsys)
 
 
 class TestMemory:

@@ -15,6 +15,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.linalg.memory import available_memory
+from modalprep.suggest import refuse_missing
 
 PACKED = 2000  # largest compression ratio of deflate, the only filter of these files
 # A file may unpack to so many times its size, or to so many bytes if it is small. Bodies without geometric stiffness,
@@ -54,8 +55,7 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[h5py.File]:
     Traceback (most recent call last):
     modalprep.errors.InputError: modal file ...a.h5: K declares 4e+12 bytes, of which the file holds 0; write it again
     """
-    if not path.is_file():
-        raise InputError(f"{kind} {path} does not exist")
+    refuse_missing(path, kind)
     try:
         with h5py.File(path, "r") as file:
             _refuse_dangers(file)

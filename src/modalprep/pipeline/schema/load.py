@@ -15,6 +15,7 @@ from pydantic import ValidationError
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.suggest import refuse_missing
 
 SMALLEST, LARGEST = 1e-60, 1e60  # of a number
 
@@ -54,10 +55,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     InputError
         When the file is missing or is not TOML.
     """
-    if not path.is_file():
-        raise InputError(f"pipeline file {path} does not exist")
+    refuse_missing(path, "pipeline file")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         return text, tomllib.loads(text)
     except RecursionError:
         raise InputError(f"{path} has too deeply nested lists or tables; correct it") from None
