@@ -21,7 +21,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration import driver
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
 from modalprep.multibody.integration.event_actions import Changes
-from modalprep.multibody.integration.failure import diverged, failure
+from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import (
     CAUSE,
@@ -104,11 +104,11 @@ class Integration:
             reach = size[row["xq"] : row["xq"] + row["modes"]].max(initial=0.0)
             self.steps.size[SIZES + 2 * i] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
         self.pointers = {
-            CALLBACK: None if loading.compiled else self._pointer(self._loads),
-            TWIN: self._pointer(lambda t: self._twin(twin, t)) if twin else None,
+            "loads": None if loading.compiled else self._pointer(self._loads),
+            "twin": self._pointer(lambda t: self._twin(twin, t)) if twin else None,
         }
-        for flag, pointer in self.pointers.items():
-            self.equations.flags[flag] = pointer.address if pointer else 0
+        for name, flag in (("loads", CALLBACK), ("twin", TWIN)):
+            self.equations.flags[flag] = self.pointers[name].address if self.pointers[name] else 0
         self.watch = self._watch(times, size)
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
 
@@ -117,10 +117,11 @@ class Integration:
 
     def _loads(self, t: float) -> None:
         m = self.equations
-        m.shared[CALLBACK_POWER] = self.loading.call(m.data, m.state, t)
+        with np.errstate(all="ignore"):  # a trial that is far off is rejected
+            m.shared[CALLBACK_POWER] = self.loading.call(m.data, m.state, t)
 
     def _twin(self, twin: Callable, t: float) -> None:
-        with np.errstate(all="ignore"):  # a trial that is far off is rejected, as one of the kernel
+        with np.errstate(all="ignore"):
             self.equations.twin[:] = twin(self.equations.state, self.equations.motion, t)
 
     def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
@@ -135,7 +136,7 @@ class Integration:
                     for function, event in zip(functions, self.events, strict=True)
                 ]
 
-            self.pointers[len(self.pointers)] = pointer = self._pointer(ask)
+            self.pointers["events"] = pointer = self._pointer(ask)
             hook[0] = pointer.address
         sense = np.array([[e.direction, e.terminal or e.changes] for e in self.events], dtype=np.int64).reshape(
             count, 2
@@ -168,6 +169,7 @@ class Integration:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
             t, count = float(self.steps.clock[T]), int(self.steps.count[EVALUATIONS])
+            halved = int(self.steps.count[HALVED])
             code = driver.advance(self.equations, self.steps, self.watch, self.choice.method, end, self._chunk())
             found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[FOUND]]]
             self._drain(record)
@@ -182,6 +184,8 @@ class Integration:
             if code not in (driver.RUNNING, driver.FULL):
                 return code
             moved = float(self.steps.clock[T]) - t
+            refuse_fixed_step(self, int(self.steps.count[HALVED]) - halved)
+            refuse_noise(self, self.steps.count[EVALUATIONS] - count, moved)
             if code == driver.RUNNING and moved > 0.0 and self.steps.count[EVALUATIONS] > self.choice.review:
                 self._review((self.steps.count[EVALUATIONS] - count) / moved, record, end)
 
