@@ -34,6 +34,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     ['a.txt']
     """
     path = Path(path)
+    refuse_folder(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -44,6 +45,24 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def refuse_folder(path: Path) -> None:
+    """Refuse to write a file where a folder is.
+
+    Raises
+    ------
+    OutputError
+        Which names it.
+
+    Examples
+    --------
+    >>> refuse_folder(Path("."))
+    Traceback (most recent call last):
+    modalprep.errors.OutputError: cannot write .: Is a directory; name a file in it
+    """
+    if path.is_dir():
+        raise OutputError(f"cannot write {path}: Is a directory; name a file in it")
 
 
 def remove_temporary(folder: Path, process: int) -> None:

@@ -476,6 +476,39 @@ FOLDERS = [
 ]
 
 
+def interface(name):
+    return changed("job.toml", "[interfaces.root]", f"[interfaces.{name}]")
+
+
+NAMES = [
+    ("modes job.toml", interface('"a\\u0000b"'), "interface 'a\\x00b' has '\\x00' in its name; choose another"),
+    ("modes job.toml", interface('"a/b"'), "interface 'a/b' has '/' in its name"),
+    ("modes job.toml", interface("ground"), "interface 'ground' has the name of the ground"),
+    ("modes job.toml", interface('""'), "interface '' has an empty name; give it one"),
+    ("modes job.toml", changed("job.toml", "[mesh]", 'name = "a\\u0000b"\n[mesh]'), "character NUL"),
+    ("simulate system.toml", changed("system.toml", "bodies.bob", 'bodies."b\\u001b[31m"'), "[bodies]", "in its name"),
+    ("simulate system.toml", changed("system.toml", "bodies.bob", 'bodies."b.b"'), "body 'b.b' has '.' in its name"),
+    ("simulate system.toml", changed("system.toml", "joints.wrist", 'joints."a/b"'), "joint 'a/b'"),
+    ("modes job.toml", changed("job.toml", "E = 7e10", f"E = {'7' * 400}"), "a number of 400 digits is no quantity"),
+    ("modes job.toml", changed("job.toml", "modes = 3", f"modes = {'7' * 400}"), "[reduction.modes]", "400 digits"),
+    (
+        "simulate system.toml",
+        changed("system.toml", "[0, -9.81, 0]", '"9.81"'),
+        "'9.81' is a text, but this key needs a list or table",
+    ),
+    *(
+        (f"{command} .", lambda folder: None, "cannot write .: Is a directory; name a file in it")
+        for command in (
+            "export body.h5 --to sid -o",
+            "render body.h5 -o",
+            "quality beam.msh --picture",
+            "simulate system.toml -o",
+        )
+    ),
+    ("export . --to sid", lambda folder: None, "modal file . is a folder; name a file in it"),
+]
+
+
 WIDE = {f"materials__alloy__{name}": list(range(1, 101)) for name in ("E", "nu", "rho")}
 COMMANDS = [
     ("run none.toml", lambda folder: None, "none.toml does not exist"),

@@ -58,6 +58,7 @@ TABLES = {
     "modal": files.MODAL,
     "command": files.COMMANDS,
     "folder": files.FOLDERS,
+    "name": files.NAMES,
 }
 FILES = [
     pytest.param(*row[:2], row[2:], id=f"{kind} {number}: {row[0]}: {row[2][:50]}")

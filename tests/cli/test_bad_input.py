@@ -1,6 +1,9 @@
 """What the catalogue of bad input (tests/bad) does not hold: good neighbours of bad input, other doors, every cut."""
 
 import codecs
+import os
+import subprocess
+import sys
 import zipfile
 
 import h5py
@@ -262,3 +265,23 @@ class TestMemory:
         room(1.5 * sum(sizes))
         with pytest.raises(mp.InputError, match="more than the memory that is free"):
             mp.read_body(file)
+
+
+class TestTerminal:
+    """What the console script prints, in a process of its own."""
+
+    def script(self, tmp_path, code, **environment):
+        command = [sys.executable, "-c", f"import sys, modalprep.cli\n{code}\nmodalprep.cli.entry()"]
+        return subprocess.run(command, capture_output=True, cwd=tmp_path, env=os.environ | environment)
+
+    def test_without_accents(self, tmp_path):
+        """A terminal of ASCII shows m2 and not a traceback."""
+        mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        done = self.script(tmp_path, "sys.argv = ['modalprep', 'modes', 'body.h5']", PYTHONIOENCODING="ascii")
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert b"kg m2" in done.stdout
+
+    def test_without_warnings_of_numpy(self, tmp_path):
+        code = "import numpy\nmodalprep.cli.main = lambda: int(numpy.isfinite(numpy.float64(1e308) * 10))"
+        done = self.script(tmp_path, code)
+        assert (done.returncode, done.stderr) == (0, b"")

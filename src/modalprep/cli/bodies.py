@@ -10,6 +10,7 @@ import typer
 from modalprep.cli.common import Json, ModalFile, Output, app, print_json
 from modalprep.formats.export import EXPORTS
 from modalprep.report import summary
+from modalprep.suggest import refuse_missing
 
 if TYPE_CHECKING:
     from modalprep.body.checks import CheckReport
@@ -146,6 +147,7 @@ def export(
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
+    refuse_missing(file, "modal file")
     target = target or file.with_suffix(known_export(to).suffix)
     refuse_overwriting([target], [file])
     body = read_body(file)

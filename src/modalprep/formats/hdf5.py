@@ -12,7 +12,7 @@ from typing import Any
 import h5py
 import numpy as np
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import atomic_path, refuse_folder
 from modalprep.errors import InputError
 from modalprep.linalg.memory import available_memory
 from modalprep.suggest import refuse_missing
@@ -77,6 +77,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
     OutputError
         When the folder cannot be written, or the disk is full.
     """
+    refuse_folder(path)
     with h5py.File(path.name, "w", driver="core", backing_store=False) as file:
         yield file
         file.flush()

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
+from modalprep.atomic import refuse_folder
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -64,6 +65,8 @@ def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
     ------
     InputError
         Which names the file.
+    OutputError
+        When it is a folder.
 
     Examples
     --------
@@ -74,6 +77,7 @@ def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
     """
     needed, written = list(needed), []
     for target in targets:
+        refuse_folder(target)
         if any(same_file(target, file) for file in needed):
             raise InputError(f"{target} is read by this command, which would overwrite it; write to another file")
         if any(same_file(target, file) for file in written):

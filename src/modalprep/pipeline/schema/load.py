@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -36,7 +37,7 @@ def load_pipeline(path: str | Path) -> Pipeline:
     """
     path = Path(path)
     text, data = read_toml(path)
-    _refuse_odd_numbers(path, text, data, [])
+    _refuse_odd_values(path, text, data, [])
     try:
         pipeline = Pipeline.model_validate(data)
     except ValidationError as error:
@@ -84,14 +85,19 @@ def naming(file: Path | str) -> Iterator[None]:
         raise type(error)(f"{file}: {error}") from None
 
 
-def _refuse_odd_numbers(path: Path, text: str, value: Any, keys: list[str]) -> None:
-    """Refuse numbers whose powers overflow; no quantity in SI units is so large or small."""
+def _refuse_odd_values(path: Path, text: str, value: Any, keys: list[str]) -> None:
+    """Refuse numbers whose powers overflow, as no quantity in SI units does, and texts that no file can hold."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, inner in items:
-        _refuse_odd_numbers(path, text, inner, [*keys, str(key)])
-    if isinstance(value, (int, float)) and math.isfinite(value) and value and not SMALLEST <= abs(value) <= LARGEST:
-        line = _line(text, keys)
-        raise InputError(f"{path}, line {line}: [{'.'.join(keys)}]: {value:g} is no quantity in SI units; correct it")
+        _refuse_odd_values(path, text, inner, [*keys, str(key)])
+    odd = ""
+    if isinstance(value, (int, float)) and 0 < abs(value) < math.inf and not SMALLEST <= abs(value) <= LARGEST:
+        shown = f"{value:g}" if abs(value) < sys.float_info.max else f"a number of {len(str(abs(value)))} digits"
+        odd = f"{shown} is no quantity in SI units"
+    if isinstance(value, str) and "\0" in value:
+        odd = f"{value!r} has a character NUL, which is no text"
+    if odd:
+        raise InputError(f"{path}, line {_line(text, keys)}: [{'.'.join(keys)}]: {odd}; correct it")
 
 
 def _message(path: Path, text: str, error: ValidationError) -> str:

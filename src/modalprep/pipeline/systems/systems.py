@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from modalprep.atomic import refuse_folder
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
@@ -106,6 +107,7 @@ def in_theory(system: System | DeployingSystem, theory: Theory) -> System | Depl
 
 
 def _csv_beside(target: Path) -> Path:
+    refuse_folder(target)
     return target.with_suffix(".csv") if target.suffix != ".csv" else target.with_name(f"{target.stem}-table.csv")
 
 
