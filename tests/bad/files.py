@@ -358,7 +358,47 @@ def ring(folder):
         file["cells/a"] = file["cells/b"] = file["cells"]
 
 
+def times(name, factor):
+    """Scale a dataset of the modal file."""
+
+    def change(folder):
+        with h5py.File(folder / "body.h5", "a") as file:
+            file[name][...] = factor * file[name][()]
+
+    return change
+
+
+def forged(change):
+    """Take what vouches for the contents of a changed modal file away, as if an old version had written it."""
+
+    def change_both(folder):
+        change(folder)
+        with h5py.File(folder / "body.h5", "a") as file:
+            del file.attrs["checksum"]
+            file.attrs["format_version"] = 1
+
+    return change_both
+
+
+def without_checksum(folder):
+    with h5py.File(folder / "body.h5", "a") as file:
+        del file.attrs["checksum"]
+
+
 AGAIN = "body.h5", "write it again"
+IMPOSSIBLE = {  # edits that were simulated without a word, and the identity that each violates
+    "negative P": (times("P", -1.0), "modal mass"),
+    "negative diagonal of P": (times("P", np.diag([-1.0, 1.0])), "modal mass"),
+    "frequency without K": (times("frequency", 2.0), "modal stiffness"),
+    "K without frequency": (times("K", 2.0), "modal stiffness"),
+    "mass of a star": (times("m", 1e300), "mass and inertia"),
+    "damping that drives": (dataset("D", np.array([-100.0, 0.0])), "modal damping"),
+    "geometric stiffness": (times("Kg_W", 1e76), "sizes"),
+    "geometric stiffness of a force": (times("Kg_F", 1e76), "sizes"),
+    "heavy modes": (times("S", 1e3), "mass matrix"),
+    "inertia": (dataset("E0", np.diag([400.0, -9.0, 0.0])), "mass and inertia"),
+    "mode shapes": (times("shape", 1e20), "sizes"),
+}
 MODAL = [
     ("check none.h5", lambda folder: None, "modal file none.h5 does not exist"),
     ("check body.h5", content("body.h5", JUNK), "body.h5 is damaged or not a modal file"),
@@ -370,8 +410,27 @@ MODAL = [
     ("check run.h5", lambda folder: None, "run.h5", "no attribute format = 'modalprep'"),
     ("export body.h5 --to adams", lambda folder: None, "format 'adams' does not exist"),
     ("render body.h5 --mode 9", lambda folder: None, "no mode 9; its modes are 1 to 2"),
-    ("check body.h5", attribute("format_version", 2), "body.h5", "version 2", "update modalprep"),
+    ("check body.h5", attribute("format_version", 3), "body.h5", "version 3", "update modalprep"),
     ("check body.h5", attribute("format_version", "new"), *AGAIN),
+    ("check body.h5", attribute("format_version", 0), "format version 0", "versions begin at 1", *AGAIN),
+    ("check body.h5", attribute("units", "mm"), "units 'mm'", "the units are 'SI'", *AGAIN),
+    ("check body.h5", without_checksum, "do not match its checksum", *AGAIN),
+    ("check body.h5", attribute("checksum", "0" * 64), "do not match its checksum", *AGAIN),
+    (
+        "simulate system.toml",
+        times("m", 1.0 + 1e-12),
+        "do not match its checksum",
+        "changed since it was written",
+        *AGAIN,
+    ),
+    ("simulate system.toml", times("Kg_W", 1.01), "do not match its checksum", *AGAIN),
+    ("simulate system.toml", attribute("name", "rod"), "do not match its checksum", *AGAIN),
+    ("modes body.h5", attribute("program", "another"), "do not match its checksum", *AGAIN),
+    ("export body.h5 --to sid", times("phi", 2.0), "do not match its checksum", *AGAIN),
+    *(
+        ("simulate system.toml", forged(change), f"check '{check}' failed", *AGAIN)
+        for change, check in IMPOSSIBLE.values()
+    ),
     ("check body.h5", attribute("inputs", "{"), *AGAIN),
     ("check body.h5", attribute("inputs", "[1]"), *AGAIN),
     ("check body.h5", attribute("inputs", "[" * 100_000), *AGAIN),

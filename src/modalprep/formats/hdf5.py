@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
 from collections.abc import Iterator
@@ -22,6 +23,7 @@ PACKED = 2000  # largest compression ratio of deflate, the only filter of these 
 # whose arrays of zeros pack best, reach 65 times with 200 modes and 200 interfaces.
 PACKING, SMALL = 100, 2**26
 COPY = 9  # bytes for each number that is read: the number as float64, and whether it is finite
+CHECKSUM = "checksum"  # attribute of the file
 TEXTS = 100  # in one attribute
 FAULTS = (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, MemoryError)
 
@@ -84,6 +86,44 @@ def writing(path: Path) -> Iterator[h5py.File]:
         image = file.id.get_file_image()
     with atomic_path(path) as temporary:
         temporary.write_bytes(image)
+
+
+def checksum(file: h5py.File) -> str:
+    """Return the SHA-256 of all that a file says, whatever its layout and its compression; of its checksum nothing.
+
+    Examples
+    --------
+    >>> with h5py.File("a.h5", "w", driver="core", backing_store=False) as file:
+    ...     file["K"] = [1.0, 2.0]
+    ...     before = checksum(file)
+    ...     file["K"][1] = 3.0
+    ...     before == checksum(file)
+    False
+    """
+    names = ["/"]
+    file.visit(names.append)
+    total = hashlib.sha256()
+    for name in sorted(names):
+        item = file[name]
+        values = {key: item.attrs[key] for key in sorted(item.attrs) if key != CHECKSUM}
+        values |= {"": item[()]} if isinstance(item, h5py.Dataset) else {}
+        for key, value in values.items():
+            total.update(f"{name} {key}\n".encode())
+            total.update(_bytes(value))
+    return total.hexdigest()
+
+
+def _bytes(value: Any) -> bytes:
+    """Return what to hash of numbers, texts and tables, their kind and shape before their content."""
+    if isinstance(value, str):
+        return value.encode("utf-8", "surrogateescape")
+    array = np.asarray(value)
+    if array.dtype.names:
+        return b"".join(name.encode() + _bytes(array[name]) for name in array.dtype.names)
+    if array.dtype.hasobject:
+        return repr([x.decode("utf-8", "replace") if isinstance(x, bytes) else x for x in array.ravel()]).encode()
+    array = array.astype(array.dtype.newbyteorder("<"))
+    return f"{array.dtype.str} {array.shape}\n".encode() + array.tobytes()
 
 
 def _refuse_dangers(file: h5py.File) -> None:
