@@ -9,7 +9,7 @@ import zlib
 import h5py
 import meshio
 import numpy as np
-from bad.good import CORNERS, TET, write_lines, write_tets
+from bad.good import CORNERS, HINGE, TET, write_lines, write_tets
 
 BEAM_SECTION = 'type = "beam"\nmaterial = "alloy"\nA = 4e-4\nIy = 8e-7\nIz = 2e-7\nJ = 5e-7\n'
 
@@ -532,6 +532,36 @@ FOLDERS = [
         ("run matrices.toml", changed("matrices.toml", file, "."), f"{what} . is a folder; name a file in it")
         for file, what in (("k.mtx", "matrix file"), ("nodes.csv", "file of nodes"))
     ),
+]
+
+
+def hinged(old, new):
+    """A system whose body is built from its mesh, with something wrong that needs no body to be seen."""
+
+    def change(folder):
+        text = (folder / "job.toml").read_text() + HINGE.replace("t_end = 0.01", "t_end = 0.01\noutput = []")
+        assert old in text
+        (folder / "hinged.toml").write_text(text.replace(old, new).replace('"job.root"', '"hinged.root"'))
+
+    return change
+
+
+BEFORE_WORK = [
+    (
+        "simulate hinged.toml",
+        hinged("output = []", 'output = ["arm.tip.position"]'),
+        "'arm.tip.position' of output: 'arm'",
+    ),
+    ("run hinged.toml", hinged("output = []", "output_step = 1e-13"), "output times; lower t_end or raise output_step"),
+    ("simulate hinged.toml", hinged('child = "job.root"', 'child = "arm.root"'), "child body 'arm' does not exist"),
+    ("simulate hinged.toml", hinged('child = "job.root"', 'parent = "x.y"\nchild = "job.root"'), "parent body 'x'"),
+    (
+        "simulate hinged.toml",
+        hinged('child = "job.root"', 'child = "job.root"\naxis = [0, 0, 0]'),
+        "joint 'hinge'",
+        "axis",
+    ),
+    ("modes hinged.toml", hinged("interfaces.root", "interfaces.ground"), "has the name of the ground"),
 ]
 
 

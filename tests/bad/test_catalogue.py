@@ -59,6 +59,7 @@ TABLES = {
     "command": files.COMMANDS,
     "folder": files.FOLDERS,
     "name": files.NAMES,
+    "before work": files.BEFORE_WORK,
 }
 FILES = [
     pytest.param(*row[:2], row[2:], id=f"{kind} {number}: {row[0]}: {row[2][:50]}")

@@ -4,6 +4,7 @@ import codecs
 import os
 import subprocess
 import sys
+import time
 import zipfile
 
 import h5py
@@ -188,6 +189,18 @@ class TestResults:
         (tmp_path / "run.csv").write_text(text, encoding="latin-1")
         with pytest.raises(mp.InputError, match=r"run.csv is not a table of a result.*write it again"):
             mp.formats.read_csv(tmp_path / "run.csv")
+
+
+class TestLeftOver:
+    """Temporary files of a run that was killed."""
+
+    @pytest.mark.parametrize(("age", "stays"), [(7200, False), (60, True)])
+    def test_they_go_with_the_next_run(self, tmp_path, age, stays):
+        left = tmp_path / ".body.4711.part.h5"
+        left.write_text("half")
+        os.utime(left, (time.time() - age,) * 2)
+        mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        assert left.exists() == stays  # a young one may belong to a run that goes on
 
 
 class TestMark:

@@ -4,6 +4,7 @@ import errno
 import io
 import json
 import multiprocessing
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -21,7 +22,7 @@ from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import Job, Setting
 from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.work import work
-from modalprep.pipeline.batch.workers import Processes
+from modalprep.pipeline.batch.workers import THREADS, Processes, share_threads
 from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
@@ -184,6 +185,17 @@ def test_list(project, tmp_path, capsys):
     assert manifests(tmp_path / "output") == {}
 
 
+@pytest.mark.parametrize(("exported", "threads"), [(None, "3"), ("8", "3"), ("1", "1"), ("many", "3")])
+def test_exported_threads_do_not_overrule_the_share_of_a_job(monkeypatch, exported, threads):
+    """Eight jobs of eight threads each would share eight processors; fewer than the share are respected."""
+    for name in THREADS:
+        monkeypatch.setenv(name, "")  # so that all are as before in the end
+    if exported:
+        monkeypatch.setenv("OMP_NUM_THREADS", exported)
+    share_threads(3)
+    assert os.environ["OMP_NUM_THREADS"] == threads
+
+
 def test_a_process_that_dies_fails_its_own_job_only(job, setting):
     """As when the machine runs out of memory: the cause is told, and another process takes the next job."""
     team = Processes(1, setting)
@@ -317,7 +329,7 @@ def test_bad_grids(project, tmp_path, capsys, grid):
     ("arguments", "message"),
     [
         (["{folder}/no-*.toml"], "no pipeline file matches"),
-        (["{folder}"], "no pipeline file matches"),
+        (["{folder}"], "is a folder; name the pipeline files in it"),
         (["{folder}/a.toml", "-j", "0"], "at least 1"),
         (["{folder}/a.toml", "-j", "2", "--scheduler", "tcp://127.0.0.1:1"], "leave it out with --scheduler"),
         (["{folder}/a.toml", "--cache", "x", "--no-cache"], "contradict"),

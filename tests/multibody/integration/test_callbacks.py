@@ -86,6 +86,34 @@ class TestNoise:
         assert run.status == "done"
 
 
+class TestEvents:
+    """Event functions of the user."""
+
+    @pytest.mark.parametrize(
+        ("value", "words"),
+        [
+            (np.nan, "event 'low': its function is not a number at t = 0 s"),
+            ("low", "event 'low': its function returned 'low' at t = 0 s; return a number"),
+            (None, "event 'low': its function"),
+            (np.ones(2), r"event 'low': its function returned array\(\[1., 1.\]\)"),
+        ],
+    )
+    def test_value_that_is_no_number(self, value, words):
+        with pytest.raises(mp.InputError, match=words):
+            mp.simulate(pendulum(), t_end=0.1, events=(mp.Event(name="low", when=lambda t, state: value),))
+
+    def test_value_that_is_none_later(self):
+        late = mp.Event(name="late", when=lambda t, state: np.nan if t > 0.05 else 1.0)
+        with pytest.raises(mp.InputError, match="event 'late': its function is not a number at t = 0.0"):
+            mp.simulate(pendulum(), t_end=0.1, events=(late,))
+
+    def test_two_of_one_name(self):
+        """The times of the first were lost."""
+        twice = [mp.Event(name="low", when=f"hinge.angle + {x}") for x in (0.1, 0.2)]
+        with pytest.raises(mp.InputError, match="2 events have the name 'low'; give each its own"):
+            mp.simulate(pendulum(), t_end=0.1, events=twice)
+
+
 class TestUnstable:
     @pytest.mark.parametrize("method", ["explicit", "rosenbrock", "generalised_alpha"])
     def test_fixed_step_too_long_for_a_law(self, method):
