@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import csv
+import glob
 import json
 import os
+import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from modalprep.errors import OutputError
+
+ABANDONED = 3600.0  # s
 
 
 @contextmanager
@@ -34,9 +38,11 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     ['a.txt']
     """
     path = Path(path)
+    refuse_folder(path)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        _remove_abandoned(path)
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
@@ -44,6 +50,32 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
+
+
+def _remove_abandoned(path: Path) -> None:
+    """Remove what runs that were killed have left of a file: temporary files that nobody has written to for long."""
+    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.part{glob.escape(path.suffix)}"):
+        with suppress(OSError):
+            if time.time() - left.stat().st_mtime > ABANDONED:
+                left.unlink()
+
+
+def refuse_folder(path: Path) -> None:
+    """Refuse to write a file where a folder is.
+
+    Raises
+    ------
+    OutputError
+        Which names it.
+
+    Examples
+    --------
+    >>> refuse_folder(Path("."))
+    Traceback (most recent call last):
+    modalprep.errors.OutputError: cannot write .: Is a directory; name a file in it
+    """
+    if path.is_dir():
+        raise OutputError(f"cannot write {path}: Is a directory; name a file in it")
 
 
 def remove_temporary(folder: Path, process: int) -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 from modalprep.errors import InputError
@@ -46,6 +48,43 @@ def refuse_other(call: str, kind: type, value: object) -> None:
     if not isinstance(value, kind):
         advice = f"; {MADE_BY[kind.__name__]}" if kind.__name__ in MADE_BY else ""
         raise InputError(f"{call} must be of type {kind.__name__}, not {type(value).__name__}{advice}")
+
+
+def refuse_missing(path: Path, what: str, advice: str = "") -> None:
+    """Raise an `InputError` when there is no file; `what` it is starts the message, `advice` ends it.
+
+    Examples
+    --------
+    >>> refuse_missing(Path("no.csv"), "table of time")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: table of time no.csv does not exist
+    >>> refuse_missing(Path("/"), "table of time")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: table of time / is a folder; name a file in it
+    """
+    if path.is_dir():
+        raise InputError(f"{what} {path} is a folder; name a file in it")
+    if not path.is_file():
+        raise InputError(f"{what} {path} does not exist{advice and '; '}{advice}")
+
+
+def refuse_name(name: str, what: str, without: str = "/") -> None:
+    """Raise an `InputError` for a name that references and files cannot carry; `what` it names starts the message.
+
+    Examples
+    --------
+    >>> refuse_name("arm", "body")
+    >>> refuse_name("left/arm", "body")
+    Traceback (most recent call last):
+    modalprep.errors.InputError: body 'left/arm' has '/' in its name; choose another name
+    """
+    if not name:
+        raise InputError(f"{what} {name!r} has an empty name; give it one")
+    if name == "ground":
+        raise InputError(f"{what} {name!r} has the name of the ground; choose another name")
+    for sign in name:
+        if sign in without or unicodedata.category(sign) == "Cc":
+            raise InputError(f"{what} {name!r} has {sign!r} in its name; choose another name")
 
 
 def refuse_unknown(name: str, known: Iterable[str], what: str) -> None:

@@ -4,11 +4,12 @@ import io
 import json
 import pickle
 import zipfile
+import zlib
 
 import h5py
 import meshio
 import numpy as np
-from bad.good import CORNERS, TET, write_lines, write_tets
+from bad.good import CORNERS, HINGE, TET, write_lines, write_tets
 
 BEAM_SECTION = 'type = "beam"\nmaterial = "alloy"\nA = 4e-4\nIy = 8e-7\nIz = 2e-7\nJ = 5e-7\n'
 
@@ -289,19 +290,49 @@ def attribute(name, value, of="/"):
     return change
 
 
-def bomb(folder):
-    """Megabytes of zeros that deflate takes twice, to a file of kilobytes: every size is consistent."""
+def zeros(n, chunk=None, **packing):
+    """Megabytes of zeros in a file of kilobytes: every size is consistent."""
+
+    def change(folder):
+        with h5py.File(folder / "body.h5", "a") as file:
+            del file["points"], file["shape"]
+            for name, shape in {"points": (n, 3), "shape": (n, 3, 2)}.items():
+                layout = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+                layout.set_chunk((min(n, chunk or n), *shape[1:]))
+                layout.set_deflate(9)
+                if packing.get("twice"):
+                    layout.set_deflate(9)
+                space = h5py.h5s.create_simple(shape)
+                h5py.h5d.create(file.id, name.encode(), h5py.h5t.NATIVE_FLOAT, space, layout)
+                for k in range(0, n, chunk or n):
+                    file[name][k : k + (chunk or n)] = 0.0
+
+    return change
+
+
+def wide_chunk(folder):
+    """Two numbers in a chunk of a hundred megabytes, which is unpacked to read them."""
     with h5py.File(folder / "body.h5", "a") as file:
-        del file["points"], file["shape"]
-        n = 20_000
-        for name, shape in {"points": (n, 3), "shape": (n, 3, 2)}.items():
-            layout = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-            layout.set_chunk(shape)
-            layout.set_deflate(9)
-            layout.set_deflate(9)
-            space = h5py.h5s.create_simple(shape)
-            h5py.h5d.create(file.id, name.encode(), h5py.h5t.NATIVE_FLOAT, space, layout)
-            file[name][...] = 0.0
+        old = file["K"][()]
+        del file["K"]
+        chunked = {"maxshape": (None,), "chunks": (12_500_000,), "compression": "gzip"}
+        file.create_dataset("K", shape=(2,), dtype=float, **chunked)[:] = old
+
+
+def repeated_text(folder):
+    """A thousand rows that refer to one text of a megabyte, in a file of a megabyte."""
+    with h5py.File(folder / "body.h5", "a") as file:
+        total, kind = file["modes"].attrs["total"], file["modes"].dtype
+        row = np.empty(1, dtype=kind)
+        row[:] = file["modes"][:1]
+        row["reason"] = "x" * 10**6
+        del file["modes"]
+        rows = file.create_dataset("modes", shape=(1000,), dtype=kind, chunks=(1000,), compression="gzip")
+        rows.attrs["total"] = total
+        rows[:1] = row
+        file.flush()
+        packed = zlib.decompress(rows.id.read_direct_chunk((0,))[1])
+        rows.id.write_direct_chunk((0,), zlib.compress(packed[: len(packed) // 1000] * 1000))
 
 
 def elsewhere(name, link):
@@ -327,7 +358,47 @@ def ring(folder):
         file["cells/a"] = file["cells/b"] = file["cells"]
 
 
+def times(name, factor):
+    """Scale a dataset of the modal file."""
+
+    def change(folder):
+        with h5py.File(folder / "body.h5", "a") as file:
+            file[name][...] = factor * file[name][()]
+
+    return change
+
+
+def forged(change):
+    """Take what vouches for the contents of a changed modal file away, as if an old version had written it."""
+
+    def change_both(folder):
+        change(folder)
+        with h5py.File(folder / "body.h5", "a") as file:
+            del file.attrs["checksum"]
+            file.attrs["format_version"] = 1
+
+    return change_both
+
+
+def without_checksum(folder):
+    with h5py.File(folder / "body.h5", "a") as file:
+        del file.attrs["checksum"]
+
+
 AGAIN = "body.h5", "write it again"
+IMPOSSIBLE = {  # edits that were simulated without a word, and the identity that each violates
+    "negative P": (times("P", -1.0), "modal mass"),
+    "negative diagonal of P": (times("P", np.diag([-1.0, 1.0])), "modal mass"),
+    "frequency without K": (times("frequency", 2.0), "modal stiffness"),
+    "K without frequency": (times("K", 2.0), "modal stiffness"),
+    "mass of a star": (times("m", 1e300), "mass and inertia"),
+    "damping that drives": (dataset("D", np.array([-100.0, 0.0])), "modal damping"),
+    "geometric stiffness": (times("Kg_W", 1e76), "sizes"),
+    "geometric stiffness of a force": (times("Kg_F", 1e76), "sizes"),
+    "heavy modes": (times("S", 1e3), "mass matrix"),
+    "inertia": (dataset("E0", np.diag([400.0, -9.0, 0.0])), "mass and inertia"),
+    "mode shapes": (times("shape", 1e20), "sizes"),
+}
 MODAL = [
     ("check none.h5", lambda folder: None, "modal file none.h5 does not exist"),
     ("check body.h5", content("body.h5", JUNK), "body.h5 is damaged or not a modal file"),
@@ -339,8 +410,27 @@ MODAL = [
     ("check run.h5", lambda folder: None, "run.h5", "no attribute format = 'modalprep'"),
     ("export body.h5 --to adams", lambda folder: None, "format 'adams' does not exist"),
     ("render body.h5 --mode 9", lambda folder: None, "no mode 9; its modes are 1 to 2"),
-    ("check body.h5", attribute("format_version", 2), "body.h5", "version 2", "update modalprep"),
+    ("check body.h5", attribute("format_version", 3), "body.h5", "version 3", "update modalprep"),
     ("check body.h5", attribute("format_version", "new"), *AGAIN),
+    ("check body.h5", attribute("format_version", 0), "format version 0", "versions begin at 1", *AGAIN),
+    ("check body.h5", attribute("units", "mm"), "units 'mm'", "the units are 'SI'", *AGAIN),
+    ("check body.h5", without_checksum, "do not match its checksum", *AGAIN),
+    ("check body.h5", attribute("checksum", "0" * 64), "do not match its checksum", *AGAIN),
+    (
+        "simulate system.toml",
+        times("m", 1.0 + 1e-12),
+        "do not match its checksum",
+        "changed since it was written",
+        *AGAIN,
+    ),
+    ("simulate system.toml", times("Kg_W", 1.01), "do not match its checksum", *AGAIN),
+    ("simulate system.toml", attribute("name", "rod"), "do not match its checksum", *AGAIN),
+    ("modes body.h5", attribute("program", "another"), "do not match its checksum", *AGAIN),
+    ("export body.h5 --to sid", times("phi", 2.0), "do not match its checksum", *AGAIN),
+    *(
+        ("simulate system.toml", forged(change), f"check '{check}' failed", *AGAIN)
+        for change, check in IMPOSSIBLE.values()
+    ),
     ("check body.h5", attribute("inputs", "{"), *AGAIN),
     ("check body.h5", attribute("inputs", "[1]"), *AGAIN),
     ("check body.h5", attribute("inputs", "[" * 100_000), *AGAIN),
@@ -372,7 +462,17 @@ MODAL = [
     ),
     ("check body.h5", dataset("extra", (10**12,), chunks=(1000,)), "extra declares", "file holds 0", *AGAIN),
     ("check body.h5", dataset("extra", (10**5,), external=[("/etc/passwd", 0, 400_000)]), "in other files", *AGAIN),
-    ("check body.h5", bomb, "declares", *AGAIN),
+    ("check body.h5", zeros(20_000, twice=True), "declares", *AGAIN),
+    ("check body.h5", zeros(2_000_000, chunk=500_000), "unpacks to 7.2e+07 bytes", "times its size", *AGAIN),
+    ("check body.h5", wide_chunk, "unpacks to 1e+08 bytes", "times its size", *AGAIN),
+    ("check body.h5", repeated_text, "the texts of modes are longer than the file", *AGAIN),
+    (
+        "check body.h5",
+        attribute("inputs", np.array(["{}"] * 1000, dtype=object)),
+        "inputs of / has more than 100 texts",
+        *AGAIN,
+    ),
+    ("check body.h5", dataset("interface_name", np.array([["a"]], dtype=object)), "not a list of texts", *AGAIN),
     ("check body.h5", elsewhere("K", h5py.ExternalLink("run.h5", "time")), "K is an external link", *AGAIN),
     ("check body.h5", elsewhere("cells", h5py.ExternalLink("/dev/zero", "x")), "cells is an external link", *AGAIN),
     ("check body.h5", elsewhere("K", h5py.SoftLink("/D")), "K is an external link", *AGAIN),
@@ -384,6 +484,118 @@ MODAL = [
 def grid(**values):
     text = "\n".join(f'"{key.replace("__", ".")}" = {json.dumps(value)}' for key, value in values.items())
     return changed("job.toml", "[output]", f"[grid]\n{text}\n[output]")
+
+
+OVERWRITES = "is read by this command, which would overwrite it; write to another file"
+
+
+def linked(folder):
+    """Another name of the modal file."""
+    (folder / "again.sid_fem").symlink_to(folder / "body.h5")
+
+
+def named(file, name):
+    """The same file under another name."""
+    return lambda folder: (folder / file).rename(folder / name)
+
+
+def pushed_by_a_table(folder):
+    """A force that follows the points of a file."""
+    (folder / "push.csv").write_text("0, 0\n1, 2\n")
+    changed("system.toml", '[0, "sin(t)", 0]', '[0, { file = "push.csv" }, 0]')(folder)
+
+
+def welded(folder):
+    """A synthesis that writes the bodies it reads: a second run would damp them once more."""
+    (folder / "output" / "welds").mkdir(parents=True)
+    (folder / "body.h5").rename(folder / "output" / "welds" / "welds-arm.h5")
+    text = '[bodies.arm]\nfile = "output/welds/welds-arm.h5"\n[synthesis]\nmodes = 2\ndamping = 0.01\n'
+    (folder / "welds.toml").write_text(text)
+
+
+def drawn_over(folder):
+    """A mesh where the run exports the modes."""
+    (folder / "output" / "plate").mkdir(parents=True)
+    (folder / "plate.vtu").rename(folder / "output" / "plate" / "plate.vtu")
+    changed("plate.toml", "plate.inp", "output/plate/plate.vtu")(folder)
+    changed("plate.toml", "[output]", '[output]\nexport = ["vtu"]')(folder)
+
+
+A_FOLDER = "is a folder; name"
+FOLDERS = [
+    *((f"{command} .", lambda folder: None, A_FOLDER) for command in ("run", "simulate", "analyse", "batch")),
+    *((f"{command} .", lambda folder: None, A_FOLDER) for command in ("modes", "check", "render", "quality")),
+    ("diff body.h5 .", lambda folder: None, "modal file . is a folder; name a file in it"),
+    ("run job.toml", changed("job.toml", '"beam.msh"', '"."'), "mesh file . is a folder; name a file in it"),
+    ("simulate system.toml", changed("system.toml", '"body.h5"', '"."'), "modal file . is a folder"),
+    *(
+        ("run matrices.toml", changed("matrices.toml", file, "."), f"{what} . is a folder; name a file in it")
+        for file, what in (("k.mtx", "matrix file"), ("nodes.csv", "file of nodes"))
+    ),
+]
+
+
+def hinged(old, new):
+    """A system whose body is built from its mesh, with something wrong that needs no body to be seen."""
+
+    def change(folder):
+        text = (folder / "job.toml").read_text() + HINGE.replace("t_end = 0.01", "t_end = 0.01\noutput = []")
+        assert old in text
+        (folder / "hinged.toml").write_text(text.replace(old, new).replace('"job.root"', '"hinged.root"'))
+
+    return change
+
+
+BEFORE_WORK = [
+    (
+        "simulate hinged.toml",
+        hinged("output = []", 'output = ["arm.tip.position"]'),
+        "'arm.tip.position' of output: 'arm'",
+    ),
+    ("run hinged.toml", hinged("output = []", "output_step = 1e-13"), "output times; lower t_end or raise output_step"),
+    ("simulate hinged.toml", hinged('child = "job.root"', 'child = "arm.root"'), "child body 'arm' does not exist"),
+    ("simulate hinged.toml", hinged('child = "job.root"', 'parent = "x.y"\nchild = "job.root"'), "parent body 'x'"),
+    (
+        "simulate hinged.toml",
+        hinged('child = "job.root"', 'child = "job.root"\naxis = [0, 0, 0]'),
+        "joint 'hinge'",
+        "axis",
+    ),
+    ("modes hinged.toml", hinged("interfaces.root", "interfaces.ground"), "has the name of the ground"),
+]
+
+
+def interface(name):
+    return changed("job.toml", "[interfaces.root]", f"[interfaces.{name}]")
+
+
+NAMES = [
+    ("modes job.toml", interface('"a\\u0000b"'), "interface 'a\\x00b' has '\\x00' in its name; choose another"),
+    ("modes job.toml", interface('"a/b"'), "interface 'a/b' has '/' in its name"),
+    ("modes job.toml", interface("ground"), "interface 'ground' has the name of the ground"),
+    ("modes job.toml", interface('""'), "interface '' has an empty name; give it one"),
+    ("modes job.toml", changed("job.toml", "[mesh]", 'name = "a\\u0000b"\n[mesh]'), "character NUL"),
+    ("simulate system.toml", changed("system.toml", "bodies.bob", 'bodies."b\\u001b[31m"'), "[bodies]", "in its name"),
+    ("simulate system.toml", changed("system.toml", "bodies.bob", 'bodies."b.b"'), "body 'b.b' has '.' in its name"),
+    ("simulate system.toml", changed("system.toml", "joints.wrist", 'joints."a/b"'), "joint 'a/b'"),
+    ("modes job.toml", changed("job.toml", "E = 7e10", f"E = {'7' * 400}"), "a number of 400 digits is no quantity"),
+    ("modes job.toml", changed("job.toml", "modes = 3", f"modes = {'7' * 400}"), "[reduction.modes]", "400 digits"),
+    (
+        "simulate system.toml",
+        changed("system.toml", "[0, -9.81, 0]", '"9.81"'),
+        "'9.81' is a text, but this key needs a list or table",
+    ),
+    *(
+        (f"{command} .", lambda folder: None, "cannot write .: Is a directory; name a file in it")
+        for command in (
+            "export body.h5 --to sid -o",
+            "render body.h5 -o",
+            "quality beam.msh --picture",
+            "simulate system.toml -o",
+        )
+    ),
+    ("export . --to sid", lambda folder: None, "modal file . is a folder; name a file in it"),
+]
 
 
 WIDE = {f"materials__alloy__{name}": list(range(1, 101)) for name in ("E", "nu", "rho")}
@@ -400,6 +612,24 @@ COMMANDS = [
     ("run job.toml", content("job.toml", "[[joints]]\nx = 1\n"), "job.toml", "[joints]"),
     ("run job.toml", content("job.toml", "[simulation]\nt_end = 1.0\n"), "job.toml", "no bodies"),
     ("run body.h5", lambda folder: None, "body.h5 is not valid TOML"),
+    *(
+        (f"export body.h5 --to {to} -o {target}", lambda folder: None, "body.h5", OVERWRITES)
+        for to, target in (("sid", "body.h5"), ("exudyn", "output/../body.h5"), ("vtu", "./body.h5"))
+    ),
+    ("export body.h5 --to sid -o again.sid_fem", linked, "again.sid_fem", OVERWRITES),
+    ("export body.fem --to mbdyn", named("body.h5", "body.fem"), "body.fem", OVERWRITES),
+    ("render body.png -o body.png", named("body.h5", "body.png"), "body.png", OVERWRITES),
+    ("modes body.html", named("body.h5", "body.html"), "body.html", OVERWRITES),
+    ("quality plate.png --picture plate.png", named("plate.vtu", "plate.png"), "plate.png", OVERWRITES),
+    ("quality plate.toml --picture plate.inp", lambda folder: None, "plate.inp", OVERWRITES),
+    *(
+        (f"simulate system.toml -o {target}", lambda folder: None, target, OVERWRITES)
+        for target in ("body.h5", "system.toml")
+    ),
+    ("simulate system.toml -o push.h5", pushed_by_a_table, "push.csv", OVERWRITES),
+    ("simulate system.toml --animate run.gif -o run.gif", lambda folder: None, "run.gif", OVERWRITES),
+    ("run welds.toml", welded, "welds-arm.h5", OVERWRITES),
+    ("run plate.toml", drawn_over, "plate.vtu", OVERWRITES),
     ("run system.toml --output job.toml", lambda folder: None, "cannot write", "choose another --output"),
     ("run job.toml --outputs x", lambda folder: None, "--outputs", "see modalprep --help"),
     ("rum job.toml", lambda folder: None, "rum", "see modalprep --help"),

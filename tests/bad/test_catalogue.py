@@ -52,7 +52,15 @@ def test_one_thing_wrong(folder, capsys, file, command, old, new, words):
     refused(capsys, folder, [command, file], words)
 
 
-TABLES = {"mesh": files.MESHES, "matrices": files.MATRICES, "modal": files.MODAL, "command": files.COMMANDS}
+TABLES = {
+    "mesh": files.MESHES,
+    "matrices": files.MATRICES,
+    "modal": files.MODAL,
+    "command": files.COMMANDS,
+    "folder": files.FOLDERS,
+    "name": files.NAMES,
+    "before work": files.BEFORE_WORK,
+}
 FILES = [
     pytest.param(*row[:2], row[2:], id=f"{kind} {number}: {row[0]}: {row[2][:50]}")
     for kind, rows in TABLES.items()

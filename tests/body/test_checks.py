@@ -170,6 +170,9 @@ def test_check_command(project, tmp_path, capsys):
         "prestress",
         "buckling load tip",
     } <= set(names)
+    heavy = mp.write_body(uniform_beam(modes=2).with_(m=1e300, E0=1e300 * np.eye(3)), tmp_path / "heavy.h5")
+    assert main(["check", str(heavy)]) == 1  # eigenvalues of numbers that overflow
+    capsys.readouterr()
     file = mp.write_body(uniform_beam(modes=2).with_(m=11.0), tmp_path / "light.h5")
     assert main(["check", str(file)]) == 1
     assert "FAILED mass and inertia" in capsys.readouterr().out

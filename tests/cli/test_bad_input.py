@@ -1,13 +1,33 @@
 """What the catalogue of bad input (tests/bad) does not hold: good neighbours of bad input, other doors, every cut."""
 
+import codecs
+import os
+import subprocess
+import sys
+import time
+import zipfile
+
 import h5py
 import numpy as np
 import pytest
-from bad.good import BEAM, CORNERS, HINGE, SOLID, TET, uniform_beam, write_lines, write_tets
+from bad.good import (
+    BEAM,
+    CORNERS,
+    HINGE,
+    SOLID,
+    TET,
+    uniform_beam,
+    write_good,
+    write_lines,
+    write_matrices,
+    write_tets,
+)
 
 import modalprep as mp
 from modalprep.cli import main
+from modalprep.fe.external.files import read_matrices
 from modalprep.multibody.model.time_function import FUNCTIONS, TimeFunction
+from modalprep.pipeline.schema.load import load_pipeline
 
 
 @pytest.fixture
@@ -169,3 +189,112 @@ class TestResults:
         (tmp_path / "run.csv").write_text(text, encoding="latin-1")
         with pytest.raises(mp.InputError, match=r"run.csv is not a table of a result.*write it again"):
             mp.formats.read_csv(tmp_path / "run.csv")
+
+
+class TestLeftOver:
+    """Temporary files of a run that was killed."""
+
+    @pytest.mark.parametrize(("age", "stays"), [(7200, False), (60, True)])
+    def test_they_go_with_the_next_run(self, tmp_path, age, stays):
+        left = tmp_path / ".body.4711.part.h5"
+        left.write_text("half")
+        os.utime(left, (time.time() - age,) * 2)
+        mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        assert left.exists() == stays  # a young one may belong to a run that goes on
+
+
+class TestMark:
+    """Editors of Windows put a mark before the text of a file (UTF-8 with BOM)."""
+
+    @pytest.mark.parametrize("name", ["job", "plate", "deck", "matrices"])
+    def test_every_file_of_a_pipeline(self, tmp_path, name):
+        write_good(tmp_path)
+        assert main(["modes", str(tmp_path / f"{name}.toml")]) == 0
+        plain = mp.read_body(tmp_path / "output" / name / f"{name}.h5")
+        for file in tmp_path.iterdir():
+            if file.suffix in (".toml", ".inp", ".bdf", ".mtx", ".csv"):
+                file.write_bytes(codecs.BOM_UTF8 + file.read_bytes())
+        assert main(["modes", str(tmp_path / f"{name}.toml")]) == 0
+        marked = mp.read_body(tmp_path / "output" / name / f"{name}.h5")
+        assert (marked.m, marked.frequency.tolist()) == (plain.m, plain.frequency.tolist())
+
+    def test_table_of_a_result(self, tmp_path):
+        (tmp_path / "run.csv").write_text("time,a\n0,1\n1,2\n", encoding="utf-8-sig")
+        assert mp.formats.read_csv(tmp_path / "run.csv")["a"].tolist() == [1.0, 2.0]
+
+
+class TestUnits:
+    """Constants of materials may be text with their unit; numbers are SI."""
+
+    @pytest.mark.parametrize("text", ["70 GPa", "7e4MPa", "70000 N/mm^2", "7e7 kPa", "7e10 Pa"])
+    def test_stress(self, folder, text):
+        file = job(folder, BEAM.replace("E = 7e10", f'E = "{text}"'))
+        assert load_pipeline(file).materials["alloy"].E == 7e10
+
+    @pytest.mark.parametrize("text", ["3 g/cm^3", "3 kg/dm3", "3 t/m^3", "3e-9 t/mm^3", "3000 kg/m^3"])
+    def test_density(self, folder, text):
+        file = job(folder, BEAM.replace("rho = 3000.0", f'rho = "{text}"'))
+        assert load_pipeline(file).materials["alloy"].rho == pytest.approx(3000.0)  # 3e-9 is not exact in binary
+
+    @pytest.mark.parametrize(
+        ("old", "new", "words"),
+        [
+            ("E = 7e10", 'E = "70"', "write 2.1e11 or '210 GPa', or a unit of Pa, kPa"),
+            ("E = 7e10", 'E = "70 psi"', "'70 psi' is not understood"),
+            ("rho = 3000.0", 'rho = "heavy"', "write 7850 or '7.85 g/cm3'"),
+            ("A = 4e-4", 'A = "4 cm2"', "'4 cm2' is text; write the number without quotes and in SI units"),
+            ("modes = 3", 'modes = "3"', "'3' is text; write the number without quotes"),
+        ],
+    )
+    def test_what_is_none(self, folder, capsys, old, new, words):
+        assert main(["modes", job(folder, BEAM.replace(old, new))]) == 2
+        assert words in message(capsys)
+
+
+class TestMemory:
+    """What a file takes while it is read counts, copies included."""
+
+    @pytest.fixture
+    def room(self, monkeypatch):
+        return lambda size: monkeypatch.setenv("MODALPREP_MEMORY", str(size / 2**30))
+
+    def test_archive_of_matrices(self, tmp_path, room):
+        write_matrices(tmp_path)
+        with zipfile.ZipFile(tmp_path / "model.npz") as archive:
+            size = sum(info.file_size for info in archive.infolist())
+        room(4 * size)
+        assert len(read_matrices(file=tmp_path / "model.npz").points) == 5
+        room(2 * size)
+        with pytest.raises(mp.InputError, match="more than the memory that is free"):
+            read_matrices(file=tmp_path / "model.npz")
+
+    def test_modal_file(self, tmp_path, room):
+        file = mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        with h5py.File(file) as h5:
+            sizes = []
+            h5.visititems(lambda name, data: sizes.append(data.nbytes if isinstance(data, h5py.Dataset) else 0))
+        room(3 * sum(sizes))
+        assert mp.read_body(file).n == 2
+        room(1.5 * sum(sizes))
+        with pytest.raises(mp.InputError, match="more than the memory that is free"):
+            mp.read_body(file)
+
+
+class TestTerminal:
+    """What the console script prints, in a process of its own."""
+
+    def script(self, tmp_path, code, **environment):
+        command = [sys.executable, "-c", f"import sys, modalprep.cli\n{code}\nmodalprep.cli.entry()"]
+        return subprocess.run(command, capture_output=True, cwd=tmp_path, env=os.environ | environment)
+
+    def test_without_accents(self, tmp_path):
+        """A terminal of ASCII shows m2 and not a traceback."""
+        mp.write_body(uniform_beam(modes=2), tmp_path / "body.h5")
+        done = self.script(tmp_path, "sys.argv = ['modalprep', 'modes', 'body.h5']", PYTHONIOENCODING="ascii")
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert b"kg m2" in done.stdout
+
+    def test_without_warnings_of_numpy(self, tmp_path):
+        code = "import numpy\nmodalprep.cli.main = lambda: int(numpy.isfinite(numpy.float64(1e308) * 10))"
+        done = self.script(tmp_path, code)
+        assert (done.returncode, done.stderr) == (0, b"")

@@ -4,6 +4,7 @@ import errno
 import io
 import json
 import multiprocessing
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -19,8 +20,9 @@ from modalprep.errors import OutputError
 from modalprep.pipeline.batch.console import Progress
 from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import Job, Setting
+from modalprep.pipeline.batch.manifest import input_digests
 from modalprep.pipeline.batch.work import work
-from modalprep.pipeline.batch.workers import Processes
+from modalprep.pipeline.batch.workers import THREADS, Processes, share_threads
 from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
@@ -129,6 +131,19 @@ def test_manifest_of_a_job(job, setting):
     assert "Mode selection" in job.log.read_text()
 
 
+def test_tables_of_points_are_inputs_of_a_job(project, tmp_path):
+    """A job whose force follows another file is another job, though no mesh and no body changed."""
+    system = '[bodies.bob]\nmass = 1.0\n[joints.way]\ntype = "prismatic"\nchild = "bob.root"\n'
+    push = '[forces.push]\nat = "bob.root"\nforce = [0, { file = "push.csv" }, 0]\n'
+    (tmp_path / "system.toml").write_text(f"{system}{push}[simulation]\nt_end = 0.01\n")
+    (tmp_path / "push.csv").write_text("0, 0\n1, 2\n")
+    before = input_digests(tmp_path / "system.toml")
+    (tmp_path / "push.csv").write_text("0, 0\n1, 3\n")
+    after = input_digests(tmp_path / "system.toml")
+    assert before["system.toml"] == after["system.toml"]
+    assert before["push.csv"] != after["push.csv"]
+
+
 def test_a_body_is_made_before_the_system(inline, project, tmp_path, capsys):
     """The pipeline that makes a body goes first, and makes it once."""
     write_beam(project, tmp_path / "beam.toml", modes=2)
@@ -168,6 +183,17 @@ def test_list(project, tmp_path, capsys):
     assert "reduction.modes" in printed
     assert "waiting" in printed
     assert manifests(tmp_path / "output") == {}
+
+
+@pytest.mark.parametrize(("exported", "threads"), [(None, "3"), ("8", "3"), ("1", "1"), ("many", "3")])
+def test_exported_threads_do_not_overrule_the_share_of_a_job(monkeypatch, exported, threads):
+    """Eight jobs of eight threads each would share eight processors; fewer than the share are respected."""
+    for name in THREADS:
+        monkeypatch.setenv(name, "")  # so that all are as before in the end
+    if exported:
+        monkeypatch.setenv("OMP_NUM_THREADS", exported)
+    share_threads(3)
+    assert os.environ["OMP_NUM_THREADS"] == threads
 
 
 def test_a_process_that_dies_fails_its_own_job_only(job, setting):
@@ -303,7 +329,7 @@ def test_bad_grids(project, tmp_path, capsys, grid):
     ("arguments", "message"),
     [
         (["{folder}/no-*.toml"], "no pipeline file matches"),
-        (["{folder}"], "no pipeline file matches"),
+        (["{folder}"], "is a folder; name the pipeline files in it"),
         (["{folder}/a.toml", "-j", "0"], "at least 1"),
         (["{folder}/a.toml", "-j", "2", "--scheduler", "tcp://127.0.0.1:1"], "leave it out with --scheduler"),
         (["{folder}/a.toml", "--cache", "x", "--no-cache"], "contradict"),

@@ -134,3 +134,12 @@ def test_band_filters():
     reason = select("20 < frequency < 500", frequency)[1]
     assert reason[0] == "frequency 5 Hz, not > 20"
     assert reason[2] == "frequency 100 Hz > 20; frequency 100 Hz < 500"
+
+
+@pytest.mark.parametrize("reduce", [mp.craig_bampton, free_interface])
+def test_a_model_with_fewer_modes_says_so(reduce):
+    model = cantilever_model(2)
+    said = [note for note in reduce(model, modes=10**9).notes if "were asked for" in note]
+    assert len(said) == 1
+    assert f"of the {10**9} that were asked for" in said[0]
+    assert not [note for note in reduce(model, modes=1).notes if "were asked for" in note]

@@ -17,6 +17,7 @@ IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixtee
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
 NOISE = 1e-6  # relative to the largest row: rows of round-off only, such as a rod's rotation across its axis
 RIGID = 1e-8  # strain force of a rigid motion over its absolute terms
+LARGEST = 1e12  # of a wave number squared times the size squared: 1e7 for the thinnest shells at 100 kHz
 BENT = 0.2  # of the body's size: beyond the range of small strains
 TRIALS = 16  # random deflections, beside the answer to each load
 
@@ -139,6 +140,38 @@ def check_body(body: FlexibleBody) -> list[Check]:
     []
     """
     refuse_other("check_body: the body", FlexibleBody, body)
+    with np.errstate(all="ignore"):  # what is not finite does not pass
+        bent = float(np.max([indefinite(body, BENT * q) for q in deflections(body)], initial=0.0))
+    return [
+        *check_identities(body),
+        Check("mass matrix, bent", bent, IDENTITY, f"and with deflections of {BENT:.0%} of the body's size"),
+    ]
+
+
+def check_identities(body: FlexibleBody) -> list[Check]:
+    """Check the identities of a modal body that cost no deflections, so that every file is checked when it is read.
+
+    Returns
+    -------
+    list of Check
+        One for each identity, with its relative residual and the limit.
+
+    References
+    ----------
+    Theory 6.2.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> beam = uniform_beam(modes=2)
+    >>> [check.name for check in check_identities(beam.with_(D=-beam.frequency)) if not check.passed]
+    ['modal damping']
+    """
+    with np.errstate(all="ignore"):
+        return _identities(body)
+
+
+def _identities(body: FlexibleBody) -> list[Check]:
     rigid = rigid_mass_matrix(body.m, body.s0, body.E0)
     Kg = [body.Kg_A, body.Kg_W, body.Kg_F, body.Kg_T, *([] if body.T is None else [body.T])]
     asymmetry = max((relative(k, np.swapaxes(k, -1, -2)) for k in Kg if k.size), default=0.0)
@@ -147,7 +180,7 @@ def check_body(body: FlexibleBody) -> list[Check]:
     tensor = relative(body.P, body.P.transpose(1, 0, 3, 2))
     stiffness = relative(body.K, (2 * np.pi * body.frequency) ** 2) if np.all(body.K >= 0) else float("inf")
     mass = relative(np.diag(rigid), body.modes.total)
-    bent = max((indefinite(body, BENT * q) for q in deflections(body)), default=0.0)
+    damping = float(max(0.0, -body.D.min(initial=0.0)))
     return [
         Check("mass and inertia", mass, IDENTITY, "of the modal body = of the mesh"),
         Check(
@@ -156,10 +189,21 @@ def check_body(body: FlexibleBody) -> list[Check]:
         Check("modal mass", modal_mass, ORTHOGONAL, "P_11 + P_22 + P_33, 1 where the modes are normalised"),
         Check("mass tensor", tensor, IDENTITY, "P_ab = P_ba^T"),
         Check("modal stiffness", stiffness, IDENTITY, "K = (2 pi f)^2, not negative"),
+        Check("modal damping", damping, 0.0, "D is not negative"),
         Check("geometric stiffness", asymmetry, IDENTITY, "Kg is symmetric, T in its last two modes"),
         Check("mass matrix", indefinite(body, np.zeros(body.n)), IDENTITY, "positive definite without deflection"),
-        Check("mass matrix, bent", bent, IDENTITY, f"and with deflections of {BENT:.0%} of the body's size"),
+        Check("sizes", _largest(body), LARGEST, "of modes and Kg, in units of the body's mass and size"),
     ]
+
+
+def _largest(body: FlexibleBody) -> float:
+    """Return the largest number of the modes and of the geometric stiffness, made dimensionless."""
+    places = np.vstack([body.points, body.interface_position])
+    size, root = float(np.ptp(places, axis=0).max()) or 1.0, np.sqrt(body.m)
+    parts = [body.Kg_W, body.Kg_A * size, body.Kg_F * (body.m * size), body.Kg_T * (body.m * size**2)]
+    parts += [body.phi * root, body.shape * root, body.psi * (root * size)]
+    parts += [] if body.T is None else [body.T * (root * size)]
+    return max(float(np.abs(part).max(initial=0.0)) for part in parts)
 
 
 def relative(a: np.ndarray, b: np.ndarray, floor: float = 0.0) -> float:
@@ -175,8 +219,8 @@ def relative(a: np.ndarray, b: np.ndarray, floor: float = 0.0) -> float:
 
 
 def _inertia_defect(J: np.ndarray) -> float:
-    moments = np.linalg.eigvalsh(J)
-    return float(max(0.0, moments[2] - moments[0] - moments[1]) / max(moments[2], np.finfo(float).tiny))
+    moments = _eigenvalues(J)
+    return float(np.maximum(0.0, moments[2] - moments[0] - moments[1]) / max(moments[2], np.finfo(float).tiny))
 
 
 def deflections(body: FlexibleBody) -> np.ndarray:
@@ -213,4 +257,12 @@ def indefinite(body: FlexibleBody, q: np.ndarray) -> float:
     """
     full = mass_matrix(body, q)
     scale = 1 / np.sqrt(np.maximum(np.diag(full), 1e-12 * np.abs(full).max()))
-    return float(max(0.0, -np.linalg.eigvalsh(full * scale * scale[:, None])[0]))
+    return float(np.maximum(0.0, -_eigenvalues(full * scale * scale[:, None])[0]))
+
+
+def _eigenvalues(A: np.ndarray) -> np.ndarray:
+    """Return the eigenvalues of a symmetric matrix, ascending; NaN where its numbers overflow."""
+    try:
+        return np.linalg.eigvalsh(A)
+    except np.linalg.LinAlgError:
+        return np.full(len(A), np.nan)

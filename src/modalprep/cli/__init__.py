@@ -25,8 +25,26 @@ def main(argv: list[str] | None = None) -> int:
     return INTERRUPTED
 
 
+def _print_plainly_where_needed() -> None:
+    """Print what a terminal cannot show by its plain letters, ``m²`` as ``m2``."""
+    import codecs
+    import unicodedata
+
+    def plain(error: UnicodeError) -> tuple[str, int]:
+        text = unicodedata.normalize("NFKD", error.object[error.start : error.end])
+        return text.encode("ascii", "replace").decode(), error.end
+
+    codecs.register_error("plain", plain)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="plain")
+
+
 def entry() -> None:
     """Console script; interrupts are ignored once the command has ended."""
+    import warnings
+
+    warnings.simplefilter("ignore", RuntimeWarning)  # of numpy: what is not finite gets its own sentence
+    _print_plainly_where_needed()
     code = main()
     import signal
     from contextlib import suppress

@@ -10,6 +10,7 @@ import typer
 from modalprep.cli.common import Json, ModalFile, Output, app, print_json
 from modalprep.formats.export import EXPORTS
 from modalprep.report import summary
+from modalprep.suggest import refuse_missing
 
 if TYPE_CHECKING:
     from modalprep.body.checks import CheckReport
@@ -39,9 +40,12 @@ def modes(
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body
+        from modalprep.pipeline.build.sources import refuse_overwriting
 
+        page = (output or file.parent) / f"{file.stem}.html"
+        refuse_overwriting([page], [file])
         body, notes = read_body(file), []
-        checks, page = check_body(body), (output or file.parent) / f"{file.stem}.html"
+        checks = check_body(body)
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     for note in notes:
@@ -73,6 +77,7 @@ def render(
     """
     from modalprep.errors import InputError
     from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.build.sources import refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.report.pictures.animation import animate_mode
     from modalprep.report.pictures.render import render_mesh, render_mode
@@ -80,9 +85,10 @@ def render(
 
     if sheet and animate:
         raise InputError("--sheet and --animate exclude each other; give one of them")
-    body = read_body(file)
     default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
     target = target or Path(default)
+    refuse_overwriting([target], [file])
+    body = read_body(file)
     if sheet:
         contact_sheet(body, target, colour=colour)
     elif animate:
@@ -137,10 +143,13 @@ def export(
     """Convert a modal file to the format of another program."""
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.formats.modalfile import read_body
+    from modalprep.pipeline.build.sources import refuse_overwriting
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
+    refuse_missing(file, "modal file")
     target = target or file.with_suffix(known_export(to).suffix)
+    refuse_overwriting([target], [file])
     body = read_body(file)
     reporter.wrote(export_body(body, to, target, dialect=dialect, version=version))
     notes = lost_in(body, to)

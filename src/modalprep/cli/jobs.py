@@ -105,9 +105,11 @@ def simulate(
 
     if animate:
         from modalprep.errors import InputError
+        from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
         from modalprep.report.pictures.animation import check_target
 
         check_target(animate)
+        refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
         if load_pipeline(file).deployments:
             raise InputError(f"{file}: [deployments] cannot be animated; leave out --animate")
     reporter = Reporter(quiet=as_json)

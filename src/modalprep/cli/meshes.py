@@ -72,6 +72,10 @@ def quality(
     from modalprep.report.check_tables import quality_table
 
     reporter = Reporter(quiet=as_json)
+    if picture:
+        from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+
+        refuse_overwriting([picture], needed_files(file) if file.suffix == ".toml" else [file])
     mesh, found = _mesh_quality(file, length_unit)
     quality_table(found, reporter.console)
     if picture:

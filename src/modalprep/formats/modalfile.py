@@ -11,15 +11,19 @@ from typing import Any
 import h5py
 import numpy as np
 
+from modalprep.body.checks import check_identities
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
-from modalprep.formats.hdf5 import reading, writing
+from modalprep.formats.hdf5 import CHECKSUM, checksum, reading, writing
 from modalprep.reduction.table import ModeTable
 from modalprep.suggest import refuse_other
 
-FORMAT, VERSION = "modalprep", 1
+FORMAT, VERSION = "modalprep", 2
+WITHOUT_CHECKSUM = (1,)  # versions
+OF_THE_TABLE = "mass and inertia"  # a check: bodies made by hand have no such table
+CONSEQUENCE = 1e-6  # relative: a body that violates an identity by more is another body
 UNIT = 1e-9  # tolerance of orthogonal unit vectors
 SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
     "m": lambda n, k: (),
@@ -102,6 +106,7 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
             _store(file, f"stress/{name}", at.modes)
             file[f"stress/{name}"].attrs.update(components=at.components, position=at.position, axes=at.axes)
         _store_table(file, body.modes)
+        file.attrs[CHECKSUM] = checksum(file)
     return path
 
 
@@ -120,8 +125,15 @@ def _store_table(file: h5py.File, table: ModeTable) -> None:
     file["modes"].attrs["total"] = table.total
 
 
-def read_body(path: str | Path) -> FlexibleBody:
+def read_body(path: str | Path, *, checked: bool = True) -> FlexibleBody:
     """Read a modal file.
+
+    Parameters
+    ----------
+    path : path
+    checked : bool
+        Whether a body that violates an identity, as no reduction makes it, is refused. A file that does not match its
+        checksum always is.
 
     Returns
     -------
@@ -131,7 +143,8 @@ def read_body(path: str | Path) -> FlexibleBody:
     Raises
     ------
     InputError
-        When the file is missing, is no modal file, is damaged, or was written by a newer version.
+        When the file is missing, is no modal file, is damaged, was changed since it was written or by hand, or was
+        written by a newer version.
 
     Examples
     --------
@@ -140,16 +153,36 @@ def read_body(path: str | Path) -> FlexibleBody:
     modalprep.errors.InputError: modal file no.h5 does not exist
     """
     with reading(Path(path), "modal file", "write it again") as file:
-        _refuse_foreign(file)
-        return _read(file)
+        version = _known_version(file)
+        body = _read(file)
+        if checked:
+            _refuse_impossible(body, CHECKSUM in file.attrs)
+        if (CHECKSUM in file.attrs or version not in WITHOUT_CHECKSUM) and file.attrs.get(CHECKSUM) != checksum(file):
+            raise InputError("its contents do not match its checksum: it was damaged or changed since it was written")
+        return body
 
 
-def _refuse_foreign(file: h5py.File) -> None:
+def _refuse_impossible(body: FlexibleBody, vouched: bool) -> None:
+    """Refuse a body that violates an identity; the mass of its mode table counts where no checksum vouches for it."""
+    for check in check_identities(body):
+        if vouched and check.name == OF_THE_TABLE:
+            continue
+        limit = max(check.limit, CONSEQUENCE)
+        if not check.value <= limit:
+            failed = f"check {check.name!r} failed ({check.value:.1e} > {limit:.0e}: {check.meaning})"
+            raise InputError(f"{failed}, so that it is not what a reduction made")
+
+
+def _known_version(file: h5py.File) -> int:
     if file.attrs.get("format") != FORMAT:
         raise InputError(f"it has no attribute format = {FORMAT!r}, as modal files have")
     version = int(file.attrs["format_version"])
     if version > VERSION:
         raise InputError(f"it has format version {version}, this program reads up to {VERSION}; update modalprep")
+    if version < 1 or file.attrs["units"] != "SI":
+        said = f"format version {version} and units {file.attrs['units']!r}"
+        raise InputError(f"it has {said}; versions begin at 1, and the units are 'SI'")
+    return version
 
 
 def _read(file: h5py.File) -> FlexibleBody:

@@ -111,7 +111,7 @@ def read_csv(path: str | Path) -> Result:
     [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]]
     """
     try:
-        with Path(path).open(newline="") as file:
+        with Path(path).open(newline="", encoding="utf-8-sig") as file:
             header, *rows = csv.reader(file)
         values = np.array(rows, dtype=float).reshape(len(rows), len(header))
         time = values[:, header.index("time")]

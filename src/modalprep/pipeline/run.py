@@ -59,6 +59,10 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
     from modalprep.pipeline.build.build import output_folder
 
     pipeline = load_pipeline(path)
+    if pipeline.joints or pipeline.simulation is not None:
+        from modalprep.pipeline.systems.systems import refuse_before_work
+
+        refuse_before_work(pipeline, path)
     outcome = Outcome(folder=output_folder(path, output))
     if pipeline.has_body:
         _body(path, pipeline, outcome, reporter, cache)

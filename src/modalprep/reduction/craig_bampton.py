@@ -11,7 +11,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, effective_mass, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
-from modalprep.reduction.notes import completeness, interface_boundaries, more_modes, pseudo_resonances
+from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
@@ -117,6 +117,7 @@ def craig_bampton(
     kept = Phi[:, table.kept]
     w2_t, X = truncation_vectors(clamped, wanted, w2[table.kept], kept)
     notes = (
+        *fewer_modes(len(w2), modes, FIXED),
         *completeness(w2, counted, FIXED),
         *more_modes(keep, table, modes),
         *pseudo_resonances(table, w2_t),

@@ -10,7 +10,7 @@ from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.craig_bampton import with_constraint_modes
-from modalprep.reduction.notes import completeness, more_modes
+from modalprep.reduction.notes import completeness, fewer_modes, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
 from modalprep.reduction.selection import select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
@@ -75,7 +75,8 @@ def free_interface(
     w2, Phi, counted = _elastic_modes(clamped, R, modes, solver, algebra)
     F, x = _relieved(clamped, R)
     candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi))
-    notes = (*completeness(w2, counted, f"elastic {FREE}"), *more_modes(keep, candidates, modes))
+    kind = f"elastic {FREE}"
+    notes = (*fewer_modes(len(w2), modes, kind), *completeness(w2, counted, kind), *more_modes(keep, candidates, modes))
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
     W = W - R @ W[clamped.b[:6]]  # the root's DOFs are its rigid-body motion

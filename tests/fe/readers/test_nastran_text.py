@@ -142,6 +142,24 @@ def test_unknown_cards_are_counted_and_loads_are_not(read):
     )
 
 
+CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+HEX = "".join(f"GRID,{k},,{x}.,{y}.,{z}.\n" for k, (x, y, z) in enumerate(CORNERS, 1))
+WATER = "".join(f"GRID,{k},,{k % 2}.,{k // 2 % 2}.,{1 + k // 4 % 2}.,-1\n" for k in range(12, 20))
+WATER += "PSOLID,9,10,,,,,PFLUID\nMAT10,10,2.2+9,1000.\nCHEXA,2,9,12,13,15,14,16,17,+\n+,19,18\nSPC1,3,1,16,17\n"
+
+
+def test_a_fluid_is_left_out_with_a_note(read):
+    structure = HEX + "CHEXA,1,6,1,2,3,4,5,6,+\n+,7,8\nPSOLID,6,7\n" + STEEL
+    mesh = read(structure + WATER)
+    assert len(mesh.cells["hexahedron"]) == 1
+    assert mesh.notes == ("left out: 1 elements of the fluid; neither its mass nor its pressure acts",)
+
+
+def test_a_fluid_point_carries_no_structure(read):
+    with pytest.raises(InputError, match=r"grid 12 is a point of the fluid \(CD = -1\)"):
+        read(GRIDS + BAR + PBAR + STEEL + WATER + "CONM2,5,12,,3.\n")
+
+
 # ---------------------------------------------------------------- bad decks
 
 GOOD = GRIDS + BAR + PBAR + STEEL

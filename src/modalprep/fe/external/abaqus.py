@@ -34,7 +34,7 @@ def read_abaqus_matrix(path: Path) -> dict[str, Labelled]:
     >>> K.matrix.toarray().tolist(), K.rows.tolist()
     ([[4.0, -2.0], [-2.0, 5.0]], [[7, 0], [7, 1]])
     """
-    lines = [line.strip() for line in path.read_text(encoding="utf-8", errors="replace").splitlines()]
+    lines = [line.strip() for line in path.read_text(encoding="utf-8-sig", errors="replace").splitlines()]
     try:
         if any(line.upper().startswith("*USER ELEMENT") for line in lines):
             return _substructure(lines)

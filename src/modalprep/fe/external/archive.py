@@ -21,6 +21,7 @@ from modalprep.fe.external.entries import Found, Labelled, cloud
 from modalprep.linalg.memory import available_memory
 
 CORNERS = {"Tet4": ("tetra", 4), "Tet10": ("tetra", 4), "Hex8": ("hexahedron", 8), "Hex20": ("hexahedron", 8)}
+COPIES = 3  # of an array at a time: as it is stored, as float64, and as a sparse matrix
 ARRAYS = {("_reconstruct", "multiarray"), ("scalar", "multiarray"), ("_frombuffer", "numeric")}
 SPARSE = {f"{kind}_{form}" for kind in ("bsr", "coo", "csc", "csr", "dia") for form in ("array", "matrix")}
 
@@ -60,8 +61,8 @@ def read_archive(path: Path) -> Found:
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            if sum(info.file_size for info in archive.infolist()) > available_memory():
-                raise InputError(f"archive {path} unpacks to more than the memory that is free; use a larger machine")
+            if COPIES * sum(info.file_size for info in archive.infolist()) > available_memory():
+                raise InputError(f"archive {path} takes more than the memory that is free; use a larger machine")
             names = {name.removesuffix(".npy") for name in archive.namelist()}
             if {"stiffnessMatrix", "massMatrix", "nodes"} <= names:
                 return _fem(_Members(archive, path))

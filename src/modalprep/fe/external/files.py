@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -25,9 +26,11 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.grids import Grids
 from modalprep.fe.readers.read import NASTRAN, mesh_digest, read_mesh
+from modalprep.suggest import refuse_missing
 
 DECK = NASTRAN | {".pch", ".dmig"}
 ENTRIES = {".sti", ".mas"}  # of CalculiX
+RELATIVE = "give a path relative to the pipeline file"
 TABLE = {".csv", ".txt", ".dof"}
 FIRST = {"stiffness": "k", "mass": "m"}  # how the name of a matrix begins
 
@@ -153,8 +156,7 @@ def _sources(file, stiffness, mass) -> dict[str, tuple[Path, Found]]:
 
 
 def _read(path: Path) -> Found:
-    if not path.is_file():
-        raise InputError(f"matrix file {path} does not exist; give a path relative to the pipeline file")
+    refuse_missing(path, "matrix file", RELATIVE)
     suffix = path.suffix.lower()
     if suffix == ".npz":
         return read_archive(path)
@@ -164,7 +166,7 @@ def _read(path: Path) -> Found:
         return Found(read_dmig(path), _deck_nodes(path))
     if suffix in ENTRIES | {".mtx", ".inp"}:
         with path.open("rb") as opened:
-            market = opened.read(len(BANNER)) == BANNER
+            market = opened.read(1000).removeprefix(codecs.BOM_UTF8).startswith(BANNER)
         return Found({"": Labelled(read_market(path), None)} if market else read_abaqus_matrix(path))
     raise InputError(
         f"matrix file {path}: {suffix or 'a name without ending'} is not known; known are .mtx, .npz, .op4, "
@@ -187,8 +189,7 @@ def _pick(found: Found, name: str, path: Path) -> Labelled:
 
 
 def _read_nodes(path: Path, unit: str, length: float) -> Mesh:
-    if not path.is_file():
-        raise InputError(f"file of nodes {path} does not exist; give a path relative to the pipeline file")
+    refuse_missing(path, "file of nodes", RELATIVE)
     suffix = path.suffix.lower()
     if suffix in DECK:
         mesh = _deck_nodes(path)
@@ -226,12 +227,11 @@ def _deck_nodes(path: Path) -> Mesh | None:
 
 def _read_rows(path: Path) -> np.ndarray:
     """Return (node number, component 0..5) of each row."""
-    if not path.is_file():
-        raise InputError(f"file of DOFs {path} does not exist; give a path relative to the pipeline file")
+    refuse_missing(path, "file of DOFs", RELATIVE)
     if path.suffix.lower() == ".npy":
         table = _table(path)
     else:
-        words = path.read_text(encoding="utf-8", errors="replace").replace(",", " ").replace(".", " ")
+        words = path.read_text(encoding="utf-8-sig", errors="replace").replace(",", " ").replace(".", " ")
         table = _numbers([line.split() for line in words.splitlines() if line.strip()], path)
     if table.ndim != 2 or table.shape[1] != 2:
         raise InputError(f"file of DOFs {path} must have two numbers in each row: node number and component 1 to 6")
@@ -246,7 +246,7 @@ def _table(path: Path) -> np.ndarray:
             return np.array(np.load(path, mmap_mode="r", allow_pickle=False), dtype=float)  # never beyond its end
         except (ValueError, OSError, EOFError, TypeError):
             raise InputError(f"{path} is damaged or no array of numbers; save it again with numpy.save") from None
-    lines = path.read_text(encoding="utf-8", errors="replace").replace(",", " ").replace(";", " ").splitlines()
+    lines = path.read_text(encoding="utf-8-sig", errors="replace").replace(",", " ").replace(";", " ").splitlines()
     rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith(("#", "%", "*"))]
     heading = rows and not _is_number(rows[0][0])
     return _numbers(rows[1:] if heading else rows, path)

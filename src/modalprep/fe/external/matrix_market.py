@@ -33,7 +33,7 @@ def read_market(path: Path) -> csr_array:
     >>> read_market(path).toarray().tolist()
     [[4.0, -2.0], [-2.0, 5.0]]
     """
-    head, *lines = path.read_text(encoding="utf-8", errors="replace").split("\n")
+    head, *lines = path.read_text(encoding="utf-8-sig", errors="replace").split("\n")
     words = head.lower().split()
     if len(words) != 5 or words[1] != "matrix" or words[2] not in ("coordinate", "array"):
         raise InputError(f"matrix file {path}: its first line {head!r} is no MatrixMarket heading; write it again")

@@ -60,7 +60,7 @@ def read_abaqus(path: Path, scale: float) -> Mesh:
     content = path.read_bytes()
     deck = _Deck(path)
     parts = 0
-    for keyword, options, rows in _blocks(content.decode("utf-8", errors="replace")):
+    for keyword, options, rows in _blocks(content.decode("utf-8-sig", errors="replace")):
         parts += keyword == "PART"
         if keyword == "INCLUDE" or parts > 1:
             what = "*INCLUDE" if keyword == "INCLUDE" else "several parts"

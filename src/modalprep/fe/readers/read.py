@@ -17,7 +17,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.deck import read_nastran
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_missing, suggestion
 
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
 POUND = 0.45359237
@@ -69,8 +69,7 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     """
     path = Path(path)
     refuse_units(length_unit, mass_unit)
-    if not path.is_file():
-        raise InputError(f"mesh file {path} does not exist; give a path relative to the pipeline file")
+    refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     if path.suffix.lower() in NASTRAN:
         return _read_deck(path, length_unit, mass_unit)
     if path.suffix.lower() == ".inp":

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluate import Equations, evaluate
 from modalprep.multibody.evaluation.expressions import CHANNEL, channel_expression
 from modalprep.multibody.evaluation.loading import Loading, frames
@@ -42,6 +44,22 @@ def event_function(
         return State(system, packed, eq.state, motion, frame)
 
     if callable(event.when):
-        return lambda t: float(event.when(t, state(t)))
-    value = channel_expression(system, event.when, f"event {event.name!r}", loading.loops)
-    return lambda t: value(t, state(t))
+        value = event.when
+    else:
+        value = channel_expression(system, event.when, f"event {event.name!r}", loading.loops)
+    return lambda t: _number(event, t, value(t, state(t)))
+
+
+def _number(event: Event, t: float, value: Any) -> float:
+    """Return the value of an event function; refuse what is no number, of which no sign tells a crossing."""
+    try:
+        found = float(np.asarray(value, dtype=float))
+    except (TypeError, ValueError):
+        raise InputError(
+            f"event {event.name!r}: its function returned {value!r} at t = {t:g} s; return a number"
+        ) from None
+    if np.isnan(found):
+        raise InputError(
+            f"event {event.name!r}: its function is not a number at t = {t:g} s; give one that is defined there"
+        )
+    return found

@@ -14,6 +14,8 @@ from modalprep.multibody.model.loads import Callback, locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed
 
+FAR_OFF = 1e30  # of a coordinate or speed in SI units
+
 
 class Wrench(NamedTuple):
     """Force (N) and torque (N m), inertial axes, on an interface of a body."""
@@ -38,6 +40,11 @@ class State(Coordinates):
     def coordinates(self) -> np.ndarray:
         """All coordinates (nx,) in the order of the packed system."""
         return self._y[: self.packed.nx]
+
+    @property
+    def far_off(self) -> bool:
+        """Whether this is a trial of an unstable step, which will be rejected."""
+        return not np.all(np.abs(self._y) < FAR_OFF)
 
     def __getitem__(self, name: str) -> Frame:
         """Return the motion of ``body.interface``.
@@ -69,7 +76,7 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
             for where, value in _called(load, t, state).items():
                 what = f"callback {load.name!r}: load on {where!r}"
                 values = np.atleast_1d(np.asarray(value, dtype=float))
-                if not np.all(np.isfinite(values)):
+                if not np.all(np.isfinite(values)) and not state.far_off:
                     raise InputError(f"{what} is not finite at t = {t:g} s")
                 if where in [joint.name for joint in system.joints]:
                     rows = packed.speeds_of(where)

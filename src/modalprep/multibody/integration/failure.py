@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
@@ -9,9 +10,14 @@ import numpy as np
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluate import evaluate
 from modalprep.multibody.integration.stepping import NOT_CONVERGED, OPEN
+from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.reference.equations import mass_and_force
 
 LATER = 1e-3  # of the run
+MOST_EVALUATIONS = 1e6  # to the end of a run, beyond which its callbacks are looked at
+SHARES = (1e-3, 2e-3, 5e-3)  # of a step; a smooth load changes there by that share of its change in the step
+MOST_HALVED = 20  # of 256 fixed steps
+ROUGH, ROUND_OFF = 0.1, 1e-9
 NEARLY_SINGULAR = 1e-5  # of the scaled mass matrix: accelerations are then 1e5 times too large
 
 
@@ -24,6 +30,7 @@ class Running(Protocol):
     equations: Any
     steps: Any
     watch: Any
+    raise_callback: Callable[[], None]
 
 
 def diverged(run: Running) -> str:
@@ -47,6 +54,12 @@ def failure(run: Running, t: float) -> SimulationError:
     loaded = _not_finite(run)
     if loaded and cause < 0:
         return SimulationError(f"{begin}the forces on body {loaded!r} are not finite; look for an infinite load there")
+    if cause >= 0 and not run.system.bodies[body_of(run, cause)].n:
+        name = body_of(run, cause)
+        return SimulationError(
+            f"{begin}body {name!r} can turn or move without any mass or inertia that resists; give it an inertia about "
+            "its centre of mass, or a joint that does not leave that motion free"
+        )
     if cause >= 0 or (cause != NOT_CONVERGED and _nearly_singular(run, t)):
         name = body_of(run, cause) if cause >= 0 else softest(run)
         return SimulationError(
@@ -58,9 +71,73 @@ def failure(run: Running, t: float) -> SimulationError:
             f"{begin}the iterations of the implicit method do not converge, body {fastest(run)!r} moves fastest; "
             "loads may change too fast with the motion for it: use method = 'explicit'"
         )
-    return SimulationError(
-        f"{begin}the step size collapsed, body {softest(run)!r} moves fastest; drop its highest modes or loosen rtol"
+    name = fastest(run)
+    advice = (
+        "drop its highest modes or loosen rtol"
+        if run.system.bodies[name].n
+        else ("look for loads that jump or have no bound there")
     )
+    return SimulationError(f"{begin}the step size collapsed, body {name!r} moves fastest; {advice}")
+
+
+def refuse_noise(run: Running, spent: int, moved: float) -> None:
+    """Refuse a callback without a smooth course when the steps become too short to reach the end.
+
+    Parameters
+    ----------
+    spent, moved : int, float
+        Evaluations and seconds of the last steps.
+
+    Raises
+    ------
+    SimulationError
+        When the forces change as much in a thousandth of a step as in the whole of it.
+    """
+    t, h = float(run.steps.clock[0].time), float(run.steps.clock[0].next_step)
+    if (
+        run.loading.compiled
+        or run.steps.clock[0].fixed_step > 0.0
+        or spent * (run.loading.t_end - t) < MOST_EVALUATIONS * moved
+    ):
+        return
+    if all(_rough(run, t, h, share) for share in SHARES):
+        names = ", ".join(repr(load.name) for load in run.system.loads if isinstance(load, Callback))
+        raise SimulationError(
+            f"simulation stopped at t = {t:.6g} s: the values of callback {names} change as much in "
+            f"{SHARES[0] * h:.0e} s as in {h:.0e} s, so that no step is short enough; a load is a "
+            "function of t and the state: draw noise before the run at fixed times, and interpolate it"
+        )
+
+
+def refuse_fixed_step(run: Running, halved: int) -> None:
+    """Refuse a fixed step at which the motion is unstable: `halved` of the last steps gave no finite numbers.
+
+    Raises
+    ------
+    SimulationError
+        When these are many: the run would go on with steps much shorter than what was asked for.
+    """
+    step = float(run.steps.clock[0].fixed_step)
+    if step > 0.0 and halved > MOST_HALVED:
+        raise SimulationError(
+            f"simulation stopped at t = {run.steps.clock[0].time:.6g} s: the motion is unstable with the fixed step of "
+            f"{step:g} s, body {fastest(run)!r} moves fastest; give a shorter step, or none"
+        )
+
+
+def _rough(run: Running, t: float, h: float, share: float) -> bool:
+    """Whether the accelerations change in a small share of a step about as much as in the whole step."""
+    here, near, far = (_accelerations(run, t, s * h) for s in (0.0, share, 1.0))
+    small, whole = np.abs(near - here).max(), np.abs(far - here).max()
+    return small > ROUGH * whole and small > ROUND_OFF * np.abs(here).max()
+
+
+def _accelerations(run: Running, t: float, later: float) -> np.ndarray:
+    """Return the accelerations a moment later, the state moved on with its present rates."""
+    ydot = np.empty_like(run.steps.ydot)
+    evaluate(run.equations, t + later, run.steps.y + later * run.steps.ydot, ydot)
+    run.raise_callback()
+    return ydot[run.packed.nx : -1]
 
 
 def body_of(run: Running, link: int) -> str:

@@ -17,7 +17,7 @@ from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration import driver
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
 from modalprep.multibody.integration.event_actions import Changes
-from modalprep.multibody.integration.failure import diverged, failure
+from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import (
     new_run,
@@ -93,8 +93,8 @@ class Integration:
             "callback": None if loading.compiled else self._pointer(self._loads),
             "reference": self._pointer(lambda t: self._reference(reference, t)) if reference else None,
         }
-        for flag, pointer in self.pointers.items():
-            self.equations.flags[flag] = pointer.address if pointer else 0
+        for flag in ("callback", "reference"):
+            self.equations.flags[flag] = self.pointers[flag].address if self.pointers[flag] else 0
         self.watch = self._watch(times, size)
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
 
@@ -103,10 +103,11 @@ class Integration:
 
     def _loads(self, t: float) -> None:
         m = self.equations
-        m.shared[0].callback_power = self.loading.call(m.data, m.state, t)
+        with np.errstate(all="ignore"):  # a trial that is far off is rejected
+            m.shared[0].callback_power = self.loading.call(m.data, m.state, t)
 
     def _reference(self, accelerations: Callable, t: float) -> None:
-        with np.errstate(all="ignore"):  # a trial that is far off is rejected, as one of the kernel
+        with np.errstate(all="ignore"):
             self.equations.reference[:] = accelerations(self.equations.state, self.equations.motion, t)
 
     def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
@@ -121,7 +122,7 @@ class Integration:
                     for function, event in zip(functions, self.events, strict=True)
                 ]
 
-            self.pointers[len(self.pointers)] = pointer = self._pointer(ask)
+            self.pointers["events"] = pointer = self._pointer(ask)
             hook[0] = pointer.address
         sense = np.array([[e.direction, e.terminal or e.changes] for e in self.events], dtype=np.int64).reshape(
             count, 2
@@ -154,6 +155,7 @@ class Integration:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
             t, count = float(self.steps.clock[0].time), int(self.steps.count[0].evaluations)
+            halved = int(self.steps.count[0].halved)
             code = driver.advance(self.equations, self.steps, self.watch, self.choice.method, end, self._chunk())
             found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[0].events]]
             self._drain(record)
@@ -168,6 +170,8 @@ class Integration:
             if code not in (driver.RUNNING, driver.FULL):
                 return code
             moved = float(self.steps.clock[0].time) - t
+            refuse_fixed_step(self, int(self.steps.count[0].halved) - halved)
+            refuse_noise(self, self.steps.count[0].evaluations - count, moved)
             if code == driver.RUNNING and moved > 0.0 and self.steps.count[0].evaluations > self.choice.review:
                 self._review((self.steps.count[0].evaluations - count) / moved, record, end)
 

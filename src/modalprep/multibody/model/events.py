@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -70,7 +71,10 @@ class Event(Record):
 
 
 def check_changes(system: System, events: Sequence[Event]) -> None:
-    """Refuse events that name unknown closures."""
+    """Refuse events of one name, and those that name unknown closures."""
+    for name, count in Counter(event.name for event in events).items():
+        if count > 1:
+            raise InputError(f"{count} events have the name {name!r}; give each its own")
     names = [closure.name for closure in system.closures]
     for event in events:
         for name in (*event.activates, *event.deactivates, *event.impacts):

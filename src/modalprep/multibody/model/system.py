@@ -19,7 +19,7 @@ from modalprep.multibody.model.joint_types import SCALARS
 from modalprep.multibody.model.loads import Load, check_loads, locate
 from modalprep.notebook import html_table
 from modalprep.records import Record
-from modalprep.suggest import refuse_other, refuse_unknown
+from modalprep.suggest import refuse_name, refuse_other, refuse_unknown
 
 LOSES_MASS = "body {0!r} loses mass: the second-order terms of its modal mass (T) are neglected"
 
@@ -71,6 +71,7 @@ class System(Record):
             raise InputError("the system has no bodies; name at least one under [bodies]")
         carried = Counter(self.child(joint) for joint in self.joints)
         for name in self.bodies:
+            refuse_name(name, "body", "./")
             if carried[name] != 1:
                 raise InputError(f"body {name!r} is the child of {carried[name]} joints; it needs exactly one")
         for joint in self.joints:

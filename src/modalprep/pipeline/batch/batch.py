@@ -15,9 +15,10 @@ from modalprep.errors import InputError, OutputError
 from modalprep.pipeline.batch.console import Progress, jobs_table
 from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import DONE, Job, Record, Setting
-from modalprep.pipeline.batch.manifest import body_pipelines, finished, source_files
+from modalprep.pipeline.batch.manifest import finished
 from modalprep.pipeline.batch.workers import Cluster, Processes, Team
 from modalprep.pipeline.build.program import program
+from modalprep.pipeline.build.sources import body_pipelines, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 

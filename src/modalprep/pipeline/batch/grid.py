@@ -45,6 +45,8 @@ def find_jobs(patterns: Sequence[str], output: Path | None) -> list[Job]:
 
 
 def _matches(pattern: str) -> list[Path]:
+    if Path(pattern).is_dir():
+        raise InputError(f"{pattern} is a folder; name the pipeline files in it, such as '{Path(pattern) / '*.toml'}'")
     if Path(pattern).is_file():
         return [Path(pattern)]
     found = [path for path in sorted(map(Path, glob.glob(pattern, recursive=True))) if path.is_file()]

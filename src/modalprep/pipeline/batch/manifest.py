@@ -11,8 +11,7 @@ from modalprep.errors import InputError
 from modalprep.fe.readers.read import mesh_digest
 from modalprep.pipeline.batch.job import DONE, Job, Record, relative
 from modalprep.pipeline.build.program import file_digest
-from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.build.sources import pipelines_of, source_files
 
 HEAD = {"format": "modalprep job", "version": 1}
 
@@ -29,32 +28,13 @@ def input_digests(path: Path) -> dict[str, str]:
         When one of the pipeline files cannot be read.
     """
     found: dict[str, str] = {}
-    todo = [path]
-    while todo:
-        file = todo.pop()
-        pipeline, name = load_pipeline(file), relative(file, path.parent)
-        if name in found:
-            continue
-        found[name] = file_digest(file)
+    for file, pipeline in pipelines_of(path).items():
+        found[relative(file, path.parent)] = file_digest(file)
+        meshes = {file.parent / pipeline.mesh.file} if pipeline.mesh else set()
         for source in source_files(file, pipeline):
-            found[relative(source, path.parent)] = mesh_digest(source)
-        todo += body_pipelines(file, pipeline)
+            digest = mesh_digest if source in meshes else file_digest
+            found[relative(source, path.parent)] = digest(source)
     return found
-
-
-def source_files(path: Path, pipeline: Pipeline) -> list[Path]:
-    """Return the mesh, matrix and modal files that a pipeline file names."""
-    names = [pipeline.mesh.file] if pipeline.mesh else []
-    if pipeline.matrices is not None:
-        given = pipeline.matrices.model_dump(include={"file", "stiffness", "mass", "nodes", "dof"}, exclude_none=True)
-        names += given.values()
-    names += [table.file for table in pipeline.bodies.values() if table.file is not None]
-    return [path.parent / name for name in names]
-
-
-def body_pipelines(path: Path, pipeline: Pipeline) -> list[Path]:
-    """Return the pipeline files of the bodies of a pipeline file."""
-    return [path.parent / table.pipeline for table in pipeline.bodies.values() if table.pipeline is not None]
 
 
 def output_digests(job: Job, files: Iterable[Path]) -> dict[str, str]:

@@ -5,6 +5,7 @@ Light to import: a worker process sets its threads before numpy is loaded.
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 import signal
@@ -169,13 +170,33 @@ def _serve(pipe: connection.Connection, threads: int) -> None:
     """Run jobs until the pipe closes; the parent handles Ctrl-C and stops its workers."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    for name in THREADS:
-        os.environ.setdefault(name, str(threads))
+    share_threads(threads)
     from modalprep.pipeline.batch.work import work
 
     with suppress(EOFError, OSError):
         while True:
             pipe.send(work(*pipe.recv()))
+
+
+def share_threads(threads: int) -> None:
+    """Let the linear algebra of this process use its share of the processors, before numpy is loaded.
+
+    Examples
+    --------
+    >>> before = dict(os.environ)
+    >>> share_threads(1)
+    >>> os.environ["OMP_NUM_THREADS"]
+    '1'
+    >>> os.environ.update(before)
+    """
+    for name in THREADS:
+        os.environ[name] = str(min(threads, _exported(name)))
+
+
+def _exported(name: str) -> float:
+    """Return the number of threads that the user's environment allows; a share of the processors may be less."""
+    text = os.environ.get(name, "")
+    return max(1, int(text)) if text.isdecimal() else math.inf
 
 
 def _end_with_parent() -> None:

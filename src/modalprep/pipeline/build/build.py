@@ -17,11 +17,13 @@ from modalprep.body.rigid import rigid_body
 from modalprep.body.second_order import SECOND_ORDER
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError, InputError
+from modalprep.formats.export import EXPORTS
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh, source_digest
 from modalprep.pipeline.build.reduce import reduce_model, target_damping
+from modalprep.pipeline.build.sources import pipelines_of, refuse_overwriting, source_files
 from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import Vector, naming
@@ -62,6 +64,8 @@ def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None
     pipeline, file = load_pipeline(path), folder / f"{path.stem}.h5"
     if not pipeline.has_body:
         raise InputError(f"{path} has no [mesh] or [matrices]: there is no body to build")
+    exports = (file.with_suffix(EXPORTS[name].suffix) for name in set(pipeline.output.export))
+    refuse_overwriting({file, *exports}, source_files(path, pipeline))
     if cache is None:
         return _build(path, pipeline, file, reporter, None)
     with naming(path):
@@ -104,6 +108,12 @@ def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache
     reporter.wrote(write_body(body, file))
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
     return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_unit_warnings(body)), error)
+
+
+def made_bodies(path: Path, output: Path | None) -> list[Path]:
+    """Return the modal files that a pipeline file and the pipelines of its bodies make."""
+    made = [file for file, pipeline in pipelines_of(path).items() if pipeline.has_body]
+    return [output_folder(file, output) / f"{file.stem}.h5" for file in made]
 
 
 def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:

@@ -38,7 +38,7 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckRep
     if path.suffix != ".toml" and energy:
         raise InputError(f"{path.name} has no mesh to compute strain energy from; give its pipeline file")
     if path.suffix != ".toml":
-        return CheckReport(subject=path.name, checks=tuple(check_body(read_body(path))))
+        return CheckReport(subject=path.name, checks=tuple(check_body(read_body(path, checked=False))))
     pipeline = load_pipeline(path)
     if not pipeline.has_body:
         raise InputError(f"{path} has no [mesh] or [matrices]: give the modal files of its bodies")

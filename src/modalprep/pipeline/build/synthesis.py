@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.build import output_folder, read_bodies
 from modalprep.pipeline.build.reduce import target_damping
+from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import load_pipeline
@@ -89,11 +90,12 @@ def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
     pipeline = load_pipeline(path)
     if pipeline.synthesis is None:
         raise InputError(f"{path} has no [synthesis]: add one with modes")
+    folder = output_folder(path, output)
+    refuse_overwriting((folder / f"{path.stem}-{name}.h5" for name in pipeline.bodies), needed_files(path))
     bodies = read_bodies(pipeline, path, output, reporter)
     with naming(path), reporter.progress(f"{path.name}: system modes", 1) as done:
         found = _synthesised(pipeline, bodies)
         done(1)
-    folder = output_folder(path, output)
     reporter.wrote(write_json(found.summary(), folder / f"{path.stem}-synthesis.json"))
     for name, body in found.bodies.items():
         reporter.wrote(write_body(body, folder / f"{path.stem}-{name}.h5"))

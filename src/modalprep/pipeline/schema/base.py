@@ -27,6 +27,26 @@ def _radians(value: Any) -> Any:
     return value
 
 
+def _in_units(units: dict[str, float], example: str) -> BeforeValidator:
+    """Read a number in SI, or text of a number and one of the units, each with its factor to SI."""
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        number, unit = (re.match(r"\s*([-+.\deE]*)(.*)$", value, re.DOTALL) or [value] * 3).groups()
+        try:
+            return float(number) * units[unit.strip().replace("^", "")]
+        except (ValueError, KeyError):
+            known = ", ".join(units)
+            raise ValueError(f"{value!r} is not understood; write {example}, or a unit of {known}") from None
+
+    return BeforeValidator(read)
+
+
+STRESS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6}
+DENSITY = {"kg/m3": 1.0, "g/cm3": 1e3, "kg/dm3": 1e3, "t/m3": 1e3, "t/mm3": 1e12}
+Stress = Annotated[float, _in_units(STRESS, "2.1e11 or '210 GPa'")]
+Density = Annotated[float, _in_units(DENSITY, "7850 or '7.85 g/cm3'")]
 Angle = Annotated[float, BeforeValidator(_radians)]
 
 
@@ -41,7 +61,14 @@ def first_message(error: ValidationError) -> str:
     ...     print(first_message(error))
     t has 1 values and y 0; give as many of each
     """
-    return error.errors()[0]["msg"].removeprefix("Value error, ")
+    first = error.errors()[0]
+    value = first.get("input")
+    if first["type"] in ("float_type", "int_type") and isinstance(value, str):
+        return f"{value!r} is text; write the number without quotes and in SI units"
+    if first["type"] == "union_tag_invalid" and first["ctx"]["discriminator"] == "form()":
+        expected = first["ctx"]["expected_tags"].replace("'", "").replace(", ", " or ")
+        return f"{value!r} is a {first['ctx']['tag']}, but this key needs a {expected}"
+    return first["msg"].removeprefix("Value error, ")
 
 
 class Table(BaseModel):

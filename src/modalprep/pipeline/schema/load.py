@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ from pydantic import ValidationError
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.base import first_message, naming
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.suggest import refuse_missing
 
 SMALLEST, LARGEST = 1e-60, 1e60  # of a number
 
@@ -33,7 +35,7 @@ def load_pipeline(path: str | Path) -> Pipeline:
     """
     path = Path(path)
     text, data = read_toml(path)
-    _refuse_odd_numbers(path, text, data, [])
+    _refuse_odd_values(path, text, data, [])
     try:
         pipeline = Pipeline.model_validate(data)
     except ValidationError as error:
@@ -52,10 +54,9 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
     InputError
         When the file is missing or is not TOML.
     """
-    if not path.is_file():
-        raise InputError(f"pipeline file {path} does not exist")
+    refuse_missing(path, "pipeline file")
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
         return text, tomllib.loads(text)
     except RecursionError:
         raise InputError(f"{path} has too deeply nested lists or tables; correct it") from None
@@ -63,14 +64,19 @@ def read_toml(path: Path) -> tuple[str, dict[str, Any]]:
         raise InputError(f"{path} is not valid TOML: {error}") from None
 
 
-def _refuse_odd_numbers(path: Path, text: str, value: Any, keys: list[str]) -> None:
-    """Refuse numbers whose powers overflow; no quantity in SI units is so large or small."""
+def _refuse_odd_values(path: Path, text: str, value: Any, keys: list[str]) -> None:
+    """Refuse numbers whose powers overflow, as no quantity in SI units does, and texts that no file can hold."""
     items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
     for key, inner in items:
-        _refuse_odd_numbers(path, text, inner, [*keys, str(key)])
-    if isinstance(value, (int, float)) and math.isfinite(value) and value and not SMALLEST <= abs(value) <= LARGEST:
-        line = _line(text, keys)
-        raise InputError(f"{path}, line {line}: [{'.'.join(keys)}]: {value:g} is no quantity in SI units; correct it")
+        _refuse_odd_values(path, text, inner, [*keys, str(key)])
+    odd = ""
+    if isinstance(value, (int, float)) and 0 < abs(value) < math.inf and not SMALLEST <= abs(value) <= LARGEST:
+        shown = f"{value:g}" if abs(value) < sys.float_info.max else f"a number of {len(str(abs(value)))} digits"
+        odd = f"{shown} is no quantity in SI units"
+    if isinstance(value, str) and "\0" in value:
+        odd = f"{value!r} has a character NUL, which is no text"
+    if odd:
+        raise InputError(f"{path}, line {_line(text, keys)}: [{'.'.join(keys)}]: {odd}; correct it")
 
 
 def _message(path: Path, text: str, error: ValidationError) -> str:

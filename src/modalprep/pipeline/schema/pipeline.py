@@ -24,8 +24,21 @@ from modalprep.pipeline.schema.system import (
     JointTable,
     SimulationTable,
 )
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_name, suggestion
 
+NAMED = {  # tables whose keys are names that channels, references and files carry
+    "interfaces": "interface",
+    "stress": "stress at a point",
+    "bodies": "body",
+    "joints": "joint",
+    "chains": "chain",
+    "beams": "beam",
+    "deployments": "deployment",
+    "closures": "closure",
+    "couplers": "coupler",
+    "events": "event",
+}
+BODIES = ("bodies", "chains", "beams", "deployments")  # a dot ends the name of a body
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
 
 
@@ -97,6 +110,13 @@ class Pipeline(ForceElements):
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         {}, description='for modalprep batch: values of keys such as "reduction.modes"; every combination is a job'
     )
+
+    @field_validator(*NAMED, mode="before")
+    @classmethod
+    def _good_names(cls, tables: Any, info: ValidationInfo) -> Any:
+        for name in tables if isinstance(tables, dict) else ():
+            refuse_name(name, NAMED[info.field_name], "./" if info.field_name in BODIES else "/")
+        return tables
 
     @property
     def has_body(self) -> bool:

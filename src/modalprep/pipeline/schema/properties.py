@@ -12,7 +12,7 @@ from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Beam, Ply, Shell, Solid, Truss
 from modalprep.fe.properties.sections import beam_section
-from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.pipeline.schema.base import Angle, Density, Stress, Table, Vector
 from modalprep.suggest import refuse_unknown
 
 Materials = Mapping[str, Material | Orthotropic]
@@ -22,9 +22,9 @@ class MaterialTable(Table):
     """An isotropic material, SI."""
 
     type: Literal["isotropic"] = "isotropic"
-    E: float = Field(description="Young's modulus, Pa")
+    E: Stress = Field(description="Young's modulus, Pa")
     nu: float = Field(description="Poisson's ratio")
-    rho: float = Field(description="density, kg/m^3")
+    rho: Density = Field(description="density, kg/m^3")
 
     def build(self) -> Material:
         """Return the material in SI."""
@@ -35,13 +35,13 @@ class OrthotropicTable(Table):
     """A lamina, SI; for shells and their plies."""
 
     type: Literal["orthotropic"]
-    E1: float = Field(description="Young's modulus along the fibre, Pa")
-    E2: float = Field(description="across the fibre, Pa")
+    E1: Stress = Field(description="Young's modulus along the fibre, Pa")
+    E2: Stress = Field(description="across the fibre, Pa")
     nu12: float = Field(description="contraction along 2 under tension along 1")
-    G12: float = Field(description="shear modulus in the plane, Pa")
-    G13: float = Field(description="transverse shear modulus along 1, Pa")
-    G23: float = Field(description="transverse shear modulus along 2, Pa")
-    rho: float = Field(description="density, kg/m^3")
+    G12: Stress = Field(description="shear modulus in the plane, Pa")
+    G13: Stress = Field(description="transverse shear modulus along 1, Pa")
+    G23: Stress = Field(description="transverse shear modulus along 2, Pa")
+    rho: Density = Field(description="density, kg/m^3")
 
     def build(self) -> Orthotropic:
         """Return the material in SI."""

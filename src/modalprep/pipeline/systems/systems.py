@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from modalprep.atomic import refuse_folder
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
@@ -17,8 +18,9 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
-from modalprep.multibody.simulate import simulate, start_channels
-from modalprep.pipeline.build.build import output_folder, read_bodies
+from modalprep.multibody.simulate import check_span, simulate, start_channels
+from modalprep.pipeline.build.build import made_bodies, output_folder, read_bodies
+from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.events import read_events
@@ -29,7 +31,9 @@ from modalprep.pipeline.schema.system import JointTable, SimulationTable, Theory
 from modalprep.pipeline.systems.constraints import read_closures
 from modalprep.pipeline.systems.depletions import read_depletions
 from modalprep.pipeline.systems.loads import hinge_elements, prescribed_motion, read_deployment, read_loads, read_orbit
+from modalprep.suggest import refuse_unknown
 
+TOTALS = ("energy", "power", "momentum")  # channels of the whole system begin so
 LABELS = {
     "consistent": "with geometric stiffness",
     "no_geometric_stiffness": "conventional theory (without)",
@@ -74,6 +78,9 @@ def simulate_pipeline(
     pipeline = load_pipeline(path)
     if pipeline.simulation is None:
         raise InputError(f"{path} has no [simulation]: add one with t_end")
+    target = target or output_folder(path, output) / f"{path.stem}-run.h5"
+    refuse_overwriting((target, _csv_beside(target)), [*needed_files(path), *made_bodies(path, output)])
+    refuse_before_work(pipeline, path)
     system = read_system(pipeline, path, output, reporter)
     _refuse_unknown_channels(pipeline, system, path)
     theory = pipeline.simulation.chosen_theory
@@ -86,7 +93,6 @@ def simulate_pipeline(
     }
     main = next(iter(runs.values()))
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
-    target = target or output_folder(path, output) / f"{path.stem}-run.h5"
     files = [write_result(main, target, compared)]
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
     for file in files:
@@ -115,6 +121,7 @@ def in_theory(system: System | DeployingSystem, theory: Theory) -> System | Depl
 
 
 def _csv_beside(target: Path) -> Path:
+    refuse_folder(target)
     return target.with_suffix(".csv") if target.suffix != ".csv" else target.with_name(f"{target.stem}-table.csv")
 
 
@@ -166,10 +173,10 @@ def _first_channels(table: SimulationTable, system: System) -> Result:
 
 def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
     """Return the system a pipeline file describes, its bodies read or built."""
+    joints = read_joints(pipeline, path)
     bodies = read_bodies(pipeline, path, output, reporter)
     with naming(path):
         bodies = _shared(bodies)
-        joints = tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
         loads = read_loads(pipeline, bodies, path.parent)
         gravity = pipeline.environment.gravity
         uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
@@ -181,6 +188,47 @@ def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: R
             found = tuple(read_deployment(name, table, path.parent) for name, table in pipeline.deployments.items())
             return DeployingSystem(**parts, deployments=found)
         return System(**parts, closures=closures, depletions=depletions)
+
+
+def _body_names(pipeline: Pipeline, path: Path) -> list[str]:
+    return [*pipeline.bodies, *([pipeline.name or path.stem] if pipeline.has_body else [])]
+
+
+def read_joints(pipeline: Pipeline, path: Path) -> tuple[Joint, ...]:
+    """Return the joints of a pipeline file; their bodies must be there, but need not be built.
+
+    Raises
+    ------
+    InputError
+        When a joint names no body, or its table contradicts itself.
+    """
+    with naming(path):
+        for name, table in pipeline.joints.items():
+            for what, end in (("parent", table.parent), ("child", table.child)):
+                if end != "ground" or what == "child":
+                    refuse_unknown(end.partition(".")[0], _body_names(pipeline, path), f"joint {name!r}: {what} body")
+        return tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
+
+
+def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
+    """Refuse a wrong time span, and joints and channels of what is not there, before any body is built.
+
+    Raises
+    ------
+    InputError
+        Which says what is wrong.
+    """
+    read_joints(pipeline, path)
+    if pipeline.simulation is None:
+        return
+    s, tables = pipeline.simulation, (pipeline.joints, pipeline.closures, pipeline.couplers, pipeline.springs)
+    with naming(path):
+        check_span(s.t_end, s.output_step, s.rtol, s.atol, s.method)
+        known = [*_body_names(pipeline, path), *(name for table in (*tables, pipeline.conductors) for name in table)]
+        for channel in s.output if not pipeline.deployments else ():
+            first = channel.partition(".")[0]
+            if first not in TOTALS:
+                refuse_unknown(first, known, f"channel {channel!r} of output:")
 
 
 def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:

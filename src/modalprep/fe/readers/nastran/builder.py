@@ -34,6 +34,7 @@ class Builder:
         self.seen: dict[tuple[str, int], Card] = {}
         self.built: dict[tuple[str, int], str] = {}
         self.twist: dict[str, float] = {}
+        self.fluid = 0  # elements of the fluid, which are left out
 
     def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
         """Read an element card by its handler; a repeated card with the same content is skipped."""
@@ -87,6 +88,8 @@ class Builder:
             raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
         if self.bare:
             notes.append("the deck has no property cards; its groups have no sections")
+        if self.fluid:
+            notes.append(f"left out: {self.fluid} elements of the fluid; neither its mass nor its pressure acts")
         data: dict[str, dict[str, np.ndarray]] = {}
         for (name, kind), values in self.data.items():
             blank = 0.0 if name == "ends" else np.nan

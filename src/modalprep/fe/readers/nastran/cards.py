@@ -8,6 +8,7 @@ after the name: ``fields[0]`` is the id.
 
 from __future__ import annotations
 
+import codecs
 import hashlib
 import math
 import re
@@ -178,7 +179,7 @@ class _Reader:
             reason = error.strerror or type(error).__name__
             raise InputError(f"Nastran deck {path} cannot be read ({reason}); check its path") from None
         self.digest.update(content)
-        return re.split(r"\r\n|\r|\n", content.decode("latin-1"))
+        return re.split(r"\r\n|\r|\n", content.removeprefix(codecs.BOM_UTF8).decode("latin-1"))
 
     def _included(self, name: str, path: Path, number: int) -> Path:
         name = name.strip().strip("'\"").strip()

@@ -24,6 +24,9 @@ for _cell in CELLS.values():
 
 
 def _solid(b: Builder, card: Card) -> None:
+    if _is_fluid(b, card):
+        b.fluid += 1
+        return
     kinds = SOLIDS[card.name]
     count = len(card.fields) - 2
     if count not in kinds:
@@ -33,6 +36,12 @@ def _solid(b: Builder, card: Card) -> None:
         _refuse_without_element(b, card, cell, Solid)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
+
+
+def _is_fluid(b: Builder, card: Card) -> bool:
+    """Whether an element is one of acoustics: its property says so."""
+    section = b.tables.get("solid", {}).get(card.integer(1, "PID", card.id, lowest=1))
+    return section is not None and section.text(6) == "PFLUID"
 
 
 def _shell(b: Builder, card: Card) -> None:

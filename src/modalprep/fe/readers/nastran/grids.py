@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.fe.readers.nastran.cards import Card
 
 Tables = dict[str, dict[int, Card]]
+FLUID = -1  # CD of a point of the fluid
 
 
 @dataclass(slots=True)
@@ -89,15 +90,15 @@ class Grids:
         self.ids = np.array([card.id for card in cards])
         self.row = {number: i for i, number in enumerate(self.ids.tolist())}
         self.cp = np.array([card.integer(1, "CP", cp, lowest=0) for card in cards])
-        self.cd = np.array([card.integer(5, "CD", cd, lowest=0) for card in cards])
+        self.cd = np.array([card.integer(5, "CD", cd, lowest=FLUID) for card in cards])
         self.points = np.array([[card.real(k, f"X{k - 1}", 0.0) for k in (2, 3, 4)] for card in cards])
-        self.fixed = [i for i, card in enumerate(cards) if card.text(6) not in ("", "0")]
+        self.fixed = [i for i, card in enumerate(cards) if card.text(6) not in ("", "0") and self.cd[i] != FLUID]
         self.scalar = _scalar_points(tables)
         self.systems = {0: BASIC}
         self._place(0)
         self._resolve(dict(tables.get("system", {})))
         for used in (self.cp, self.cd):
-            for i in np.flatnonzero(~np.isin(used, list(self.systems))):
+            for i in np.flatnonzero(~np.isin(used, [FLUID, *self.systems])):
                 raise cards[i].error(f"coordinate system {used[i]} is not in the deck; add its CORD2R card")
 
     def _place(self, number: int) -> None:
@@ -141,7 +142,15 @@ class Grids:
         if number not in self.row:
             kind = "a scalar point, which has no position" if self.is_scalar(number) else "not in the deck"
             raise card.error(f"grid {number} is {kind}; add its GRID card or remove the reference")
+        if self.is_fluid(number):
+            raise card.error(
+                f"grid {number} is a point of the fluid (CD = -1), which has a pressure and no displacement"
+            )
         return self.row[number]
+
+    def is_fluid(self, number: int) -> bool:
+        """Whether a number is that of a point of the fluid, which has a pressure only."""
+        return number in self.row and self.cd[self.row[number]] == FLUID
 
     def is_scalar(self, number: int) -> bool:
         """Whether a number is that of an SPOINT."""

@@ -97,4 +97,6 @@ def _set_nodes(b: Builder, card: Card, first: int) -> list[int]:
     else:
         step = 3 if card.name == "SPC" else 2
         numbers = [card.integer(k, "a grid", lowest=1) for k in range(first, len(card.fields), step) if card.text(k)]
-    return [b.grids.of(card, number) for number in numbers if not b.grids.is_scalar(number)]
+    return [
+        b.grids.of(card, number) for number in numbers if not (b.grids.is_scalar(number) or b.grids.is_fluid(number))
+    ]

@@ -1,0 +1,93 @@
+"""The files that a pipeline file needs: their hashes, and what may not be written over them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from modalprep.atomic import refuse_folder
+from modalprep.errors import InputError
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.schema.pipeline import Pipeline
+
+
+def source_files(path: Path, pipeline: Pipeline) -> list[Path]:
+    """Return the meshes, matrices, modal files and tables of points that a pipeline file names."""
+    matrices = pipeline.matrices.model_dump(include={"stiffness", "mass", "nodes", "dof"}) if pipeline.matrices else {}
+    names = [*_named(pipeline.model_dump()), *(name for name in matrices.values() if name is not None)]
+    return [path.parent / name for name in names]
+
+
+def _named(value: Any) -> Iterator[str]:
+    """Yield what every key ``file`` says, at any depth."""
+    items = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, inner in items:
+        if key == "file" and isinstance(inner, str):
+            yield inner
+        else:
+            yield from _named(inner)
+
+
+def body_pipelines(path: Path, pipeline: Pipeline) -> list[Path]:
+    """Return the pipeline files of the bodies of a pipeline file."""
+    return [path.parent / table.pipeline for table in pipeline.bodies.values() if table.pipeline is not None]
+
+
+def pipelines_of(path: Path) -> dict[Path, Pipeline]:
+    """Return a pipeline file and those of its bodies, and of their bodies, each once.
+
+    Raises
+    ------
+    InputError
+        When one of them cannot be read.
+    """
+    found: dict[Path, Pipeline] = {}
+    todo = [path]
+    while todo:
+        file = todo.pop()
+        if not any(same_file(file, other) for other in found):
+            found[file] = load_pipeline(file)
+            todo += body_pipelines(file, found[file])
+    return found
+
+
+def needed_files(path: Path) -> list[Path]:
+    """Return all files that a pipeline file needs, itself and what the pipelines of its bodies need included."""
+    return [file for each, pipeline in pipelines_of(path).items() for file in (each, *source_files(each, pipeline))]
+
+
+def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
+    """Refuse files to write that are read too, or that are written twice.
+
+    Raises
+    ------
+    InputError
+        Which names the file.
+    OutputError
+        When it is a folder.
+
+    Examples
+    --------
+    >>> refuse_overwriting([Path("run.h5")], [Path("body.h5")])
+    >>> refuse_overwriting([Path("body.h5")], [Path("./body.h5")])
+    Traceback (most recent call last):
+    modalprep.errors.InputError: body.h5 is read by this command, which would overwrite it; write to another file
+    """
+    needed, written = list(needed), []
+    for target in targets:
+        refuse_folder(target)
+        if any(same_file(target, file) for file in needed):
+            raise InputError(f"{target} is read by this command, which would overwrite it; write to another file")
+        if any(same_file(target, file) for file in written):
+            raise InputError(f"{target} would be written twice by this command; give each output a file of its own")
+        written.append(target)
+
+
+def same_file(one: Path, other: Path) -> bool:
+    """Whether two paths lead to one file, also through links; files that are not there yet count by their names."""
+    try:
+        return os.path.samefile(one, other)
+    except (OSError, ValueError):  # one is not there, or its name cannot be one
+        return os.path.abspath(one) == os.path.abspath(other)
