@@ -110,3 +110,8 @@ def test_energy_of_some_cells_only_is_refused(file):
         h5.move("energy/tetra10", "energy/other")
     with pytest.raises(mp.InputError, match=r"damaged.*write it again"):
         mp.read_body(file)
+
+
+def test_a_body_linearised_in_its_modes_is_read(bracket_body, tmp_path):
+    """Its P is zero, which is no damage."""
+    assert not mp.read_body(mp.write_body(bracket_body.ruthless(), tmp_path / "ruthless.h5")).P.any()

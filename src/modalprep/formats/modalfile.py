@@ -22,7 +22,8 @@ from modalprep.suggest import refuse_other
 
 FORMAT, VERSION = "modalprep", 2
 WITHOUT_CHECKSUM = (1,)  # versions
-OF_THE_TABLE = "mass and inertia"  # a check: bodies made by hand have no such table
+# Checks of what bodies may lack: a mode table those made by hand, P those linearised in the modes (`ruthless`).
+OF_THE_TABLE, OF_P = "mass and inertia", "modal mass"
 CONSEQUENCE = 1e-6  # relative: a body that violates an identity by more is another body
 UNIT = 1e-9  # tolerance of orthogonal unit vectors
 SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
@@ -163,9 +164,10 @@ def read_body(path: str | Path, *, checked: bool = True) -> FlexibleBody:
 
 
 def _refuse_impossible(body: FlexibleBody, vouched: bool) -> None:
-    """Refuse a body that violates an identity; the mass of its mode table counts where no checksum vouches for it."""
+    """Refuse a body that violates an identity; where a checksum vouches for it, P and the mode table may be missing."""
+    missing = {OF_THE_TABLE} | (set() if np.any(body.P) else {OF_P})
     for check in check_identities(body):
-        if vouched and check.name == OF_THE_TABLE:
+        if vouched and check.name in missing:
             continue
         limit = max(check.limit, CONSEQUENCE)
         if not check.value <= limit:
