@@ -24,6 +24,7 @@ PACKED = 2000  # largest compression ratio of deflate, the only filter of these 
 PACKING, SMALL = 100, 2**26
 COPY = 9  # bytes for each number that is read: the number as float64, and whether it is finite
 CHECKSUM = "checksum"  # attribute of the file
+NOT_SUMMED = (CHECKSUM, "created")  # equal bodies have equal sums
 TEXTS = 100  # in one attribute
 FAULTS = (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError, MemoryError)
 
@@ -89,7 +90,7 @@ def writing(path: Path) -> Iterator[h5py.File]:
 
 
 def checksum(file: h5py.File) -> str:
-    """Return the SHA-256 of all that a file says, whatever its layout and its compression; of its checksum nothing.
+    """Return the SHA-256 of all that a file says, whatever its layout and compression, but for when it was made.
 
     Examples
     --------
@@ -105,7 +106,7 @@ def checksum(file: h5py.File) -> str:
     total = hashlib.sha256()
     for name in sorted(names):
         item = file[name]
-        values = {key: item.attrs[key] for key in sorted(item.attrs) if key != CHECKSUM}
+        values = {key: item.attrs[key] for key in sorted(item.attrs) if key not in NOT_SUMMED}
         values |= {"": item[()]} if isinstance(item, h5py.Dataset) else {}
         for key, value in values.items():
             total.update(f"{name} {key}\n".encode())

@@ -48,6 +48,9 @@ from modalprep.multibody.kernels.time_tables import Tables, table
 # sliding, e.(vb - va), only the rate counts
 POINT, ANGLE, DISTANCE, COUPLER, ABOUT, SLIP = range(6)
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
+SINGULAR = 1e-15  # the same, of a row that was independent: what round-off leaves
+RISEN_RANK = 1e-8  # the same, of a row that was dependent where the loops were closed last: an angle of 1e-4 rad
+FREE_RANK, KEPT_RANK, REVIEWED_RANK = range(3)  # decided anew, as it is, decided against what it was
 MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
 FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
@@ -110,6 +113,7 @@ class Work(NamedTuple):
     scale: np.ndarray  # (m,)
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
+    held: np.ndarray  # (1,) int, how the rank is found, see `hold_rank`
     Y: np.ndarray  # (m, nu) M^-1 G^T
     tau: np.ndarray  # (nu,)
     step: np.ndarray  # (nu,)
@@ -263,22 +267,31 @@ def respond(cons, model, data, work):
 
 @compile_kernel
 def factorize(cons, work):
-    """Pivoted Cholesky factor of S scaled to a unit diagonal; rows beyond ``rank`` depend on those before them."""
-    m = len(work.scale)
+    """Pivoted Cholesky factor of S scaled to a unit diagonal; rows beyond ``rank`` depend on those before them.
+
+    Rows may depend on each other only where the loops are closed, not at the stages of a step, which are not quite:
+    there the rank and the order of the rows are those of the last closed state (`hold_rank`).
+    """
+    m, held, before = len(work.scale), work.held[0], work.rank[0]
     for i in range(m):
         moves = work.S[i, i] > work.floor[i]
         work.scale[i] = 1.0 / np.sqrt(work.S[i, i]) if moves else 0.0
-        work.order[i] = i
+        if held != KEPT_RANK:
+            work.order[i] = i
     for i in range(m):
         for j in range(m):
-            work.factor[i, j] = work.S[i, j] * work.scale[i] * work.scale[j]
-    work.rank[0] = m
-    for k in range(m):
-        best = k
-        for i in range(k + 1, m):
-            if work.factor[i, i] > work.factor[best, best] * (1.0 + 1e-9):  # ties: the order given
-                best = i
-        if not work.factor[best, best] > RANK_TOLERANCE:
+            a, b = work.order[i], work.order[j]
+            work.factor[i, j] = work.S[a, b] * work.scale[a] * work.scale[b]
+    work.rank[0] = before if held == KEPT_RANK else m
+    for k in range(work.rank[0]):
+        best, least = k, RANK_TOLERANCE
+        if held == KEPT_RANK:
+            least = SINGULAR
+        else:
+            best = _largest_pivot(work, k)
+            if held == REVIEWED_RANK and k >= before:
+                least = RISEN_RANK
+        if not work.factor[best, best] > least:
             work.rank[0] = k
             return
         if best != k:
@@ -291,6 +304,22 @@ def factorize(cons, work):
             for j in range(k + 1, i + 1):
                 work.factor[i, j] -= work.factor[i, k] * work.factor[j, k]
                 work.factor[j, i] = work.factor[i, j]
+
+
+@compile_kernel
+def _largest_pivot(work, k):
+    best = k
+    for i in range(k + 1, len(work.scale)):
+        if work.factor[i, i] > work.factor[best, best] * (1.0 + 1e-9):  # ties: the order given
+            best = i
+    return best
+
+
+@compile_kernel
+def hold_rank(work, how):
+    """Say how `factorize` finds the rank from now on: FREE_RANK, KEPT_RANK or REVIEWED_RANK; `work` may be None."""
+    if work is not None:
+        work.held[0] = how
 
 
 @compile_kernel
