@@ -18,7 +18,7 @@ from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.results.result import Result, output_times
-from modalprep.multibody.results.validity import large_deflections
+from modalprep.multibody.results.validity import large_deflections, wound_springs
 from modalprep.suggest import refuse_other
 
 MAX_OUTPUTS = 1e7
@@ -119,7 +119,7 @@ def simulate(
     message = "; ".join([outcome.message, *(loops.notes if loops else ()), *integration.changes.notes(), *system.notes])
     result = recorder.result(outcome.status, message, outcome.stats)
     modal = {name: result[f"{name}.modal"] for name, body in system.bodies.items() if body.n}
-    notes = large_deflections(system.bodies, result.time, modal)
+    notes = (*large_deflections(system.bodies, result.time, modal), *wound_springs(system.loads, result))
     return result.with_(events=outcome.events, impacts=outcome.impacts, notes=notes)
 
 

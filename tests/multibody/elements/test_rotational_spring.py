@@ -92,6 +92,12 @@ def test_between_free_bodies_momentum_and_energy_stay():
     assert run.stats["energy_error"] < 1e-7  # of a law whose slope jumps, at rtol 1e-10
 
 
+def test_a_spring_wound_by_half_a_turn_is_announced():
+    run = mp.simulate(on_axle(spring(stiffness=0.1), rate=4.0), t_end=1.0)
+    (note,) = run.notes
+    assert note.startswith("rotational spring 's' passes half a turn at t = 0.8")
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_twist_and_its_derivative(seed):
     """The angle of a rotation about the axis, and its difference quotient under small turns of the second frame."""

@@ -263,7 +263,7 @@ def test_callback_controls_a_joint():
         assert balanced(run)
 
 
-@pytest.mark.parametrize("seed", [0, 2, 5, 7])
+@pytest.mark.parametrize("seed", [0, 2, 3, 5])
 def test_energy_balances_under_every_load(seed):
     """d(kinetic + strain + stored + gravity)/dt = power in; integrated along, below 1e-8 at rtol 1e-11."""
     run = mp.simulate(loaded_tree(seed), t_end=0.5, output_step=0.05, rtol=1e-11, atol=1e-13, method="explicit")

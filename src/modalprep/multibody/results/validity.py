@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.multibody.model.loads import Load
+from modalprep.multibody.model.rotational_spring import RotationalSpring
 from modalprep.multibody.results.result import Result
 
 BEYOND = 0.1  # of the body's size: displacements linear in the modes, and their second order, hold to about that
@@ -39,6 +41,26 @@ def large_deflections(
     """
     found = (_note(name, body, time, np.asarray(modal[name])) for name, body in bodies.items() if body.n)
     return tuple(note for note in found if note)
+
+
+def wound_springs(loads: Sequence[Load], run: Result) -> tuple[str, ...]:
+    """Return a note for each rotational spring that passes half a turn, where its torque jumps.
+
+    Parameters
+    ----------
+    loads : sequence of Load
+    run : Result
+        With the springs' channels.
+    """
+    found = []
+    for name in [load.name for load in loads if isinstance(load, RotationalSpring)]:
+        jumps = np.abs(np.diff(run[f"{name}.angle"])) > np.pi
+        if np.any(jumps):
+            found.append(
+                f"rotational spring {name!r} passes half a turn at t = {run.time[np.argmax(jumps)]:.4g} s, where its torque "
+                "and its energy jump: make it an element of a joint, whose angle counts the turns"
+            )
+    return tuple(found)
 
 
 def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str:

@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.schema.base import Table, naming
+from modalprep.suggest import refuse_missing
 
 
 class PieceTable(Table):
@@ -88,14 +89,13 @@ def has_several_values(value: Any) -> bool:
 
 def points_of_file(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return the two columns of a CSV file, with or without a header."""
-    if not path.is_file():
-        raise InputError(f"table of time {path} does not exist")
-    lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+    refuse_missing(path, "table of points")
+    lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
     try:
         rows = [[float(word) for word in line.split(",")] for line in lines[_header(lines) :] if line.strip()]
         t, values = np.array(rows, dtype=float).reshape(len(rows), 2).T
     except ValueError:
-        raise InputError(f"table of time {path}: needs rows of two numbers, 't, value'") from None
+        raise InputError(f"table of points {path}: needs rows of two numbers") from None
     return t, values
 
 
