@@ -308,10 +308,13 @@ def factorize(cons, work):
 
 @compile_kernel
 def _largest_pivot(work, k):
-    best = k
-    for i in range(k + 1, len(work.scale)):
-        if work.factor[i, i] > work.factor[best, best] * (1.0 + 1e-9):  # ties: the order given
-            best = i
+    """Return the row that is left with the largest mobility: one that hardly moves has no sure direction."""
+    best, most = k, -1.0
+    for i in range(k, len(work.scale)):
+        row = work.order[i]
+        left = work.factor[i, i] * work.S[row, row] * work.unit[row] * work.unit[row]
+        if left > most * (1.0 + 1e-9):  # ties: the order given
+            best, most = i, left
     return best
 
 

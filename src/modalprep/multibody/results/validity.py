@@ -57,8 +57,8 @@ def wound_springs(loads: Sequence[Load], run: Result) -> tuple[str, ...]:
         jumps = np.abs(np.diff(run[f"{name}.angle"])) > np.pi
         if np.any(jumps):
             found.append(
-                f"rotational spring {name!r} passes half a turn at t = {run.time[np.argmax(jumps)]:.4g} s, where its torque "
-                "and its energy jump: make it an element of a joint, whose angle counts the turns"
+                f"rotational spring {name!r} passes half a turn at t = {run.time[np.argmax(jumps)]:.4g} s, where its "
+                "torque and its energy jump: make it an element of a joint, whose angle counts the turns"
             )
     return tuple(found)
 
