@@ -212,3 +212,12 @@ def test_what_would_be_read_wrongly_is_refused(read, text, words):
     with pytest.raises(mp.InputError) as caught:
         read(text)
     assert words in str(caught.value)
+
+
+def test_names_of_sets_do_not_depend_on_capitals(read):
+    """As in Abaqus; the group keeps the spelling that came first."""
+    mesh = read(DECK.replace("skin, 3", "SKIN, 3").replace("TYPE=B31, ELSET=bar", "TYPE=B31, ELSET=Skin"))
+    assert {kind: len(rows) for kind, rows in mesh.groups["skin"].items()} == {"quad": 1, "triangle": 1, "line": 1}
+    assert set(mesh.groups["every"]) == {"quad", "triangle", "line"}
+    assert "Skin" not in mesh.groups
+    assert read(BEAMS + "*NSET, NSET=root\n1\n*NSET, NSET=ROOT\n3\n").nodes("root").tolist() == [0, 2]

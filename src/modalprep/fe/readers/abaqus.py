@@ -51,13 +51,19 @@ class _Deck:
     elsets: dict[str, list] = field(default_factory=dict)
     nsets: dict[str, list] = field(default_factory=dict)
     resolved: dict[tuple[bool, str], list[int]] = field(default_factory=dict)
+    spelled: dict[tuple[str, str], str] = field(default_factory=dict)  # by kind and capitals: the first spelling
     inside: str = ""  # PART, INSTANCE, ASSEMBLY or STEP
     seen: set[str] = field(default_factory=set)  # of these, the ones that came
-    of_part: set[tuple[str, str]] = field(default_factory=set)  # kind and name of its sets
+    of_part: set[tuple[str, str]] = field(default_factory=set)  # kind and capitals of its sets
     skipped: list[tuple[str, str]] = field(default_factory=list)  # what, and where
 
     def refuse(self, line: int, what: str) -> None:
         raise InputError(f"mesh file {self.path}, line {line}: {what}")
+
+    def members(self, kind: str, name: str) -> list:
+        """Return the list of a set, ELSET or NSET, to add to; capitals do not count."""
+        sets = self.elsets if kind == "ELSET" else self.nsets
+        return sets.setdefault(self.spelled.setdefault((kind, name.upper()), name), [])
 
     def add(self, line: int, what: str, label: int, value: Any) -> None:
         """Add a node or an element, of which every number stands for one."""
@@ -146,7 +152,7 @@ def _enter(deck: _Deck, block: _Block) -> None:
     if keyword == "INSTANCE" and not all(ZERO.fullmatch(f) for _, fields in block.rows for f in fields):
         deck.refuse(block.line, f"the instance is moved from where its part lies; {FLAT}")
     if keyword in ("ASSEMBLY", "END INSTANCE"):
-        deck.of_part = {("ELSET", name) for name in deck.elsets} | {("NSET", name) for name in deck.nsets}
+        deck.of_part = set(deck.spelled)
     if keyword in ("PART", "INSTANCE", "ASSEMBLY", "STEP"):
         deck.inside = keyword
         deck.seen.add(keyword)
@@ -178,7 +184,7 @@ def _nodes(deck: _Deck, block: _Block) -> None:
             deck.refuse(number, f"node {', '.join(fields)} is not a number and coordinates; repair the line")
         deck.add(number, "node", label, coordinates + [0.0] * (3 - len(coordinates)))
         if "NSET" in block.options:
-            deck.nsets.setdefault(block.options["NSET"], []).append(label)
+            deck.members("NSET", block.options["NSET"]).append(label)
 
 
 def _elements(deck: _Deck, block: _Block) -> None:
@@ -194,7 +200,7 @@ def _elements(deck: _Deck, block: _Block) -> None:
             deck.refuse(number, f"element {label} refers to node {missing[0]}, which is not there; export it again")
         deck.add(number, "element", label, (known.name, nodes))
         if "ELSET" in block.options:
-            deck.elsets.setdefault(block.options["ELSET"], []).append(label)
+            deck.members("ELSET", block.options["ELSET"]).append(label)
 
 
 def _joined(rows: list[tuple[int, list[str]]], count: int) -> list[tuple[int, list[str]]]:
@@ -223,10 +229,10 @@ def _numbers(deck: _Deck, line: int, fields: list[str], count: int, given: str) 
 
 def _set(deck: _Deck, block: _Block) -> None:
     kind, name = block.keyword, block.options.get(block.keyword, "")
-    if not name or (deck.inside == "ASSEMBLY" and (kind, name) in deck.of_part):
+    if not name or (deck.inside == "ASSEMBLY" and (kind, name.upper()) in deck.of_part):
         what = f"*{kind} has the name {name} of a set of the part" if name else f"*{kind} has no name"
         deck.refuse(block.line, f"{what}; give the set a name of its own")
-    members = (deck.elsets if kind == "ELSET" else deck.nsets).setdefault(name, [])
+    members = deck.members(kind, name)
     for number, fields in block.rows:
         fields = [f for f in fields if f]
         if "GENERATE" not in block.options:
@@ -249,18 +255,18 @@ def _members(deck: _Deck, sets: dict[str, list], name: str, inside: tuple[str, .
     if name in inside or len(inside) > DEEPEST:
         what = "contains itself" if name in inside else f"is more than {DEEPEST} sets deep in others"
         raise InputError(f"mesh file {deck.path}: set {name!r} {what}; repair the sets")
-    known = deck.elements if sets is deck.elsets else deck.points
+    known, kind = (deck.elements, "ELSET") if sets is deck.elsets else (deck.points, "NSET")
     found: list[int] = []
     for member in sets[name]:
         if isinstance(member, range):  # perhaps of far more numbers than there are
             found += sorted(label for label in known if label in member)
         elif isinstance(member, int):
             found.append(member)
-        elif member in sets:
-            found += _members(deck, sets, member, (*inside, name))
+        elif spelled := deck.spelled.get((kind, member.upper())):
+            found += _members(deck, sets, spelled, (*inside, name))
         else:
             what = f"set {name!r} names {member!r}, which is no number and no set of the file"
-            raise InputError(f"mesh file {deck.path}: {what}; correct it (capitals count)")
+            raise InputError(f"mesh file {deck.path}: {what}; correct it")
     deck.resolved[key] = list(dict.fromkeys(found))
     return deck.resolved[key]
 
