@@ -9,7 +9,7 @@ from fe.decks import BAR, GRIDS, PBAR, STEEL, free
 
 from modalprep.errors import InputError
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.deck import read_nastran
+from modalprep.fe.readers.nastran.deck import ADVICE, read_nastran
 
 # ---------------------------------------------------------------- text
 
@@ -99,7 +99,13 @@ def test_continuation_with_markers_in_field_ten(read):
 
 
 @pytest.mark.parametrize(
-    "line", ["SPC1,1,123,1,THRU,3", "SPC1           1     1231 THRU 3", "SPC1,1,123,1,2,3", "SPC,1,1,123,,2,6\nSPC,1,3"]
+    "line",
+    [
+        "SPC1,1,123456,1,THRU,3",
+        "SPC1           1  1234561 THRU 3",
+        "SPC1,1,654321,1,2,3",
+        "SPC,1,1,123456,,2,123456\nSPC,1,3,123,,3,456",
+    ],
 )
 def test_node_sets_and_ranges(read, line):
     mesh = read(GRIDS + BAR + PBAR + STEEL + line + "\nSPCADD,8,1\nASET1,123456,2,THRU,99\nSUPORT,1,123,4,3\n")
@@ -137,7 +143,7 @@ def test_deck_without_sections_has_groups_without_properties(read):
 def test_unknown_cards_are_counted_and_loads_are_not(read):
     mesh = read(GRIDS + BAR + PBAR + STEEL + "FOO,1\nFOO,2\nBAZ,1\nFORCE,1,2,,1.,0.,0.,1.\nPLOTEL,1,1,2\n", end="")
     assert mesh.notes == (
-        "left out: 2 FOO, 1 BAZ",
+        f"left out: 2 FOO (first in deck.bdf line 8), 1 BAZ (deck.bdf line 10); {ADVICE}",
         "the deck has no ENDDATA; if it was cut short, elements are missing",
     )
 

@@ -7,15 +7,38 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 
 LABEL = re.compile(r"[0-9]{1,18}")
 DEEPEST = 100  # sets of sets of sets
+FLAT = "export it flat, in one file without parts and instances"
+ZERO = re.compile(r"[+-]?0*\.?0*([EeDd][+-]?\d+)?")
+MADE = re.compile(r"N(GEN|FILL|COPY|MAP)|EL(GEN|COPY)")
+# Sections, materials and loads come from the pipeline file; these keywords say nothing else about the structure.
+SKIPPED = re.compile(
+    r"|HEADING|PREPRINT|(END )?(PART|INSTANCE|ASSEMBLY|STEP)|.* SECTION|MATERIAL|DENSITY|ELASTIC|PLASTIC|EXPANSION"
+    r"|DAMPING|CONDUCTIVITY|SPECIFIC HEAT|ORIENTATION|DISTRIBUTION( TABLE)?|TRANSFORM|AMPLITUDE|PHYSICAL CONSTANTS"
+    r"|SURFACE( INTERACTION| BEHAVIOR)?|FRICTION|RESTART|FILE FORMAT"
+)
+ADVICE = (
+    "give masses, springs and directions of beams as properties, rigid links as connections, supports as interfaces"
+)
+
+
+class _Block(NamedTuple):
+    """A keyword with its options, its rows of fields with their line numbers, and its own line."""
+
+    keyword: str
+    options: dict[str, str]
+    rows: list[tuple[int, list[str]]]
+    line: int
 
 
 @dataclass
@@ -28,15 +51,34 @@ class _Deck:
     elsets: dict[str, list] = field(default_factory=dict)
     nsets: dict[str, list] = field(default_factory=dict)
     resolved: dict[tuple[bool, str], list[int]] = field(default_factory=dict)
+    spelled: dict[tuple[str, str], str] = field(default_factory=dict)  # by kind and capitals: the first spelling
+    inside: str = ""  # PART, INSTANCE, ASSEMBLY or STEP
+    seen: set[str] = field(default_factory=set)  # of these, the ones that came
+    of_part: set[tuple[str, str]] = field(default_factory=set)  # kind and capitals of its sets
+    skipped: list[tuple[str, str]] = field(default_factory=list)  # what, and where
 
     def refuse(self, line: int, what: str) -> None:
         raise InputError(f"mesh file {self.path}, line {line}: {what}")
 
+    def members(self, kind: str, name: str) -> list:
+        """Return the list of a set, ELSET or NSET, to add to; capitals do not count."""
+        sets = self.elsets if kind == "ELSET" else self.nsets
+        return sets.setdefault(self.spelled.setdefault((kind, name.upper()), name), [])
+
+    def add(self, line: int, what: str, label: int, value: Any) -> None:
+        """Add a node or an element, of which every number stands for one."""
+        known = self.points if what == "node" else self.elements
+        if label in known and self.inside == "ASSEMBLY":
+            self.refuse(line, f"{what} {label} of the assembly has the number of a {what} of the part; {FLAT}")
+        if known.setdefault(label, value) != value:
+            self.refuse(line, f"{what} {label} is there twice and differs; give every {what} its own number")
+
 
 def read_abaqus(path: Path, scale: float) -> Mesh:
-    r"""Read ``*NODE``, ``*ELEMENT``, ``*ELSET`` and ``*NSET`` of an input file without parts and instances.
+    r"""Read ``*NODE``, ``*ELEMENT``, ``*ELSET`` and ``*NSET`` of an input file with one part and instance at most.
 
-    Groups are the sets: element sets as cells, node sets as vertices. Other keywords are skipped.
+    Groups are the sets: element sets as cells, node sets as vertices. Sections, materials and loads are skipped; a note
+    counts every other keyword, such as ``*MPC``, ``*MASS`` and ``*BOUNDARY``.
 
     Parameters
     ----------
@@ -47,7 +89,8 @@ def read_abaqus(path: Path, scale: float) -> Mesh:
     Raises
     ------
     InputError
-        When a line cannot be read, an element type has no counterpart, or a set names what is not there.
+        When a line cannot be read, an element type has no counterpart, a set names what is not there, or the nodes are
+        not all listed in global axes.
 
     Examples
     --------
@@ -59,97 +102,149 @@ def read_abaqus(path: Path, scale: float) -> Mesh:
     """
     content = path.read_bytes()
     deck = _Deck(path)
-    parts = 0
-    for keyword, options, rows in _blocks(content.decode("utf-8-sig", errors="replace")):
-        parts += keyword == "PART"
-        if keyword == "INCLUDE" or parts > 1:
-            what = "*INCLUDE" if keyword == "INCLUDE" else "several parts"
-            raise InputError(f"mesh file {path} has {what}; export it flat, in one file without parts and instances")
-        if keyword in READERS:
-            READERS[keyword](deck, options, rows)
+    for block in _blocks(content.decode("utf-8-sig", errors="replace")):
+        _enter(deck, block)
+        if block.keyword in READERS:
+            _refuse_elsewhere(deck, block)
+            READERS[block.keyword](deck, block)
+        elif block.keyword == "BOUNDARY" or not (deck.inside == "STEP" or SKIPPED.fullmatch(block.keyword)):
+            deck.skipped.append((f"*{block.keyword}", f"line {block.line}"))
     if not deck.points or not deck.elements:
         raise InputError(f"mesh file {path} holds no {'cells' if deck.points else 'nodes'}; export it again")
     return _mesh(deck, scale, hashlib.sha256(content).hexdigest())
 
 
-def _blocks(text: str) -> Iterator[tuple[str, dict[str, str], list[tuple[int, list[str]]]]]:
-    """Yield (keyword, options, rows of fields with their line numbers); a line that ends in a comma goes on."""
-    keyword, options, rows, open_row = "", {}, [], False
+def _blocks(text: str) -> Iterator[_Block]:
+    """Yield the keywords with their rows; a keyword whose line ends in a comma may go on in the next."""
+    header, block = "", _Block("", {}, [], 0)
     for number, line in enumerate(text.splitlines(), 1):
         line = line.strip()
         if line.startswith("**") or not line:
             continue
         if line.startswith("*"):
-            yield keyword, options, rows
-            keyword, options = _keyword(line)
-            rows, open_row = [], False
-            continue
-        fields = [part.strip() for part in line.rstrip(",").split(",")]
-        if open_row and keyword == "ELEMENT":
-            rows[-1][1].extend(fields)
+            yield block
+            header, block = line, _block(line, number)
+        elif header.endswith(",") and not block.rows and line[0].isalpha():
+            header += line
+            block = _block(header, block.line)
         else:
-            rows.append((number, fields))
-        open_row = line.endswith(",")
-    yield keyword, options, rows
+            block.rows.append((number, [part.strip() for part in line.split(",")]))
+    yield block
 
 
-def _keyword(line: str) -> tuple[str, dict[str, str]]:
-    name, *rest = [part.strip() for part in line[1:].split(",")]
+def _block(header: str, line: int) -> _Block:
+    name, *rest = [part.strip() for part in header[1:].split(",")]
     pairs = [part.partition("=") for part in rest if part]
-    return name.upper(), {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+    options = {key.strip().upper(): value.strip().strip('"') for key, _, value in pairs}
+    return _Block(" ".join(name.upper().split()), options, [], line)
 
 
-def _nodes(deck: _Deck, options: dict[str, str], rows: list) -> None:
-    for number, fields in rows:
+def _enter(deck: _Deck, block: _Block) -> None:
+    """Follow parts, instances, the assembly and steps; refuse what makes nodes or elements that are not listed."""
+    keyword = block.keyword
+    if keyword == "INCLUDE" or (keyword in ("PART", "INSTANCE") and keyword in deck.seen):
+        what = "*INCLUDE" if keyword == "INCLUDE" else f"several {keyword.lower()}s"
+        deck.refuse(block.line, f"the deck has {what}; {FLAT}")
+    if MADE.fullmatch(keyword):
+        deck.refuse(block.line, f"*{keyword} makes what the file does not list; export every node and element")
+    if keyword == "SYSTEM":
+        _refuse_axes(deck, block)
+    if keyword == "INSTANCE" and not all(ZERO.fullmatch(f) for _, fields in block.rows for f in fields):
+        deck.refuse(block.line, f"the instance is moved from where its part lies; {FLAT}")
+    if keyword in ("ASSEMBLY", "END INSTANCE"):
+        deck.of_part = set(deck.spelled)
+    if keyword in ("PART", "INSTANCE", "ASSEMBLY", "STEP"):
+        deck.inside = keyword
+        deck.seen.add(keyword)
+    elif keyword.startswith("END "):
+        deck.inside = "ASSEMBLY" if keyword == "END INSTANCE" else ""
+
+
+def _refuse_axes(deck: _Deck, block: _Block) -> None:
+    deck.refuse(block.line, f"*{block.keyword} gives coordinates in axes of its own; export them as global x, y, z")
+
+
+def _refuse_elsewhere(deck: _Deck, block: _Block) -> None:
+    """Refuse content of other files, other axes, and sets by another road than their numbers and names."""
+    keyword, options = block.keyword, block.options
+    if "INPUT" in options:
+        deck.refuse(block.line, f"*{keyword} has INPUT={options['INPUT']}, another file; {FLAT}")
+    if keyword == "NODE" and options.get("SYSTEM", "R").upper() != "R":
+        _refuse_axes(deck, block)
+    if keyword == "NSET" and "ELSET" in options:
+        deck.refuse(block.line, f"*NSET takes the nodes of ELSET={options['ELSET']}; list their numbers")
+
+
+def _nodes(deck: _Deck, block: _Block) -> None:
+    for number, fields in block.rows:
         try:
             label = int(LABEL.fullmatch(fields[0])[0])
             coordinates = [float(f or 0) for f in fields[1:4]]
         except (TypeError, ValueError):
             deck.refuse(number, f"node {', '.join(fields)} is not a number and coordinates; repair the line")
-        deck.points[label] = coordinates + [0.0] * (3 - len(coordinates))
-        deck.nsets.setdefault(options["NSET"], []).append(label) if "NSET" in options else None
+        deck.add(number, "node", label, coordinates + [0.0] * (3 - len(coordinates)))
+        if "NSET" in block.options:
+            deck.members("NSET", block.options["NSET"]).append(label)
 
 
-def _elements(deck: _Deck, options: dict[str, str], rows: list) -> None:
-    given = options.get("TYPE", "")
+def _elements(deck: _Deck, block: _Block) -> None:
+    given = block.options.get("TYPE", "")
     known = next((c for c in CELLS.values() if c.abaqus and re.fullmatch(c.abaqus, given.upper())), None)
-    for number, fields in rows:
-        if known is None:
-            deck.refuse(number, f"element type {given!r} has no counterpart here; known are S3, S4, B31, T3D2, C3D4, "
-                                "C3D6, C3D8, C3D10, C3D20, MASS and their variants")  # fmt: skip
-        kind, n = known.name, known.count
-        fields = [f for f in fields if f]
-        if len(fields) < n + 1 or not all(LABEL.fullmatch(f) for f in fields[: n + 1]):
-            deck.refuse(
-                number, f"element {', '.join(fields)} of type {given} needs a number and {n} nodes; export again"
-            )
-        label, *nodes = (int(f) for f in fields[: n + 1])
+    if known is None and block.rows:
+        deck.refuse(block.rows[0][0], f"element type {given!r} has no counterpart here; known are S3, S4, B31, T3D2, "
+                                      "C3D4, C3D6, C3D8, C3D10, C3D20, MASS and their variants")  # fmt: skip
+    for number, fields in _joined(block.rows, known.count + 1 if known else 0):
+        label, *nodes = _numbers(deck, number, fields, known.count + 1, given)
         missing = [node for node in nodes if node not in deck.points]
         if missing:
             deck.refuse(number, f"element {label} refers to node {missing[0]}, which is not there; export it again")
-        deck.elements[label] = (kind, nodes)
-        if "ELSET" in options:
-            deck.elsets.setdefault(options["ELSET"], []).append(label)
+        deck.add(number, "element", label, (known.name, nodes))
+        if "ELSET" in block.options:
+            deck.members("ELSET", block.options["ELSET"]).append(label)
 
 
-def _set(kind: str):
-    def read(deck: _Deck, options: dict[str, str], rows: list) -> None:
-        sets = deck.elsets if kind == "ELSET" else deck.nsets
-        members = sets.setdefault(options.get(kind, ""), [])
-        for number, fields in rows:
-            fields = [f for f in fields if f]
-            if "GENERATE" not in options:
-                members.extend(int(f) if LABEL.fullmatch(f) else f for f in fields)
-                continue
-            numbers = [int(f) for f in fields if LABEL.fullmatch(f)]
-            if len(numbers) < len(fields) or not 2 <= len(numbers) <= 3 or numbers[2:] == [0]:
-                deck.refuse(number, f"GENERATE needs first, last and step; it has {', '.join(fields)}")
-            members.append(range(numbers[0], numbers[1] + 1, *numbers[2:]))
-
-    return read
+def _joined(rows: list[tuple[int, list[str]]], count: int) -> list[tuple[int, list[str]]]:
+    """Join the lines of each element, without blanks: one that ends in a comma goes on while nodes are missing."""
+    joined, goes_on = [], False
+    for number, fields in rows:
+        filled = [f for f in fields if f]
+        if goes_on:
+            joined[-1][1].extend(filled)
+        else:
+            joined.append((number, filled))
+        goes_on = not fields[-1] and len(joined[-1][1]) < count
+    return joined
 
 
-READERS = {"NODE": _nodes, "ELEMENT": _elements, "ELSET": _set("ELSET"), "NSET": _set("NSET")}
+def _numbers(deck: _Deck, line: int, fields: list[str], count: int, given: str) -> list[int]:
+    """Return the numbers of an element and its nodes; beams may name one of their direction, CalculiX more."""
+    if len(fields) > count:
+        deck.skipped.append((f"extra nodes in *ELEMENT, TYPE={given}", f"line {line}"))
+    if len(fields) < count or not all(LABEL.fullmatch(f) for f in fields[:count]):
+        deck.refuse(
+            line, f"element {', '.join(fields)} of type {given} needs a number and {count - 1} nodes; export again"
+        )
+    return [int(f) for f in fields[:count]]
+
+
+def _set(deck: _Deck, block: _Block) -> None:
+    kind, name = block.keyword, block.options.get(block.keyword, "")
+    if not name or (deck.inside == "ASSEMBLY" and (kind, name.upper()) in deck.of_part):
+        what = f"*{kind} has the name {name} of a set of the part" if name else f"*{kind} has no name"
+        deck.refuse(block.line, f"{what}; give the set a name of its own")
+    members = deck.members(kind, name)
+    for number, fields in block.rows:
+        fields = [f for f in fields if f]
+        if "GENERATE" not in block.options:
+            members.extend(int(f) if LABEL.fullmatch(f) else f for f in fields)
+            continue
+        numbers = [int(f) for f in fields if LABEL.fullmatch(f)]
+        if len(numbers) < len(fields) or not 2 <= len(numbers) <= 3 or numbers[2:] == [0]:
+            deck.refuse(number, f"GENERATE needs first, last and step; it has {', '.join(fields)}")
+        members.append(range(numbers[0], numbers[1] + 1, *numbers[2:]))
+
+
+READERS = {"NODE": _nodes, "ELEMENT": _elements, "ELSET": _set, "NSET": _set}
 
 
 def _members(deck: _Deck, sets: dict[str, list], name: str, inside: tuple[str, ...] = ()) -> list[int]:
@@ -160,13 +255,18 @@ def _members(deck: _Deck, sets: dict[str, list], name: str, inside: tuple[str, .
     if name in inside or len(inside) > DEEPEST:
         what = "contains itself" if name in inside else f"is more than {DEEPEST} sets deep in others"
         raise InputError(f"mesh file {deck.path}: set {name!r} {what}; repair the sets")
-    known = deck.elements if sets is deck.elsets else deck.points
+    known, kind = (deck.elements, "ELSET") if sets is deck.elsets else (deck.points, "NSET")
     found: list[int] = []
-    for member in sets.get(name, ()):
+    for member in sets[name]:
         if isinstance(member, range):  # perhaps of far more numbers than there are
             found += sorted(label for label in known if label in member)
+        elif isinstance(member, int):
+            found.append(member)
+        elif spelled := deck.spelled.get((kind, member.upper())):
+            found += _members(deck, sets, spelled, (*inside, name))
         else:
-            found += [member] if isinstance(member, int) else _members(deck, sets, member, (*inside, name))
+            what = f"set {name!r} names {member!r}, which is no number and no set of the file"
+            raise InputError(f"mesh file {deck.path}: {what}; correct it")
     deck.resolved[key] = list(dict.fromkeys(found))
     return deck.resolved[key]
 
@@ -197,4 +297,5 @@ def _mesh(deck: _Deck, scale: float, sha256: str) -> Mesh:
         source=deck.path.name,
         sha256=sha256,
         scale=scale,
+        notes=left_out(deck.skipped, ADVICE),
     )

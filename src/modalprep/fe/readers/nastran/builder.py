@@ -61,9 +61,9 @@ class Builder:
         """Set a value that one cell has for itself."""
         self.data.setdefault((name, kind), {})[row] = np.asarray(value)
 
-    def section(self, card: Card, family: str) -> str:
+    def section(self, card: Card, family: str, default: int | None = None) -> str:
         """Return the group of the property in field 1 of an element; the property is built once."""
-        number = card.integer(1, "PID", card.id, lowest=1)
+        number = card.integer(1, "PID", default or card.id, lowest=1)
         if (family, number) not in self.built:
             self.built[family, number] = self._built(card, family, number)
         return self.built[family, number]

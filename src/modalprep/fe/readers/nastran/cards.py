@@ -20,6 +20,7 @@ import numpy as np
 from modalprep.errors import InputError
 
 REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[ED]?([+-]\d+)|[ED](\d+))?")
+REPEATS = re.compile(r"=+|=\(?\d+\)?|\*\(?[+-]?[\d.][\dED.+-]*\)?")  # of the card before: =, ==, =3, *(1), *1.5
 INTEGER = re.compile(r"[+-]?\d{1,10}")
 BEGIN = re.compile(r"^\s*BEGIN\b(?!\s+SUPER)", re.IGNORECASE)
 INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)$", re.IGNORECASE)
@@ -195,6 +196,10 @@ class _Reader:
         head, data, marker = _split(line)
         if data is None:
             raise InputError(f"{file} line {number}: more than ten fields in one line; continue the card on the next")
+        if head.startswith("=") or any(REPEATS.fullmatch(field) for field in data):
+            raise InputError(
+                f"{file} line {number}: = and *(1) repeat the card before; export the deck with every card written out"
+            )
         if not head or head[0] in "+*":
             if not self.cards:
                 raise InputError(f"{file} line {number}: a continuation without a card before it; start at BEGIN BULK")

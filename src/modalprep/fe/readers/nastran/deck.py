@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran import elements as nastran_elements
 from modalprep.fe.readers.nastran import links as nastran_links
@@ -28,10 +28,14 @@ FAMILY = {
     **dict.fromkeys(("PBEAM", "PBEAML"), "beam"),
     **{"GRID": "grid", "PROD": "rod", "PSOLID": "solid", "PBUSH": "bush", "PELAS": "elas"},
 }
-LISTS = ("GRDSET", "BAROR", "BEAMOR", "PARAM", "SPOINT", "SPCADD", *nastran_links.NODE_SETS)
+LISTS = ("GRDSET", "BAROR", "BEAMOR", "PARAM", "SPOINT", "SPCADD", *nastran_links.SUPPORTS, *nastran_links.NODE_SETS)
 SKIPPED = re.compile(
     r"PLOTEL|FORCE\d?|MOMENT\d?|PLOAD\d?|GRAV|ACCEL1?|RFORCE|[DT]?LOAD\d?|[RT]LOAD\d|DAREA|TABLE\w*|TABD\w*|EIG\w+|TSTEP\w*"
     r"|FREQ\d?|SET\d|TEMP\w*|DPHASE|DELAY|D(RESP|ESVAR|CONSTR|VPREL|OPTPRM)\w*|MDLPRM|NLPARM|SPCD|CSUPEXT|OMIT1?|ECHO\w*"
+)
+ADVICE = (
+    "replace by cards that are read, such as RBE2, RBE3, CONM2, CBUSH, what of these carries mass, stiffness or "
+    "constraints"
 )
 HANDLERS = {**nastran_elements.HANDLERS, **nastran_links.HANDLERS}
 
@@ -41,7 +45,8 @@ def read_nastran(path: Path, length: float, mass: float) -> Mesh:
 
     A deck without any property card gives groups without properties. Groups are ``pshell_4``, ``pbar_12``,
     ``conm2_10000``, ...; node sets are vertex groups ``spc_1``, ``aset``, ``bset``, ``suport``, ... and ``grid_ps``
-    (field PS of GRID), with vertex cells of their own.
+    (field PS of GRID), with vertex cells of their own. Grids that a set holds in some components only are the group
+    ``spc_1_123``.
 
     Parameters
     ----------
@@ -90,7 +95,7 @@ def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
 def _filed(cards: list[Card]) -> tuple[Tables, list[str]]:
     """Return the cards that other cards refer to, by family and id, and the note on what is left out."""
     tables: Tables = {}
-    unknown: Counter[str] = Counter()
+    unknown: list[tuple[str, str]] = []
     for card in cards:
         family = FAMILY.get(card.name)
         if family:
@@ -104,9 +109,8 @@ def _filed(cards: list[Card]) -> tuple[Tables, list[str]]:
         elif card.name == "BEGIN":
             raise card.error("superelements in one deck are not read; give each its own deck")
         elif card.name not in HANDLERS and not SKIPPED.fullmatch(card.name):
-            unknown[card.name[:16]] += 1
-    listed = ", ".join(f"{count} {name}" for name, count in unknown.most_common(12))
-    return tables, [f"left out: {listed}{' and others' if len(unknown) > 12 else ''}"] if unknown else []
+            unknown.append((card.name[:16], f"{card.file} line {card.line}"))
+    return tables, list(left_out(unknown, ADVICE))
 
 
 def _entries(card: Card) -> list[Card]:

@@ -89,11 +89,11 @@ def _conrod(b: Builder, card: Card) -> None:
 def _bar(b: Builder, card: Card) -> None:
     family = card.name[1:].lower()
     nodes = [b.grids.node(card, k, end) for k, end in ((2, "GA"), (3, "GB"))]
-    name = b.section(card, family)
+    defaults = list(b.tables.get(f"{family.upper()}OR", {}).values())[-1:]
+    name = b.section(card, family, defaults[0].integer(1, "PID", card.id, lowest=1) if defaults else None)
     row = b.cell(card, "line", nodes, name)
     if b.bare:
         return
-    defaults = list(b.tables.get(f"{family.upper()}OR", {}).values())[-1:]
     flags = card.text(7) or (defaults[0].text(7) if defaults else "") or "GGG"
     ends = _ends(b, card, nodes, flags)
     axis = np.diff(b.grids.points[nodes] + ends, axis=0)[0]

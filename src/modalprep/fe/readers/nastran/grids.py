@@ -78,6 +78,8 @@ class Grids:
         Ascending.
     points : (n, 3) float
     systems : {id: System}
+    held : {row: str}
+        Components of the permanent constraints PS.
     """
 
     def __init__(self, path: Path, tables: Tables) -> None:
@@ -86,13 +88,15 @@ class Grids:
             raise InputError(f"{path.name}: the deck has no GRID; give a Nastran bulk data deck with its nodes")
         default = list(tables.get("GRDSET", {}).values())[-1:]
         cp, cd = (default[0].integer(k, "CP or CD", 0) if default else 0 for k in (1, 5))
+        ps = default[0].text(6) if default else ""
         self.cards = cards
         self.ids = np.array([card.id for card in cards])
         self.row = {number: i for i, number in enumerate(self.ids.tolist())}
         self.cp = np.array([card.integer(1, "CP", cp, lowest=0) for card in cards])
         self.cd = np.array([card.integer(5, "CD", cd, lowest=FLUID) for card in cards])
         self.points = np.array([[card.real(k, f"X{k - 1}", 0.0) for k in (2, 3, 4)] for card in cards])
-        self.fixed = [i for i, card in enumerate(cards) if card.text(6) not in ("", "0") and self.cd[i] != FLUID]
+        held = {i: card.text(6) or ps for i, card in enumerate(cards) if self.cd[i] != FLUID}
+        self.held = {i: components for i, components in held.items() if components not in ("", "0")}
         self.scalar = _scalar_points(tables)
         self.systems = {0: BASIC}
         self._place(0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -11,18 +11,24 @@ from modalprep.fe.mesh.mesh import Link
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 
-NODE_SETS = ("SPC", "SPC1", "SUPORT", "SUPORT1", "ASET", "ASET1", "BSET", "BSET1", "CSET", "CSET1", "QSET", "QSET1")
+SUPPORTS = ("SPC", "SPC1")
+NODE_SETS = ("SUPORT", "SUPORT1", "ASET", "ASET1", "BSET", "BSET1", "CSET", "CSET1", "QSET", "QSET1")
 
 
 def _components(b: Builder, card: Card, text: str, nodes: list[int]) -> np.ndarray:
     """Return which of the six components a text such as 123 names; parts of a triple need basic axes."""
-    if not text or set(text) - set("123456"):
-        raise card.error(f"components {text!r} are not made of the digits 1 to 6; give such as 123456")
-    mask = np.array([c in text for c in "123456"])
+    named = _digits(card, text)
+    mask = np.array([c in named for c in "123456"])
     whole = all(mask[s].all() or not mask[s].any() for s in (slice(3), slice(3, 6)))
     if not whole and any(not np.allclose(b.grids.displacement(i), np.eye(3), atol=1e-9) for i in nodes):
         raise card.error(f"components {text} refer to a displacement system CD; give 123, 456 or 123456")
     return mask
+
+
+def _digits(card: Card, text: str) -> set[str]:
+    if not text or set(text) - set("123456"):
+        raise card.error(f"components {text!r} are not made of the digits 1 to 6; give such as 123456")
+    return set(text)
 
 
 def _rbe2(b: Builder, card: Card) -> None:
@@ -73,16 +79,14 @@ HANDLERS: dict[str, Callable[[Builder, Card], None]] = {"RBE2": _rbe2, "RBE3": _
 
 
 def add_node_sets(b: Builder) -> None:
-    """Add the vertex groups of SPC, ASET, BSET, QSET, CSET and SUPORT."""
-    sets: dict[str, set[int]] = {"grid_ps": set(b.grids.fixed)}
+    """Add the vertex groups of SPC, PS of GRID, ASET, BSET, QSET, CSET and SUPORT."""
+    sets: dict[str, set[int]] = {}
+    for label, held in _supports(b).items():
+        for group, node in _by_components(b, label, held):
+            sets.setdefault(group, set()).add(node)
     for name in NODE_SETS:
         for card in b.tables.get(name, {}).values():
-            numbered = name in ("SPC", "SPC1", "SUPORT1")
-            label = f"spc_{card.id}" if name.startswith("SPC") else name.rstrip("1").lower()
-            sets.setdefault(label, set()).update(_set_nodes(b, card, int(numbered)))
-    for card in b.tables.get("SPCADD", {}).values():
-        parts = (f"spc_{number}" for number in card.numbers(1, "a set", b.grids.ids))
-        sets.setdefault(f"spc_{card.id}", set()).update(*(sets.get(part, set()) for part in parts))
+            sets.setdefault(name.rstrip("1").lower(), set()).update(_set_nodes(b, card))
     for label, nodes in sets.items():
         for node in sorted(nodes):
             rows = b.cells.setdefault("vertex", [])
@@ -90,13 +94,62 @@ def add_node_sets(b: Builder) -> None:
             b.groups.setdefault(label, {}).setdefault("vertex", []).append(len(rows) - 1)
 
 
-def _set_nodes(b: Builder, card: Card, first: int) -> list[int]:
+def _supports(b: Builder) -> dict[str, dict[int, set[str]]]:
+    """Return which components of which grids each set holds."""
+    found: dict[str, dict[int, set[str]]] = {"grid_ps": {}}
+    for node, text in b.grids.held.items():
+        found["grid_ps"][node] = _digits(b.grids.cards[node], text)
+    for card in (card for name in SUPPORTS for card in b.tables.get(name, {}).values()):
+        held = found.setdefault(f"spc_{card.id}", {})
+        for number, text in _held_by(b, card):
+            if not _is_no_structure(b, number):
+                held.setdefault(b.grids.of(card, number), set()).update(_digits(card, text))
+    for card in b.tables.get("SPCADD", {}).values():
+        joined = found.setdefault(f"spc_{card.id}", {})
+        for part in (f"spc_{number}" for number in card.numbers(1, "a set", b.grids.ids)):
+            for node, components in list(found.get(part, {}).items()):
+                joined.setdefault(node, set()).update(components)
+    return found
+
+
+def _held_by(b: Builder, card: Card) -> Iterator[tuple[int, str]]:
+    """Yield the grids and components of SPC and SPC1; a displacement that is not zero is left out with a note."""
+    if card.name == "SPC1":
+        yield from ((number, card.text(1)) for number in card.numbers(2, "a grid", b.grids.ids))
+        return
+    for k in (k for k in range(1, len(card.fields), 3) if card.text(k)):
+        number = card.integer(k, "a grid", lowest=1)
+        if moved := card.real(k + 2, "D", 0.0):
+            where = f"SPC {card.id} ({card.file} line {card.line})"
+            b.conversion.note(f"{where}: the displacement {moved:g} of grid {number} is left out; give it as a motion")
+        yield number, card.text(k + 1)
+
+
+def _by_components(b: Builder, label: str, held: dict[int, set[str]]) -> Iterator[tuple[str, int]]:
+    """Yield the groups and their grids: those held in some components only are apart, because interfaces hold six."""
+    apart: dict[str, list[int]] = {}
+    for node, components in sorted(held.items()):
+        if len(components) == 6:
+            yield label, node
+        else:
+            apart.setdefault("".join(sorted(components)), []).append(node)
+            yield f"{label}_{''.join(sorted(components))}", node
+    for digits, nodes in apart.items():
+        b.conversion.note(
+            f"{label} holds only components {digits} of {len(nodes)} grids, the first is grid {b.grids.ids[nodes[0]]}: "
+            f"they are the group {label}_{digits} and not in {label}, because an interface holds all six"
+        )
+
+
+def _is_no_structure(b: Builder, number: int) -> bool:
+    return b.grids.is_scalar(number) or b.grids.is_fluid(number)
+
+
+def _set_nodes(b: Builder, card: Card) -> list[int]:
     """Return the grids of a set card: components first and a list of ids, or pairs of id and components."""
-    if card.name in ("SPC1", "ASET1", "BSET1", "CSET1", "QSET1"):
-        numbers = card.numbers(first + 1, "a grid", b.grids.ids)
+    first = int(card.name == "SUPORT1")
+    if card.name in ("ASET1", "BSET1", "CSET1", "QSET1"):
+        numbers = card.numbers(1, "a grid", b.grids.ids)
     else:
-        step = 3 if card.name == "SPC" else 2
-        numbers = [card.integer(k, "a grid", lowest=1) for k in range(first, len(card.fields), step) if card.text(k)]
-    return [
-        b.grids.of(card, number) for number in numbers if not (b.grids.is_scalar(number) or b.grids.is_fluid(number))
-    ]
+        numbers = [card.integer(k, "a grid", lowest=1) for k in range(first, len(card.fields), 2) if card.text(k)]
+    return [b.grids.of(card, number) for number in numbers if not _is_no_structure(b, number)]

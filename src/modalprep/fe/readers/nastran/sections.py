@@ -173,6 +173,11 @@ def shape(conversion: Conversion, card: Card) -> Section:
     values = law(*(card.real(8 + k, f"DIM{k + 1}") for k in range(count)))
     if card.name == "PBEAML" and kind in ("T", "L", "CHAN", "I"):
         conversion.note(f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran")
+    shear = "K1 = K2 = 1" if card.name == "PBEAML" else "no shear flexibility"
+    conversion.note(
+        f"{card.name}: sections by their shape have {shear} here, where Nastran may take factors of the shape; "
+        f"give {card.name[:-1]} with K1 and K2 where shear matters"
+    )
     A, I1, I2, I12, J = values
     # A beam without K1, K2 in Nastran takes 1; for PBARL we keep PBAR's default, no shear flexibility.
     k = 1.0 if card.name == "PBEAML" else 0.0

@@ -1,0 +1,116 @@
+"""What a Nastran deck says and the reader cannot keep: it is refused, or a note names card, line and remedy."""
+
+import os
+from pathlib import Path
+
+import pytest
+from fe.decks import BAR, GRIDS, PBAR, STEEL
+
+import modalprep as mp
+from modalprep.errors import InputError
+
+DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
+needs_data = pytest.mark.skipif(not (DATA / "isat").is_dir(), reason="the folder of foreign decks is not there")
+GOOD = GRIDS + BAR + PBAR + STEEL
+
+
+def test_a_set_that_holds_some_components_is_a_group_of_its_own(read):
+    """Grid 3 is held in 123456 by two cards together; the others would be clamped by an interface of ``spc_1``."""
+    mesh = read(GOOD + "SPC1,1,123456,1\nSPC1,1,3,2,4\nSPC,1,3,123,,3,456\n")
+    assert mesh.nodes("spc_1").tolist() == [0, 2]
+    assert mesh.nodes("spc_1_3").tolist() == [1, 3]
+    assert mesh.notes == (
+        "spc_1 holds only components 3 of 2 grids, the first is grid 2: they are the group spc_1_3 and not in spc_1, "
+        "because an interface holds all six",
+    )
+
+
+def test_sets_joined_by_spcadd_hold_what_their_parts_hold_together(read):
+    mesh = read(GOOD + "SPC1,1,123,1,2\nSPC1,2,456,1\nSPCADD,8,1,2\n")
+    assert mesh.nodes("spc_8").tolist() == [0]
+    assert mesh.nodes("spc_8_123").tolist() == [1]
+    assert mesh.nodes("spc_1_123").tolist() == [0, 1]
+    with pytest.raises(InputError, match="spc_1_123"):
+        mp.assemble(mesh, {}, {"root": mp.Interface(group="spc_1")})
+
+
+@needs_data
+def test_supports_of_a_deck_with_two_kinds_of_components():
+    """Of set 123456, grids 22 to 25 are clamped; 5 to 13 keep their translations."""
+    mesh = mp.read_mesh(DATA / "nastran_modes" / "mode_solid_shell_bar.bdf", "m", "kg")
+    assert mesh.labels[mesh.nodes("spc_123456")].tolist() == [22, 23, 24, 25]
+    assert mesh.labels[mesh.nodes("spc_123456_456")].tolist() == list(range(5, 14))
+
+
+def test_an_enforced_displacement_is_noted(read):
+    mesh = read(GOOD + "SPC,1,1,123456,0.,2,123456,.5\n")
+    assert mesh.nodes("spc_1").tolist() == [0, 1]
+    assert mesh.notes == ("SPC 1 (deck.bdf line 8): the displacement 0.5 of grid 2 is left out; give it as a motion",)
+
+
+def test_permanent_constraints_of_grids_and_their_default(read):
+    """GRDSET gives a blank PS; a zero on the grid itself frees it."""
+    text = "GRDSET,,,,,,,1345\n" + GRIDS.replace("GRID,3,,2.,1.,0.", "GRID,3,,2.,1.,0.,,0") + BAR + PBAR + STEEL
+    mesh = read(text.replace("GRID,4,,0.,1.,0.", "GRID,4,,0.,1.,0.,,123456"))
+    assert mesh.nodes("grid_ps_1345").tolist() == [0, 1]
+    assert mesh.nodes("grid_ps").tolist() == [3]
+    assert mesh.notes[0].startswith("grid_ps holds only components 1345 of 2 grids, the first is grid 1: they are")
+
+
+@needs_data
+def test_grdset_of_a_real_deck_is_announced():
+    """NASTRAN_CoFE's cantilever is plane by GRDSET alone."""
+    mesh = mp.read_mesh(DATA / "superelements" / "noReduction.dat", "in", "slinch")
+    assert len(mesh.nodes("grid_ps_1345")) == len(mesh.points)
+    assert any(note.startswith("grid_ps holds only components 1345") for note in mesh.notes)
+
+
+def test_components_of_supports_are_digits(read):
+    with pytest.raises(InputError, match="line 8: SPC 1: components '' are not made of the digits 1 to 6"):
+        read(GOOD + "SPC,1,3\n")
+    with pytest.raises(InputError, match="line 1: GRID 1: components '7' are not made of the digits 1 to 6"):
+        read(GOOD.replace("GRID,1,,0.,0.,0.", "GRID,1,,0.,0.,0.,,7"))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "=,*1,=,*1.",
+        "=3",
+        "=(3)",
+        "=             *(1)       =   *(1.)",
+        "GRID,5,=,*1.",
+        "GRID,5,==",
+        "GRID*,5,=,*-1.5+1",
+    ],
+)
+def test_replication_is_refused(read, line):
+    with pytest.raises(InputError, match="line 5: = and .* repeat the card before; export the deck with every card"):
+        read(GRIDS + line + "\n" + BAR + PBAR + STEEL)
+
+
+def test_what_is_left_out_has_its_first_line_and_a_remedy(read):
+    mesh = read(GOOD + "MPC,1,1,1,1.,2,1,-1.\nCMASS2,3,1.,1,1\nMPC,1,1,2,1.,2,2,-1.\n")
+    assert mesh.notes == (
+        "left out: 2 MPC (first in deck.bdf line 8), 1 CMASS2 (deck.bdf line 9); replace by cards that are read, "
+        "such as RBE2, RBE3, CONM2, CBUSH, what of these carries mass, stiffness or constraints",
+    )
+
+
+@pytest.mark.parametrize(
+    ("element", "property_card", "theory", "shear"),
+    [("CBAR", "PBARL", "euler-bernoulli", "no shear flexibility"), ("CBEAM", "PBEAML", "timoshenko", "K1 = K2 = 1")],
+)
+def test_a_section_by_its_shape_says_what_it_takes_for_shear(read, element, property_card, theory, shear):
+    mesh = read(GRIDS + BAR.replace("CBAR", element) + f"{property_card},5,7,,ROD\n,.1\n" + STEEL)
+    assert mesh.properties[f"{property_card.lower()}_5"].theory == theory
+    assert mesh.notes == (
+        f"{property_card}: sections by their shape have {shear} here, where Nastran may take factors of the shape; "
+        f"give {property_card[:-1]} with K1 and K2 where shear matters",
+    )
+
+
+def test_baror_gives_a_blank_property_number(read):
+    """A bar whose PID is blank takes that of BAROR, not its own number."""
+    mesh = read(GRIDS + "BAROR,,5\nCBAR,9,,1,2,0.,1.,0.\nPBAR,9,7,.02,3.-6,2.-6,4.-6\n" + PBAR + STEEL)
+    assert set(mesh.groups) == {"pbar_5"}
