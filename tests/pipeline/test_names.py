@@ -18,6 +18,7 @@ from modalprep.multibody import (
     Dipole,
     ExpelledGas,
     Orbit,
+    RotationalSpring,
     Water,
     feedback,
 )
@@ -28,9 +29,9 @@ from modalprep.pipeline.schema import (
     environment,
     events,
     fe,
+    force_elements,
     properties,
     reduction,
-    system,
 )
 from modalprep.reduction import Load, Rayleigh
 
@@ -58,14 +59,15 @@ PAIRS = {
     "rayleigh": (Rayleigh, reduction.RayleighTable, set(), set()),
     "event": (mp.Event, events.EventTable, set(), set()),
     "control": (feedback, environment.ControlTable, set(), {"force", "torque"}),
-    "axial spring": (AxialSpring, system.AxialSpringTable, set(), set()),
-    "bushing": (Bushing, system.BushingTable, set(), set()),
+    "axial spring": (AxialSpring, force_elements.AxialSpringTable, set(), set()),
+    "rotational spring": (RotationalSpring, force_elements.RotationalSpringTable, set(), set()),
+    "bushing": (Bushing, force_elements.BushingTable, set(), set()),
     "closure": (Closure, constraints.ClosureTable, set(), set()),
     "coupler": (Coupler, constraints.CouplerTable, set(), set()),
     "planet": (CentralGravity, environment.CentralTable, set(), set()),
     "orbit": (Orbit, environment.OrbitTable, set(), {"altitude", "mu"}),
     "dipole": (Dipole, environment.DipoleTable, set(), set()),
-    "conductor": (Conductor, environment.ConductorTable, set(), set()),
+    "conductor": (Conductor, force_elements.ConductorTable, set(), set()),
     "water": (Water, environment.WaterTable, set(), set()),
     "jet": (ExpelledGas, depletion.JetTable, {"source"}, {"depletion"}),
     "deployment": (Deployment, deployment.DeploymentTable, set(), set()),

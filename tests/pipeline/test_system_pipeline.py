@@ -7,6 +7,7 @@ import pytest
 
 import modalprep as mp
 from modalprep.cli import main
+from modalprep.multibody.elements.hinge import CONSTANTS
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -88,7 +89,8 @@ def system(folder):
 
 def test_hinge_elements(system):
     (hinge,) = system.joints[0].elements
-    assert hinge.constants == [4, math.pi / 2, 0.1, 2, 0.01, -math.inf, math.radians(120), 100, 0.3]
+    constants = [getattr(hinge, name) for name in CONSTANTS]
+    assert constants == [4, math.pi / 2, 0.1, 2, 0.01, -math.inf, math.radians(120), 100, 0.3]
     assert hinge.drive(2.0) == (10, 5, 0)
     travel, turn = system.joints[1].elements
     assert (travel.stiffness, turn.stiffness, travel.friction, turn.friction) == (1, 2, 0.5, 0)

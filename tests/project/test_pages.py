@@ -12,6 +12,7 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.cli.commands import app
 from modalprep.examples import uniform_beam
+from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.properties import Section
 from modalprep.pipeline.schema.system import JointTable
@@ -35,7 +36,7 @@ def test_python_blocks_run_in_order(page, project, tmp_path, monkeypatch, capsys
     for block in blocks(page("tutorials/python.md") + page("how-to/modal-file.md"), "python"):
         exec(compile(block, "tutorial", "exec"), scope)
     printed = capsys.readouterr().out
-    assert "modalprep 1 SI" in printed
+    assert "modalprep 2 SI" in printed
     assert "fixed-interface" in printed
     assert scope["run"].stats["energy_error"] < 1e-4
     assert scope["run"].time[-1] == 0.01  # of the run with the control law
@@ -88,8 +89,8 @@ def test_simulation_page_names_every_joint_and_table(page):
     text = page("reference/simulation.md")
     for kind in JointTable.model_json_schema()["properties"]["type"]["enum"]:
         assert f"`{kind}`" in text, kind
-    fields = list(Pipeline.model_fields)
-    tables = {"bodies", *fields[fields.index("joints") : fields.index("environment") + 1]}
+    fields = [name for name in Pipeline.model_fields if name not in ForceElements.model_fields]
+    tables = {"bodies", *ForceElements.model_fields, *fields[fields.index("joints") : fields.index("environment") + 1]}
     listed = set(re.findall(r"\[(\w+)(?:\.X)?\]`", text.split("## Tables of a system")[1].split("## Values")[0]))
     assert listed == tables
 

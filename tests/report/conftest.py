@@ -10,15 +10,16 @@ from modalprep.reduction.table import CONSTRAINT, FIXED, TRUNCATION, ModeTable
 
 
 def make_body(name, points, cells, shape, interfaces, table) -> FlexibleBody:
-    """Return a body with these pictures and this table; its integrals are zero, nothing here reads them."""
+    """Return a body with these pictures and this table; its other integrals are zero, nothing here reads them."""
     n, k = shape.shape[2], len(interfaces)
     frequency = 2.0 * np.arange(1, n + 1)
     places = np.array([*interfaces.values()], dtype=float)
     nearest = [int(np.argmin(np.linalg.norm(points - place, axis=1))) for place in places]
+    P = np.einsum("ab,ij->abij", np.eye(3) / 3, np.eye(n))
     phi = shape[nearest] * (np.arange(k) > 0)[:, None, None]
     return FlexibleBody(
         name=name, m=12.0, s0=np.array([6.0, 0, 0]), E0=np.diag([4.0, 0.01, 0.01]), S=np.zeros((3, n)),
-        H=np.zeros((3, 3, n)), P=np.zeros((3, 3, n, n)), Kg_A=np.zeros((3, n, n)), Kg_W=np.zeros((3, 3, n, n)),
+        H=np.zeros((3, 3, n)), P=P, Kg_A=np.zeros((3, n, n)), Kg_W=np.zeros((3, 3, n, n)),
         Kg_F=np.zeros((k, 3, n, n)), Kg_T=np.zeros((k, 3, n, n)), phi=phi, psi=np.zeros((k, 3, n)),
         K=(2 * np.pi * frequency) ** 2, D=0.02 * 2 * np.pi * frequency, frequency=frequency,
         interface_name=tuple(interfaces), interface_position=places, points=points, cells=cells, shape=shape,

@@ -14,6 +14,7 @@ from modalprep.multibody.analysis.linearise import linearise, transport
 from modalprep.multibody.analysis.state_space import frequency_response
 from modalprep.multibody.analysis.system_modes import system_modes
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.kernels.data import FREE, SPHERICAL
 from modalprep.multibody.reference.equations import mass_and_force, quaternion_matrix
 
 L, EI, WEIGHT = 10.0, 1.4e4, 12.0  # the spin-up beam
@@ -115,8 +116,8 @@ def test_linear_equations_are_the_derivative_on_random_trees():
         system = random_tree(seed, root=["free", "spherical", "revolute", "universal"][seed])
         evaluator, y = Evaluator(system, 0.3), random_state(system, seed)
         for row in evaluator.packed.model.links:  # unit quaternions
-            x = row[4] + (3 if row[2] == 4 else 0)
-            if row[2] in (3, 4):
+            x = row["x"] + (3 if row["joint"] == FREE else 0)
+            if row["joint"] in (SPHERICAL, FREE):
                 y[x : x + 4] /= np.linalg.norm(y[x : x + 4])
         linear, rng = linearise(system, y, 0.3), np.random.default_rng(seed)
         z, nu = rng.standard_normal(2 * evaluator.nu), evaluator.nu

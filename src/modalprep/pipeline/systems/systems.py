@@ -24,6 +24,7 @@ from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.reduction import rotation_matrix
@@ -204,7 +205,7 @@ def read_joints(pipeline: Pipeline, path: Path) -> tuple[Joint, ...]:
     """
     with naming(path):
         for name, table in pipeline.joints.items():
-            for what, end in (("parent", table.parent), ("child", table.child)):
+            for what, end in () if pipeline.deployments else (("parent", table.parent), ("child", table.child)):
                 if end != "ground" or what == "child":
                     refuse_unknown(end.partition(".")[0], _body_names(pipeline, path), f"joint {name!r}: {what} body")
         return tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
@@ -221,10 +222,11 @@ def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
     read_joints(pipeline, path)
     if pipeline.simulation is None:
         return
-    s, tables = pipeline.simulation, (pipeline.joints, pipeline.closures, pipeline.couplers, pipeline.springs)
+    s = pipeline.simulation
+    named = ("joints", "closures", "couplers", *ForceElements.model_fields)
     with naming(path):
         check_span(s.t_end, s.output_step, s.rtol, s.atol, s.method)
-        known = [*_body_names(pipeline, path), *(name for table in (*tables, pipeline.conductors) for name in table)]
+        known = [*_body_names(pipeline, path), *(name for field in named for name in getattr(pipeline, field))]
         for channel in s.output if not pipeline.deployments else ():
             first = channel.partition(".")[0]
             if first not in TOTALS:
