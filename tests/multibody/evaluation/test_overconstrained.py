@@ -83,3 +83,48 @@ def test_bennetts_linkage_is_driven():
     assert run.stats["energy_error"] < 1e-4
     turned = np.unwrap(run["three.angle"])
     np.testing.assert_allclose(turned, turned[0] - run.time, atol=1e-6)
+
+
+def leg(along):
+    """A rod of one metre along an axis."""
+    return mp.rigid_body(
+        "leg", mass=1.0, centre=along / 2, inertia=(np.eye(3) - np.outer(along, along)) / 12,
+        interfaces={"root": np.zeros(3), "tip": along},
+    )  # fmt: skip
+
+
+def sarrus(angle, rate):
+    """A plate on two pairs of legs that fold in planes across each other: it can only rise and sink."""
+    x, y = np.eye(3)[:2]
+    plate = mp.rigid_body(
+        "plate", mass=2.0, centre=np.array([0.5, 0, 0]), inertia=np.diag([0.1, 0.1, 0.2]),
+        interfaces={"root": np.zeros(3), "edge": np.array([0.5, -0.5, 0])},
+    )  # fmt: skip
+    bodies = {"a1": leg(x), "a2": leg(x), "plate": plate, "b1": leg(y), "b2": leg(y)}
+    joints = [
+        ("a1", "ground", y, angle - np.pi, rate, np.array([-0.5, 0, 0])),
+        ("a2", "a1.tip", y, np.pi - 2 * angle, -2 * rate, np.zeros(3)),
+        ("plate", "a2.tip", y, angle, rate, np.zeros(3)),
+        ("b1", "ground", x, np.pi - angle, -rate, np.array([0, -0.5, 0])),
+        ("b2", "b1.tip", x, 2 * angle - np.pi, 2 * rate, np.zeros(3)),
+    ]
+    tree = tuple(
+        mp.Joint(name=child, type="revolute", parent=parent, child=child, axis=about, angle=start, rate=speed,
+                 position=place)
+        for child, parent, about, start, speed, place in joints
+    )  # fmt: skip
+    closure = mp.multibody.Closure(name="loop", type="revolute", a="plate.edge", b="b2.tip", axis=x)
+    return mp.System(bodies=bodies, joints=tree, closures=(closure,), gravity=np.array([0, 0, -9.81]))
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-8])
+def test_sarruss_linkage_lifts_its_plate_straight(rtol):
+    """Thrown up from 0.6 rad to nearly stretched legs, and back: the plate stays level, and energy stays."""
+    run = mp.simulate(sarrus(0.6, 2.0), t_end=0.6, rtol=rtol, output_step=0.01)
+    assert run.status == "done"
+    assert run.stats["energy_error"] < 100 * rtol
+    turned = run["plate.orientation"]
+    np.testing.assert_allclose(np.abs(turned[:, 0]), 1.0, atol=1e-12)
+    np.testing.assert_allclose(run["plate.origin"][:, :2], [[-0.5, 0.0]] * len(run.time), atol=1e-8)
+    np.testing.assert_allclose(run["plate.origin"][:, 2], 2 * np.sin(np.pi + run["a1.angle"]), atol=1e-8)
+    assert np.ptp(run["plate.origin"][:, 2]) > 0.2

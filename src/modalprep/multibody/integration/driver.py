@@ -21,7 +21,7 @@ from modalprep.multibody.integration.stepping import (
     set_weights,
 )
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.constraints import FREE_RANK, KEPT_RANK, hold_rank
+from modalprep.multibody.kernels.constraints import free_rank, hold_rank
 from modalprep.multibody.kernels.joints import normalise
 from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import copy
@@ -62,9 +62,9 @@ def begin(eq, run, method, t, stop):
     copy(run.y, run.old)
     run.rows[:] = 0.0
     run.count[0].evaluations += 1
-    hold_rank(eq.work, FREE_RANK)
+    free_rank(eq.work)
     status = evaluate(eq, t, run.y, run.ydot)
-    hold_rank(eq.work, KEPT_RANK)
+    hold_rank(eq.work)
     if status != GOOD:
         return status
     if run.clock[0].fixed_step > 0.0:
@@ -167,10 +167,13 @@ def _hold(eq, run, method, h, t):
     )  # fmt: skip
     if moves < 0:
         return OPEN
+    status = GOOD
     if moves > 0 and method == EXPLICIT:
         run.count[0].evaluations += 1
-        return evaluate(eq, t, run.new, run.newdot)
-    return GOOD
+        status = evaluate(eq, t, run.new, run.newdot)
+    if moves > 0:
+        hold_rank(eq.work)
+    return status
 
 
 @compile_merged

@@ -48,9 +48,7 @@ from modalprep.multibody.kernels.time_tables import Tables, table
 # sliding, e.(vb - va), only the rate counts
 POINT, ANGLE, DISTANCE, COUPLER, ABOUT, SLIP = range(6)
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
-SINGULAR = 1e-15  # the same, of a row that was independent: what round-off leaves
-RISEN_RANK = 1e-8  # the same, of a row that was dependent where the loops were closed last: an angle of 1e-4 rad
-FREE_RANK, KEPT_RANK, REVIEWED_RANK = range(3)  # decided anew, as it is, decided against what it was
+RISEN = 1e-8  # the same times mobility, over the largest, of a row that was dependent in the last closed state
 MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
 FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
@@ -113,7 +111,7 @@ class Work(NamedTuple):
     scale: np.ndarray  # (m,)
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
-    held: np.ndarray  # (1,) int, how the rank is found, see `hold_rank`
+    held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
     Y: np.ndarray  # (m, nu) M^-1 G^T
     tau: np.ndarray  # (nu,)
     step: np.ndarray  # (nu,)
@@ -269,29 +267,27 @@ def respond(cons, model, data, work):
 def factorize(cons, work):
     """Pivoted Cholesky factor of S scaled to a unit diagonal; rows beyond ``rank`` depend on those before them.
 
-    Rows may depend on each other only where the loops are closed, not at the stages of a step, which are not quite:
-    there the rank and the order of the rows are those of the last closed state (`hold_rank`).
+    Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
+    the last closed state (`hold_rank`) are independent only where they clearly are.
     """
-    m, held, before = len(work.scale), work.held[0], work.rank[0]
+    m, largest = len(work.scale), 0.0
     for i in range(m):
         moves = work.S[i, i] > work.floor[i]
         work.scale[i] = 1.0 / np.sqrt(work.S[i, i]) if moves else 0.0
-        if held != KEPT_RANK:
-            work.order[i] = i
+        work.order[i] = i
+        largest = max(largest, _mobility(work, i) if moves else 0.0)
     for i in range(m):
         for j in range(m):
-            a, b = work.order[i], work.order[j]
-            work.factor[i, j] = work.S[a, b] * work.scale[a] * work.scale[b]
-    work.rank[0] = before if held == KEPT_RANK else m
-    for k in range(work.rank[0]):
-        best, least = k, RANK_TOLERANCE
-        if held == KEPT_RANK:
-            least = SINGULAR
-        else:
-            best = _largest_pivot(work, k)
-            if held == REVIEWED_RANK and k >= before:
-                least = RISEN_RANK
-        if not work.factor[best, best] > least:
+            work.factor[i, j] = work.S[i, j] * work.scale[i] * work.scale[j]
+    work.rank[0] = m
+    for k in range(m):
+        best, most = k, -1.0
+        for i in range(k, m):  # a row that hardly moves has no sure direction: the largest mobility first
+            left = work.factor[i, i] * _mobility(work, work.order[i])
+            if left > most * (1.0 + 1e-9):  # ties: the order given
+                best, most = i, left
+        risen = k < work.held[0] or most > RISEN * largest
+        if not (work.factor[best, best] > RANK_TOLERANCE and risen):
             work.rank[0] = k
             return
         if best != k:
@@ -306,23 +302,24 @@ def factorize(cons, work):
                 work.factor[j, i] = work.factor[i, j]
 
 
-@compile_kernel
-def _largest_pivot(work, k):
-    """Return the row that is left with the largest mobility: one that hardly moves has no sure direction."""
-    best, most = k, -1.0
-    for i in range(k, len(work.scale)):
-        row = work.order[i]
-        left = work.factor[i, i] * work.S[row, row] * work.unit[row] * work.unit[row]
-        if left > most * (1.0 + 1e-9):  # ties: the order given
-            best, most = i, left
-    return best
+@compile_inline
+def _mobility(work, i):
+    """Return the response of row i to a unit multiplier, lengths by the size of the system."""
+    return work.S[i, i] * work.unit[i] * work.unit[i]
 
 
 @compile_kernel
-def hold_rank(work, how):
-    """Say how `factorize` finds the rank from now on: FREE_RANK, KEPT_RANK or REVIEWED_RANK; `work` may be None."""
+def free_rank(work):
+    """Let `factorize` decide the rank by itself; `work` may be None."""
     if work is not None:
-        work.held[0] = how
+        work.held[0] = len(work.scale)
+
+
+@compile_kernel
+def hold_rank(work):
+    """Take the rank of the last `factorize` as that of a closed state; `work` may be None."""
+    if work is not None:
+        work.held[0] = work.rank[0]
 
 
 @compile_kernel

@@ -6,13 +6,7 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.articulated_body import inward, outward
-from modalprep.multibody.kernels.constraints import (
-    KEPT_RANK,
-    REVIEWED_RANK,
-    constraint_residual,
-    hold_rank,
-    impose,
-)
+from modalprep.multibody.kernels.constraints import constraint_residual, impose
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.spatial import copy
@@ -96,8 +90,5 @@ def settle(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
         return 0
     steps = project_positions(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
     if steps >= 0 and violation(work, work.rate) > tolerance:
-        held = work.held[0]
-        hold_rank(work, REVIEWED_RANK if held == KEPT_RANK else held)
         steps = steps + 1 if project_velocities(cons, model, data, y, work, hinge, stiff) else -1
-        hold_rank(work, held)
     return steps
