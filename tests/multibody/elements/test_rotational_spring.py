@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 import modalprep as mp
 from modalprep.multibody.elements.rotational_spring import twist
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.force_elements import CharacteristicTable
 from modalprep.pipeline.systems.systems import simulate_pipeline
 
 SHARP = dict(rtol=1e-10, atol=1e-12)
@@ -174,3 +175,9 @@ t_end = 1.0
     assert len(runs) == 2
     for found in runs:
         np.testing.assert_allclose(found["axle.angle"], linear["axle.angle"], atol=1e-9)
+
+
+def test_a_characteristic_is_given_once():
+    for given in ({"angle": [0, 1], "file": "law.csv"}, {"angle": [0, 1]}, {}):
+        with pytest.raises(ValueError, match="a characteristic needs both 'angle' and 'torque', or 'file'"):
+            CharacteristicTable.model_validate(given)

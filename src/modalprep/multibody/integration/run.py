@@ -19,9 +19,7 @@ from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, 
 from modalprep.multibody.integration.event_actions import Changes
 from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
-from modalprep.multibody.integration.stepping import (
-    new_run,
-)
+from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.kernels.callbacks import Pointer
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System

@@ -23,7 +23,7 @@ from modalprep.pipeline.schema.base import Angle, Table, Vector, naming
 from modalprep.pipeline.schema.environment import WaterTable
 from modalprep.pipeline.schema.reduction import RotationTable, rotation_matrix
 from modalprep.pipeline.schema.system import Constant
-from modalprep.pipeline.schema.time import TIME, Time, points_of_file, time_function
+from modalprep.pipeline.schema.time import TIME, PointsOrFile, Time, time_function
 from modalprep.suggest import refuse_unknown, suggestion
 
 Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
@@ -121,32 +121,22 @@ class BushingTable(Table):
         return [Bushing(name=name, **arrays_of(self, scope))]
 
 
-class CharacteristicTable(Table):
+class CharacteristicTable(PointsOrFile):
     """Torques at angles, by which a monotone cubic goes; straight on beyond the last ones."""
 
+    what = "a characteristic"
     angle: list[Angle] | None = Field(None, description="rad, increasing")
     torque: list[float] | None = Field(None, description="N m, against the angle")
     file: str | None = Field(None, description="CSV file with a row 'angle, torque' for each point, instead")
 
-    @model_validator(mode="after")
-    def _points_or_file(self) -> CharacteristicTable:
-        if (self.file is None) != (None not in (self.angle, self.torque)):
-            raise ValueError("a characteristic needs both 'angle' and 'torque', or 'file'")
-        return self
 
-
-class DampingTable(Table):
+class DampingTable(PointsOrFile):
     """Torques at rates, likewise."""
 
+    what = "a damping characteristic"
     rate: list[float] | None = Field(None, description="rad/s, increasing")
     torque: list[float] | None = Field(None, description="N m, against the rate")
     file: str | None = Field(None, description="CSV file with a row 'rate, torque' for each point, instead")
-
-    @model_validator(mode="after")
-    def _points_or_file(self) -> DampingTable:
-        if (self.file is None) != (None not in (self.rate, self.torque)):
-            raise ValueError("a damping characteristic needs both 'rate' and 'torque', or 'file'")
-        return self
 
 
 class RotationalSpringTable(Table):
@@ -165,9 +155,7 @@ class RotationalSpringTable(Table):
         """Return the spring."""
         given = arrays_of(self, scope)
         for key in given.keys() & {"characteristic", "damping_characteristic"}:
-            table = given[key]
-            columns = [value for name, value in table if name != "file"]
-            given[key] = columns if table.file is None else points_of_file(scope.folder / table.file)
+            given[key] = given[key].columns(scope.folder)
         return [RotationalSpring(name=name, **given)]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar, Self
 
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
@@ -21,19 +21,35 @@ class PieceTable(Table):
     until: float | None = Field(None, description="s; the last piece has none")
 
 
-class PointsTable(Table):
+class PointsOrFile(Table):
+    """Two columns of numbers, or a CSV file with them."""
+
+    what: ClassVar[str]
+    file: str | None = None
+
+    @model_validator(mode="after")
+    def _points_or_file(self) -> Self:
+        names = [name for name in type(self).model_fields if name != "file"]
+        given = [name for name in names if getattr(self, name) is not None]
+        if given != ([] if self.file else names):
+            raise ValueError(f"{self.what} needs both {' and '.join(map(repr, names))}, or 'file'")
+        return self
+
+    def columns(self, folder: Path) -> tuple[Any, Any]:
+        """Return both columns; a file is relative to `folder`."""
+        if self.file is not None:
+            return points_of_file(folder / self.file)
+        first, second = (getattr(self, name) for name in type(self).model_fields if name != "file")
+        return first, second
+
+
+class PointsTable(PointsOrFile):
     """A function of time as a smooth curve through points; a time named twice is a jump."""
 
+    what = "a table of time"
     t: list[float] | None = Field(None, description="s")
     values: list[float] | None = None
     file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
-
-    @model_validator(mode="after")
-    def _points_or_file(self) -> PointsTable:
-        given = [key for key in ("t", "values") if getattr(self, key) is not None]
-        if given != ([] if self.file else ["t", "values"]):
-            raise ValueError("a table of time needs both 't' and 'values', or 'file'")
-        return self
 
 
 def form(value: Any) -> str:
@@ -64,8 +80,7 @@ def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | 
         if value is None:
             return None
         if isinstance(value, PointsTable):
-            t, values = (value.t, value.values) if value.file is None else points_of_file(folder / value.file)
-            return TimeFunction.table(t, values)
+            return TimeFunction.table(*value.columns(folder))
         if isinstance(value, list):
             return TimeFunction(pieces(value))
         return TimeFunction(value)

@@ -203,11 +203,12 @@ def read_joints(pipeline: Pipeline, path: Path) -> tuple[Joint, ...]:
     InputError
         When a joint names no body, or its table contradicts itself.
     """
+    bodies = dict.fromkeys(_body_names(pipeline, path))
     with naming(path):
         for name, table in pipeline.joints.items():
             for what, end in () if pipeline.deployments else (("parent", table.parent), ("child", table.child)):
                 if end != "ground" or what == "child":
-                    refuse_unknown(end.partition(".")[0], _body_names(pipeline, path), f"joint {name!r}: {what} body")
+                    refuse_unknown(end.partition(".")[0], bodies, f"joint {name!r}: {what} body")
         return tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
 
 
