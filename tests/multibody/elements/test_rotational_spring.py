@@ -101,7 +101,7 @@ def test_a_spring_wound_by_half_a_turn_is_announced():
 
 @pytest.mark.parametrize("seed", range(6))
 def test_twist_and_its_derivative(seed):
-    """The angle of a rotation about the axis, and its difference quotient under small turns of the second frame."""
+    """The angle of a rotation about the axis, and its difference quotient under small rotations of the second frame."""
     rng = np.random.default_rng(seed)
     a, n = Rotation.random(random_state=seed), rng.standard_normal(3)
     n /= np.linalg.norm(n)

@@ -44,7 +44,7 @@ ROW = np.dtype([
     ("spring", np.int64, 2),  # its first knot, and the first one after
     ("damper", np.int64, 2),
 ])  # fmt: skip
-TILTED = 1e-12  # squared cosine of half the tilt between the axes: at half a turn of tilt there is no angle
+TILTED = 1e-12  # squared cosine of half the tilt between the axes: with opposite axes there is no angle
 
 
 class Rotational(NamedTuple):
@@ -115,7 +115,7 @@ def _at(packed, own, model, data):
 
 @compile_kernel
 def twist(Ra, Rb, n):
-    """Angle about n of the rotation from a to b, and its derivative by the turn of b against a, inertial axes.
+    """Angle about n of the rotation from a to b, and its derivative by small rotations of b against a, inertial.
 
     With the quaternion (w, v) of ``Ra' Rb`` the angle is ``2 atan(v.n / w)``, and its derivative in the axes of a
     ``(w^2 n + w v x n + (v.n) v) / (w^2 + (v.n)^2)``. Both are zero where the axis of b opposes that of a.

@@ -5,8 +5,8 @@ for turns about three axes and free bodies, which move by the exponential of the
 
 Newton's method on ``M(q) v' = F(q, v)`` with ``M + c1 D + c2 K`` for its matrix, D, K of modes and hinges: an iteration
 is one recursion, ``(M + c1 D + c2 K) v'_new = F + (c1 D + c2 K) v'_old``, to which springs and bushings between bodies
-are added as compliant rows. What is left, turns of their axes, rotation, large pretension, is up to the iterations;
-where they do not contract the step is halved. Closed loops hold their places at the end of the step.
+are added as compliant rows. The iterations take care of the rest, rotations of their axes and of bodies, large
+pretension; where they do not contract the step is halved. Closed loops hold their places at the end of the step.
 """
 
 from __future__ import annotations
