@@ -15,10 +15,11 @@ from numba import core, njit
 
 # No flag that assumes finite numbers: a NaN must stay a NaN. Without reference counts (_nrt) a kernel cannot make
 # arrays, nor assign one to a slice of another (algebra.copy does); calls that pass records of arrays are then cheap,
-# and so is their compilation. Nobody takes kernels as C functions.
+# and so is their compilation. Nobody takes kernels as C functions. Without `forceinline` here a kernel takes it from the
+# function for which it is compiled first, and large kernels are then compiled into each of their callers.
 OPTIONS = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "_nrt": False,
-    "no_cfunc_wrapper": True,
+    "no_cfunc_wrapper": True, "forceinline": False,
 }  # fmt: skip
 STAMP = "modalprep_stamp"
 
@@ -47,7 +48,7 @@ def compile_allocating(function: Callable) -> Callable:
 def compile_inline(function: Callable) -> Callable:
     """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
     _stamp(function)
-    return njit(forceinline=True, no_cpython_wrapper=True, **OPTIONS)(function)
+    return njit(no_cpython_wrapper=True, **(OPTIONS | {"forceinline": True}))(function)
 
 
 def compile_pass(function: Callable) -> Callable:

@@ -156,14 +156,27 @@ def _end_with(failures: tuple[str, ...]) -> None:
 
 @app.command()
 def warmup() -> None:
-    """Compile the solver for all kinds of systems (a few minutes)."""
+    """Compile the solver for all kinds of systems, in two processes (a few minutes)."""
+    import signal
+    from concurrent.futures import ProcessPoolExecutor
+    from multiprocessing import get_context
+
+    from modalprep.pipeline.console import Reporter
+
+    interrupts = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}  # end without a traceback
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn"), **interrupts) as pool:
+        list(pool.map(compile_solver, ("flexible", "rigid")))
+    Reporter().say("the solver is compiled")
+
+
+def compile_solver(bodies: str) -> None:
+    """Compile the solver for the systems of :func:`small_systems` whose bodies are "rigid" or "flexible"."""
     from modalprep.examples import small_systems
     from modalprep.jit import when_compiling
     from modalprep.multibody.simulate import simulate as integrate
     from modalprep.pipeline.console import Reporter
 
-    reporter = Reporter()
     for name, system in small_systems().items():
-        with when_compiling(lambda name=name: reporter.say(f"compiling for {name} ..."), "modalprep.multibody"):
-            integrate(system, t_end=1e-3)
-    reporter.say("the solver is compiled")
+        if name.startswith(bodies):
+            with when_compiling(lambda name=name: Reporter().say(f"compiling for {name} ..."), "modalprep.multibody"):
+                integrate(system, t_end=1e-3)

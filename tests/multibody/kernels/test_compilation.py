@@ -1,5 +1,6 @@
 """The kernel as plain Python, and its compilation where no cache can be written."""
 
+import importlib
 import os
 import subprocess
 import sys
@@ -7,6 +8,7 @@ import tomllib
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 from numba.core.caching import IndexDataCacheFile
 from packaging.requirements import Requirement
@@ -170,6 +172,22 @@ def test_read_only_installation_compiles_in_memory(tmp_path):
     environment.pop("NUMBA_CACHE_DIR", None)
     done = subprocess.run([sys.executable, "-B", "-c", code], env=environment, capture_output=True, text=True)
     assert done.stdout.split() == ["2.0", "NullCache", "FunctionCache"], done.stderr
+
+
+def test_large_kernels_are_not_compiled_into_their_callers(tmp_path, monkeypatch):
+    """A kernel keeps a function of its own also where a function that is inlined is the first to call it."""
+    (tmp_path / "nested.py").write_text(
+        "from modalprep.jit import compile_inline, compile_kernel\n"
+        "@compile_kernel\ndef total(x):\n    return x[0] + x[1]\n"
+        "@compile_inline\ndef twice(x):\n    return 2.0 * total(x)\n"
+        "@compile_kernel\ndef caller(x):\n    return twice(x)\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    nested = importlib.import_module("nested")
+    assert nested.caller(np.ones(2)) == 4.0
+    (code,) = nested.total.inspect_llvm().values()
+    assert "define" in code
+    assert "alwaysinline" not in code
 
 
 def test_warmup_runs_every_compiled_kind(capsys):

@@ -40,7 +40,7 @@ from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
 from modalprep.multibody.kernels.spatial import add6, copy, get6, inertia_times
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.constraints import constraint_work
+from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.tree import Packed, rows
 
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
@@ -76,9 +76,9 @@ class Equations(NamedTuple):
     state: np.ndarray  # (nx + nu,) what Python sees of the state
     reference: np.ndarray  # (nu,) accelerations of the reference implementation
     shared: np.ndarray  # (1,) SHARED
-    cons: Constraints | None  # closed loops
+    cons: Constraints | None  # closed loops, without rows where there are none; None without `implicit`
     work: Work | None  # their scratch
-    implicit: Constraints | None  # closed loops, springs and bushings: what an implicit step knows
+    implicit: Constraints | None  # closed loops, springs and bushings: what an implicit step knows; None of nothing
     implicit_work: Work | None
     reels: Reels  # deployments
 
@@ -93,11 +93,12 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
             linear[0, modes], linear[1, modes] = system.bodies[link.body].K, system.bodies[link.body].D
     loops = loading.loops
     implicit = with_force_elements(loops.arrays if loops else None, loading.arrays)
-    work = loops.work if loops else None
+    cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)
+    work = loops.work if loops else None if cons is None else constraint_work(cons, packed)
     return Equations(
         packed.model, packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
         rows(FLAGS, [(loading.active, 0, 0)]), np.zeros(packed.nx + nu), np.zeros(nu),
-        rows(SHARED, [(0.0, 0.0, 0.0, 0.0, 0.0)]), loops.arrays if loops else None, work, implicit,
+        rows(SHARED, [(0.0, 0.0, 0.0, 0.0, 0.0)]), cons, work, implicit,
         constraint_work(implicit, packed) if implicit else None, loading.reels,
     )  # fmt: skip
 

@@ -63,7 +63,10 @@ from modalprep.multibody.kernels.spatial import (
 
 @compile_pass
 def outward(model, data, y, motion):
-    """Kinematics of every link, its own inertia and bias, root to tips; external wrenches and modal loads to zero."""
+    """Kinematics of every link, its own inertia and bias, root to tips: theory (5.1), and the bias of (5.2).
+
+    External wrenches and modal loads become zero.
+    """
     for i in range(len(model.links)):
         link, own, wP = model.links[i], data.links[i], get3(data.links[model.links[i].parent].omega)
         # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
@@ -89,7 +92,9 @@ def outward(model, data, y, motion):
 
 @compile_pass
 def inward(model, data, tau, more, c1, c2):
-    """Articulated inertias and bias forces, tips to root; returns the link whose pivot is not positive, else -1.
+    """Articulated inertias and bias forces, tips to root: theory (5.3), (5.4).
+
+    Returns the link whose pivot is not positive, else -1.
 
     Parameters
     ----------
@@ -130,7 +135,7 @@ def inward(model, data, tau, more, c1, c2):
 
 @compile_pass
 def forward(model, data, tau, udot):
-    """Accelerations after `inward`, root to tips: ``udot (nu,)``, those of the links and q'' in the data."""
+    """Accelerations after `inward`, root to tips, theory (5.2): ``udot (nu,)``, of links and q'' in the data."""
     _accelerate(model, data, tau, udot, 1.0)
 
 

@@ -377,6 +377,8 @@ def constraint_accelerations(cons, model, data, work, alpha, beta, udot):
     """
     if cons is None:
         return
+    if len(cons.rows) == 0:
+        return
     keep(data, work)
     observe_ends(cons, model, data, work, 1.0)
     for i in range(len(cons.rows)):

@@ -88,6 +88,8 @@ def settle(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
     """
     if cons is None:
         return 0
+    if len(cons.rows) == 0:
+        return 0
     steps = project_positions(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
     if steps >= 0 and violation(work, work.rate) > tolerance:
         steps = steps + 1 if project_velocities(cons, model, data, y, work, hinge, stiff) else -1

@@ -23,6 +23,7 @@ from modalprep.multibody.kernels.constraints import (
     Work,
 )
 from modalprep.multibody.kernels.data import PRESCRIBED, REVOLUTE, SLIDING
+from modalprep.multibody.kernels.time_tables import Tables
 from modalprep.multibody.model.constraints import Closure, Coupler, coordinate_of
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
@@ -126,6 +127,11 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
         np.array(terms, TERM).reshape(-1).view(np.recarray),
     )
     return Closing(arrays, tuple(rows), size, value, unit, floor)
+
+
+def no_constraints(tables: Tables) -> Constraints:
+    """Return constraints without a row, for a system that has compliant ones alone."""
+    return Constraints(tables, *(np.zeros(0, dtype).view(np.recarray) for dtype in (END, ROW, TERM)))
 
 
 def constraint_work(arrays: Constraints, packed: Packed, value=None, unit=None, floor=None) -> Work:
