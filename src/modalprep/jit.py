@@ -15,8 +15,8 @@ from numba import core, njit
 
 # No flag that assumes finite numbers: a NaN must stay a NaN. Without reference counts (_nrt) a kernel cannot make
 # arrays, nor assign one to a slice of another (algebra.copy does); calls that pass records of arrays are then cheap,
-# and so is their compilation. Nobody takes kernels as C functions. Without `forceinline` here a kernel takes it from the
-# function for which it is compiled first, and large kernels are then compiled into each of their callers.
+# and so is their compilation. Nobody takes kernels as C functions. Without `forceinline` here a kernel takes it from
+# the function for which it is compiled first, and large kernels are then compiled into each of their callers.
 OPTIONS = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "_nrt": False,
     "no_cfunc_wrapper": True, "forceinline": False,

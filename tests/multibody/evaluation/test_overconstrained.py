@@ -1,7 +1,9 @@
-"""Closed loops with more conditions than they need move as they should, over revolutions: Bennett's linkage."""
+"""Closed loops with more conditions than they need, or in singular positions, move as they should, over revolutions."""
 
 import numpy as np
 import pytest
+from compare import assert_close
+from multibody.spatial_loops import bricard, planar, rod, spatial_loop
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
@@ -128,3 +130,124 @@ def test_sarruss_linkage_lifts_its_plate_straight(rtol):
     np.testing.assert_allclose(run["plate.origin"][:, :2], [[-0.5, 0.0]] * len(run.time), atol=1e-8)
     np.testing.assert_allclose(run["plate.origin"][:, 2], 2 * np.sin(np.pi + run["a1.angle"]), atol=1e-8)
     assert np.ptp(run["plate.origin"][:, 2]) > 0.2
+
+
+@pytest.mark.parametrize(
+    ("method", "rtol"),
+    [("explicit", 1e-4), ("explicit", 1e-6), ("explicit", 1e-8), ("rosenbrock", 1e-5), ("generalised_alpha", 1e-5)],
+)
+def test_bricards_linkage_turns_inside_out(method, rtol):
+    """No freedom by count, one by its lengths and twists: angles alternate, and it goes round four times."""
+    start = np.array([1.2, np.arccos(-np.cos(1.2) / (1 + np.cos(1.2)))])
+    run = mp.simulate(
+        spatial_loop(bricard(1.2), rod, rates=[8.0]), t_end=10.0, rtol=rtol, method=method, output_step=0.02
+    )
+    assert run.status == "done"
+    left_out = run.message.count("displacement") + run.message.count("rotation")
+    assert left_out == 1  # of five conditions on five angles, so that one is free
+    angle = {k: run[f"j{k}.angle"] + start[k % 2] for k in range(5)}
+    for k in (2, 3, 4):
+        assert_close(angle[k], angle[k % 2], 1e-4 if rtol > 1e-6 else 1e-7, name=f"angle {k}")
+    c, d = np.cos(angle[0]), np.cos(angle[1])
+    assert_close(c + d + c * d, np.zeros(len(c)), 1e-4 if rtol > 1e-6 else 1e-6, scale=1.0)
+    round_and_round = np.unwrap(np.arctan2(angle[1], angle[0]))
+    assert np.ptp(round_and_round) > 8 * np.pi
+    assert run.stats["energy_error"] < 100 * rtol
+
+
+def turned(seed):
+    return Rotation.random(random_state=seed).as_matrix()
+
+
+FOUR_BARS = {"parallelogram": (1.0, 2.0), "rhombus": (1.0, 1.0)}
+
+
+def parallelogram(shape, start, seed, speed=9.0):
+    """Cranks and coupler that turn in a plane anywhere in space, all joints revolute; closed as drawn."""
+    crank, coupler = FOUR_BARS[shape]
+    end = crank * np.array([np.cos(start), np.sin(start)])
+    across = np.array([coupler, 0.0])
+    pairs = planar([np.zeros(2), end, end + across, across], turned(seed))
+    return spatial_loop(pairs, rod, rates=[speed, -speed, speed])
+
+
+@pytest.mark.parametrize("shape", FOUR_BARS)
+@pytest.mark.parametrize("start", [0.7, 0.0])
+@pytest.mark.parametrize(
+    ("method", "rtol"), [("explicit", 1e-4), ("explicit", 1e-6), ("explicit", 1e-8), ("rosenbrock", 1e-6)]
+)
+def test_parallelograms_pass_their_change_points(shape, start, method, rtol):
+    """From between them, and from one of them: where all bars are in line, the other branch begins; speed decides."""
+    for seed in range(4):
+        run = mp.simulate(parallelogram(shape, start, seed), t_end=5.0, rtol=rtol, method=method, output_step=0.02)
+        assert run.status == "done"
+        assert np.ptp(np.unwrap(run["j0.angle"])) > 8 * np.pi
+        assert run.stats["energy_error"] < 100 * rtol
+        assert_close(run["j1.angle"], -run["j0.angle"], 1e-6 if rtol < 1e-5 else 1e-3, name="coupler")
+
+
+@pytest.mark.parametrize(("method", "rtol"), [("explicit", 1e-4), ("explicit", 1e-8), ("rosenbrock", 1e-6)])
+def test_four_bar_in_space_turns_over(method, rtol):
+    """Crank rocker of lengths 1, 3, 2.5 and 3.5 with revolute joints, three conditions too many, ten turns."""
+    crank, rocker = np.array([0.6, 0.8]), np.array([3.5, 0.0])
+    half, apart = (crank + rocker) / 2, np.linalg.norm(rocker - crank)
+    along = (rocker - crank) / apart
+    x = (3.0**2 - 2.5**2) / (2 * apart)  # intersection of two circles
+    knee = half + x * along + np.sqrt(3.0**2 - (x + apart / 2) ** 2) * np.array([-along[1], along[0]])
+    pairs = planar([np.zeros(2), crank, knee, rocker], turned(5))
+    run = mp.simulate(spatial_loop(pairs, rod, rates=[12.0]), t_end=5.0, rtol=rtol, method=method, output_step=0.02)
+    assert run.status == "done"
+    assert np.ptp(np.unwrap(run["j0.angle"])) > 20 * np.pi
+    assert np.ptp(np.unwrap(run["j0.angle"] + run["j1.angle"] + run["j2.angle"])) < 2.0  # the rocker
+    assert run.stats["energy_error"] < (100 if method == "explicit" else 1000) * rtol  # thousands of small steps
+
+
+def three_cranks(seed, start):
+    """Two parallelograms with one coupler, in a plane anywhere in space: the third crank is one too many."""
+    R, end = turned(seed), np.array([np.cos(start), np.sin(start), 0.0])
+    feet = {"one": np.zeros(3), "two": np.array([0.8, 0, 0]), "three": np.array([2.0, 0, 0])}
+    bodies = {name: rod(np.zeros(3), R @ end) for name in feet}
+    frames = {"root": np.zeros(3)} | {name: R @ foot for name, foot in feet.items()}
+    bodies["coupler"] = mp.rigid_body(
+        "coupler", mass=2.0, centre=R @ [0.9, 0.1, 0.0], inertia=np.eye(3), interfaces=frames
+    )
+    rate = {"axis": R[:, 2], "rate": 9.0}
+    joints = [
+        mp.Joint(name=name, type="revolute", parent="ground", child=name, position=R @ foot, **rate)
+        for name, foot in feet.items()
+    ]
+    joints.append(mp.Joint(name="top", type="revolute", parent="one.tip", child="coupler", axis=R[:, 2], rate=-9.0))
+    pins = tuple(
+        mp.multibody.Closure(name=f"pin_{name}", type="revolute", a=f"{name}.tip", b=f"coupler.{name}", axis=R[:, 2])
+        for name in ("two", "three")
+    )
+    return mp.System(bodies=bodies, joints=tuple(joints), closures=pins, gravity=np.array([0, 0, -9.81]))
+
+
+@pytest.mark.parametrize("start", [0.7, 0.0])
+@pytest.mark.parametrize(("method", "rtol"), [("explicit", 1e-4), ("explicit", 1e-7), ("rosenbrock", 1e-6)])
+def test_three_cranks_on_one_coupler_turn(start, method, rtol):
+    """Seven conditions of ten are redundant, and one more where all cranks are in line with the coupler."""
+    for seed in range(3):
+        run = mp.simulate(three_cranks(seed, start), t_end=5.0, rtol=rtol, method=method, output_step=0.02)
+        assert run.status == "done"
+        assert np.ptp(np.unwrap(run["one.angle"])) > 8 * np.pi
+        assert run.stats["energy_error"] < 100 * rtol
+        for name in ("two", "three"):
+            assert_close(run[f"{name}.angle"], run["one.angle"], 1e-6, name=name)
+
+
+@pytest.mark.parametrize("method", ["rosenbrock", "generalised_alpha"])
+def test_implicit_steps_know_springs_beside_redundant_conditions(method):
+    """A stiff spring across a parallelogram: as many steps as with a pin that leaves out the redundant conditions."""
+    runs, free = [], np.hypot(2.0 + np.cos(0.7), np.sin(0.7))
+    for kind in ("revolute", "point_on_line"):
+        system = parallelogram("parallelogram", 0.7, 2, speed=0.0)
+        brace = mp.multibody.AxialSpring(
+            name="brace", between=("ground", "b2.tip"), stiffness=1e8, damping=1e5, free_length=free
+        )
+        pins = tuple(closure.with_(type=kind) for closure in system.closures)
+        system = system.with_(loads=(brace,), closures=pins)
+        runs.append(mp.simulate(system, t_end=0.05, rtol=1e-4, method=method, output_step=0.01))
+    assert_close(runs[0]["j0.angle"], runs[1]["j0.angle"], 1e-9, scale=1.0)
+    assert runs[0].stats["steps"] == pytest.approx(runs[1].stats["steps"], rel=0.05)  # round-off decides a step or two

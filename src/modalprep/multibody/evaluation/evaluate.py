@@ -38,11 +38,13 @@ from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
+from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import add6, copy, get6, inertia_times
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.tree import Packed, rows
 
+CLOSED, MOST_PROJECTIONS = 1e-11, 10  # violation of closed loops after a step
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
 FLAGS = np.dtype([
     ("loaded", np.int64),  # whether there are loads
@@ -99,7 +101,8 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
         packed.model, packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
         rows(FLAGS, [(loading.active, 0, 0)]), np.zeros(packed.nx + nu), np.zeros(nu),
         rows(SHARED, [(0.0, 0.0, 0.0, 0.0, 0.0)]), cons, work, implicit,
-        constraint_work(implicit, packed) if implicit else None, loading.reels,
+        constraint_work(implicit, packed, size=loops.closing.size if loops else 1.0) if implicit else None,
+        loading.reels,
     )  # fmt: skip
 
 
@@ -147,6 +150,17 @@ def evaluate(eq, t, y, ydot):
         call_address(eq.flags[0].reference, t)
         copy(eq.reference, ydot[nx : nx + nu])
     return GOOD
+
+
+@compile_kernel
+def close(eq, t, y, stiff):
+    """Bring a state onto closed loops, see `settle`; returns how often it moved something, -1 on failure."""
+    if eq.cons is None:
+        return 0
+    prescribe(eq.loads, t, eq.motion)
+    return settle(
+        eq.cons, eq.model, eq.data, y, eq.motion, t, eq.work, eq.hinge, stiff, CLOSED, MOST_PROJECTIONS
+    )  # fmt: skip
 
 
 @compile_pass

@@ -150,7 +150,7 @@ class Loops:
         kernel.outward(self.packed.model, data, y, motion)
         self.residual(data, y, motion, t)
         reach = np.abs(y[self.packed.nx :]).max(initial=0.0) + np.abs(self.work.push).max() / self.closing.size
-        return bool(projection.violation(self.work, self.work.rate) <= CLOSED_RATE * reach)
+        return bool(constraints.violation(self.work, self.work.rate) <= CLOSED_RATE * reach)
 
     def _other_way_round(self) -> bool:
         """Whether the axes of a closure agree but point against each other: ``ea.eb = 0`` holds both ways."""

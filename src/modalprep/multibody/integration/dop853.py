@@ -9,7 +9,7 @@ from __future__ import annotations
 from scipy.integrate import DOP853
 
 from modalprep.jit import compile_kernel, compile_merged
-from modalprep.multibody.evaluation.evaluate import GOOD, evaluate
+from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate
 from modalprep.multibody.integration.stepping import set_weights
 from modalprep.multibody.kernels.spatial import copy
 
@@ -70,11 +70,13 @@ def _error(run, h):
 
 @compile_merged
 def explicit_rows(eq, run, t, h):
-    """Write the dense output of an accepted step, before `y` moves on; three more evaluations."""
+    """Write the dense output of an accepted step, before `y` moves on; three more evaluations, of closed loops."""
     K, rows, n = run.K, run.rows, len(run.y)
     for s in range(3):
         _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         run.count[0].evaluations += 1
+        if close(eq, t + C_DENSE[s] * h, run.old, 0.0) < 0:
+            _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         status = evaluate(eq, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])
         if status != GOOD:
             return status

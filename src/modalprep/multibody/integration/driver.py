@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel, compile_merged
-from modalprep.multibody.elements.registry import prescribe
-from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
+from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
 from modalprep.multibody.integration.rosenbrock import rosenbrock_step
@@ -21,9 +20,8 @@ from modalprep.multibody.integration.stepping import (
     set_weights,
 )
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.constraints import free_rank, hold_rank
+from modalprep.multibody.kernels.constraints import free_rank, hold_rank, near_singular
 from modalprep.multibody.kernels.joints import normalise
-from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.kernels.spatial import copy
 
 EXPLICIT, ROSENBROCK, ALPHA = range(3)
@@ -36,7 +34,6 @@ SMALLEST = 1e-13  # step size, of the time
 PROBES = 4  # places of a step at which events are looked for
 MOST_TRIALS = 60  # for the time of an event
 LEFT = 1e-300  # event function just after its event, on the side that the motion comes from
-CLOSED, MOST_PROJECTIONS = 1e-11, 10  # violation of closed loops after a step
 TOO_FAR = 100.0  # body sizes of deflection: far beyond the validity of a modal body
 
 
@@ -117,7 +114,7 @@ def advance(eq, run, watch, method, stop, most):
         if status == GOOD and not error < np.inf:
             status = NOT_FINITE
         if status == GOOD and passed:
-            status = _hold(eq, run, method, h, end)
+            status = _hold(eq, run, method, h, end, end == stop)
         if status == FAILED_CALLBACK:
             return RAISED
         if status != GOOD:
@@ -155,23 +152,25 @@ def _try(eq, run, method, t, h):
 
 
 @compile_merged
-def _hold(eq, run, method, h, t):
-    """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status."""
+def _hold(eq, run, method, h, t, last):
+    """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status.
+
+    A step of the explicit method does not end in a singular position that it can pass, unless it is the `last` or
+    follows one that failed: there conditions lose their direction, and round-off decides the accelerations.
+    """
     normalise(eq.model, run.new)
     if eq.cons is None:
         return GOOD
-    prescribe(eq.loads, t, eq.motion)
-    moves = settle(
-        eq.cons, eq.model, eq.data, run.new, eq.motion, t, eq.work, eq.hinge,
-        0.0 if method == EXPLICIT else 0.25 * h * h, CLOSED, MOST_PROJECTIONS,
-    )  # fmt: skip
+    moves = close(eq, t, run.new, 0.0 if method == EXPLICIT else 0.25 * h * h)
     if moves < 0:
         return OPEN
     status = GOOD
     if moves > 0 and method == EXPLICIT:
         run.count[0].evaluations += 1
         status = evaluate(eq, t, run.new, run.newdot)
-    if moves > 0:
+    if method == EXPLICIT and not last and run.clock[0].error != 1.0 and near_singular(eq.work):
+        return OPEN
+    if moves > 0 or method == EXPLICIT:
         hold_rank(eq.work)
     return status
 

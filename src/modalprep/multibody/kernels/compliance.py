@@ -17,6 +17,7 @@ from modalprep.multibody.kernels.constraints import act, along, keep, observe_en
 def follow(work, compliant):
     """Let the rows of closed loops be as active among the compliant constraints as they are by themselves."""
     if work is not None:
+        compliant.held[0] = work.held[0] + len(compliant.value) - len(work.value)
         for i in range(len(work.value)):
             compliant.value[i], compliant.unit[i] = work.value[i], work.unit[i]
             compliant.floor[i] = work.floor[i]

@@ -48,7 +48,8 @@ from modalprep.multibody.kernels.time_tables import Tables, table
 # sliding, e.(vb - va), only the rate counts
 POINT, ANGLE, DISTANCE, COUPLER, ABOUT, SLIP = range(6)
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
-RISEN = 1e-8  # the same times mobility, over the largest, of a row that was dependent in the last closed state
+STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
+REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
 MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
 FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
@@ -112,6 +113,7 @@ class Work(NamedTuple):
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
+    sine: np.ndarray  # (2,) the least sine of an independent row, now and in the last closed state
     Y: np.ndarray  # (m, nu) M^-1 G^T
     tau: np.ndarray  # (nu,)
     step: np.ndarray  # (nu,)
@@ -268,25 +270,25 @@ def factorize(cons, work):
     """Pivoted Cholesky factor of S scaled to a unit diagonal; rows beyond ``rank`` depend on those before them.
 
     Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
-    the last closed state (`hold_rank`) are independent only where they clearly are.
+    the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
     """
-    m, largest = len(work.scale), 0.0
+    m, largest, gap = len(work.scale), 0.0, violation(work, work.phi)
     for i in range(m):
         moves = work.S[i, i] > work.floor[i]
         work.scale[i] = 1.0 / np.sqrt(work.S[i, i]) if moves else 0.0
         work.order[i] = i
-        largest = max(largest, _mobility(work, i) if moves else 0.0)
+        largest = max(largest, _mobility(work, i) if moves and work.compliance[i] == 0.0 else 0.0)
     for i in range(m):
         for j in range(m):
             work.factor[i, j] = work.S[i, j] * work.scale[i] * work.scale[j]
-    work.rank[0] = m
+    work.rank[0], work.sine[0] = m, 1.0
     for k in range(m):
         best, most = k, -1.0
         for i in range(k, m):  # a row that hardly moves has no sure direction: the largest mobility first
             left = work.factor[i, i] * _mobility(work, work.order[i])
             if left > most * (1.0 + 1e-9):  # ties: the order given
                 best, most = i, left
-        risen = k < work.held[0] or most > RISEN * largest
+        risen = k < work.held[0] or most > (STRAY * gap) ** 2 * largest
         if not (work.factor[best, best] > RANK_TOLERANCE and risen):
             work.rank[0] = k
             return
@@ -294,12 +296,31 @@ def factorize(cons, work):
             _swap(work, k, best)
         pivot = np.sqrt(work.factor[k, k])
         work.factor[k, k] = pivot
+        work.sine[0] = min(work.sine[0], pivot)
         for i in range(k + 1, m):
             work.factor[i, k] /= pivot
         for i in range(k + 1, m):
             for j in range(k + 1, i + 1):
                 work.factor[i, j] -= work.factor[i, k] * work.factor[j, k]
                 work.factor[j, i] = work.factor[i, j]
+
+
+@compile_kernel
+def violation(work, values):
+    """Return the largest of ``values (m,)`` but of compliant rows, lengths by the size of the system."""
+    worst = 0.0
+    for i in range(len(values)):
+        size = abs(values[i]) * work.unit[i] if work.compliance[i] == 0.0 else 0.0
+        if not size <= worst:  # NaN counts
+            worst = size
+    return worst
+
+
+@compile_kernel
+def near_singular(work):
+    """Return whether the loops came from a regular closed state into a singular position, or near one."""
+    lost = work.rank[0] < work.held[0] or (work.rank[0] == work.held[0] and work.sine[0] < SINGULAR)
+    return lost and work.sine[1] > REGULAR
 
 
 @compile_inline
@@ -319,7 +340,7 @@ def free_rank(work):
 def hold_rank(work):
     """Take the rank of the last `factorize` as that of a closed state; `work` may be None."""
     if work is not None:
-        work.held[0] = work.rank[0]
+        work.held[0], work.sine[1] = work.rank[0], work.sine[0]
 
 
 @compile_kernel

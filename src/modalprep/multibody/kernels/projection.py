@@ -6,21 +6,13 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.articulated_body import inward, outward
-from modalprep.multibody.kernels.constraints import constraint_residual, impose
+from modalprep.multibody.kernels.constraints import constraint_residual, impose, violation
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.spatial import copy
 
-
-@compile_kernel
-def violation(work, values):
-    """Return the largest of ``values (m,)``, lengths by the size of the system."""
-    worst = 0.0
-    for i in range(len(values)):
-        size = abs(values[i]) * work.unit[i]
-        if not size <= worst:  # NaN counts
-            worst = size
-    return worst
+FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify what is left, so it should be round-off
+SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off
 
 
 @compile_kernel
@@ -48,7 +40,7 @@ def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, toler
         world(model, data)
         constraint_residual(cons, model, data, y, motion, t, work)
         worst = violation(work, work.phi)
-        if worst <= tolerance:
+        if worst <= FINE * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
             return k
         if k == most or not np.isfinite(worst):
             return -1
@@ -91,6 +83,6 @@ def settle(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
     if len(cons.rows) == 0:
         return 0
     steps = project_positions(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
-    if steps >= 0 and violation(work, work.rate) > tolerance:
+    if steps >= 0 and violation(work, work.rate) > FINE_RATE * tolerance:
         steps = steps + 1 if project_velocities(cons, model, data, y, work, hinge, stiff) else -1
     return steps

@@ -134,16 +134,14 @@ def no_constraints(tables: Tables) -> Constraints:
     return Constraints(tables, *(np.zeros(0, dtype).view(np.recarray) for dtype in (END, ROW, TERM)))
 
 
-def constraint_work(arrays: Constraints, packed: Packed, value=None, unit=None, floor=None) -> Work:
-    """Allocate what changes in constraints; rows of compliant constraints have neither value nor unit nor floor."""
+def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float = 1.0) -> Work:
+    """Allocate what changes in constraints, all active; lengths count by a size (m)."""
     nu, nl = packed.nu, len(packed.links)
     m, ne = len(arrays.rows), len(arrays.ends)
-    given = [np.zeros(m) for _ in range(3)]
-    for own, part in zip(given, (value, unit, floor), strict=True):
-        if part is not None:
-            own[: len(part)] = part
     return Work(
-        *given,
+        np.zeros(m) if value is None else value.copy(),
+        np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0),
+        np.zeros(m),
         np.zeros(ne, END_DATA).view(np.recarray),
         np.zeros(m, LINE).view(np.recarray),
         *(np.zeros(m) for _ in range(8)),
@@ -152,6 +150,7 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, unit=None, 
         np.zeros(m, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
         np.full(1, m),
+        np.ones(2),
         np.zeros((m, nu)),
         *(np.zeros(nu) for _ in range(2)),
         np.zeros(nl, KEPT).view(np.recarray),
