@@ -21,6 +21,7 @@ from modalprep.multibody.kernels.spatial import (
     axpy8,
     cayley,
     cayley_rate,
+    combined,
     cross,
     dot3,
     dot8,
@@ -36,6 +37,7 @@ from modalprep.multibody.kernels.spatial import (
     put6,
     put8,
     row8,
+    take3,
     take6,
 )
 
@@ -63,7 +65,34 @@ def node_shape(modal, model, p, node, slot):
         second = axpy6(second, modal.qd[s, a], take6(modal.turn, 6 * a))
         for c in range(6):
             modal.Phi[slot, a, c] = phi[c]
-    return moved, rates, second
+    if model.links[p].modal_mass == UNIT:
+        return moved, rates, second
+    return _as_a_line(modal, model.modal.shape[row], s, n, slot, moved, rates, second)
+
+
+@compile_inline
+def _as_a_line(modal, shape, s, n, slot, moved, rates, second):
+    """Give the translations of `node_shape` their third and fourth order (body/line.py)."""
+    w, linear, speed = modal.line[s], ZERO3, ZERO3
+    g, g_slope, g_curve, h, h_slope, h_curve, rate, change = w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]
+    for a in range(n):
+        first = take3(shape, 6 * a)
+        linear, speed = axpy3(linear, modal.q[s, a], first), axpy3(speed, modal.qd[s, a], first)
+    bent, bending = axpy3(take3(moved, 0), -1.0, linear), axpy3(take3(rates, 0), -1.0, speed)
+    along = combined(h_slope, linear, g_slope, bent)
+    for a in range(n):
+        first, f = take3(shape, 6 * a), w[8 + a]
+        for c in range(3):
+            modal.Phi[slot, a, c] = h * first[c] + g * (modal.Phi[slot, a, c] - first[c]) + f * along[c]
+    u, v = combined(h, linear, g, bent), axpy3(combined(h, speed, g, bending), rate, along)
+    turning = combined(2.0 * rate * h_slope, speed, 2.0 * rate * g_slope, bending)
+    bulging = combined(rate * rate * h_curve, linear, rate * rate * g_curve, bent)
+    b = add3(add3(combined(g, take3(second, 0), change, along), turning), bulging)
+    return (
+        (u[0], u[1], u[2], moved[3], moved[4], moved[5]),
+        (v[0], v[1], v[2], rates[3], rates[4], rates[5]),
+        (b[0], b[1], b[2], second[3], second[4], second[5]),
+    )
 
 
 @compile_inline
