@@ -9,14 +9,17 @@ hinge is not quadratic. In terms of the strain ``tau = -q^2 / 2`` of second orde
     sin q = q (1 + tau / 3 + ..)      = q h           h = 1 + tau / (3 (1 + tau^2)^(1/2))
 
 up to the fourth order; further on, g and h shrink a body to nothing at most and never turn it back. Displacements of
-second order of a body are multiplied by g, those of first order by h, of the mean strain of the body: those of its
-affine part (mass.py) and of its interfaces. Rotations are linear in q.
+second order of a body are multiplied by g, those of first order by h: those of its affine part (mass.py), with the mean
+strain of the body, and those of its interfaces, with the strain ``x.u2 / x.x`` of their arm x, which does not depend on
+the mass. An arm shorter than half the body's reach counts as that long. Rotations are linear in q.
 
 What remains of the fourth order in the kinetic energy is small: a cantilever that vibrates by 0.2 of its length is
 0.10 % faster than at small amplitudes (exactly 0.08 %; with g = h = 1 it would be slower by 1 %).
 """
 
 from __future__ import annotations
+
+import numpy as np
 
 
 def shortening(tau: float) -> tuple[float, float, float]:
@@ -47,3 +50,17 @@ def swing(tau: float) -> tuple[float, float, float]:
     s = 1 / (1 + tau**2)
     root = s**0.5 / 3
     return 1 + tau * root, root * s, -3 * tau * root * s**2
+
+
+def strain_arms(position: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return ``x / x.x`` (k, 3) of interfaces at x (k, 3) of a body of `points` (n, 3), 1/m.
+
+    Examples
+    --------
+    >>> strain_arms(np.array([[2.0, 0, 0], [0, 0.1, 0]]), np.array([[2.0, 0, 0]]))
+    array([[0.5, 0. , 0. ],
+           [0. , 0.1, 0. ]])
+    """
+    squares = np.sum(position**2, axis=1)
+    reach = max(np.max(squares, initial=0.0), np.max(np.sum(points**2, axis=1), initial=0.0))
+    return position / np.maximum(np.maximum(squares, reach / 4), np.finfo(float).tiny)[:, None]

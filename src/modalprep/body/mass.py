@@ -260,8 +260,8 @@ def deflected_points(body: FlexibleBody, q: np.ndarray) -> np.ndarray:
     functions = np.column_stack([np.full(n, 1 / part.root_mass), linear])
     across = body.points - functions @ part.place.T  # of a flat body
     rest = body.shape - np.einsum("pr,arn->pan", functions, part.first)
-    found = (deflected(part, each) for each in q)
-    return np.array([across + functions @ at.p.T + rest @ at.eta for at in found]).reshape(-1, n, 3)
+    found = ((deflected(part, each), swing(mean_strain(part, each)[0])[0]) for each in q)
+    return np.array([across + functions @ at.p.T + h * rest @ at.eta for at, h in found]).reshape(-1, n, 3)
 
 
 def steady_mass(body: FlexibleBody, q: np.ndarray) -> np.ndarray:

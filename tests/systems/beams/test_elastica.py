@@ -20,7 +20,7 @@ EI = 1.4e4
 
 
 def test_spin_up_is_that_of_an_exact_beam():
-    """Deepest lag -0.5738 m; the theory that is linear in the deflection, which is this one to second order: -0.5744."""
+    """Deepest lag -0.5738 m; the theory that is linear in the deflection, this one to second order: -0.5744."""
     body = uniform_beam(modes=12, keep="effective_mass > 2.5%", truncation=("inertia",))
     law = mp.multibody.TimeFunction("0.4*(t**2/2 + (7.5/pi)**2*(cos(pi*t/7.5) - 1))")  # until 15 s
     hub = mp.Joint(name="hub", type="revolute", parent="ground", child="beam.root", motion=law)
@@ -64,7 +64,9 @@ def test_frequency_of_a_large_vibration():
         shift[amplitude] = frequency(exact, start), frequency(modal, bent)
     (slow, slow_modal), (fast, fast_modal) = shift[0.002], shift[0.2]
     assert 5e-4 < fast / slow - 1 < 1e-3
-    assert fast_modal / slow_modal == pytest.approx(fast / slow, abs=3e-4)  # 2e-4 found: the fourth order of other shapes than a line
+    assert fast_modal / slow_modal == pytest.approx(
+        fast / slow, abs=3e-4
+    )  # 2e-4 found: the fourth order of other shapes than a line
 
 
 def cantilever_period(beam: Elastica) -> float:

@@ -101,6 +101,7 @@ class Modal(NamedTuple):
     second: np.ndarray  # (nk, N, N, N) c_ljk of the rest, j first; (nk, 0, 0, 0) where no body has T
     shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
     Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
+    arm: np.ndarray  # (interfaces, 3) `strain_arms` of body/line.py
 
 
 class Model(NamedTuple):
@@ -127,7 +128,6 @@ class ModalData(NamedTuple):
     PhiT: np.ndarray  # (links on flexible parents + 1, 6, N / 8, 8): the same by component
     dp: np.ndarray  # (12 N,) one body's dp(q); then D q', P' q, the gyroscopic products with q'
     Dqd: np.ndarray  # (12 N,)
-    line: np.ndarray  # (nf, 8 + N) g, h, two derivatives each, rate of tau, that without q''; slopes of tau
     affine: np.ndarray  # (5, 12) p, p', p'' without q'', workspace
     rest: np.ndarray  # (9 N,)
     gyro: np.ndarray  # (3 N,)
@@ -179,7 +179,7 @@ def _modal_data(model: Model, modal: Modal, depleting: bool) -> ModalData:
     shapes = {
         "q": (slots, N4), "qd": (slots, N4), "load": (slots, N), "qdd": (slots, blocks, 8),
         "Z": (slots, N, 1 + blocks, 8), "Phi": (attached, N, 8), "PhiT": (attached, 6, blocks, 8), "dp": (12 * N,),
-        "Dqd": (12 * N,), "line": (slots, 8 + N), "affine": (5, 12), "rest": (9 * N,), "gyro": (3 * N,), "eta": (2, N4),
+        "Dqd": (12 * N,), "affine": (5, 12), "rest": (9 * N,), "gyro": (3 * N,), "eta": (2, N4),
         "slope": (3, grows, grows), "turned": (9, grows), "curved": (2, grows), "phi": (6 * N,), "turn": (6 * N,),
     }  # fmt: skip
     return ModalData(integrals, **{name: np.zeros(shape) for name, shape in shapes.items()})

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from modalprep.jit import compile_inline
 from modalprep.multibody.kernels.data import INVERSE, LOAD, UNIT
+from modalprep.multibody.kernels.modal_inertia import shortening, swing
 from modalprep.multibody.kernels.spatial import (
     UNIT9,
     ZERO3,
@@ -67,23 +68,27 @@ def node_shape(modal, model, p, node, slot):
             modal.Phi[slot, a, c] = phi[c]
     if model.links[p].modal_mass == UNIT:
         return moved, rates, second
-    return _as_a_line(modal, model.modal.shape[row], s, n, slot, moved, rates, second)
+    return _as_a_line(modal, model.modal.shape[row], get3(model.modal.arm[row]), s, n, slot, moved, rates, second)
 
 
 @compile_inline
-def _as_a_line(modal, shape, s, n, slot, moved, rates, second):
-    """Give the translations of `node_shape` their third and fourth order (body/line.py)."""
-    w, linear, speed = modal.line[s], ZERO3, ZERO3
-    g, g_slope, g_curve, h, h_slope, h_curve, rate, change = w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]
+def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
+    """Give the translations of `node_shape` their third and fourth order, by the strain of the arm (body/line.py)."""
+    linear, speed = ZERO3, ZERO3
     for a in range(n):
         first = take3(shape, 6 * a)
         linear, speed = axpy3(linear, modal.q[s, a], first), axpy3(speed, modal.qd[s, a], first)
     bent, bending = axpy3(take3(moved, 0), -1.0, linear), axpy3(take3(rates, 0), -1.0, speed)
+    tau, rate, change = dot3(arm, bent), dot3(arm, bending), dot3(arm, take3(second, 0))
+    g, g_slope, g_curve = shortening(tau)
+    h, h_slope, h_curve = swing(tau)
     along = combined(h_slope, linear, g_slope, bent)
     for a in range(n):
-        first, f = take3(shape, 6 * a), w[8 + a]
+        first = take3(shape, 6 * a)
+        across = axpy3(take3(modal.Phi[slot, a], 0), -1.0, first)
+        v = axpy3(combined(h, first, g, across), dot3(arm, across), along)
         for c in range(3):
-            modal.Phi[slot, a, c] = h * first[c] + g * (modal.Phi[slot, a, c] - first[c]) + f * along[c]
+            modal.Phi[slot, a, c] = v[c]
     u, v = combined(h, linear, g, bent), axpy3(combined(h, speed, g, bending), rate, along)
     turning = combined(2.0 * rate * h_slope, speed, 2.0 * rate * g_slope, bending)
     bulging = combined(rate * rate * h_curve, linear, rate * rate * g_curve, bent)

@@ -91,9 +91,6 @@ def expand(modal, model, i):
         )
     g, g_slope, g_curve = shortening(tau)
     h, h_slope, h_curve = swing(tau)
-    factors = (g, g_slope, g_curve, h, h_slope, h_curve, speed, change)
-    for c in range(8):
-        modal.line[s, c] = factors[c]
     for c in range(12):
         b, bd, t, td = modal.affine[0, c], modal.affine[1, c], modal.affine[3, c], modal.affine[4, c]
         along, rate, curve = h_slope * b + g_slope * t, h_slope * bd + g_slope * td, h_curve * b + g_curve * t
@@ -105,7 +102,6 @@ def expand(modal, model, i):
         f = 0.0
         for c in range(12):
             f += modal.integrals.place[k, 12 + c] * modal.dp[12 * a + c]
-        modal.line[s, 8 + a] = f
         for c in range(12):
             modal.dp[12 * a + c] = (
                 h * modal.integrals.base[k, 12 * a + c] + g * modal.dp[12 * a + c] + f * modal.affine[3, c]

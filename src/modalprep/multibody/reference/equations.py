@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.line import shortening, swing
-from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, mean_strain, partial_rates
+from modalprep.body.line import shortening, strain_arms, swing
+from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
 from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.kernels.data import (
     COORDINATES,
@@ -89,14 +89,13 @@ def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np
 
 def _translation(body: FlexibleBody, k: int, q: np.ndarray, qd: np.ndarray):
     """Displacement (3,) of interface k, partial velocities (3, n), acceleration without q'': see body/line.py."""
-    part, linear, speed = affine_part(body), body.phi[k] @ q, body.phi[k] @ qd
-    (tau, strains), (_, strain_rates) = mean_strain(part, q), mean_strain(part, qd)
-    (g, g_slope, g_curve), (h, h_slope, h_curve) = shortening(tau), swing(tau)
-    across = -body.Kg_F[k] @ q
-    bent, bending, rate = across @ q / 2, across @ qd, strains @ qd
-    along = h_slope * linear + g_slope * bent
-    partial = h * body.phi[k] + g * across + np.outer(along, strains)
-    acceleration = (strain_rates @ qd) * along - g * (body.Kg_F[k] @ qd) @ qd
+    linear, speed, across = body.phi[k] @ q, body.phi[k] @ qd, -body.Kg_F[k] @ q
+    bent, bending, second = across @ q / 2, across @ qd, -(body.Kg_F[k] @ qd) @ qd
+    arm = strain_arms(body.interface_position, body.points)[k]
+    (g, g_slope, g_curve), (h, h_slope, h_curve) = shortening(arm @ bent), swing(arm @ bent)
+    along, rate = h_slope * linear + g_slope * bent, arm @ bending
+    partial = h * body.phi[k] + g * across + np.outer(along, arm @ across)
+    acceleration = g * second + (arm @ second) * along
     acceleration += 2 * rate * (h_slope * speed + g_slope * bending) + rate**2 * (h_curve * linear + g_curve * bent)
     return h * linear + g * bent, partial, acceleration
 
