@@ -7,7 +7,8 @@ from formats.lumped import modal_integrals
 from multibody.trees import random_body
 
 import modalprep as mp
-from modalprep.body.mass import affine_part, cross_moment, deflected_points, mass_matrix, rigid_mass_matrix, shortening
+from modalprep.body.line import shortening, swing
+from modalprep.body.mass import affine_part, cross_moment, deflected_points, mass_matrix, rigid_mass_matrix
 from modalprep.examples import uniform_beam
 from modalprep.multibody.reference.equations import body_equations
 from modalprep.pipeline.build.model import assemble_pipeline
@@ -43,16 +44,21 @@ def test_equations_are_those_of_particles(seed, grows):
     t, bent = 0.5 * (u2 @ q) @ q, u2 @ q
     arm = x - mass @ x / mass.sum()
     strain = mass[:, None] * arm / (mass @ (arm**2).sum(axis=1))
-    g, slope, curvature = shortening(np.sum(strain * t))
-    strains = np.einsum("pa,pai->i", strain, bent)
-    r, partial = x + shape @ q + g * t, shape + g * bent + slope * np.multiply.outer(t, strains)
+    tau = np.sum(strain * t)
+    (g, g_slope, g_curve), (h, h_slope, h_curve) = shortening(tau), swing(tau)
+    strains, affine = np.einsum("pa,pai->i", strain, bent), np.column_stack([np.ones(len(x)), x])
+    by_mass = affine.T * mass
+    turning = np.einsum("pr,rai->pai", affine, np.tensordot(np.linalg.solve(by_mass @ affine, by_mass), shape, 1))
+    aside, rest = turning @ q, shape - turning
+    r, along = x + rest @ q + h * aside + g * t, h_slope * aside + g_slope * t
+    partial = rest + h * turning + g * bent + np.multiply.outer(along, strains)
     r, partial = r + (u3 @ q) @ q / 2, partial + u3 @ q
     turn = np.stack([np.cross(unit, r) for unit in np.eye(3)], axis=-1)
     J = np.concatenate([np.broadcast_to(np.eye(3), turn.shape), turn, partial], axis=2)
     rate = partial @ qd
     speed, second = strains @ qd, (u2 @ qd) @ qd
-    elastic = g * second + 2 * slope * speed * (bent @ qd)
-    elastic += (curvature * speed**2 + slope * np.sum(strain * second)) * t + (u3 @ qd) @ qd
+    elastic = g * second + 2 * speed * (g_slope * (bent @ qd) + h_slope * (turning @ qd)) + (u3 @ qd) @ qd
+    elastic += speed**2 * (g_curve * t + h_curve * aside) + np.sum(strain * second) * along
     a = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, rate) + elastic
     M, bias = body_equations(body, np.concatenate([np.zeros(3), w]), q, qd)
     bias[6:] -= body.K * q + body.D * qd

@@ -50,7 +50,7 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     # what files hold, nothing of the solver
     ("formats", "multibody"): {"multibody.results.result", "multibody.analysis.state_space"},
     # the solver sees bodies and their mass at a deflection and a fill level; of its own it makes only rigid rods
-    ("multibody", "body"): {"body.flexible_body", "body.levels", "body.mass", "body.rigid"},
+    ("multibody", "body"): {"body.flexible_body", "body.levels", "body.line", "body.mass", "body.rigid"},
     # of the model, what the cells of a mesh are
     ("formats", "fe"): {"fe.mesh.cells"},
     ("report", "fe"): {"fe.mesh.cells"},

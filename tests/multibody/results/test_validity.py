@@ -1,6 +1,7 @@
 """What a run says against itself: deflections beyond the theory, an energy that does not balance, divergence."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -61,18 +62,23 @@ def job(folder, text, command, *options):
 def test_a_run_beyond_a_tenth_says_so():
     """Released without weight the beam swings to twice its static deflection of 1.05 m, a tenth of it stays silent."""
     run = mp.simulate(hanging(9.81), t_end=1.5)
-    reach = np.abs(run["arm.tip.deflection"]).max()
-    assert reach == pytest.approx(2.1, rel=0.03)  # the higher modes add 2 %
+    reach = np.linalg.norm(run["arm.tip.deflection"], axis=1)
+    assert reach.max() == pytest.approx(2.1, rel=0.03)  # the higher modes add 2 %
     (note,) = run.notes
-    at = run.time[np.argmax(np.linalg.norm(run["arm.tip.deflection"], axis=1))]
-    assert note.startswith(f"body 'arm' deflects by {reach:.3g} m at t = {at:.4g} s, {10 * reach:.0f} % of its size")
+    metres, seconds = (
+        float(x) for x in re.match(r"body 'arm' deflects by (\S+) m at t = (\S+) s, 21 %", note).groups()
+    )
+    assert metres == pytest.approx(
+        reach.max(), rel=5e-3
+    )  # along the beam only the affine part of the shortening counts
+    assert reach[np.argmin(np.abs(run.time - seconds))] == pytest.approx(reach.max(), rel=1e-3)
     assert mp.simulate(hanging(0.981), t_end=1.5).notes == ()
 
 
 def test_an_equilibrium_beyond_a_tenth_says_so():
-    """1.05 m of 10 m; at half the gravity it is silent."""
+    """1.05 m of 10 m by the linear theory, 1.04 m; at half the gravity it is silent."""
     (note,) = mp.static_equilibrium(hanging(9.81)).notes
-    assert "body 'arm' deflects by 1.05 m at t = 0 s, 11 % of its size" in note
+    assert "body 'arm' deflects by 1.04 m at t = 0 s, 10 % of its size" in note
     assert mp.static_equilibrium(hanging(4.9)).notes == ()
 
 
@@ -84,7 +90,7 @@ def test_the_largest_node_counts_not_the_interfaces():
     rigid = mp.rigid_body("r", mass=1, centre=np.zeros(3), inertia=np.eye(3), interfaces={"a": np.zeros(3)})
     bodies = {"one": body.with_(phi=0 * body.phi), "two": rigid}
     (note,) = large_deflections(bodies, np.array([0.0, 0.5, 1.0]), {"one": q, "two": np.zeros((3, 0))})
-    assert "deflects by 2 m at t = 0.5 s, 20 % of its size" in note
+    assert re.search(r"deflects by 1\.9\d m at t = 0.5 s, (19|20) % of its size", note)
     assert large_deflections(bodies, np.array([0.0, 0.5, 1.0]), {"one": q * 0.49, "two": np.zeros((3, 0))}) == ()
 
 
@@ -98,11 +104,11 @@ def test_notes_reach_terminal_json_and_file(folder, capsys):
     (run,) = json.loads(capsys.readouterr().out)["runs"].values()
     assert run["notes"] == [note]
     assert job(folder, text, "analyse") == 0
-    assert "note: body 'arm' deflects by 1.05 m" in " ".join(capsys.readouterr().out.split())
+    assert "note: body 'arm' deflects by 1.04 m" in " ".join(capsys.readouterr().out.split())
     assert job(folder, text, "run", "--json") == 0
     found = json.loads(capsys.readouterr().out)
-    assert [("1.05 m" in said, "2.1" in said) for said in found["notes"]] == [(True, False), (False, True)]
-    assert "1.05 m" in found["analysis"]["notes"][0]
+    assert [("1.04 m" in said, "2.1" in said) for said in found["notes"]] == [(True, False), (False, True)]
+    assert "1.04 m" in found["analysis"]["notes"][0]
 
 
 # --- the audit ----------------------------------------------------------------------------------------------------

@@ -101,6 +101,7 @@ class Modal(NamedTuple):
     second: np.ndarray  # (nk, N, N, N) c_ljk of the rest, j first; (nk, 0, 0, 0) where no body has T
     shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
     Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
+    arm: np.ndarray  # (interfaces, 3) `strain_arms` of body/line.py
 
 
 class Model(NamedTuple):
@@ -127,7 +128,7 @@ class ModalData(NamedTuple):
     PhiT: np.ndarray  # (links on flexible parents + 1, 6, N / 8, 8): the same by component
     dp: np.ndarray  # (12 N,) one body's dp(q); then D q', P' q, the gyroscopic products with q'
     Dqd: np.ndarray  # (12 N,)
-    affine: np.ndarray  # (5, 12) p, p', p'' without q'', t, t'
+    affine: np.ndarray  # (5, 12) p, p', p'' without q'', workspace
     rest: np.ndarray  # (9 N,)
     gyro: np.ndarray  # (3 N,)
     eta: np.ndarray  # (2, N4) coordinates of the rest and their rates

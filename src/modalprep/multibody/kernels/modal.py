@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from modalprep.jit import compile_inline
 from modalprep.multibody.kernels.data import INVERSE, LOAD, UNIT
+from modalprep.multibody.kernels.modal_inertia import shortening, swing
 from modalprep.multibody.kernels.spatial import (
     UNIT9,
     ZERO3,
@@ -21,6 +22,7 @@ from modalprep.multibody.kernels.spatial import (
     axpy8,
     cayley,
     cayley_rate,
+    combined,
     cross,
     dot3,
     dot8,
@@ -36,6 +38,7 @@ from modalprep.multibody.kernels.spatial import (
     put6,
     put8,
     row8,
+    take3,
     take6,
 )
 
@@ -63,7 +66,38 @@ def node_shape(modal, model, p, node, slot):
         second = axpy6(second, modal.qd[s, a], take6(modal.turn, 6 * a))
         for c in range(6):
             modal.Phi[slot, a, c] = phi[c]
-    return moved, rates, second
+    if model.links[p].modal_mass == UNIT:
+        return moved, rates, second
+    return _as_a_line(modal, model.modal.shape[row], get3(model.modal.arm[row]), s, n, slot, moved, rates, second)
+
+
+@compile_inline
+def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
+    """Give the translations of `node_shape` their third and fourth order, by the strain of the arm (body/line.py)."""
+    linear, speed = ZERO3, ZERO3
+    for a in range(n):
+        first = take3(shape, 6 * a)
+        linear, speed = axpy3(linear, modal.q[s, a], first), axpy3(speed, modal.qd[s, a], first)
+    bent, bending = axpy3(take3(moved, 0), -1.0, linear), axpy3(take3(rates, 0), -1.0, speed)
+    tau, rate, change = dot3(arm, bent), dot3(arm, bending), dot3(arm, take3(second, 0))
+    g, g_slope, g_curve = shortening(tau)
+    h, h_slope, h_curve = swing(tau)
+    along = combined(h_slope, linear, g_slope, bent)
+    for a in range(n):
+        first = take3(shape, 6 * a)
+        across = axpy3(take3(modal.Phi[slot, a], 0), -1.0, first)
+        v = axpy3(combined(h, first, g, across), dot3(arm, across), along)
+        for c in range(3):
+            modal.Phi[slot, a, c] = v[c]
+    u, v = combined(h, linear, g, bent), axpy3(combined(h, speed, g, bending), rate, along)
+    turning = combined(2.0 * rate * h_slope, speed, 2.0 * rate * g_slope, bending)
+    bulging = combined(rate * rate * h_curve, linear, rate * rate * g_curve, bent)
+    b = add3(add3(combined(g, take3(second, 0), change, along), turning), bulging)
+    return (
+        (u[0], u[1], u[2], moved[3], moved[4], moved[5]),
+        (v[0], v[1], v[2], rates[3], rates[4], rates[5]),
+        (b[0], b[1], b[2], second[3], second[4], second[5]),
+    )
 
 
 @compile_inline

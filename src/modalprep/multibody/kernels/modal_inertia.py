@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from modalprep.body import mass
+from modalprep.body import line
 from modalprep.jit import compile_inline
 from modalprep.multibody.kernels.data import GROWS, UNIT
 from modalprep.multibody.kernels.modal_mass import apply_slopes, grown_mass, rest_coordinates
@@ -30,14 +30,14 @@ from modalprep.multibody.kernels.spatial import (
     times,
 )
 
-shortening = compile_inline(mass.shortening)
+shortening, swing = compile_inline(line.shortening), compile_inline(line.swing)
 
 
 @compile_inline
 def expand(modal, model, i):
     """Write dp(q), ``D q'``, ``P' q`` and the gyroscopic products with q' of link i's body to modal.
 
-    modal.affine gets p(q), its rate and, without q'', its acceleration, then t and its rate.
+    modal.affine gets p(q), its rate and, without q'', its acceleration; two more rows are workspace.
     """
     k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
     for r in range(12 * n):
@@ -69,14 +69,14 @@ def expand(modal, model, i):
             modal.gyro[r] += g0 * modal.integrals.gyro[k, b, r] + g1 * modal.integrals.gyro[k, b + 1, r]
             modal.gyro[r] += g2 * modal.integrals.gyro[k, b + 2, r] + g3 * modal.integrals.gyro[k, b + 3, r]
     for c in range(12):
-        p, pd, t, td, tdd = modal.integrals.place[k, c], 0.0, 0.0, 0.0, 0.0
+        b, bd, t, td, tdd = 0.0, 0.0, 0.0, 0.0, 0.0
         for a in range(n):
             f, g, base, bent = modal.q[s, a], modal.qd[s, a], modal.integrals.base[k, 12 * a + c], modal.dp[12 * a + c]
-            p, pd = p + f * base, pd + g * base
+            b, bd = b + f * base, bd + g * base
             t, td, tdd = t + 0.5 * f * bent, td + g * bent, tdd + g * modal.Dqd[12 * a + c]
         modal.affine[0, c], modal.affine[1, c], modal.affine[2, c], modal.affine[3, c], modal.affine[4, c] = (
-            p,
-            pd,
+            b,
+            bd,
             tdd,
             t,
             td,
@@ -89,20 +89,22 @@ def expand(modal, model, i):
             speed + f * modal.affine[4, c],
             change + f * modal.affine[2, c],
         )
-    g, slope, curvature = shortening(tau)
-    change = curvature * speed * speed + slope * change
+    g, g_slope, g_curve = shortening(tau)
+    h, h_slope, h_curve = swing(tau)
     for c in range(12):
-        t, td = modal.affine[3, c], modal.affine[4, c]
-        modal.affine[0, c] += g * t
-        modal.affine[1, c] += g * td + slope * speed * t
-        modal.affine[2, c] = g * modal.affine[2, c] + 2.0 * slope * speed * td + change * t
+        b, bd, t, td = modal.affine[0, c], modal.affine[1, c], modal.affine[3, c], modal.affine[4, c]
+        along, rate, curve = h_slope * b + g_slope * t, h_slope * bd + g_slope * td, h_curve * b + g_curve * t
+        modal.affine[0, c] = modal.integrals.place[k, c] + h * b + g * t
+        modal.affine[1, c] = h * bd + g * td + speed * along
+        modal.affine[2, c] = g * modal.affine[2, c] + 2.0 * speed * rate + speed * speed * curve + change * along
+        modal.affine[3, c] = along
     for a in range(n):
         f = 0.0
         for c in range(12):
             f += modal.integrals.place[k, 12 + c] * modal.dp[12 * a + c]
         for c in range(12):
             modal.dp[12 * a + c] = (
-                modal.integrals.base[k, 12 * a + c] + g * modal.dp[12 * a + c] + slope * f * modal.affine[3, c]
+                h * modal.integrals.base[k, 12 * a + c] + g * modal.dp[12 * a + c] + f * modal.affine[3, c]
             )
 
 

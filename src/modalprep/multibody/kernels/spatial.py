@@ -86,6 +86,12 @@ def axpy3(a, f, b):
 
 
 @compile_inline
+def combined(f, a, g, b):
+    """Return ``f a + g b``, three numbers each."""
+    return f * a[0] + g * b[0], f * a[1] + g * b[1], f * a[2] + g * b[2]
+
+
+@compile_inline
 def add6(a, b):
     """Return ``a + b``."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.line import strain_arms
 from modalprep.body.mass import affine_part
 from modalprep.multibody.kernels.data import (
     AFFINE,
@@ -284,7 +285,7 @@ class _Bodies:
         of_kind = ((25,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2), (grows, grows, grows))
         out = [
             *(np.zeros((kinds, *shape)) for shape in of_kind),
-            *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N))),
+            *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N), (3,))),
         ]
         for k, (body, align) in enumerate(self.flexible):
             rows = slice(first[k], first[k] + len(body.interface_name))
@@ -316,4 +317,5 @@ def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
         part.rest_second.swapaxes(0, 1),
         node[0].reshape(len(body.phi), 6 * n),
         node[1].reshape(len(body.phi), n, 6 * n),
+        strain_arms(body.interface_position, body.points) @ Q,
     )

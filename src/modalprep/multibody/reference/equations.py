@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.line import shortening, strain_arms, swing
 from modalprep.body.mass import affine_part, assembled, cross_moment, deflected, partial_rates
 from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.kernels.data import (
@@ -69,21 +70,34 @@ def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np
     velocity, and the acceleration when A and q'' are zero. The rotation vector is ``psi q`` to the fourth order: R is
     the Cayley map of ``(1 + v.v / 12) v``, with ``v = psi q``, and has no singularity.
     """
-    u = body.phi[k] @ q - 0.5 * (body.Kg_F[k] @ q) @ q
+    u, translation, third = _translation(body, k, q, qd)
     v = body.psi[k] @ q - 0.5 * (body.Kg_T[k] @ q) @ q
     r = body.interface_position[k] + u
     x, slope = (1 + v @ v / 12) * v, (1 + v @ v / 12) * np.eye(3) + np.outer(v, v) / 6
     s = 4 / (4 + x @ x)
     to_rate = s * (np.eye(3) + skew(x) / 2)
-    translation, turn = body.phi[k] - body.Kg_F[k] @ q, slope @ (body.psi[k] - body.Kg_T[k] @ q)
+    turn = slope @ (body.psi[k] - body.Kg_T[k] @ q)
     vd, xd = (body.psi[k] - body.Kg_T[k] @ q) @ qd, turn @ qd
     xdd = (v @ vd) / 3 * vd + (vd @ vd) / 6 * v - slope @ ((body.Kg_T[k] @ qd) @ qd)  # without q''
     Phi = np.vstack([translation, to_rate @ turn])
     vel = Phi @ qd
-    linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, vel[:3]) - (body.Kg_F[k] @ qd) @ qd
+    linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, vel[:3]) + third
     angular = -s / 2 * (x @ xd) * vel[3:] + to_rate @ xdd + np.cross(w, vel[3:])
     R = np.eye(3) + s * (skew(x) + skew(x) @ skew(x) / 2)
     return r, R, Phi, vel, np.concatenate([linear, angular])
+
+
+def _translation(body: FlexibleBody, k: int, q: np.ndarray, qd: np.ndarray):
+    """Displacement (3,) of interface k, partial velocities (3, n), acceleration without q'': see body/line.py."""
+    linear, speed, across = body.phi[k] @ q, body.phi[k] @ qd, -body.Kg_F[k] @ q
+    bent, bending, second = across @ q / 2, across @ qd, -(body.Kg_F[k] @ qd) @ qd
+    arm = strain_arms(body.interface_position, body.points)[k]
+    (g, g_slope, g_curve), (h, h_slope, h_curve) = shortening(arm @ bent), swing(arm @ bent)
+    along, rate = h_slope * linear + g_slope * bent, arm @ bending
+    partial = h * body.phi[k] + g * across + np.outer(along, arm @ across)
+    acceleration = g * second + (arm @ second) * along
+    acceleration += 2 * rate * (h_slope * speed + g_slope * bending) + rate**2 * (h_curve * linear + g_curve * bent)
+    return h * linear + g * bent, partial, acceleration
 
 
 def turn_about(axis: np.ndarray, angle: float) -> np.ndarray:
