@@ -96,6 +96,17 @@ def flat(top):
     return ("run tet.toml", tets([*CORNERS[:3], top], [(0, 1, 2, 3)]), "flat", f"near ({at}) m", "repair the mesh")
 
 
+def packed_points(compression):
+    """Gigabytes of zeros are megabytes; here a hundred megabytes, in a file of some hundred kilobytes."""
+
+    def change(folder):
+        points = np.zeros((6_000_000, 3))
+        points[:4] = CORNERS
+        meshio.write(folder / "zeros.vtu", meshio.Mesh(points, [("tetra", [[0, 1, 2, 3]])]), compression=compression)
+
+    return change
+
+
 ROD = TET + f"[properties.rod]\n{BEAM_SECTION}"
 ONE = [(0, 1, 2, 3)]
 MESHES = [
@@ -182,6 +193,10 @@ MESHES = [
     ("quality plate.vtu", changed("plate.vtu", 'NumberOfPoints="6"', 'NumberOfPoints="600000000000"'), "plate.vtu"),
     ("quality plate.vtu", changed("plate.vtu", "<?xml", '<!DOCTYPE a [<!ENTITY b "c">]><?xml'), "plate.vtu"),
     ("quality plate.xyz", lambda folder: (folder / "plate.vtu").rename(folder / "plate.xyz"), "plate.xyz"),
+    *(
+        ("quality zeros.vtu", packed_points(compression), "zeros.vtu", "unpacks to far more than its size")
+        for compression in ("zlib", "lzma")
+    ),
     ("quality none.msh", lambda folder: None, "none.msh does not exist"),
 ]
 
