@@ -6,6 +6,7 @@ import csv
 import glob
 import json
 import os
+import tempfile
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -46,7 +47,7 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
         yield temporary
         os.replace(temporary, path)
     except OSError as error:
-        raise OutputError(f"cannot write {path}: {error.strerror or error}; choose another --output folder") from error
+        raise _not_written(path, error) from error
     finally:
         with suppress(OSError):
             temporary.unlink(missing_ok=True)
@@ -76,6 +77,35 @@ def refuse_folder(path: Path) -> None:
     """
     if path.is_dir():
         raise OutputError(f"cannot write {path}: Is a directory; name a file in it")
+
+
+def refuse_unwritable(path: Path) -> None:
+    """Refuse a file that could not be written, before the work for it; nothing is left behind.
+
+    Raises
+    ------
+    OutputError
+        Which names it and says why.
+
+    Examples
+    --------
+    >>> refuse_unwritable(Path("pyproject.toml") / "body.h5")
+    Traceback (most recent call last):
+    modalprep.errors.OutputError: cannot write pyproject.toml/body.h5: Not a directory; choose another --output folder
+    """
+    refuse_folder(path)
+    there = next((folder for folder in path.absolute().parents if os.path.lexists(folder)), Path())
+    try:
+        if path.exists() and not path.is_file():
+            raise OSError("it is not a file")
+        with tempfile.TemporaryFile(dir=there):
+            pass
+    except OSError as error:
+        raise _not_written(path, error) from None
+
+
+def _not_written(path: Path, error: OSError) -> OutputError:
+    return OutputError(f"cannot write {path}: {error.strerror or error}; choose another --output folder")
 
 
 def remove_temporary(folder: Path, process: int) -> None:

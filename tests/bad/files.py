@@ -96,6 +96,17 @@ def flat(top):
     return ("run tet.toml", tets([*CORNERS[:3], top], [(0, 1, 2, 3)]), "flat", f"near ({at}) m", "repair the mesh")
 
 
+def packed_points(compression):
+    """Gigabytes of zeros are megabytes; here a hundred megabytes, in a file of some hundred kilobytes."""
+
+    def change(folder):
+        points = np.zeros((6_000_000, 3))
+        points[:4] = CORNERS
+        meshio.write(folder / "zeros.vtu", meshio.Mesh(points, [("tetra", [[0, 1, 2, 3]])]), compression=compression)
+
+    return change
+
+
 ROD = TET + f"[properties.rod]\n{BEAM_SECTION}"
 ONE = [(0, 1, 2, 3)]
 MESHES = [
@@ -182,6 +193,10 @@ MESHES = [
     ("quality plate.vtu", changed("plate.vtu", 'NumberOfPoints="6"', 'NumberOfPoints="600000000000"'), "plate.vtu"),
     ("quality plate.vtu", changed("plate.vtu", "<?xml", '<!DOCTYPE a [<!ENTITY b "c">]><?xml'), "plate.vtu"),
     ("quality plate.xyz", lambda folder: (folder / "plate.vtu").rename(folder / "plate.xyz"), "plate.xyz"),
+    *(
+        ("quality zeros.vtu", packed_points(compression), "zeros.vtu", "unpacks to far more than its size")
+        for compression in ("zlib", "lzma")
+    ),
     ("quality none.msh", lambda folder: None, "none.msh does not exist"),
 ]
 
@@ -546,15 +561,52 @@ def hinged(old, new):
     return change
 
 
+def built(old, new):
+    """The system of `good.SYSTEM`, its arm built from a mesh, with something wrong that needs no body to be seen."""
+
+    def change(folder):
+        (folder / "arm.toml").write_text((folder / "job.toml").read_text() + "[interfaces.tip]\nnode = 2\n")
+        text = (folder / "system.toml").read_text().replace('file = "body.h5"', 'pipeline = "arm.toml"')
+        assert old in text
+        (folder / "built.toml").write_text(text.replace(old, new))
+
+    return change
+
+
+def unread(text=""):
+    """A mesh that cannot be read, which is not found out where the outputs cannot be written."""
+
+    def change(folder):
+        content("beam.msh", JUNK)(folder)
+        content("taken", "")(folder)
+        (folder / "job.toml").write_text((folder / "job.toml").read_text() + text)
+
+    return change
+
+
+TAKEN = "cannot write", "taken", "choose another --output folder"
 BEFORE_WORK = [
+    *((f"{command} job.toml --output taken", unread(HINGE), *TAKEN) for command in ("run", "simulate", "modes")),
+    *((f"{command} job.toml --output taken", unread("[analysis]\n"), *TAKEN) for command in ("run", "analyse")),
+    ("simulate job.toml -o taken/run.h5", unread(HINGE), *TAKEN),
+    ("simulate job.toml -o /proc/closed/run.h5", unread(HINGE), "cannot write /proc/closed/run.h5"),
+    ("simulate job.toml --animate taken/run.gif", unread(HINGE), *TAKEN),
+    ("quality beam.msh --picture taken/a.png", unread(), *TAKEN),
+    *((f"export beam.msh --to sid -o {to}", unread(), "cannot write") for to in ("taken/a", "/dev/null")),
+    ("render beam.msh -o taken/a.png", unread(), *TAKEN),
+    ("mesh plate -o taken/a.msh", unread(), *TAKEN),
     (
         "simulate hinged.toml",
         hinged("output = []", 'output = ["arm.tip.position"]'),
-        "'arm.tip.position' of output: 'arm'",
+        "no channel 'arm.tip.position'",
     ),
     ("run hinged.toml", hinged("output = []", "output_step = 1e-13"), "output times; lower t_end or raise output_step"),
     ("simulate hinged.toml", hinged('child = "job.root"', 'child = "arm.root"'), "child body 'arm' does not exist"),
-    ("simulate hinged.toml", hinged('child = "job.root"', 'parent = "x.y"\nchild = "job.root"'), "parent body 'x'"),
+    (
+        "simulate hinged.toml",
+        hinged('child = "job.root"', 'parent = "x.y"\nchild = "job.root"'),
+        "its parent: body 'x' does not exist",
+    ),
     (
         "simulate hinged.toml",
         hinged('child = "job.root"', 'child = "job.root"\naxis = [0, 0, 0]'),
@@ -562,6 +614,50 @@ BEFORE_WORK = [
         "axis",
     ),
     ("modes hinged.toml", hinged("interfaces.root", "interfaces.ground"), "has the name of the ground"),
+    ("run hinged.toml", hinged("output = []", 'output = ["hinge.angel"]'), "no channel 'hinge.angel'", "hinge.angle"),
+    ("run hinged.toml", hinged("output = []", 'output = ["job.root.place"]'), "no channel 'job.root.place'"),
+    ("run hinged.toml", hinged("output = []", '[[plots]]\ny = "hinge.rat"'), "no channel 'hinge.rat'"),
+    ("run hinged.toml", hinged("output = []", '[[plots]]\ny = "hinge.angle"\nrelative_to = "hub"'), "hub.origin"),
+    (
+        "run hinged.toml",
+        hinged("output = []", '[events.stop]\nwhen = "hinge.angel - 1"'),
+        "event 'stop'",
+        "hinge.angel",
+    ),
+    (
+        "run hinged.toml",
+        hinged("output = []", '[events.stop]\nwhen = "hinge.angle"\nactivates = ["x"]'),
+        "event 'stop': closure 'x'",
+    ),
+    (
+        "run hinged.toml",
+        hinged("output = []", '[controls.law]\nat = "hinge"\nvalues = ["-hinge.rates"]'),
+        "control 'law'",
+        "hinge.rates",
+    ),
+    ("run hinged.toml", hinged("output = []", '[analysis]\ninputs = ["hinge.force"]'), "input 'hinge.force'"),
+    ("analyse hinged.toml", hinged("output = []", '[analysis]\noutputs = ["hinge.angel"]'), "output 'hinge.angel'"),
+    (
+        "run built.toml",
+        built('parent = "arm.tip"', 'parent = "arm.bolt_z"'),
+        "'arm.bolt_z' names no interface",
+        "arm has",
+    ),
+    ("run built.toml", built('child = "arm.root"', 'child = "arm.tip"'), "is not the root interface of 'arm'"),
+    ("simulate built.toml", built('"bob.root"]', '"arm.bolt_z"]'), "spring 'rope'", "'arm.bolt_z' names no interface"),
+    ("simulate built.toml", built('at = "arm.tip"', 'at = "arm.end"'), "force 'push'", "'arm.end' names no interface"),
+    (
+        "run built.toml",
+        built("[simulation]", '[closures.loop]\ntype = "spherical"\na = "arm.end"\n[simulation]'),
+        "'arm.end'",
+    ),
+    (
+        "run built.toml",
+        built("[simulation]", "[couplers.gear]\nfactors = { hing = 1.0 }\n[simulation]"),
+        "'gear'",
+        "'hing'",
+    ),
+    ("run built.toml", built("[simulation]", '[immersed.a]\nbodies = "b*"\ndiameter = 1.0\n[simulation]'), "no water"),
 ]
 
 

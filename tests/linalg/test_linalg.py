@@ -32,6 +32,12 @@ def test_pardiso_and_superlu_agree(bracket_model):
 
 
 @pytest.mark.parametrize("solver", ["pardiso", "superlu"])
+def test_no_right_hand_side(solver):
+    """Reductions without static responses have none, which ended in PARDISO error -1."""
+    assert factorise(chain(3)[0], solver).solve(np.zeros((3, 0))).shape == (3, 0)
+
+
+@pytest.mark.parametrize("solver", ["pardiso", "superlu"])
 @pytest.mark.parametrize("soft", [1e-6, 1e-9, 1e-12])
 def test_a_stiff_spring_on_a_soft_one(solver, soft):
     """``[[1, -1], [-1, 1 + soft]]``: the second pivot is `soft`, the inverse ``[[1 + soft, 1], [1, 1]] / soft``.

@@ -8,7 +8,7 @@ from modalprep.examples import uniform_beam
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.analysis import analyse_pipeline
-from modalprep.pipeline.systems.systems import read_system
+from modalprep.pipeline.systems.read import read_system
 
 FILE = """
 [bodies.rocket]

@@ -11,7 +11,7 @@ from modalprep.multibody.elements.hinge import CONSTANTS
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.systems.systems import read_system
+from modalprep.pipeline.systems.read import read_system
 
 FILE = """
 [bodies.a]

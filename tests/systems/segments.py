@@ -13,7 +13,7 @@ from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_states
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.systems.systems import read_system
+from modalprep.pipeline.systems.read import read_system
 
 
 def with_segments(name, segments, folder, changes=()):

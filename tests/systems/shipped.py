@@ -4,7 +4,8 @@ from pathlib import Path
 
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.systems.systems import Simulated, read_system, simulate_pipeline
+from modalprep.pipeline.systems.read import read_system
+from modalprep.pipeline.systems.systems import Simulated, simulate_pipeline
 
 PIPELINES = Path(__file__).parents[2] / "pipelines"
 

@@ -68,6 +68,8 @@ class PardisoFactor:
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""
+        if not B.size:  # which the library refuses
+            return np.zeros(B.shape)
         scale = self._scale if B.ndim == 1 else self._scale[:, None]
         right = np.asfortranarray(scale * B, dtype=self._dtype)
         X = np.empty_like(right)

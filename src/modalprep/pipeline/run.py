@@ -60,7 +60,7 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
 
     pipeline = load_pipeline(path)
     if pipeline.joints or pipeline.simulation is not None:
-        from modalprep.pipeline.systems.systems import refuse_before_work
+        from modalprep.pipeline.systems.outline import refuse_before_work
 
         refuse_before_work(pipeline, path)
     outcome = Outcome(folder=output_folder(path, output))

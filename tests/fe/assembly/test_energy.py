@@ -162,3 +162,12 @@ def test_energy_belongs_to_the_modes():
         assert np.array_equal(same.energy["line"], body.energy["line"])
     assert body.with_(K=2 * body.K).energy == {}
     assert body.with_(K=body.K, energy=body.energy).energy.keys() == {"line"}
+
+
+@pytest.mark.parametrize("factor", [1.0, 1e38])
+def test_energies_beyond_single_precision(factor):
+    """They became infinite, and the modal file with them; those of E times 1e38 are 1e38 times as large."""
+    model = cantilever_model(elements=2)
+    pull = np.zeros((model.n_dof, 1))
+    pull[model.dof[:, 0], 0] = np.sqrt(factor) * np.array([0.0, 1e-3, 2e-3])  # strain 2e-4 on EA = 2.8e7 N at factor 1
+    np.testing.assert_allclose(model.strain_energy(pull)["line"].ravel(), 2.8 * factor, rtol=1e-6)  # of float32

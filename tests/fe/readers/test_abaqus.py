@@ -221,3 +221,16 @@ def test_names_of_sets_do_not_depend_on_capitals(read):
     assert set(mesh.groups["every"]) == {"quad", "triangle", "line"}
     assert "Skin" not in mesh.groups
     assert read(BEAMS + "*NSET, NSET=root\n1\n*NSET, NSET=ROOT\n3\n").nodes("root").tolist() == [0, 2]
+
+
+def test_masses_and_springs_without_values_are_noted(tmp_path):
+    """Their keywords are skipped: a point mass of 5 kg would be lost without a word."""
+    text = BEAMS + "*ELEMENT, TYPE=MASS, ELSET=m\n98, 1\n*ELEMENT, TYPE=SPRINGA, ELSET=s\n99, 1, 2\n"
+    path = tmp_path / "deck.inp"
+    path.write_text(text)
+    line = text[: text.index("*ELEMENT, TYPE=MASS")].count("\n") + 1
+    rest = "have mass or stiffness only by a property of that set, 'mass' or 'spring'"
+    assert mp.read_mesh(path).notes == (
+        f"elements: 1 of TYPE=MASS in set m (line {line}) {rest}",
+        f"elements: 1 of TYPE=SPRINGA in set s (line {line + 2}) {rest}",
+    )

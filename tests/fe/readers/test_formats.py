@@ -1,6 +1,7 @@
 """One mixed model in five file formats: whatever the road, the same frequencies."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import meshio
 import numpy as np
@@ -330,3 +331,16 @@ def test_wedges_of_a_vtu_stand_upright(tmp_path, writer):
     mesh = mp.read_mesh(file)
     a, b, c, *_, top = mesh.points[mesh.cells["wedge"][0]]
     assert np.dot(np.cross(b - a, c - a), top - a) > 0
+
+
+@pytest.mark.parametrize("name", ["beam.msh", "bracket.msh"])
+def test_a_byte_order_mark_is_passed_over(tmp_path, name):
+    """Editors of Windows write one before the text."""
+    good = Path(__file__).parents[3] / "meshes" / name
+    (tmp_path / name).write_bytes(b"\xef\xbb\xbf" + good.read_bytes())
+    found, expected = mp.read_mesh(tmp_path / name), mp.read_mesh(good)
+    np.testing.assert_array_equal(found.points, expected.points)
+    assert {kind: rows.tolist() for kind, rows in found.cells.items()} == {
+        k: r.tolist() for k, r in expected.cells.items()
+    }
+    assert list(found.groups) == list(expected.groups)

@@ -114,3 +114,27 @@ def test_baror_gives_a_blank_property_number(read):
     """A bar whose PID is blank takes that of BAROR, not its own number."""
     mesh = read(GRIDS + "BAROR,,5\nCBAR,9,,1,2,0.,1.,0.\nPBAR,9,7,.02,3.-6,2.-6,4.-6\n" + PBAR + STEEL)
     assert set(mesh.groups) == {"pbar_5"}
+
+
+def test_damping_parameters_and_superelements_are_noted(read):
+    """What the cards say besides, and the model does not have; parameters of the output and zeros are no news."""
+    damped = STEEL.rstrip("\n").split(",")
+    damped = ",".join([*damped, *[""] * (8 - len(damped)), ".02"]) + "\n"  # GE is the eighth field of MAT1
+    text = GRIDS.replace("GRID,4,,0.,1.,0.", "GRID,4,,0.,1.,0.,,,5") + BAR + PBAR + damped
+    mesh = read(text + "PARAM,K6ROT,100.\nPARAM,POST,-1\nPARAM,COUPMASS,1\nPARAM,G,.01\nPARAM,COUPMASS,-1\n")
+    assert mesh.notes == (
+        "left out: 1 SEID of GRID (deck.bdf line 4), 1 GE of MAT1 (deck.bdf line 7), 1 PARAM,K6ROT (deck.bdf line 8), "
+        "1 PARAM,G (deck.bdf line 11), 1 PARAM,COUPMASS (deck.bdf line 12); damping is given in the pipeline file, "
+        "superelements are one structure here, and drilling stiffness, normals of shells and the distribution of mass "
+        "(consistent) are those of the elements",
+    )
+
+
+def test_wtmass_applies_to_all_masses(read):
+    """Weights over g: PARAM,WTMASS multiplies densities, further masses and point masses alike."""
+    text = GRIDS + BAR + PBAR + STEEL + "CONM2,8,2,,3.\n"
+    masses = []
+    for wtmass in ("", "PARAM,WTMASS,.5\n"):
+        mesh = read(text + wtmass)
+        masses.append((mesh.properties["pbar_5"].material.rho, mesh.properties["conm2_8"].mass))
+    assert masses[1] == pytest.approx([x / 2 for x in masses[0]])

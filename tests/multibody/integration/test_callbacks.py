@@ -86,6 +86,56 @@ class TestNoise:
         assert run.status == "done"
 
 
+class TestStiff:
+    """A law that changes with the motion so fast that explicit steps would not reach the end."""
+
+    SENTENCE = r"the load of callback '{}' is too stiff .* use dampers, springs or bushings"
+
+    @pytest.mark.parametrize(
+        "law",
+        [lambda joint: -1e9 * joint.rate.item(), lambda joint: -1e18 * joint.position.item() - joint.rate.item()],
+        ids=["damper", "spring"],
+    )
+    @pytest.mark.parametrize("method", ["auto", "explicit"])
+    def test_ends_with_a_sentence(self, law, method):
+        """Both have rates of some 1e9 1/s: a second takes 1e10 evaluations, and took more than 500 s without a word."""
+        calls = []
+
+        def stiff(t, state):
+            calls.append(t)
+            return law(state.joint("hinge"))
+
+        with pytest.raises(mp.SimulationError, match=self.SENTENCE.format("law")):
+            mp.simulate(pendulum(torque(stiff)), t_end=1.0, method=method)
+        assert len(calls) < 60_000
+
+    def test_the_sentence_names_the_stiff_one(self):
+        laws = tuple(
+            Callback(name=name, function=torque(lambda t, state, c=c: -c * state.joint("hinge").rate.item()))
+            for name, c in (("soft", 1.0), ("brake", 1e9), ("none", 0.0))
+        )
+        with pytest.raises(mp.SimulationError, match=self.SENTENCE.format("brake")):
+            mp.simulate(pendulum().with_(loads=laws), t_end=1.0)
+
+    def test_long_run_of_a_law_that_is_not_stiff(self):
+        """A rate of 1e3 1/s is worth its 5e4 evaluations; the exact motion follows the torque within 1/rate."""
+        brake = torque(
+            lambda t, state: (
+                9.81 * np.cos(state.joint("hinge").position.item()) - 2e3 * (state.joint("hinge").rate.item() - 1)
+            )
+        )
+        run = mp.simulate(pendulum(brake), t_end=20.0, method="explicit")
+        # 2 kg m2 against 2e3 N m s/rad: the rate of 1 rad/s is reached with a time constant of 1 ms
+        assert run["hinge.angle"][-1] == pytest.approx(20.0 - 1e-3, rel=1e-5)
+
+    @pytest.mark.parametrize("t_end", [1e9, 1e17])
+    def test_steps_too_short_for_any_end(self, t_end):
+        """Without callbacks too: a fast rotor over thirty years had no end, over longer the body "had no inertia"."""
+        spin = mp.Joint(name="hinge", type="revolute", parent="ground", child="arm", rate=1e3)
+        with pytest.raises(mp.SimulationError, match=r"so short that the rest of the run .* lower t_end"):
+            mp.simulate(pendulum().with_(joints=(spin,)), t_end=t_end, output_step=t_end / 100)
+
+
 class TestEvents:
     """Event functions of the user."""
 

@@ -8,7 +8,7 @@ from modalprep.multibody import Chain, SegmentedBeam
 from modalprep.multibody.model.chain import AXES
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.systems.systems import read_system
+from modalprep.pipeline.systems.read import read_system
 
 G = 9.81
 

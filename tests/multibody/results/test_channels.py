@@ -7,7 +7,6 @@ from multibody.single_bodies import DOWN, rigid
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.formats.resultfile import read_csv
-from modalprep.multibody.simulate import start_channels
 
 WEIGHT = 12.0
 
@@ -53,7 +52,7 @@ def test_wrench_of_a_joint_is_in_the_axes_of_the_parents_interface():
         mp.Joint(name="grip", type="weld", parent="arm.end", child="load"),
     )
     bodies = {"arm": rigid(1.0, end=(1, 0, 0)), "load": rigid(3.0, (0, -0.2, 0.4))}
-    run = start_channels(mp.System(bodies=bodies, joints=joints, gravity=10 * DOWN), 1.0)
+    run = mp.simulate(mp.System(bodies=bodies, joints=joints, gravity=10 * DOWN), 0.1)
     np.testing.assert_allclose(run["grip.force"][0], [30, 0, 0], atol=1e-12)
     np.testing.assert_allclose(run["grip.torque"][0], [0, 12, 6], atol=1e-12)  # r x the force
     np.testing.assert_allclose(run["wall.force"][0], [0, 40, 0], atol=1e-12)

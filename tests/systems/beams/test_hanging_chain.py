@@ -11,7 +11,7 @@ from systems.shipped import PIPELINES, run_shipped
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.systems.systems import read_system
+from modalprep.pipeline.systems.read import read_system
 
 
 def equations(n, m=0.05, length=0.05, g=9.81):

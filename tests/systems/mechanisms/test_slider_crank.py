@@ -11,7 +11,7 @@ from systems.shipped import PIPELINES, run_shipped, shipped
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
-from modalprep.pipeline.systems.systems import read_system
+from modalprep.pipeline.systems.read import read_system
 
 SEGMENTS = 12
 

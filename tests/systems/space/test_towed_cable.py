@@ -10,7 +10,7 @@ from systems.shipped import PIPELINES, run_shipped
 import modalprep as mp
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.systems.systems import read_system
+from modalprep.pipeline.systems.read import read_system
 
 
 def continuous_cable(speed=2.0, length=300.0, weight=5.0, end=500.0, diameter=0.02, normal=1.2, tangential=0.01):

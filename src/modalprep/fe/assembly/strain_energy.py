@@ -35,7 +35,8 @@ class StrainEnergy:
         Returns
         -------
         {type: (n_cells, n) float32}
-            J. The sum over all cells of a mass-normalised mode is ``(2 pi f)^2 / 2``.
+            J; float64 where they are beyond the range of float32. The sum over all cells of a mass-normalised mode is
+            ``(2 pi f)^2 / 2``.
 
         Examples
         --------
@@ -53,10 +54,11 @@ class StrainEnergy:
         return self._by_kind([block.volume() for block in self.blocks])
 
     def _of_block(self, block: Block, Phi: np.ndarray) -> np.ndarray:
-        energy = np.zeros((len(block.nodes), Phi.shape[1]), dtype=np.float32)
         K = block.stiffness()
+        shape = len(block.nodes), Phi.shape[1]
         if K is None:
-            return energy
+            return np.zeros(shape, dtype=np.float32)
+        energy = np.zeros(shape, dtype=_precision(K, Phi))
         dofs = self.dof[block.nodes, : block.components].reshape(len(K), -1)
         step = max(1, AT_ONCE // max(1, K.shape[1] * Phi.shape[1]))
         for start in range(0, len(K), step):
@@ -70,3 +72,9 @@ class StrainEnergy:
         for kind, value in zip(self.kinds, values, strict=True):
             found.setdefault(kind, []).append(value)
         return {kind: np.concatenate(parts) for kind, parts in found.items()}
+
+
+def _precision(K: np.ndarray, Phi: np.ndarray) -> type:
+    """Return float32 for energies that it can hold, else float64."""
+    bound = np.abs(K).max(initial=0.0) * (K.shape[-1] * np.abs(Phi).max(initial=0.0)) ** 2
+    return np.float32 if bound < np.finfo(np.float32).max else np.float64

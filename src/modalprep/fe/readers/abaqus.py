@@ -27,6 +27,7 @@ SKIPPED = re.compile(
     r"|DAMPING|CONDUCTIVITY|SPECIFIC HEAT|ORIENTATION|DISTRIBUTION( TABLE)?|TRANSFORM|AMPLITUDE|PHYSICAL CONSTANTS"
     r"|SURFACE( INTERACTION| BEHAVIOR)?|FRICTION|RESTART|FILE FORMAT"
 )
+DISCRETE = re.compile("MASS|ROTARYI|SPRING[12A]|CONN3D2")  # elements whose values are in keywords that are skipped
 ADVICE = (
     "give masses, springs and directions of beams as properties, rigid links as connections, supports as interfaces"
 )
@@ -55,6 +56,7 @@ class _Deck:
     inside: str = ""  # PART, INSTANCE, ASSEMBLY or STEP
     seen: set[str] = field(default_factory=set)  # of these, the ones that came
     of_part: set[tuple[str, str]] = field(default_factory=set)  # kind and capitals of its sets
+    discrete: list[str] = field(default_factory=list)  # notes on them
     skipped: list[tuple[str, str]] = field(default_factory=list)  # what, and where
 
     def refuse(self, line: int, what: str) -> None:
@@ -193,6 +195,11 @@ def _elements(deck: _Deck, block: _Block) -> None:
     if known is None and block.rows:
         deck.refuse(block.rows[0][0], f"element type {given!r} has no counterpart here; known are S3, S4, B31, T3D2, "
                                       "C3D4, C3D6, C3D8, C3D10, C3D20, MASS and their variants")  # fmt: skip
+    if DISCRETE.fullmatch(given.upper()) and block.rows:
+        where = f"{len(block.rows)} of TYPE={given} in set {block.options.get('ELSET', 'no set')} (line {block.line})"
+        deck.discrete.append(
+            f"elements: {where} have mass or stiffness only by a property of that set, 'mass' or 'spring'"
+        )
     for number, fields in _joined(block.rows, known.count + 1 if known else 0):
         label, *nodes = _numbers(deck, number, fields, known.count + 1, given)
         missing = [node for node in nodes if node not in deck.points]
@@ -297,5 +304,5 @@ def _mesh(deck: _Deck, scale: float, sha256: str) -> Mesh:
         source=deck.path.name,
         sha256=sha256,
         scale=scale,
-        notes=left_out(deck.skipped, ADVICE),
+        notes=(*left_out(deck.skipped, ADVICE), *deck.discrete),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
 import hashlib
 import io
@@ -17,6 +18,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.deck import read_nastran
+from modalprep.fe.readers.unpacking import limited_unpacking
 from modalprep.suggest import refuse_missing, suggestion
 
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
@@ -134,14 +136,29 @@ def _checked(mesh: Mesh, path: Path) -> Mesh:
 def _read_with_meshio(path: Path, content: bytes) -> Any:
     import meshio
 
+    content = content.removeprefix(codecs.BOM_UTF8)
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"
     if path.suffix == ".msh" and not _msh_is_whole(content):
         raise InputError(damaged)
     try:  # meshio prints its complaint and calls sys.exit
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-            return meshio.read(path)
+        with (
+            contextlib.redirect_stdout(io.StringIO()),
+            contextlib.redirect_stderr(io.StringIO()),
+            limited_unpacking(len(content)),
+        ):
+            return _read_msh(path) if path.suffix == ".msh" else meshio.read(path)
     except (Exception, SystemExit) as error:
         raise InputError(f"{damaged}; the reader said: {str(error).strip() or type(error).__name__}") from None
+
+
+def _read_msh(path: Path) -> Any:
+    """Read a file of gmsh from behind a byte-order mark, which meshio does not know."""
+    from meshio.gmsh.main import read_buffer
+
+    with path.open("rb") as file:
+        if file.read(len(codecs.BOM_UTF8)) != codecs.BOM_UTF8:
+            file.seek(0)
+        return read_buffer(file)
 
 
 def _msh_is_whole(content: bytes) -> bool:

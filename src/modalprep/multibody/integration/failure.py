@@ -17,6 +17,8 @@ LATER = 1e-3  # of the run
 MOST_EVALUATIONS = 1e6  # to the end of a run, beyond which its callbacks are looked at
 SHARES = (1e-3, 2e-3, 5e-3)  # of a step; a smooth load changes there by that share of its change in the step
 MOST_HALVED = 20  # of 256 fixed steps
+A_STEP = 12.0  # evaluations
+STALLED = 1e-9  # of the time so far: shorter steps than that are those of a run that stands still
 ROUGH, ROUND_OFF = 0.1, 1e-9
 NEARLY_SINGULAR = 1e-5  # of the scaled mass matrix: accelerations are then 1e5 times too large
 
@@ -30,6 +32,7 @@ class Running(Protocol):
     equations: Any
     steps: Any
     watch: Any
+    looked: tuple[int, float]
     raise_callback: Callable[[], None]
 
 
@@ -54,6 +57,9 @@ def failure(run: Running, t: float) -> SimulationError:
     loaded = _not_finite(run)
     if loaded and cause < 0:
         return SimulationError(f"{begin}the forces on body {loaded!r} are not finite; look for an infinite load there")
+    clock = run.steps.clock[0]
+    if clock.last_step > 0.0 and clock.next_step > STALLED * t:
+        return too_long(run, t, A_STEP * (run.loading.t_end - t) / clock.next_step)
     if cause >= 0 and not run.system.bodies[body_of(run, cause)].n:
         name = body_of(run, cause)
         return SimulationError(
@@ -78,6 +84,15 @@ def failure(run: Running, t: float) -> SimulationError:
         else ("look for loads that jump or have no bound there")
     )
     return SimulationError(f"{begin}the step size collapsed, body {name!r} moves fastest; {advice}")
+
+
+def too_long(run: Running, t: float, more: float) -> SimulationError:
+    """Return the error of a run whose steps are too short for its span: it would take so many evaluations more."""
+    return SimulationError(
+        f"simulation stopped at t = {t:.6g} s: the steps are so short that the rest of the run would take about "
+        f"{more:.0e} evaluations, body {fastest(run)!r} moves fastest; lower t_end, or look for a load, stiffness or "
+        "damping that is far too large there"
+    )
 
 
 def refuse_noise(run: Running, spent: int, moved: float) -> None:

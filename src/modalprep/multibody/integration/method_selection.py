@@ -18,7 +18,7 @@ FEW_STEPS = 2000  # explicit steps that take less time than it matters
 FIRST_REVIEW = 0.01  # of the evaluations of an explicit run
 TRIAL_SHARE = 0.005  # of the evaluations of the rest of a run, for the trial of another method
 TRIAL_STEPS = 20  # that are counted, after as many at least that find the step
-LEAST_TRIAL = 200.0  # evaluations of a trial
+LEAST_TRIAL, MOST_TRIAL = 200.0, 1e5  # evaluations of a trial
 WORTH = 0.8  # of the cost of the method in use: another that takes more does not take its place
 ITERATIONS, SETTLED = 30, 5e-3  # of a power iteration: the frequency to a few per cent, which is all that is asked
 NUDGE = 1e-7  # of the largest coordinate
@@ -100,7 +100,7 @@ def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, 
     cost = {choice.method: _expected(t - choice.t, count - choice.spent, spent, t_end - t)}
     if choice.method != EXPLICIT:
         cost[EXPLICIT] = choice.explicit
-    elif (budget := TRIAL_SHARE * cost[EXPLICIT] * (t_end - t)) > LEAST_TRIAL:
+    elif (budget := min(MOST_TRIAL, TRIAL_SHARE * cost[EXPLICIT] * (t_end - t))) > LEAST_TRIAL:
         cost[_implicit(eq)] = _trial(eq, run, watch, _implicit(eq), (t, stop), budget)
     best = min(cost, key=cost.__getitem__)
     if cost[best] > WORTH * cost[choice.method]:

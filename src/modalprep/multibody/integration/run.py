@@ -16,6 +16,7 @@ from modalprep.multibody.evaluation.impact import Impact
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration import driver
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, ROSENBROCK, Watch
+from modalprep.multibody.integration.endless import refuse_endless
 from modalprep.multibody.integration.event_actions import Changes
 from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
@@ -93,7 +94,10 @@ class Integration:
         }
         for flag in ("callback", "reference"):
             self.equations.flags[flag] = self.pointers[flag].address if self.pointers[flag] else 0
-        self.watch = self._watch(times, size)
+        self.watch, self.looked = (
+            self._watch(times, size),
+            (0, 0.0),
+        )  # evaluations and time when `refuse_endless` looked
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
@@ -170,6 +174,7 @@ class Integration:
             moved = float(self.steps.clock[0].time) - t
             refuse_fixed_step(self, int(self.steps.count[0].halved) - halved)
             refuse_noise(self, self.steps.count[0].evaluations - count, moved)
+            refuse_endless(self)
             if code == driver.RUNNING and moved > 0.0 and self.steps.count[0].evaluations > self.choice.review:
                 self._review((self.steps.count[0].evaluations - count) / moved, record, end)
 

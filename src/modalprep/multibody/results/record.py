@@ -7,6 +7,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.stresses import stress_channels
 from modalprep.multibody.integration.run import Integration
+from modalprep.multibody.model.system import System
 from modalprep.multibody.results.channels import ENERGIES, Channels
 from modalprep.multibody.results.observation import record
 from modalprep.multibody.results.result import Result
@@ -45,22 +46,38 @@ class Recorder:
 
     def result(self, status: str, message: str, stats: dict[str, float]) -> Result:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
-        rows = self.rows[: self.count]
-        channels = {name: rows[:, columns] for name, columns in self.channels.index.items()}
-        channels |= self._axes(channels) | stress_channels(self.channels.system.bodies, channels)
-        return audited(self.time[: self.count], channels, status, message, stats)
+        found = histories(self.channels, self.rows[: self.count])
+        return audited(self.time[: self.count], found, status, message, stats)
 
-    def _axes(self, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return the semi-major axes of the orbits of the bodies' roots, where the orbit's radius is known."""
-        system = self.channels.system
-        if system.orbit is None or system.orbit.radius == np.inf:
-            return {}
-        root = {name: f"{name}.{body.interface_name[0]}" for name, body in system.bodies.items()}
-        found = {}
-        for name, at in root.items():
-            positions, velocities = channels[f"{at}.position"], channels[f"{at}.velocity"]
-            found[f"{name}.semi_major_axis"] = system.orbit.semi_major_axis(positions, velocities)
-        return found
+
+def histories(channels: Channels, rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the channels by name, views of rows (nt, width), with those that follow from them; but ``energy.error``.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> from modalprep.multibody.model.system import System
+    >>> from modalprep.multibody.packing.tree import pack
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> histories(Channels(arm, pack(arm), None), np.zeros((5, 60)))["arm.origin"].shape
+    (5, 3)
+    """
+    found = {name: rows[:, columns] for name, columns in channels.index.items()}
+    return found | _axes(channels.system, found) | stress_channels(channels.system.bodies, found)
+
+
+def _axes(system: System, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return the semi-major axes of the orbits of the bodies' roots, where the orbit's radius is known."""
+    if system.orbit is None or system.orbit.radius == np.inf:
+        return {}
+    root = {name: f"{name}.{body.interface_name[0]}" for name, body in system.bodies.items()}
+    found = {}
+    for name, at in root.items():
+        positions, velocities = channels[f"{at}.position"], channels[f"{at}.velocity"]
+        found[f"{name}.semi_major_axis"] = system.orbit.semi_major_axis(positions, velocities)
+    return found
 
 
 def audited(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -61,9 +62,7 @@ def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None
     AccuracyError
         When a physics check fails; nothing is written then.
     """
-    pipeline, file = load_pipeline(path), folder / f"{path.stem}.h5"
-    if not pipeline.has_body:
-        raise InputError(f"{path} has no [mesh] or [matrices]: there is no body to build")
+    pipeline, file = _body_pipeline(path), folder / f"{path.stem}.h5"
     exports = (file.with_suffix(EXPORTS[name].suffix) for name in set(pipeline.output.export))
     refuse_overwriting({file, *exports}, source_files(path, pipeline))
     if cache is None:
@@ -116,9 +115,10 @@ def made_bodies(path: Path, output: Path | None) -> list[Path]:
     return [output_folder(file, output) / f"{file.stem}.h5" for file in made]
 
 
-def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
+def current_body(path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
     """Return the body of a pipeline file, built again only when its inputs changed."""
-    pipeline, file = load_pipeline(path), folder / f"{path.stem}.h5"
+    pipeline, folder = load_pipeline(path), output_folder(path, output)
+    file = folder / f"{path.stem}.h5"
     try:
         body, wanted = read_body(file), inputs(path, pipeline)
         if wanted.items() <= body.provenance.items():
@@ -132,28 +132,48 @@ def current_body(path: Path, folder: Path, reporter: Reporter) -> FlexibleBody:
     return built.body
 
 
-def read_bodies(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> dict[str, FlexibleBody]:
-    """Return the bodies of a pipeline file, read or built: those of [bodies] and that of its own [mesh]."""
+def stand_in(path: Path) -> FlexibleBody:
+    """Return a rigid body with the interfaces of the body of a pipeline file, by which names are checked early."""
+    pipeline = _body_pipeline(path)
+    names = sorted(pipeline.interfaces or ["root"], key=lambda name: name != pipeline.reduction.root)
+    ends = {name: np.array([k, 0.0, 0.0]) for k, name in enumerate(names)}
+    return rigid_body(pipeline.name or path.stem, mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces=ends)
+
+
+def _body_pipeline(path: Path) -> Pipeline:
+    pipeline = load_pipeline(path)
+    if not pipeline.has_body:
+        raise InputError(f"{path} has no [mesh] or [matrices]: there is no body to build")
+    return pipeline
+
+
+def read_bodies(pipeline: Pipeline, path: Path, build: Callable[[Path], FlexibleBody]) -> dict[str, FlexibleBody]:
+    """Return the bodies of a pipeline file: those of [bodies] and that of its own [mesh].
+
+    Parameters
+    ----------
+    build : callable
+        Makes the body of a pipeline file.
+    """
     made: dict[int, FlexibleBody] = {}  # the segments of a chain share one table
     for name, table in pipeline.bodies.items():
         if id(table) not in made:
-            made[id(table)] = _body(name, table, path, output, reporter)
+            made[id(table)] = _body(name, table, path, build)
     bodies = {name: made[id(table)] for name, table in pipeline.bodies.items()}
     if pipeline.has_body:
         name = pipeline.name or path.stem
         if name in bodies:
             raise InputError(f"{path}: body {name!r} is made by [mesh] and named again under [bodies]; rename one")
-        bodies[name] = current_body(path, output_folder(path, output), reporter)
+        bodies[name] = build(path)
     return bodies
 
 
-def _body(name: str, table: BodyTable, path: Path, output: Path | None, reporter: Reporter) -> FlexibleBody:
+def _body(name: str, table: BodyTable, path: Path, build: Callable[[Path], FlexibleBody]) -> FlexibleBody:
     if table.mass is not None:
         return read_rigid(name, table, table.interfaces)
     if table.file is not None:
         return read_body(path.parent / table.file)
-    source = path.parent / str(table.pipeline)
-    return current_body(source, output_folder(source, output), reporter)
+    return build(path.parent / str(table.pipeline))
 
 
 def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, Vector]) -> FlexibleBody:

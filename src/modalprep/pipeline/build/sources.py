@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
-from modalprep.atomic import refuse_folder
+from modalprep.atomic import refuse_unwritable
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -59,14 +59,14 @@ def needed_files(path: Path) -> list[Path]:
 
 
 def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
-    """Refuse files to write that are read too, or that are written twice.
+    """Refuse files to write that are read too, that are written twice, or that cannot be written.
 
     Raises
     ------
     InputError
         Which names the file.
     OutputError
-        When it is a folder.
+        When it is a folder, or cannot be written.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def refuse_overwriting(targets: Iterable[Path], needed: Iterable[Path]) -> None:
     """
     needed, written = list(needed), []
     for target in targets:
-        refuse_folder(target)
+        refuse_unwritable(target)
         if any(same_file(target, file) for file in needed):
             raise InputError(f"{target} is read by this command, which would overwrite it; write to another file")
         if any(same_file(target, file) for file in written):

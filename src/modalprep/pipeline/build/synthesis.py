@@ -11,7 +11,7 @@ from modalprep.atomic import write_json
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import write_body
-from modalprep.pipeline.build.build import output_folder, read_bodies
+from modalprep.pipeline.build.build import current_body, output_folder, read_bodies
 from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
@@ -92,7 +92,7 @@ def synthesise_pipeline(path: Path, output: Path | None, reporter: Reporter) -> 
         raise InputError(f"{path} has no [synthesis]: add one with modes")
     folder = output_folder(path, output)
     refuse_overwriting((folder / f"{path.stem}-{name}.h5" for name in pipeline.bodies), needed_files(path))
-    bodies = read_bodies(pipeline, path, output, reporter)
+    bodies = read_bodies(pipeline, path, lambda source: current_body(source, output, reporter))
     with naming(path), reporter.progress(f"{path.name}: system modes", 1) as done:
         found = _synthesised(pipeline, bodies)
         done(1)

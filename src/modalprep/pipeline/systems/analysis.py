@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from modalprep.atomic import write_json
+from modalprep.atomic import refuse_unwritable, write_json
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.formats.statespace import write_state_space
@@ -26,7 +26,8 @@ from modalprep.pipeline.schema.analysis import AnalysisTable, InverseTable
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.time import has_several_values, time_function
-from modalprep.pipeline.systems.systems import in_theory, read_system
+from modalprep.pipeline.systems.outline import refuse_before_work
+from modalprep.pipeline.systems.read import in_theory, read_system
 from modalprep.report.analysis import most_moved, response_plot, sweep_plot, system_table, write_response, write_sweep
 
 LINEAR = 1e-4  # error of the linear equations over their largest entry, above which an analysis fails
@@ -95,11 +96,14 @@ def analyse_pipeline(path: Path, output: Path | None, reporter: Reporter) -> Ana
     table = pipeline.analysis
     if table is None:
         raise InputError(f"{path} has no [analysis]: add one with modes, response or inverse")
+    stem = output_folder(path, output) / path.stem
+    refuse_unwritable(stem.with_name(f"{stem.name}-analysis.json"))
+    refuse_before_work(pipeline, path)
     system = in_theory(read_system(pipeline, path, output, reporter), table.theory)
     with naming(path), reporter.progress(f"{path.name}: analysis", 1) as done:
         found = _analysed(system, table, path.parent)
         done(1)
-    _report(found, output_folder(path, output) / path.stem, reporter)
+    _report(found, stem, reporter)
     return found
 
 

@@ -18,6 +18,7 @@ from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.nastran.unused import unused
 
 # Cards with an id share it within a family; every other card that is read stands for itself.
 FAMILY = {
@@ -83,6 +84,7 @@ def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
     tables, notes = _filed(deck.cards)
     if not deck.ended:
         notes.append("the deck has no ENDDATA; if it was cut short, elements are missing")
+    notes += unused(deck.cards)
     grids = Grids(path, tables)
     builder = Builder(tables, grids, replace(units, wtmass=_wtmass(tables)))
     for card in deck.cards:

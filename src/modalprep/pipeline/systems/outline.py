@@ -1,0 +1,131 @@
+"""What is wrong with a system and can be said before its bodies are built, by stand-ins with their interfaces."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from modalprep.multibody.analysis.inputs_outputs import Input, output
+from modalprep.multibody.deploying.simulate import deployment_channels
+from modalprep.multibody.deploying.system import DeployingSystem
+from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.evaluation.expressions import CHANNEL, channel_expression
+from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.free_body.flight import simulate_free_system
+from modalprep.multibody.model.events import check_changes
+from modalprep.multibody.model.loads import locate
+from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.results.result import Result
+from modalprep.multibody.simulate import channel_names, check_span
+from modalprep.pipeline.build.build import read_bodies, stand_in
+from modalprep.pipeline.schema.analysis import AnalysisTable
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.system import SimulationTable
+from modalprep.pipeline.systems.read import in_theory, system_of
+
+OF_MODES = ("modal", "stress", "mass")  # channels of a body that its stand-in does not have
+
+
+def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
+    """Refuse a wrong time span, and what names no body, interface, joint or channel, before any body is built.
+
+    Raises
+    ------
+    InputError
+        Which says what is wrong.
+    """
+    s = pipeline.simulation
+    with naming(path):
+        if s is not None:
+            check_span(s.t_end, s.output_step, s.rtol, s.atol, s.method)
+        made = _made(pipeline, path)
+        if made or pipeline.synthesis is not None:
+            system = system_of(_without_modes(pipeline, made), path, read_bodies(pipeline, path, stand_in))
+            _refuse_names(pipeline, system, path, made)
+
+
+def _made(pipeline: Pipeline, path: Path) -> set[str]:
+    """Return the names of the bodies that are made by pipeline files, for which others stand in."""
+    own = {pipeline.name or path.stem} if pipeline.has_body else set()
+    return own | {name for name, table in pipeline.bodies.items() if table.pipeline is not None}
+
+
+def _without_modes(pipeline: Pipeline, made: set[str]) -> Pipeline:
+    """Return the file without the tables that need the points or the modes of bodies that are not there yet."""
+    forces = {name: table.model_copy(update={"box": None}) for name, table in pipeline.forces.items()}
+    depletions = {name: table for name, table in pipeline.depletions.items() if table.body not in made}
+    left = pipeline.depletions.keys() - depletions
+    jets = {name: table for name, table in pipeline.jets.items() if table.depletion not in left}
+    return pipeline.model_copy(update={"forces": forces, "depletions": depletions, "jets": jets})
+
+
+def _refuse_names(pipeline: Pipeline, system: System | DeployingSystem, path: Path, made: set[str]) -> None:
+    """Refuse channels, inputs and expressions of what is not there."""
+    if pipeline.simulation is not None:
+        refuse_channels(pipeline, system, path, made)
+    if isinstance(system, System):
+        _refuse_expressions(pipeline, system, made)
+        if pipeline.analysis is not None:
+            _refuse_inputs(pipeline.analysis, system, made)
+
+
+def _waits(name: str, made: set[str]) -> bool:
+    """Whether a channel is known only when the body is there."""
+    body, _, part = name.partition(".")
+    return body in made and part.partition(".")[0] in OF_MODES
+
+
+def refuse_channels(
+    pipeline: Pipeline, system: System | DeployingSystem, path: Path, made: set[str] = frozenset()
+) -> None:
+    """Refuse outputs and plots of channels that a run does not have; those of the modes of stand-ins are not looked at.
+
+    Raises
+    ------
+    InputError
+        Which names the channel.
+    """
+    with naming(path):
+        known = _channels(pipeline.simulation, system)
+        plotted = [name for plot in pipeline.plots for name in plot.channels]
+        plotted += [f"{plot.relative_to}.origin" for plot in pipeline.plots if plot.relative_to is not None]
+        for name in [*pipeline.simulation.output, *plotted]:
+            if not _waits(name, made):
+                known[name]
+
+
+def _channels(table: SimulationTable, system: System | DeployingSystem) -> Result:
+    """Return the channels of a run by name."""
+    if isinstance(system, DeployingSystem):
+        return deployment_channels(system)
+    if table.variables == "joint":
+        return channel_names(system, table.t_end)
+    return simulate_free_system(in_theory(system, table.chosen_theory), t_end=1e-9, output_step=1e-9)
+
+
+def _refuse_expressions(pipeline: Pipeline, system: System, made: set[str]) -> None:
+    """Refuse events and control laws that cannot be read."""
+    events = read_events(pipeline.events)
+    check_changes(system, events)
+    loops = Loading(system, pack(system), pipeline.simulation.t_end).loops if events else None
+    texts = [(f"event {event.name!r}", event.when, loops) for event in events]
+    for name, table in pipeline.controls.items():
+        if table.at not in [joint.name for joint in system.joints]:
+            locate(system.bodies, table.at, f"control {name!r}")
+        values = [*(table.values or ()), *(table.force or ()), *(table.torque or ())]
+        texts += [(f"control {name!r}", str(value), None) for value in values]
+    for what, text, of in texts:
+        if not any(_waits(name, made) for name in CHANNEL.findall(text)):
+            channel_expression(system, text, what, of)
+
+
+def _refuse_inputs(table: AnalysisTable, system: System, made: set[str]) -> None:
+    """Refuse inputs and outputs of linear equations that are not there."""
+    evaluator = Evaluator(system.with_(closures=()), table.time)  # which close only when the bodies are there
+    for name in table.inputs:
+        Input(evaluator, name)
+    for name in table.outputs:
+        if not _waits(name, made):
+            output(evaluator, name, evaluator.start)

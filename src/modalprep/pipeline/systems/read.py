@@ -1,0 +1,102 @@
+"""From a pipeline file to its multibody system."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.multibody.deploying.system import DeployingSystem
+from modalprep.multibody.model.joint import Joint
+from modalprep.multibody.model.system import System
+from modalprep.pipeline.build.build import current_body, read_bodies
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.reduction import rotation_matrix
+from modalprep.pipeline.schema.system import JointTable, Theory
+from modalprep.pipeline.systems.constraints import read_closures
+from modalprep.pipeline.systems.depletions import read_depletions
+from modalprep.pipeline.systems.loads import hinge_elements, prescribed_motion, read_deployment, read_loads, read_orbit
+
+
+def read_system(pipeline: Pipeline, path: Path, output: Path | None, reporter: Reporter) -> System | DeployingSystem:
+    """Return the system a pipeline file describes, its bodies read or built."""
+    bodies = read_bodies(pipeline, path, lambda source: current_body(source, output, reporter))
+    return system_of(pipeline, path, bodies)
+
+
+def in_theory(system: System | DeployingSystem, theory: Theory) -> System | DeployingSystem:
+    """Return the system with its bodies by a theory of deformation.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
+    >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
+    >>> in_theory(arm, "no_geometric_stiffness").bodies["arm"].has_geometric_stiffness
+    False
+    """
+    if theory == "consistent":
+        return system
+    if isinstance(system, DeployingSystem):
+        raise InputError("[deployments] are of rigid rods, which have no geometric stiffness to leave out")
+    return system.ruthless() if theory == "ruthless" else system.conventional()
+
+
+def system_of(pipeline: Pipeline, path: Path, bodies: dict[str, FlexibleBody]) -> System | DeployingSystem:
+    """Return the system a pipeline file describes, of these bodies.
+
+    Raises
+    ------
+    InputError
+        When a table names what is not there.
+    """
+    joints = read_joints(pipeline, path)
+    with naming(path):
+        bodies = _shared(bodies)
+        loads = read_loads(pipeline, bodies, path.parent)
+        gravity = pipeline.environment.gravity
+        uniform = np.array(gravity if isinstance(gravity, list) else [0.0, 0.0, 0.0])
+        closures = read_closures(pipeline.closures, pipeline.couplers, path.parent)
+        depletions, jets = read_depletions(pipeline, bodies, path.parent)
+        parts = {"bodies": bodies, "joints": joints, "gravity": uniform, "loads": (*loads, *jets)}
+        parts["orbit"] = read_orbit(pipeline.environment.orbit)
+        if pipeline.deployments:
+            found = tuple(read_deployment(name, table, path.parent) for name, table in pipeline.deployments.items())
+            return DeployingSystem(**parts, deployments=found)
+        return System(**parts, closures=closures, depletions=depletions)
+
+
+def read_joints(pipeline: Pipeline, path: Path) -> tuple[Joint, ...]:
+    """Return the joints of a pipeline file.
+
+    Raises
+    ------
+    InputError
+        When the table of a joint contradicts itself.
+    """
+    with naming(path):
+        return tuple(_joint(name, table, path.parent) for name, table in pipeline.joints.items())
+
+
+def _shared(bodies: dict[str, FlexibleBody]) -> dict[str, FlexibleBody]:
+    """Use one record for equal bodies, so that the kernel stores their arrays once."""
+    first: dict[tuple, FlexibleBody] = {}
+    return {
+        name: first.setdefault((body.name, *sorted(body.provenance.items())), body) if body.provenance else body
+        for name, body in bodies.items()
+    }
+
+
+def _joint(name: str, table: JointTable, folder: Path) -> Joint:
+    with naming(f"joint {name!r}"):
+        known = {field.name for field in fields(Joint)}
+        given = {key: value for key, value in [*table, *table.start] if key in known}
+        given["rotation"] = rotation_matrix(table.rotation)
+        given["motion"] = prescribed_motion(table, folder)
+        arrays = {key: np.array(value) if isinstance(value, list) else value for key, value in given.items()}
+        return Joint(name=name, elements=hinge_elements(table, folder), **arrays)
