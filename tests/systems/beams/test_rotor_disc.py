@@ -93,9 +93,9 @@ def test_disc_on_an_arm(case, rate):
     one = frequencies(on_a_hub(ACROSS, rate, whole))
     two = frequencies(on_a_hub(ACROSS, rate, shaft(at, second_order_mass=True), disc))
     # the third order of the displacement of an interface is not exactly that of the body, and a paddle that twists
-    # makes a finite turn: measured up to 1.5e-5 (rate / w)^4
+    # makes a finite turn: measured up to 5.3e-5 (rate / w)^4
     bent = (rate / (2 * np.pi * whole.frequency[0])) ** 4
-    np.testing.assert_allclose(two, one, rtol=1e-8 + 2e-5 * bent)
+    np.testing.assert_allclose(two, one, rtol=1e-8 + 6e-5 * bent)
     # spin_modes has the steady deflection in its mass alone, not in P: second order of the spin squared
     np.testing.assert_allclose(mp.multibody.spin_modes(whole, rate * ACROSS).frequency, one, rtol=1e-8 + 3e-4 * bent)
 
