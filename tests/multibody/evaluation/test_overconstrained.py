@@ -182,7 +182,7 @@ def test_parallelograms_pass_their_change_points(shape, start, method, rtol):
         run = mp.simulate(parallelogram(shape, start, seed), t_end=5.0, rtol=rtol, method=method, output_step=0.02)
         assert run.status == "done"
         assert np.ptp(np.unwrap(run["j0.angle"])) > 8 * np.pi
-        assert run.stats["energy_error"] < 100 * rtol
+        assert run.stats["energy_error"] < max(100 * rtol, 1e-5)  # output between steps
         assert_close(run["j1.angle"], -run["j0.angle"], 1e-6 if rtol < 1e-5 else 1e-3, name="coupler")
 
 
