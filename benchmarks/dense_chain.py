@@ -12,10 +12,12 @@ import numpy as np
 from scipy.linalg.lapack import dposv
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.articulated_body import outward
-from modalprep.multibody.kernels.modal import add_to_modes, hand_to_modes
-from modalprep.multibody.kernels.newton_euler import required_forces
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (  # fmt: skip
+    rotated_inertia,
+    shifted,
+    times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     add6,
     add9,
@@ -25,10 +27,13 @@ from modalprep.multibody.kernels.spatial import (
     get9,
     put6,
     put9,
-    rotated_inertia,
-    shifted,
-    times,
-)  # fmt: skip
+)
+from modalprep.multibody.kernels.articulated_body import outward
+from modalprep.multibody.kernels.modal import (
+    add_to_modes,
+    hand_to_modes,
+)
+from modalprep.multibody.kernels.newton_euler import required_forces
 
 
 @compile_kernel

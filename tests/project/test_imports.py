@@ -25,8 +25,8 @@ LAYERS = {
         "readers", "generation", "assembly", "external",
     ),
     "multibody": (
-        "model", "kernels", "kernels.loads", "packing", "elements", "evaluation", "reference", "integration", "results",
-        "simulate", "free_body", "analysis", "deploying",
+        "model", "kernels.algebra", "kernels", "kernels.loads", "packing", "elements", "evaluation", "reference",
+        "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
         "tables", "pictures", "check_tables", "mac", "plots", "summary", "scene", "analysis", "synthesis", "page",
@@ -57,7 +57,7 @@ ONLY_FROM = {  # finer than packages: what a package may take from another, modu
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out
 }
 KERNELS_TAKE = {"modalprep.jit", "modalprep.body", "modalprep.body.mass"}  # of mass.py, formulas of numbers
-MOST_FILES, MOST_LINES, MOST_KERNEL_LINES = 16, 330, 660
+MOST_FILES, MOST_LINES, MOST_KERNEL_LINES = 16, 330, 400
 
 
 def source(project):
@@ -201,6 +201,6 @@ def test_folders_and_files_stay_small(project):
         files = [file for file in folder.glob("*.py") if file.name != "__init__.py"]
         assert len(files) <= MOST_FILES, f"{folder} has {len(files)} files"
         for file in files:
-            most = MOST_KERNEL_LINES if file.parent.name == "kernels" else MOST_LINES
+            most = MOST_KERNEL_LINES if file.parent.name in ("kernels", "integration") else MOST_LINES
             lines = len(file.read_text().splitlines())
-            assert lines <= most or file.parent.name == "integration", f"{file} has {lines} lines"
+            assert lines <= most, f"{file} has {lines} lines"

@@ -9,9 +9,14 @@ import numpy as np
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
+from modalprep.multibody.kernels.algebra.matrices import UNIT9
+from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
+    dot3,
+    get3,
+)
 from modalprep.multibody.kernels.constraints import DISTANCE
 from modalprep.multibody.kernels.interfaces import add_wrench
-from modalprep.multibody.kernels.spatial import UNIT9, ZERO3, dot3, get3
 from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.loads import AxialSpring
 from modalprep.multibody.packing.tree import rows

@@ -11,20 +11,25 @@ from scipy.spatial.transform import Rotation
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
-from modalprep.multibody.kernels.constraints import ABOUT, POINT
-from modalprep.multibody.kernels.interfaces import add_wrench
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    product,
+    product_transposed,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     axpy3,
     cross,
     dot3,
     get3,
     get9,
-    product,
-    product_transposed,
-    times,
-    transposed_times,
 )
+from modalprep.multibody.kernels.constraints import (
+    ABOUT,
+    POINT,
+)
+from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.model.loads import Bushing
 from modalprep.multibody.packing.tree import rows
 from modalprep.vectors import skew

@@ -11,9 +11,12 @@ from scipy.spatial.transform import Rotation
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, value_at, wrench_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, Packer
+from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
+    dot3,
+)
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
 from modalprep.multibody.kernels.loads.gravity import conductor_leg
-from modalprep.multibody.kernels.spatial import ZERO3, dot3
 from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.environment import Conductor
 from modalprep.multibody.packing.tree import rows

@@ -10,8 +10,18 @@ import numpy as np
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, value_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
+from modalprep.multibody.kernels.algebra.matrices import (
+    UNIT9,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
+    axpy9,
+    dot3,
+    get3,
+    get9,
+)
 from modalprep.multibody.kernels.interfaces import add_at_origin, seen_spin
-from modalprep.multibody.kernels.spatial import UNIT9, axpy9, dot3, get3, get9, times, transposed_times
 from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.loads import DistributedForce
 from modalprep.multibody.packing.tree import rows

@@ -11,8 +11,13 @@ import numpy as np
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
+from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
+    dot3,
+    get3,
+)
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
-from modalprep.multibody.kernels.spatial import ZERO3, dot3, get3, times
 from modalprep.multibody.kernels.time_tables import table
 from modalprep.multibody.model.depletion import ExpelledGas
 from modalprep.multibody.packing.tree import rows

@@ -10,8 +10,11 @@ import numpy as np
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import ElementKind, Packer
-from modalprep.multibody.kernels.interfaces import add_at_origin
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
     axpy3,
@@ -20,9 +23,8 @@ from modalprep.multibody.kernels.spatial import (
     get3,
     get9,
     row3,
-    times,
-    transposed_times,
 )
+from modalprep.multibody.kernels.interfaces import add_at_origin
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, end_positions
 from modalprep.multibody.packing.tree import rows
 from modalprep.vectors import skew

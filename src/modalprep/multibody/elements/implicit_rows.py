@@ -5,7 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.multibody.elements.registry import KINDS, Loads
-from modalprep.multibody.kernels.constraints import END, ROW, TERM, Constraints
+from modalprep.multibody.kernels.constraints import (
+    END,
+    ROW,
+    TERM,
+    Constraints,
+)
 from modalprep.multibody.packing.tree import rows
 
 

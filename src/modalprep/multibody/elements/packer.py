@@ -11,8 +11,9 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
+from modalprep.multibody.kernels.algebra.matrices import UNIT9
+from modalprep.multibody.kernels.algebra.tuples import ZERO3
 from modalprep.multibody.kernels.interfaces import node_state
-from modalprep.multibody.kernels.spatial import UNIT9, ZERO3
 from modalprep.multibody.kernels.time_tables import Tables
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System

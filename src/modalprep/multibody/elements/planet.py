@@ -7,12 +7,16 @@ import numpy as np
 from modalprep.body.mass import affine_part, deflected
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, plus
+from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.tuples import (
+    dot3,
+    take12,
+)
 from modalprep.multibody.kernels.data import EPSILON, GROWS
 from modalprep.multibody.kernels.interfaces import add_at_origin
 from modalprep.multibody.kernels.loads.gravity import PLANET, near_planet, planet_load
 from modalprep.multibody.kernels.modal_inertia import expand, mode_moments
 from modalprep.multibody.kernels.modal_mass import apply_slopes
-from modalprep.multibody.kernels.spatial import dot3, take12, times
 from modalprep.multibody.model.environment import CentralGravity, Orbit
 from modalprep.multibody.model.system import System
 

@@ -9,8 +9,9 @@ import numpy as np
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
+from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.tuples import dot3
 from modalprep.multibody.kernels.interfaces import add_wrench, node_state
-from modalprep.multibody.kernels.spatial import dot3, times
 from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.loads import PointForce
 from modalprep.multibody.packing.tree import rows

@@ -25,9 +25,12 @@ from modalprep.multibody.elements import (
 )
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus
 from modalprep.multibody.elements.packer import Environment, Packer
+from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
+    add3,
+)
 from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
-from modalprep.multibody.kernels.spatial import ZERO3, add3
 from modalprep.multibody.kernels.time_tables import table
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, rows

@@ -18,19 +18,21 @@ from modalprep.multibody.elements.packer import (
     ground_or_interface,
     motion,
 )
-from modalprep.multibody.kernels.constraints import ABOUT
-from modalprep.multibody.kernels.interfaces import add_wrench
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    product,
+    times,
+)
+from modalprep.multibody.kernels.algebra.rotations import rotation_quaternion
+from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     axpy3,
     cross,
     dot3,
     get3,
     get9,
-    product,
-    rotation_quaternion,
-    times,
 )
+from modalprep.multibody.kernels.constraints import ABOUT
+from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.kernels.time_tables import quintic
 from modalprep.multibody.model.rotational_spring import RotationalSpring
 from modalprep.multibody.packing.tree import rows

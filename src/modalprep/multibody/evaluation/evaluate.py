@@ -14,6 +14,12 @@ from modalprep.jit import compile_kernel, compile_pass
 from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
 from modalprep.multibody.evaluation.loading import Loading
+from modalprep.multibody.kernels.algebra.matrices import inertia_times
+from modalprep.multibody.kernels.algebra.tuples import (
+    add6,
+    copy,
+    get6,
+)
 from modalprep.multibody.kernels.articulated_body import (
     clear_wrenches,
     forward,
@@ -28,8 +34,6 @@ from modalprep.multibody.kernels.compliance import aim, follow, implicit_acceler
 from modalprep.multibody.kernels.constraints import (
     Constraints,
     Work,
-    constraint_accelerations,
-    constraint_power,
     constraint_residual,
 )
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
@@ -38,8 +42,11 @@ from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
+from modalprep.multibody.kernels.multipliers import (
+    constraint_accelerations,
+    constraint_power,
+)
 from modalprep.multibody.kernels.projection import settle
-from modalprep.multibody.kernels.spatial import add6, copy, get6, inertia_times
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.tree import Packed, rows

@@ -18,9 +18,9 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels import constraints
-from modalprep.multibody.kernels.constraints import RANK_TOLERANCE
+from modalprep.multibody.kernels import constraints, multipliers
 from modalprep.multibody.kernels.data import Data
+from modalprep.multibody.kernels.multipliers import RANK_TOLERANCE
 from modalprep.multibody.model.system import System
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown
@@ -134,7 +134,7 @@ def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[i
     none = np.zeros(packed.nu)
     if kernel.inward(packed.model, data, none, None, 0.0, 0.0) >= 0:
         raise SimulationError(f"impact at t = {t:g} s: the mass matrix is not positive, a deflection is too large")
-    constraints.respond(loops.arrays, packed.model, data, work)
+    multipliers.respond(loops.arrays, packed.model, data, work)
     acting = {k: 1.0 for k in range(len(system.closures)) if loops.active(k)}
     acting |= dict.fromkeys(struck, 1 + restitution)
     contacts = {k: _contact(loops, k) for k in acting if loops.closing.sliding(k)}

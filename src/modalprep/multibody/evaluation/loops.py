@@ -6,8 +6,13 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels import constraints, projection
-from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, DISTANCE, POINT
+from modalprep.multibody.kernels import constraints, multipliers, projection
+from modalprep.multibody.kernels.constraints import (
+    ANGLE,
+    COUPLER,
+    DISTANCE,
+    POINT,
+)
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler
@@ -90,7 +95,7 @@ class Loops:
 
     def correct(self, data: Data, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)) -> None:
         """Turn the accelerations of `kernel.forward` into those of the closed system."""
-        constraints.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, udot)
+        multipliers.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, udot)
 
     def assemble(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float = 0.0) -> np.ndarray:
         """Return the consistent state nearest to y, and write the notes.
@@ -150,7 +155,7 @@ class Loops:
         kernel.outward(self.packed.model, data, y, motion)
         self.residual(data, y, motion, t)
         reach = np.abs(y[self.packed.nx :]).max(initial=0.0) + np.abs(self.work.push).max() / self.closing.size
-        return bool(constraints.violation(self.work, self.work.rate) <= CLOSED_RATE * reach)
+        return bool(multipliers.violation(self.work, self.work.rate) <= CLOSED_RATE * reach)
 
     def _other_way_round(self) -> bool:
         """Whether the axes of a closure agree but point against each other: ``ea.eb = 0`` holds both ways."""

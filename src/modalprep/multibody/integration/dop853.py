@@ -11,7 +11,7 @@ from scipy.integrate import DOP853
 from modalprep.jit import compile_kernel, compile_merged
 from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate
 from modalprep.multibody.integration.stepping import set_weights
-from modalprep.multibody.kernels.spatial import copy
+from modalprep.multibody.kernels.algebra.tuples import copy
 
 STAGES = DOP853.n_stages
 A_ = DOP853.A.copy()

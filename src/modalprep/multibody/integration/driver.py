@@ -19,10 +19,14 @@ from modalprep.multibody.integration.stepping import (
     norm,
     set_weights,
 )
+from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.constraints import free_rank, hold_rank, near_singular
 from modalprep.multibody.kernels.joints import normalise
-from modalprep.multibody.kernels.spatial import copy
+from modalprep.multibody.kernels.multipliers import (
+    free_rank,
+    hold_rank,
+    near_singular,
+)
 
 EXPLICIT, ROSENBROCK, ALPHA = range(3)
 ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h

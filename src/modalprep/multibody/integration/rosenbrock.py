@@ -25,8 +25,8 @@ from modalprep.multibody.evaluation.evaluate import (
     solve_implicit,
 )
 from modalprep.multibody.integration.stepping import larger, set_weights
+from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import kinematic
-from modalprep.multibody.kernels.spatial import copy
 
 G = 0.43586652150845900
 ALPHA = np.array([

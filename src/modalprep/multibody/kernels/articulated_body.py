@@ -12,6 +12,31 @@ Spatial vectors are (linear, angular), in the link's frame; accelerations are th
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel, compile_pass
+from modalprep.multibody.kernels.algebra.matrices import (
+    hinged_times,
+    inertia_times,
+    rotated_hinged,
+    rotated_inertia,
+    shifted,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO6,
+    add3,
+    add6,
+    add9,
+    axpy3,
+    cross,
+    get3,
+    get6,
+    get9,
+    put3,
+    put6,
+    put9,
+    put_angular,
+    sub6,
+)
 from modalprep.multibody.kernels.data import REVOLUTE, Data, Model
 from modalprep.multibody.kernels.joints import (
     along_joint,
@@ -29,35 +54,14 @@ from modalprep.multibody.kernels.modal import (
     eliminate_load,
     eliminate_modes,
     modal_accelerations,
-    parent_acceleration,
-    parent_frame,
     take_loads,
-    turn_parent_shape,
     write_accelerations,
 )
 from modalprep.multibody.kernels.modal_inertia import own_inertia
-from modalprep.multibody.kernels.spatial import (
-    ZERO6,
-    add3,
-    add6,
-    add9,
-    axpy3,
-    cross,
-    get3,
-    get6,
-    get9,
-    hinged_times,
-    inertia_times,
-    put3,
-    put6,
-    put9,
-    put_angular,
-    rotated_hinged,
-    rotated_inertia,
-    shifted,
-    sub6,
-    times,
-    transposed_times,
+from modalprep.multibody.kernels.modal_interfaces import (
+    parent_acceleration,
+    parent_frame,
+    turn_parent_shape,
 )
 
 

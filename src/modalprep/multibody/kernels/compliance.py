@@ -10,7 +10,15 @@ import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.articulated_body import spread
-from modalprep.multibody.kernels.constraints import act, along, keep, observe_ends, solve
+from modalprep.multibody.kernels.constraints import (
+    along,
+    observe_ends,
+)
+from modalprep.multibody.kernels.multipliers import (
+    act,
+    keep,
+    solve,
+)
 
 
 @compile_inline

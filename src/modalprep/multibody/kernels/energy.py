@@ -5,19 +5,21 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.interfaces import seen_spin
-from modalprep.multibody.kernels.modal import modal_sums
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    inertia_times,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     axpy3,
     cross,
     dot3,
     get3,
     get9,
-    inertia_times,
-    times,
-    transposed_times,
 )
+from modalprep.multibody.kernels.interfaces import seen_spin
+from modalprep.multibody.kernels.modal import modal_sums
 
 
 class Sums(NamedTuple):

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.modal import deflected_acceleration, deflected_node, load_modes
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    product,
+    product_transposed,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     add6,
     axpy3,
@@ -13,13 +18,14 @@ from modalprep.multibody.kernels.spatial import (
     get6,
     get9,
     get_angular,
-    product,
-    product_transposed,
     put3,
     put6,
     put9,
-    times,
-    transposed_times,
+)
+from modalprep.multibody.kernels.modal_interfaces import (
+    deflected_acceleration,
+    deflected_node,
+    load_modes,
 )
 
 

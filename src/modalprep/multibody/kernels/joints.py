@@ -12,14 +12,24 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.data import (
-    FREE,
-    PRESCRIBED,
-    REVOLUTE,
-    SLIDING,
-    SPHERICAL,
+from modalprep.multibody.kernels.algebra.matrices import (
+    inertia_times,
+    inverse_symmetric,
+    less_outer,
+    less_product,
+    product,
+    square,
+    symmetric_product,
+    symmetric_times,
+    times,
+    transposed_times,
 )
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.rotations import (
+    quaternion_rate,
+    quaternion_rotation,
+    turned,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     ZERO6,
     ZERO9,
@@ -30,26 +40,20 @@ from modalprep.multibody.kernels.spatial import (
     dot3,
     get3,
     get6,
-    inertia_times,
-    inverse_symmetric,
-    less_outer,
-    less_product,
-    product,
     put6,
     put9,
-    quaternion_rate,
-    quaternion_rotation,
-    square,
     sub6,
     sub9,
-    symmetric_product,
-    symmetric_times,
     take3,
     take4,
     take6,
-    times,
-    transposed_times,
-    turned,
+)
+from modalprep.multibody.kernels.data import (
+    FREE,
+    PRESCRIBED,
+    REVOLUTE,
+    SLIDING,
+    SPHERICAL,
 )
 
 

@@ -1,145 +1,31 @@
-"""Modes in the recursions: interfaces of flexible bodies, elimination of modal coordinates (theory 4 and 5).
-
-`modal` is `Data.modal`, an argument of its own: where it is None, in a system of rigid bodies, nothing of the modes is
-compiled.
-"""
+"""Modes in the recursions: elimination of modal coordinates (theory 5.2); `modal` as in modal_interfaces.py."""
 
 from __future__ import annotations
 
 from modalprep.jit import compile_inline
-from modalprep.multibody.kernels.data import INVERSE, LOAD, UNIT
-from modalprep.multibody.kernels.modal_inertia import shortening, swing
-from modalprep.multibody.kernels.spatial import (
-    UNIT9,
+from modalprep.multibody.kernels.algebra.matrices import (
+    inertia_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
-    ZERO6,
-    ZERO8,
     add3,
-    add6,
     add8,
     axpy3,
     axpy6,
     axpy8,
-    cayley,
-    cayley_rate,
-    combined,
     cross,
     dot3,
     dot8,
-    get3,
     get6,
     get8,
-    get9,
-    get_angular,
-    half_tangent,
-    half_tangent_rate,
-    inertia_times,
-    product,
     put6,
     put8,
     row8,
-    take3,
-    take6,
 )
-
-
-@compile_inline
-def node_shape(modal, model, p, node, slot):
-    """Write the partial velocities of an interface of link p's body to row `slot` of Phi, rotations as ``psi(q)``.
-
-    Returns the displacement and ``psi q`` (8), their rates, and ``-q' Kg q'``: 3 + 3 numbers each.
-    """
-    s, n, row = model.links[p].slot, model.links[p].modes, model.links[p].first_interface + node
-    for r in range(6 * n):
-        modal.phi[r], modal.turn[r] = model.modal.shape[row, r], 0.0
-    if model.links[p].modal_mass != UNIT:
-        for b in range(n):
-            f, g = modal.q[s, b], modal.qd[s, b]
-            for r in range(6 * n):
-                modal.phi[r] -= f * model.modal.Kg_node[row, b, r]
-                modal.turn[r] -= g * model.modal.Kg_node[row, b, r]
-    moved, rates, second = ZERO6, ZERO6, ZERO6
-    for a in range(n):
-        phi = take6(modal.phi, 6 * a)
-        moved = axpy6(moved, 0.5 * modal.q[s, a], add6(take6(model.modal.shape[row], 6 * a), phi))
-        rates = axpy6(rates, modal.qd[s, a], phi)
-        second = axpy6(second, modal.qd[s, a], take6(modal.turn, 6 * a))
-        for c in range(6):
-            modal.Phi[slot, a, c] = phi[c]
-    if model.links[p].modal_mass == UNIT:
-        return moved, rates, second
-    return _as_a_line(modal, model.modal.shape[row], get3(model.modal.arm[row]), s, n, slot, moved, rates, second)
-
-
-@compile_inline
-def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
-    """Give the translations of `node_shape` their third and fourth order, by the strain of the arm (body/line.py)."""
-    linear, speed = ZERO3, ZERO3
-    for a in range(n):
-        first = take3(shape, 6 * a)
-        linear, speed = axpy3(linear, modal.q[s, a], first), axpy3(speed, modal.qd[s, a], first)
-    bent, bending = axpy3(take3(moved, 0), -1.0, linear), axpy3(take3(rates, 0), -1.0, speed)
-    tau, rate, change = dot3(arm, bent), dot3(arm, bending), dot3(arm, take3(second, 0))
-    g, g_slope, g_curve = shortening(tau)
-    h, h_slope, h_curve = swing(tau)
-    along = combined(h_slope, linear, g_slope, bent)
-    for a in range(n):
-        first = take3(shape, 6 * a)
-        across = axpy3(take3(modal.Phi[slot, a], 0), -1.0, first)
-        v = axpy3(combined(h, first, g, across), dot3(arm, across), along)
-        for c in range(3):
-            modal.Phi[slot, a, c] = v[c]
-    u, v = combined(h, linear, g, bent), axpy3(combined(h, speed, g, bending), rate, along)
-    turning = combined(2.0 * rate * h_slope, speed, 2.0 * rate * g_slope, bending)
-    bulging = combined(rate * rate * h_curve, linear, rate * rate * g_curve, bent)
-    b = add3(add3(combined(g, take3(second, 0), change, along), turning), bulging)
-    return (
-        (u[0], u[1], u[2], moved[3], moved[4], moved[5]),
-        (v[0], v[1], v[2], rates[3], rates[4], rates[5]),
-        (b[0], b[1], b[2], second[3], second[4], second[5]),
-    )
-
-
-@compile_inline
-def turn_shape(modal, slot, n, x, s, offset):
-    """Turn the rows ``psi(q)`` of modal.Phi to angular velocities and move the point by `offset`; fill modal.PhiT."""
-    argument = half_tangent(x)
-    for a in range(n):
-        phi = row8(modal.Phi, slot, a)
-        t = cayley_rate(argument, s, half_tangent_rate(x, (phi[3], phi[4], phi[5])))
-        v = add3((phi[0], phi[1], phi[2]), cross(t, offset))
-        for c in range(3):
-            modal.Phi[slot, a, c], modal.Phi[slot, a, 3 + c] = v[c], t[c]
-            modal.PhiT[slot, c, a >> 3, a & 7], modal.PhiT[slot, 3 + c, a >> 3, a & 7] = v[c], t[c]
-
-
-@compile_inline
-def node_motion(modal, model, data, p, node, slot, arm):
-    """Motion of an interface of a flexible body in its link's axes, modal.Phi before `turn_shape`.
-
-    Returns the position, the rotation of the node, its rotation vector ``psi q`` and the s of its Cayley map, the
-    elastic velocity and spin, and the acceleration (linear, angular) that remains when A and q'' are zero.
-    """
-    moved, rates, second = node_shape(modal, model, p, node, slot)
-    w = get3(data.links[p].omega)
-    turn, turning = (moved[3], moved[4], moved[5]), (rates[3], rates[4], rates[5])
-    x, xd = half_tangent(turn), half_tangent_rate(turn, turning)
-    xdd = half_tangent_rate(turn, (second[3], second[4], second[5]))
-    xdd = axpy3(axpy3(xdd, dot3(turn, turning) / 3.0, turning), dot3(turning, turning) / 6.0, turn)
-    R, s = cayley(x)
-    r, v, t = add3(arm, (moved[0], moved[1], moved[2])), (rates[0], rates[1], rates[2]), cayley_rate(x, s, xd)
-    linear = add3(cross(w, axpy3(cross(w, r), 2.0, v)), (second[0], second[1], second[2]))
-    angular = add3(cayley_rate(x, s, xdd), cross(w, t))
-    return r, R, turn, s, v, t, linear, axpy3(angular, -0.5 * s * dot3(x, xd), t)
-
-
-@compile_inline
-def elastic_acceleration(modal, slot, n, s):
-    """Return the sum of modal.Phi[slot] times q'' (linear, angular)."""
-    v = ZERO8
-    for a in range(n):
-        v = axpy8(v, modal.qdd[s, a >> 3, a & 7], row8(modal.Phi, slot, a))
-    return (v[0], v[1], v[2]), (v[3], v[4], v[5])
+from modalprep.multibody.kernels.data import INVERSE, LOAD
+from modalprep.multibody.kernels.modal_interfaces import (
+    on_shape,
+)
 
 
 @compile_inline
@@ -266,112 +152,6 @@ def modal_accelerations(modal, model, data, i, udot):
 
 
 @compile_inline
-def parent_frame(modal, model, data, i):
-    """Frame on the parent in which the joint of link i stands, parent link's axes; `modal` None: rigid bodies.
-
-    Returns
-    -------
-    rotation of the frame, its position, velocity and spin of a flexible parent's node
-    linear, angular : acceleration of the frame that is left when A and q'' of the parent are zero
-    x, s : rotation vector of the node and the s of its Cayley map, for `turn_parent_shape`
-    """
-    link = model.links[i]
-    turn, arm, w = get9(link.rotation), get3(link.arm), get3(data.links[link.parent].omega)
-    if modal is not None:
-        if link.phi >= 0:
-            arm, node, x, s, v, t, linear, angular = node_motion(
-                modal, model, data, link.parent, link.interface, link.phi, arm
-            )
-            return product(node, turn), arm, v, t, linear, angular, x, s
-    return turn, arm, ZERO3, ZERO3, cross(w, cross(w, arm)), ZERO3, ZERO3, 1.0
-
-
-@compile_inline
-def turn_parent_shape(modal, model, i, x, s, offset):
-    """Finish the partial velocities of link i's joint on a flexible parent, moved by `offset`."""
-    if modal is not None:
-        slot = model.links[i].phi
-        if slot >= 0:
-            turn_shape(modal, slot, model.links[model.links[i].parent].modes, x, s, offset)
-
-
-@compile_inline
-def parent_acceleration(modal, model, data, i, whole):
-    """Acceleration (linear, angular) of the frame on the parent where link i's joint is, parent link's axes.
-
-    `whole` = 1 after `outward`'s biases; 0: that of the ground does not count.
-    """
-    link = model.links[i]
-    A = data.links[link.parent].acceleration
-    linear, angular = get3(A), get_angular(A)
-    if link.parent == len(model.links):
-        linear = (whole * linear[0], whole * linear[1], whole * linear[2])
-    linear = add3(linear, cross(angular, get3(data.links[i].arm)))
-    if modal is not None:
-        if link.phi >= 0:
-            p = link.parent
-            v, t = elastic_acceleration(modal, link.phi, model.links[p].modes, model.links[p].slot)
-            linear, angular = add3(linear, v), add3(angular, t)
-    return linear, angular
-
-
-@compile_inline
-def deflected_node(modal, model, data, link, node, r):
-    """Position, rotation, velocity and spin of an interface in its link's axes, from its place r when undeformed."""
-    if modal is not None:
-        if model.links[link].slot >= 0:
-            r, turn, _, _, v, w, _, _ = node_motion(modal, model, data, link, node, len(modal.Phi) - 1, r)
-            return r, turn, v, w
-    return r, UNIT9, ZERO3, ZERO3
-
-
-@compile_inline
-def deflection(modal, model, link, node):
-    """Displacement of an interface of a link's body by its modes, link's axes."""
-    if modal is not None:
-        if model.links[link].slot >= 0:
-            u, _, _ = node_shape(modal, model, link, node, len(modal.Phi) - 1)
-            return u[0], u[1], u[2]
-    return ZERO3
-
-
-@compile_inline
-def deflected_acceleration(modal, model, data, link, node, r):
-    """Place of an interface, its elastic acceleration, and that without A and q'', both linear and angular."""
-    w = get3(data.links[link].omega)
-    if modal is not None:
-        s = model.links[link].slot
-        if s >= 0:
-            slot, n = len(modal.Phi) - 1, model.links[link].modes
-            r, _, x, scale, _, _, linear, angular = node_motion(modal, model, data, link, node, slot, r)
-            turn_shape(modal, slot, n, x, scale, ZERO3)
-            v, t = elastic_acceleration(modal, slot, n, s)
-            return r, v, t, linear, angular
-    return r, ZERO3, ZERO3, cross(w, cross(w, r)), ZERO3
-
-
-@compile_inline
-def load_modes(modal, model, data, link, node, r, force, torque):
-    """Add a force and a torque at an interface, link's axes, to the modal loads; returns the interface's place."""
-    if modal is not None:
-        s = model.links[link].slot
-        if s >= 0:
-            slot, n = len(modal.Phi) - 1, model.links[link].modes
-            r, _, x, scale, _, _, _, _ = node_motion(modal, model, data, link, node, slot, r)
-            turn_shape(modal, slot, n, x, scale, ZERO3)
-            for a in range(n):
-                modal.load[s, a] += _on_shape(modal, slot, a, force, torque)
-    return r
-
-
-@compile_inline
-def _on_shape(modal, slot, a, force, torque):
-    """Generalised force of a force and a torque on mode a."""
-    phi = row8(modal.Phi, slot, a)
-    return dot3(force, (phi[0], phi[1], phi[2])) + dot3(torque, (phi[3], phi[4], phi[5]))
-
-
-@compile_inline
 def clear_modal_loads(modal):
     """Set all modal loads to zero."""
     if modal is not None:
@@ -414,7 +194,7 @@ def add_bias_to_modes(modal, model, i, force, torque):
         slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
             for a in range(model.links[p].modes):
-                modal.Z[model.links[p].slot, a, 0, LOAD] += _on_shape(modal, slot, a, force, torque)
+                modal.Z[model.links[p].slot, a, 0, LOAD] += on_shape(modal, slot, a, force, torque)
 
 
 @compile_inline
@@ -424,7 +204,7 @@ def hand_to_modes(modal, model, i, force, torque, out):
         slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
             for a in range(model.links[p].modes):
-                out[model.links[p].uq + a] += _on_shape(modal, slot, a, force, torque)
+                out[model.links[p].uq + a] += on_shape(modal, slot, a, force, torque)
 
 
 @compile_inline

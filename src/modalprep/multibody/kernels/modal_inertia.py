@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from modalprep.body import line
 from modalprep.jit import compile_inline
-from modalprep.multibody.kernels.data import GROWS, UNIT
-from modalprep.multibody.kernels.modal_mass import apply_slopes, grown_mass, rest_coordinates
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    product_transposed,
+    symmetric_times,
+    times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     ZERO8,
     ZERO9,
     add3,
@@ -18,17 +21,16 @@ from modalprep.multibody.kernels.spatial import (
     dot12,
     get3,
     get6,
-    product_transposed,
     put3,
     put6,
     put8,
     put9,
     put_angular,
-    symmetric_times,
     take9,
     take12,
-    times,
 )
+from modalprep.multibody.kernels.data import GROWS, UNIT
+from modalprep.multibody.kernels.modal_mass import apply_slopes, grown_mass, rest_coordinates
 
 shortening, swing = compile_inline(line.shortening), compile_inline(line.swing)
 
@@ -40,24 +42,28 @@ def expand(modal, model, i):
     modal.affine gets p(q), its rate and, without q'', its acceleration; two more rows are workspace.
     """
     k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
+    rest_coordinates(modal, model, i)
+    _products_by_modes(modal, k, s, n, model.links[i].modal_mass != UNIT)
+    _affine_sums(modal, k, s, n)
+    _as_a_line(modal, k, n)
+
+
+@compile_inline
+def _products_by_modes(modal, k, s, n, bends):
+    """Write ``D q`` (to dp), ``D q'``, ``P' eta`` and the gyroscopic products; without `bends` D is zero."""
     for r in range(12 * n):
         modal.dp[r], modal.Dqd[r] = 0.0, 0.0
     for r in range(9 * n):
         modal.rest[r] = 0.0
     for r in range(3 * n):
         modal.gyro[r] = 0.0
-    rest_coordinates(modal, model, i)
     for b in range(0, n, 4):  # rows are filled up with zeros; four at once spare the loads and stores of the sums
-        f0, f1, f2, f3 = modal.q[s, b], modal.q[s, b + 1], modal.q[s, b + 2], modal.q[s, b + 3]
-        g0, g1, g2, g3 = modal.qd[s, b], modal.qd[s, b + 1], modal.qd[s, b + 2], modal.qd[s, b + 3]
-        if model.links[i].modal_mass != UNIT:
+        if bends:
+            f0, f1, f2, f3 = modal.q[s, b], modal.q[s, b + 1], modal.q[s, b + 2], modal.q[s, b + 3]
+            g0, g1, g2, g3 = modal.qd[s, b], modal.qd[s, b + 1], modal.qd[s, b + 2], modal.qd[s, b + 3]
             for r in range(12 * n):
-                d0, d1, d2, d3 = (
-                    modal.integrals.by_q[k, b, r],
-                    modal.integrals.by_q[k, b + 1, r],
-                    modal.integrals.by_q[k, b + 2, r],
-                    modal.integrals.by_q[k, b + 3, r],
-                )
+                d0, d1 = modal.integrals.by_q[k, b, r], modal.integrals.by_q[k, b + 1, r]
+                d2, d3 = modal.integrals.by_q[k, b + 2, r], modal.integrals.by_q[k, b + 3, r]
                 modal.dp[r] += f0 * d0 + f1 * d1 + f2 * d2 + f3 * d3
                 modal.Dqd[r] += g0 * d0 + g1 * d1 + g2 * d2 + g3 * d3
         f0, f1, f2, f3 = modal.eta[0, b], modal.eta[0, b + 1], modal.eta[0, b + 2], modal.eta[0, b + 3]
@@ -68,27 +74,29 @@ def expand(modal, model, i):
         for r in range(3 * n):
             modal.gyro[r] += g0 * modal.integrals.gyro[k, b, r] + g1 * modal.integrals.gyro[k, b + 1, r]
             modal.gyro[r] += g2 * modal.integrals.gyro[k, b + 2, r] + g3 * modal.integrals.gyro[k, b + 3, r]
+
+
+@compile_inline
+def _affine_sums(modal, k, s, n):
+    """Write ``B q``, ``B q'``, ``q' D q'``, ``t = q D q / 2`` and its rate to the rows of modal.affine."""
     for c in range(12):
         b, bd, t, td, tdd = 0.0, 0.0, 0.0, 0.0, 0.0
         for a in range(n):
             f, g, base, bent = modal.q[s, a], modal.qd[s, a], modal.integrals.base[k, 12 * a + c], modal.dp[12 * a + c]
             b, bd = b + f * base, bd + g * base
             t, td, tdd = t + 0.5 * f * bent, td + g * bent, tdd + g * modal.Dqd[12 * a + c]
-        modal.affine[0, c], modal.affine[1, c], modal.affine[2, c], modal.affine[3, c], modal.affine[4, c] = (
-            b,
-            bd,
-            tdd,
-            t,
-            td,
-        )
+        modal.affine[0, c], modal.affine[1, c], modal.affine[2, c] = b, bd, tdd
+        modal.affine[3, c], modal.affine[4, c] = t, td
+
+
+@compile_inline
+def _as_a_line(modal, k, n):
+    """Make the sums of `_affine_sums` p, p' and p'', and ``D q`` dp, for a body that bends as a line: theory (4.6)."""
     tau, speed, change = 0.0, 0.0, 0.0
     for c in range(12):
         f = modal.integrals.place[k, 12 + c]
-        tau, speed, change = (
-            tau + f * modal.affine[3, c],
-            speed + f * modal.affine[4, c],
-            change + f * modal.affine[2, c],
-        )
+        tau, speed = tau + f * modal.affine[3, c], speed + f * modal.affine[4, c]
+        change += f * modal.affine[2, c]
     g, g_slope, g_curve = shortening(tau)
     h, h_slope, h_curve = swing(tau)
     for c in range(12):
@@ -103,9 +111,8 @@ def expand(modal, model, i):
         for c in range(12):
             f += modal.integrals.place[k, 12 + c] * modal.dp[12 * a + c]
         for c in range(12):
-            modal.dp[12 * a + c] = (
-                h * modal.integrals.base[k, 12 * a + c] + g * modal.dp[12 * a + c] + f * modal.affine[3, c]
-            )
+            base = modal.integrals.base[k, 12 * a + c]
+            modal.dp[12 * a + c] = h * base + g * modal.dp[12 * a + c] + f * modal.affine[3, c]
 
 
 @compile_inline

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_inline
+from modalprep.multibody.kernels.algebra.tuples import (
+    axpy3,
+    take9,
+)
 from modalprep.multibody.kernels.data import GROWS
-from modalprep.multibody.kernels.spatial import axpy3, take9
 
 
 @compile_inline

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_kernel
-from modalprep.multibody.kernels.joints import along_joint, joint_force
-from modalprep.multibody.kernels.modal import hand_to_modes, modal_forces, parent_acceleration, write_accelerations
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    inertia_times,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     add6,
     cross,
@@ -13,14 +16,18 @@ from modalprep.multibody.kernels.spatial import (
     get6,
     get9,
     get_angular,
-    inertia_times,
     put3,
     put6,
     put_angular,
     sub6,
-    times,
-    transposed_times,
 )
+from modalprep.multibody.kernels.joints import along_joint, joint_force
+from modalprep.multibody.kernels.modal import (
+    hand_to_modes,
+    modal_forces,
+    write_accelerations,
+)
+from modalprep.multibody.kernels.modal_interfaces import parent_acceleration
 
 
 @compile_kernel

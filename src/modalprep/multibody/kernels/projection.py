@@ -5,11 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_kernel
+from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward
-from modalprep.multibody.kernels.constraints import constraint_residual, impose, violation
+from modalprep.multibody.kernels.constraints import constraint_residual
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
-from modalprep.multibody.kernels.spatial import copy
+from modalprep.multibody.kernels.multipliers import (
+    impose,
+    violation,
+)
 
 FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify what is left, so it should be round-off
 SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off

@@ -10,7 +10,13 @@ from scipy.linalg import qr
 
 from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.evaluation.loops import Loops
-from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, MOST_FRICTION_STEPS, POINT, SLIP
+from modalprep.multibody.kernels.constraints import (
+    ANGLE,
+    COUPLER,
+    POINT,
+    SLIP,
+)
+from modalprep.multibody.kernels.multipliers import MOST_FRICTION_STEPS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import Packed, pack
 from modalprep.multibody.reference.equations import body_states, ground_spin, mass_and_force

@@ -9,13 +9,13 @@ from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
 from modalprep.multibody.evaluation.loops import CLOSED, MOST_STEPS
-from modalprep.multibody.kernels.articulated_body import outward, reactions
-from modalprep.multibody.kernels.energy import body_sums
-from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
-from modalprep.multibody.kernels.joints import along_axis
-from modalprep.multibody.kernels.modal import deflection
-from modalprep.multibody.kernels.projection import settle
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    product_transposed,
+    times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.rotations import rotation_quaternion
+from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     axpy3,
     copy,
@@ -23,11 +23,13 @@ from modalprep.multibody.kernels.spatial import (
     get6,
     get9,
     get_angular,
-    product_transposed,
-    rotation_quaternion,
-    times,
-    transposed_times,
 )
+from modalprep.multibody.kernels.articulated_body import outward, reactions
+from modalprep.multibody.kernels.energy import body_sums
+from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
+from modalprep.multibody.kernels.joints import along_axis
+from modalprep.multibody.kernels.modal_interfaces import deflection
+from modalprep.multibody.kernels.projection import settle
 from modalprep.multibody.results.channels import (
     ACCELERATION,
     ANGULAR,

@@ -15,8 +15,16 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.jit import compile_kernel
+from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.tuples import (
+    dot3,
+    get3,
+    get6,
+    get9,
+    put3,
+    put6,
+)
 from modalprep.multibody.kernels.interfaces import add_wrench, free_position
-from modalprep.multibody.kernels.spatial import dot3, get3, get6, get9, put3, put6, times
 
 REEL = np.dtype([
     ("slider", np.int64),  # its link

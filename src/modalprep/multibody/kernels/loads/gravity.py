@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.spatial import (
+from modalprep.multibody.kernels.algebra.matrices import (
+    symmetric_times,
+    transposed_times,
+)
+from modalprep.multibody.kernels.algebra.tuples import (
     add3,
     axpy3,
     cross,
@@ -13,8 +17,6 @@ from modalprep.multibody.kernels.spatial import (
     get3,
     get6,
     get9,
-    symmetric_times,
-    transposed_times,
 )
 
 PLANET = np.dtype([

@@ -13,10 +13,13 @@ import numpy as np
 
 from modalprep.body.mass import FLAT
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.tuples import (
+    put3,
+    put6,
+)
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.loads.gravity import near_planet, planet_load
 from modalprep.multibody.kernels.modal_inertia import own_inertia
-from modalprep.multibody.kernels.spatial import put3, put6
 from modalprep.multibody.kernels.time_tables import Tables, table
 
 DEPLETION = np.dtype([

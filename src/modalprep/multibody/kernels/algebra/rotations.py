@@ -1,0 +1,95 @@
+"""Rotations on tuples: about an axis, by quaternions (w, x, y, z), by Cayley's map of a rotation vector."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.jit import compile_inline
+from modalprep.multibody.kernels.algebra.tuples import (
+    axpy3,
+    cross,
+    dot3,
+)
+
+
+@compile_inline
+def turned(C, angle):
+    """Return ``C Rz(angle)``."""
+    c, s = np.cos(angle), np.sin(angle)
+    return (
+        C[0] * c + C[1] * s, C[1] * c - C[0] * s, C[2],
+        C[3] * c + C[4] * s, C[4] * c - C[3] * s, C[5],
+        C[6] * c + C[7] * s, C[7] * c - C[6] * s, C[8],
+    )  # fmt: skip
+
+
+@compile_inline
+def quaternion_rotation(e):
+    """Rotation matrix of the quaternion e = (w, x, y, z) of any length."""
+    w, x, y, z = e
+    f = 2.0 / (w * w + x * x + y * y + z * z)
+    return (
+        1.0 - f * (y * y + z * z), f * (x * y - w * z), f * (x * z + w * y),
+        f * (x * y + w * z), 1.0 - f * (x * x + z * z), f * (y * z - w * x),
+        f * (x * z - w * y), f * (y * z + w * x), 1.0 - f * (x * x + y * y),
+    )  # fmt: skip
+
+
+@compile_inline
+def rotation_quaternion(R):
+    """Quaternion (w, x, y, z) of a rotation matrix, by its largest component, which is positive (Shepperd 1978)."""
+    trace = R[0] + R[4] + R[8]
+    if trace >= max(R[0], R[4], R[8]):
+        e = (1.0 + trace, R[7] - R[5], R[2] - R[6], R[3] - R[1])
+    elif R[0] >= max(R[4], R[8]):
+        e = (R[7] - R[5], 1.0 + 2.0 * R[0] - trace, R[1] + R[3], R[2] + R[6])
+    elif R[4] >= R[8]:
+        e = (R[2] - R[6], R[1] + R[3], 1.0 + 2.0 * R[4] - trace, R[5] + R[7])
+    else:
+        e = (R[3] - R[1], R[2] + R[6], R[5] + R[7], 1.0 + 2.0 * R[8] - trace)
+    f = 1.0 / np.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
+    return f * e[0], f * e[1], f * e[2], f * e[3]
+
+
+@compile_inline
+def quaternion_rate(e, w):
+    """Time derivative of a quaternion from the angular velocity in the turned frame."""
+    return (
+        0.5 * (-e[1] * w[0] - e[2] * w[1] - e[3] * w[2]),
+        0.5 * (e[0] * w[0] + e[2] * w[2] - e[3] * w[1]),
+        0.5 * (e[0] * w[1] + e[3] * w[0] - e[1] * w[2]),
+        0.5 * (e[0] * w[2] + e[1] * w[1] - e[2] * w[0]),
+    )
+
+
+@compile_inline
+def cayley(x):
+    """Rotation matrix of the Cayley map of x: ``1 + s (x~ + x~ x~ / 2)``, ``s = 4 / (4 + x.x)``; and s."""
+    xx = dot3(x, x)
+    s = 4.0 / (4.0 + xx)
+    h, d = 0.5 * s, 1.0 - 0.5 * s * xx
+    R = (
+        d + h * x[0] * x[0], h * x[0] * x[1] - s * x[2], h * x[0] * x[2] + s * x[1],
+        h * x[0] * x[1] + s * x[2], d + h * x[1] * x[1], h * x[1] * x[2] - s * x[0],
+        h * x[0] * x[2] - s * x[1], h * x[1] * x[2] + s * x[0], d + h * x[2] * x[2],
+    )  # fmt: skip
+    return R, s
+
+
+@compile_inline
+def cayley_rate(x, s, v):
+    """Return ``s (1 + x~/2) v``: angular velocity of a rate of x."""
+    c = cross(x, v)
+    return s * (v[0] + 0.5 * c[0]), s * (v[1] + 0.5 * c[1]), s * (v[2] + 0.5 * c[2])
+
+
+@compile_inline
+def half_tangent(x):
+    """Argument of the Cayley map whose turn is the rotation vector x, to the fourth order: ``2 tan(|x|/2) x / |x|``."""
+    return axpy3(x, dot3(x, x) / 12.0, x)
+
+
+@compile_inline
+def half_tangent_rate(x, v):
+    """Return the rate of `half_tangent` for a rate v of x."""
+    return axpy3(axpy3(v, dot3(x, x) / 12.0, v), dot3(x, v) / 6.0, x)
