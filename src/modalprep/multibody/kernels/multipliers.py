@@ -107,7 +107,9 @@ def violation(work, values):
 
 @compile_kernel
 def near_singular(work):
-    """Return whether the loops came from a regular closed state into a singular position, or near one."""
+    """Return whether the loops came from a regular closed state into a singular position, or near one; no of None."""
+    if work is None:
+        return False
     lost = work.rank[0] < work.held[0] or (work.rank[0] == work.held[0] and work.sine[0] < SINGULAR)
     return lost and work.sine[1] > REGULAR
 
