@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_merged
 from modalprep.multibody.elements import (
     axial_spring,
     bushing,
@@ -144,7 +144,7 @@ def apply(loads, model, data, y, t, tau, slope):
     return Energies(leaving + total[0], total[1], total[2])
 
 
-@compile_kernel
+@compile_merged
 def _elements(loads, environment, model, data, t):
     """Add all that acts on bodies; planets and water read the inertia that `outward` left, so water comes last."""
     total = point_force.apply(loads.point_forces, environment, model, data, t)

@@ -38,7 +38,7 @@ def explicit_step(eq, run, t, h):
     if status != GOOD:
         return status, 0.0
     copy(K[STAGES], run.newdot)
-    set_weights(eq, run, run.new, False)
+    set_weights(eq.model, eq.linear, run, run.new, False)
     return GOOD, _error(run, h)
 
 

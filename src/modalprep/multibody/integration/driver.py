@@ -47,6 +47,8 @@ class Watch(NamedTuple):
     times: np.ndarray  # output times, s
     samples: np.ndarray  # (rows, ny) states at the next of them
     size: np.ndarray  # (nx,) deflection per modal coordinate, in sizes of the body
+    state: np.ndarray  # (nx + nu,) that of the equations: where the event functions are asked
+    shared: np.ndarray  # (1,) SHARED, of the equations
     hook: np.ndarray  # (1,) int, address of the function that writes `values`; 0 without events
     values: np.ndarray  # (events,) event functions at the state of the model
     now: np.ndarray  # (events,) at the place looked at
@@ -77,7 +79,7 @@ def begin(eq, run, method, t, stop):
 @compile_merged
 def _first_size(eq, run, order, left):
     """First step size of Hairer, Norsett and Wanner (1993), II.4."""
-    set_weights(eq, run, run.y, True)
+    set_weights(eq.model, eq.linear, run, run.y, True)
     run.weight[-1] = 0.0
     d0, d1 = norm(run, run.y), norm(run, run.ydot)
     h = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
@@ -104,7 +106,7 @@ def advance(eq, run, watch, method, stop, most):
     """
     run.count[0].events = 0
     for _ in range(most):
-        if not sample(eq, run, watch):
+        if not sample(eq.model, run, watch):
             return FULL
         t, h = run.clock[0].time, run.clock[0].next_step
         if t >= stop:
@@ -138,7 +140,7 @@ def advance(eq, run, watch, method, stop, most):
             if _too_far(eq.model, watch, run):
                 return DIVERGED
             if watch.hook[0]:
-                code = _events(eq, run, watch)
+                code = _events(eq.model, run, watch)
                 if code != RUNNING:
                     return code
         if run.clock[0].next_step < SMALLEST * stop:
@@ -198,7 +200,7 @@ def _accept(eq, run, watch, method, h, t):
     copy(run.y, run.old)
     copy(run.new, run.y)
     copy(run.newdot, run.ydot)
-    set_weights(eq, run, run.y, True)
+    set_weights(eq.model, eq.linear, run, run.y, True)
     return status
 
 
@@ -233,12 +235,12 @@ def _next_size(run, method, h, error):
 
 
 @compile_kernel
-def sample(eq, run, watch):
+def sample(model, run, watch):
     """Write the samples of the last step; False when there is no more room."""
     while _due(run, watch, run.clock[0].time):
         if run.count[0].buffered == len(watch.samples):
             return False
-        interpolate(eq.model, run, watch.times[run.count[0].sampled], watch.samples[run.count[0].buffered])
+        interpolate(model, run, watch.times[run.count[0].sampled], watch.samples[run.count[0].buffered])
         run.count[0].buffered += 1
         run.count[0].sampled += 1
     return True
@@ -258,23 +260,23 @@ def _too_far(model, watch, run):
 
 
 @compile_kernel
-def ask(eq, run, watch, t, y):
+def ask(watch, t, y):
     """Let Python write the event functions at a state; False when it raised."""
-    copy(y, eq.state)
+    copy(y, watch.state)
     call_address(watch.hook[0], t)
-    return eq.shared[0].raised == 0.0
+    return watch.shared[0].raised == 0.0
 
 
 @compile_kernel
-def _events(eq, run, watch):
+def _events(model, run, watch):
     """Look for zero crossings in the last step; the first that ends the run becomes its state."""
     h, y, until = run.clock[0].last_step, run.new, np.inf
     for j in range(PROBES):
         a, b = run.clock[0].begin + j * h / PROBES, run.clock[0].begin + (j + 1) * h / PROBES
         if j == PROBES - 1:
             b = run.clock[0].time
-        interpolate(eq.model, run, b, y)
-        if not ask(eq, run, watch, b, y):
+        interpolate(model, run, b, y)
+        if not ask(watch, b, y):
             return RAISED
         copy(watch.values, watch.now)  # `_crossing` asks for others
         for e in range(len(watch.now)):
@@ -283,16 +285,16 @@ def _events(eq, run, watch):
             falling = fa > 0.0 and fb <= 0.0
             if (rising and watch.sense[e, 0] >= 0) or (falling and watch.sense[e, 0] <= 0):
                 if abs(fa) == LEFT:
-                    t = _return(eq, run, watch, e, a, b, fa, fb)
+                    t = _return(model, run, watch, e, a, b, fa, fb)
                 else:
-                    t = _crossing(eq, run, watch, e, a, b, fa, fb)
+                    t = _crossing(model, run, watch, e, a, b, fa, fb)
                 watch.found[run.count[0].events, 0], watch.found[run.count[0].events, 1] = e, t
                 run.count[0].events += 1
                 if watch.sense[e, 1]:
                     until = min(until, t)
             watch.before[e] = fb
         if until < np.inf:
-            interpolate(eq.model, run, until, y)
+            interpolate(model, run, until, y)
             copy(y, run.y)
             run.clock[0].time = until
             return STOPPED
@@ -300,21 +302,21 @@ def _events(eq, run, watch):
 
 
 @compile_kernel
-def _return(eq, run, watch, e, a, b, fa, fb):
+def _return(model, run, watch, e, a, b, fa, fb):
     """Time in [a, b] at which an event comes back that was just there: a itself where the motion did not leave."""
     for _ in range(MOST_TRIALS):
         t = 0.5 * (a + b)
-        interpolate(eq.model, run, t, run.new)
-        ask(eq, run, watch, t, run.new)
+        interpolate(model, run, t, run.new)
+        ask(watch, t, run.new)
         f = watch.values[e]
         if f * fa > 0.0:
-            return _crossing(eq, run, watch, e, t, b, f, fb)
+            return _crossing(model, run, watch, e, t, b, f, fb)
         b, fb = t, f
     return a
 
 
 @compile_kernel
-def _crossing(eq, run, watch, e, a, b, fa, fb):
+def _crossing(model, run, watch, e, a, b, fa, fb):
     """Time in [a, b] at which an event function is zero: regula falsi, Illinois variant."""
     last = a
     for _ in range(MOST_TRIALS):
@@ -322,8 +324,8 @@ def _crossing(eq, run, watch, e, a, b, fa, fb):
         if abs(t - last) <= 4e-16 * abs(t) or fb == 0.0:
             return b if fb == 0.0 else t
         last = t
-        interpolate(eq.model, run, t, run.new)
-        ask(eq, run, watch, t, run.new)
+        interpolate(model, run, t, run.new)
+        ask(watch, t, run.new)
         f = watch.values[e]
         if f * fb < 0.0:
             a, fa = b, fb

@@ -73,7 +73,7 @@ def alpha_step(eq, run, t, h):
         for u in range(nu):
             place[u] = c2 * (trial[u] - last[u])
             last[u] = trial[u]
-        set_weights(eq, run, run.new, False)
+        set_weights(eq.model, eq.linear, run, run.new, False)
         before, change = change, largest_error(eq.model, run, place[:nu], True)
         if iteration + 1 >= LEAST_ITERATIONS:
             left = change / before if before > 0.0 else 0.0
@@ -115,7 +115,7 @@ def _place(eq, run, h, p):
     move(eq.model, run.y, d[:nu], run.new)
 
 
-@compile_kernel
+@compile_merged
 def _finish(eq, run, t, h, share):
     """Write the state of the last iteration and its derivative; returns the error of the step.
 

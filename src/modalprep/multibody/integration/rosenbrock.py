@@ -60,7 +60,7 @@ def rosenbrock_step(eq, run, t, h):
         for k in range(nx + nu):
             run.new[k] += h * WEIGHTS[i] * run.K[i, k]
             error[k] += h * (WEIGHTS[i] - EMBEDDED[i]) * run.K[i, k]
-    set_weights(eq, run, run.new, False)
+    set_weights(eq.model, eq.linear, run, run.new, False)
     worst = _largest(error, run.weight, 0, nx)
     if worst <= 1.0 and _largest(error, run.weight, nx, nx + nu) > 1.0:
         run.count[0].evaluations += 1

@@ -132,8 +132,9 @@ class Integration:
         samples = np.zeros((SAMPLES, len(self.steps.y)))
         found = np.zeros((CHUNK * driver.PROBES * count, 2))
         return Watch(
-            np.ascontiguousarray(times), samples, size, hook, values, np.zeros(count), np.zeros(count), sense, found
-        )
+            np.ascontiguousarray(times), samples, size, self.equations.state, self.equations.shared, hook, values,
+            np.zeros(count), np.zeros(count), sense, found,
+        )  # fmt: skip
 
     def run(self, record: Record, progress: Callable[[float], None] | None) -> Outcome:
         """Integrate to the last output time; `record` gets output times (k,) and states (k, nx + nu + 1).
@@ -189,7 +190,7 @@ class Integration:
 
     def _look(self, t: float) -> None:
         """Take the event functions at the state as those before the next step."""
-        driver.ask(self.equations, self.steps, self.watch, t, self.steps.y)
+        driver.ask(self.watch, t, self.steps.y)
         self.raise_callback()
         self.watch.before[:] = self.watch.values
 
@@ -246,7 +247,7 @@ class Integration:
     def _sample_all(self, record: Record) -> None:
         full = True
         while full:
-            full = not driver.sample(self.equations, self.steps, self.watch)
+            full = not driver.sample(self.equations.model, self.steps, self.watch)
             self._drain(record)
 
     def _drain(self, record: Record) -> None:

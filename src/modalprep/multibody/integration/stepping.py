@@ -69,14 +69,14 @@ def new_run(y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fix
 
 
 @compile_kernel
-def set_weights(eq, run, z, keep):
+def set_weights(model, linear, run, z, keep):
     """Fill `run.weight` by ``1 / (atol + rtol size)``, sizes by `run.size` and the state z; keep them if `keep`.
 
     Sizes are the largest so far: of the modes of a body, of all rates of turn, of all travels and their rates; a turn
     is measured by one radian at least, the rate of a mode by its deflection times its frequency. So what matters
     little, a mode of no effect or a hinge that happens to rest, does not hold the step.
     """
-    model, size, modal = eq.model, run.size[0], run.modal_size
+    size, modal = run.size[0], run.modal_size
     nx = model.nx
     angle, spin, place, speed = max(1.0, size.angle), size.spin, size.travel, size.speed
     for i in range(len(model.links)):
@@ -108,7 +108,7 @@ def set_weights(eq, run, z, keep):
             modal[i, 0], modal[i, 1] = moved, rate
         _weigh(run.weight, run.clock[0], xq, n, moved)
         for a in range(n):
-            fast = moved * np.sqrt(max(0.0, eq.linear[0, uq - nx + a]))
+            fast = moved * np.sqrt(max(0.0, linear[0, uq - nx + a]))
             _weigh(run.weight, run.clock[0], uq + a, 1, max(rate, fast))
     _weigh(run.weight, run.clock[0], len(z) - 1, 1, work)
 
