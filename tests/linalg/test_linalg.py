@@ -5,6 +5,7 @@ import pytest
 from scipy.sparse import csr_array, diags_array
 
 import modalprep as mp
+from compare import assert_close
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg import modes
 from modalprep.linalg.factor import factorise
@@ -156,3 +157,14 @@ def _needed(A) -> float:
         with pytest.raises(MemoryError) as caught:
             PardisoFactor(A)
     return caught.value.args[0] / 2**30
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_all_modes_over_nine_decades_of_stiffness(seed):
+    """The eigenvalues that the matrices were made of, to the round-off of K relative to the lowest."""
+    rng = np.random.default_rng(seed)
+    w2 = np.sort(10.0 ** rng.uniform(2, 11, 30))
+    inverse = np.linalg.inv(rng.standard_normal((30, 30)) * 10.0 ** rng.uniform(-1, 1, 30)[:, None])
+    K, M = (inverse.T @ np.diag(values) @ inverse for values in (w2, np.ones(30)))
+    modes = lowest_modes(csr_array((K + K.T) / 2), csr_array((M + M.T) / 2), 30)
+    assert_close(modes.w2, w2, 1e-4)  # the matrices themselves are known to 1e-16 of their largest entries

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ SWEEPS = 3
 NEAR = 1e-6  # of w^2: closer modes count as repeated
 REPEATED = 1e-9  # of w^2: modes of one root, split by round-off
 TIE = 1e-6  # of the largest entry
+WIDE = 1e-6  # 1/w^2 over that of the lowest mode: below it round-off matters
 MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
 
@@ -163,7 +165,21 @@ def _dense(K: np.ndarray, M: np.ndarray, n: int, shift: float) -> tuple[np.ndarr
     flexibility, phi = flexibility[::-1], phi[:, ::-1]
     heavy = flexibility > MASSLESS * flexibility[0]
     flexibility, phi = flexibility[heavy], phi[:, heavy]
-    return 1 / flexibility + shift, phi / np.sqrt(flexibility)
+    w2, phi = 1 / flexibility + shift, phi / np.sqrt(flexibility)
+    return _with_upper_modes(K, M, w2, phi) if flexibility[-1] < WIDE * flexibility[0] else (w2, phi)
+
+
+def _with_upper_modes(K: np.ndarray, M: np.ndarray, w2: np.ndarray, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Take the upper half of the decades from K, whose round-off is relative to the highest mode, where M allows it.
+
+    The lower modes stay as they are: each mode is made orthonormal to those below it.
+    """
+    upper = w2 > np.sqrt(abs(w2[0])) * np.sqrt(abs(w2[-1]))
+    with suppress(LinAlgError):  # DOFs without mass: the modes are those of the flexibility
+        values, shapes = eigh(K, M)
+        if len(w2) == len(K):
+            w2, phi = np.where(upper, values, w2), np.where(upper, shapes, phi)
+    return w2, phi @ np.linalg.inv(np.linalg.cholesky(phi.T @ M @ phi)).T
 
 
 def _ritz(K: csr_array, M: csr_array, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
