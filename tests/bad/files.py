@@ -107,6 +107,17 @@ def packed_points(compression):
     return change
 
 
+def packed_datasets(suffix):
+    """The same in HDF5, by itself or beside an .xdmf file."""
+
+    def change(folder):
+        points = np.zeros((6_000_000, 3))
+        points[:4] = CORNERS
+        meshio.write(folder / f"zeros.{suffix}", meshio.Mesh(points, [("tetra", np.array([[0, 1, 2, 3]]))]))
+
+    return change
+
+
 ROD = TET + f"[properties.rod]\n{BEAM_SECTION}"
 ONE = [(0, 1, 2, 3)]
 MESHES = [
@@ -196,6 +207,10 @@ MESHES = [
     *(
         ("quality zeros.vtu", packed_points(compression), "zeros.vtu", "unpacks to far more than its size")
         for compression in ("zlib", "lzma")
+    ),
+    *(
+        (f"quality zeros.{suffix}", packed_datasets(suffix), f"zeros.{suffix}", "unpacks to far more than its size")
+        for suffix in ("cgns", "xdmf")
     ),
     ("quality none.msh", lambda folder: None, "none.msh does not exist"),
 ]

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from compare import assert_close
 from scipy.sparse import csr_array, diags_array
 
 import modalprep as mp
-from compare import assert_close
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg import modes
 from modalprep.linalg.factor import factorise

@@ -42,7 +42,7 @@ ONLY_IN = {  # third parties with one home
     "matplotlib": {"report"},
     "pydantic": {"pipeline"},
     "symengine": {"multibody"},
-    "h5py": {"formats"},
+    "h5py": {"formats", "fe.readers"},
     "tomli_w": {"pipeline"},
     "psutil": {"linalg"},
 }

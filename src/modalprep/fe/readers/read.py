@@ -18,7 +18,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.deck import read_nastran
-from modalprep.fe.readers.unpacking import limited_unpacking
+from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
 from modalprep.suggest import refuse_missing, suggestion
 
 LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048}
@@ -146,6 +146,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
             contextlib.redirect_stderr(io.StringIO()),
             limited_unpacking(len(content)),
         ):
+            refuse_packed_datasets(path, content)
             return _read_msh(path) if path.suffix == ".msh" else meshio.read(path)
     except (Exception, SystemExit) as error:
         raise InputError(f"{damaged}; the reader said: {str(error).strip() or type(error).__name__}") from None
