@@ -261,8 +261,8 @@ def test_weight_of_a_cantilever_at_rest():
     for name, x in (("root", LENGTH), ("middle", LENGTH / 2)):
         exact = (weight * x**2 / 2 - own) / W
         for fibre, sign in ((1, 1), (2, 1), (3, -1), (4, -1), (6, 1), (8, -1)):
-            # bending up to a deflection of 3e-3 of the length: 1e-4
-            assert found[f"{name}.{fibre}.xx"] == pytest.approx(sign * exact, rel=1e-4)
+            # the tip turns by 0.015: arms are shorter by half its square, 1.2e-4, and the weight pulls by 9e-5
+            assert found[f"{name}.{fibre}.xx"] == pytest.approx(sign * exact, rel=2.2e-4)
         assert found[f"{name}.1.von_mises"] == pytest.approx(exact, rel=1e-4)
         assert abs(found[f"{name}.5.xx"]) < 1e-3 * exact
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.body.rigid import rigid_body
+from modalprep.multibody.reference.equations import node_motion
 
 
 @dataclass
@@ -80,3 +81,16 @@ def modal_body(lump: Particles):
         K=lump.K, D=lump.D, frequency=np.sqrt(lump.K) / (2 * np.pi),
         points=x, shape=phi,
     )  # fmt: skip
+
+
+def shape_to_first_order(body, k, q):
+    """Partial velocities (3, n) of interface k to first order in q, which is what the formats hold.
+
+    By a central difference of the equations' own, over a step whose third order is 1e-8 of the first.
+    """
+    step = 1e-4
+
+    def shape(s):
+        return node_motion(body, k, np.zeros(3), s * q, 0 * q)[2][:3]
+
+    return shape(0.0) + (shape(step) - shape(-step)) / (2 * step)
