@@ -5,6 +5,7 @@ import pytest
 from multibody.single_bodies import DOWN, rigid
 
 import modalprep as mp
+from modalprep.body.line import swing
 from modalprep.examples import uniform_beam
 from modalprep.formats.resultfile import read_csv
 
@@ -59,9 +60,11 @@ def test_wrench_of_a_joint_is_in_the_axes_of_the_parents_interface():
 
 
 def test_modal_channel_is_the_deflection(double):
-    np.testing.assert_allclose(
-        double["upper.tip.deflection.y"], double["upper.modal"][:, 0] * uniform_beam(modes=1).phi[1, 1, 0], atol=1e-9
-    )
+    """``h phi q``, h of the strain of the line from root to tip (theory 4.6)."""
+    body, q = uniform_beam(modes=1), double["upper.modal"][:, 0]
+    strain = -0.5 * body.Kg_F[1, 0, 0, 0] * q**2 / 10.0
+    wanted = body.phi[1, 1, 0] * q * [swing(tau)[0] for tau in strain]
+    np.testing.assert_allclose(double["upper.tip.deflection.y"], wanted, atol=1e-9)
 
 
 def test_hinge_torque_is_its_springs(double):
