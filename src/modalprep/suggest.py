@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -97,7 +97,7 @@ def refuse_unknown(name: str, known: Iterable[str], what: str) -> None:
     Traceback (most recent call last):
     modalprep.errors.InputError: placement: body 'hup' does not exist; did you mean 'hub'? known are hub, arm
     """
-    known = list(known)
+    known = known if isinstance(known, Collection) else list(known)
     if name not in known:
         raise InputError(f"{what} {name!r} does not exist; {suggestion(name, known, 'known are')}")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -77,11 +78,22 @@ class Packed:
 
     def link_of(self, body: str) -> int:
         """Return the link that carries a body."""
-        return next(i for i, link in enumerate(self.links) if link.body == body)
+        return self._link_of_body[body]
 
     def links_of(self, joint: str) -> list[int]:
         """Return the links of a joint, inboard first."""
-        return [i for i, link in enumerate(self.links) if link.joint.name == joint]
+        return self._links_of_joint.get(joint, [])
+
+    @cached_property
+    def _link_of_body(self) -> dict[str, int]:
+        return {link.body: i for i, link in enumerate(self.links) if link.body is not None}
+
+    @cached_property
+    def _links_of_joint(self) -> dict[str, list[int]]:
+        found: dict[str, list[int]] = {}
+        for i, link in enumerate(self.links):
+            found.setdefault(link.joint.name, []).append(i)
+        return found
 
     def coordinates_of(self, joint: str) -> list[int]:
         """Return the places of a joint's coordinates in the state."""
