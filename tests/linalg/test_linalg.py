@@ -1,5 +1,9 @@
 """Factorization and modes: two solvers, one answer; results that verify themselves."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from compare import assert_close
@@ -168,3 +172,13 @@ def test_all_modes_over_nine_decades_of_stiffness(seed):
     K, M = (inverse.T @ np.diag(values) @ inverse for values in (w2, np.ones(30)))
     modes = lowest_modes(csr_array((K + K.T) / 2), csr_array((M + M.T) / 2), 30)
     assert_close(modes.w2, w2, 1e-4)  # the matrices themselves are known to 1e-16 of their largest entries
+
+
+def test_library_is_found_without_a_search_of_the_disk():
+    code = (
+        "import glob\ndef search(*args, **options): raise SystemExit('searched')\nglob.glob = search\n"
+        "from modalprep.linalg.pardiso import library\nprint(library()._name)"
+    )
+    clean = {name: value for name, value in os.environ.items() if name != "PYPARDISO_MKL_RT"}
+    done = subprocess.run([sys.executable, "-c", code], env=clean, capture_output=True, text=True)
+    assert "mkl_rt" in done.stdout, done.stderr

@@ -9,8 +9,11 @@ from __future__ import annotations
 
 import os
 import weakref
+from contextlib import suppress
 from ctypes import CDLL, byref, c_int32, c_void_p
 from functools import cache
+from importlib.metadata import PackageNotFoundError, files
+from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -137,6 +140,8 @@ def equilibrium(A: csr_array) -> np.ndarray:
 @cache
 def library() -> CDLL | None:
     """Return oneMKL's library where pypardiso and its wheel are installed, else None."""
+    if path := _listed():
+        os.environ.setdefault("PYPARDISO_MKL_RT", path)
     try:
         from pypardiso import PyPardisoSolver
 
@@ -145,3 +150,12 @@ def library() -> CDLL | None:
         return None
     os.environ.setdefault("PYPARDISO_MKL_RT", path)
     return CDLL(path)
+
+
+def _listed() -> str | None:
+    """Return the library's file by the list of its wheel; pypardiso would search the whole environment for it."""
+    with suppress(PackageNotFoundError):
+        for file in files("mkl") or ():
+            if "mkl_rt" in file.name and (found := Path(file.locate())).is_file():
+                return str(found.resolve())
+    return None
