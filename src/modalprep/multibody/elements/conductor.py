@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_pass
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, value_at, wrench_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, Packer
 from modalprep.multibody.kernels.algebra.tuples import (
@@ -42,7 +42,7 @@ def pack(packer: Packer, loads: Sequence[Conductor]) -> Conductors:
     return Conductors(rows(ROW, found), rows(SEGMENT, segments))
 
 
-@compile_kernel
+@compile_pass
 def apply(packed, environment, model, data, t):
     """Add the magnetic forces; returns their power, 0, 0."""
     power = 0.0

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_pass
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import times
@@ -52,7 +52,7 @@ def pack(packer: Packer, loads: Sequence[ExpelledGas]) -> Gas:
     return Gas(rows(ROW, found), rows(POINT, points))
 
 
-@compile_kernel
+@compile_pass
 def apply(packed, environment, model, data, t):
     """Add all jets; returns their power, 0, 0."""
     power = 0.0

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_pass
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import (
@@ -93,7 +93,7 @@ def added_inertia(
     return total[:3, :3][upper], total[:3, 3:].ravel(), total[3:, 3:][upper]
 
 
-@compile_kernel
+@compile_pass
 def apply(packed, environment, model, data, t):
     """Add wrenches, and the added mass to the inertia of the links; returns power, energy of the water, potential."""
     power, stored, potential = 0.0, 0.0, 0.0

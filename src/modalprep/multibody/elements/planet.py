@@ -14,7 +14,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.data import EPSILON, GROWS
 from modalprep.multibody.kernels.interfaces import add_at_origin
-from modalprep.multibody.kernels.loads.gravity import PLANET, near_planet, planet_load
+from modalprep.multibody.kernels.loads.gravity import PLANET, planet_load
 from modalprep.multibody.kernels.modal_inertia import expand, mode_moments
 from modalprep.multibody.kernels.modal_mass import apply_slopes
 from modalprep.multibody.model.environment import CentralGravity, Orbit
@@ -42,13 +42,12 @@ def pack(system: System) -> np.recarray:
 def apply(planet, model, data):
     """Add gravity to all bodies, with the inertia that `outward` left; returns 0, 0, the potential."""
     potential = 0.0
-    if near_planet(planet):
-        for i in range(len(model.links)):
-            if model.links[i].body >= 0:
-                f, torque, U, field = planet_load(planet, model, data, i)
-                add_at_origin(data.links[i], f, torque)
-                _on_modes(data.modal, model, i, field)
-                potential += U
+    for i in range(len(model.links)):
+        if model.links[i].body >= 0:
+            f, torque, U, field = planet_load(planet, model, data, i)
+            add_at_origin(data.links[i], f, torque)
+            _on_modes(data.modal, model, i, field)
+            potential += U
     return 0.0, 0.0, potential
 
 

@@ -30,6 +30,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     add3,
 )
 from modalprep.multibody.kernels.data import PRESCRIBED
+from modalprep.multibody.kernels.loads.gravity import near_planet
 from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
 from modalprep.multibody.kernels.time_tables import table
 from modalprep.multibody.model.system import System
@@ -136,7 +137,9 @@ def apply(loads, model, data, y, t, tau, slope):
         Overwritten with their derivatives by the hinge's own coordinate and speed.
     """
     environment = loads.environment
-    leaving = leaving_power(loads.fill, environment.tables, environment.planet[0], model, data, y, t)
+    leaving = 0.0
+    if len(loads.fill.rows) > 0:
+        leaving = leaving_power(loads.fill, environment.tables, environment.planet[0], model, data, y, t)
     for u in range(len(tau)):
         tau[u], slope[0, u], slope[1, u] = 0.0, 0.0, 0.0
     total = hinge.apply(loads.hinges, environment, model, y, t, tau, slope)
@@ -154,7 +157,8 @@ def _elements(loads, environment, model, data, t):
     total = add3(total, rotational_spring.apply(loads.rotational_springs, environment, model, data, t))
     total = add3(total, conductor.apply(loads.conductors, environment, model, data, t))
     total = add3(total, expelled_gas.apply(loads.expelled_gas, environment, model, data, t))
-    total = add3(total, planet.apply(environment.planet[0], model, data))
+    if near_planet(environment.planet[0]):
+        total = add3(total, planet.apply(environment.planet[0], model, data))
     return add3(total, immersed_rod.apply(loads.immersed_rods, environment, model, data, t))
 
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PPoly
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_kernel, compile_pass
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import (
     TWO_ENDS,
@@ -79,7 +79,7 @@ def implicit(packed: Rotational) -> list[ImplicitRow]:
     return found
 
 
-@compile_kernel
+@compile_pass
 def apply(packed, environment, model, data, t):
     """Add the torques; returns the power of the dampers, the energy stored, 0."""
     power, stored = 0.0, 0.0

@@ -34,6 +34,7 @@ from modalprep.multibody.kernels.compliance import aim, follow, implicit_acceler
 from modalprep.multibody.kernels.constraints import (
     Constraints,
     Work,
+    any_rows,
     constraint_residual,
 )
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
@@ -117,19 +118,23 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
 def load(eq, t, y):
     """Kinematics and all loads at a state, up to `inward`; False when a callback raised."""
     model, data = eq.model, eq.data
-    prescribe(eq.loads, t, eq.motion)
-    refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
-    pay_out(eq.reels, model, data, y, eq.motion)
+    if len(eq.loads.motions) > 0:  # a call hands over all arrays of its records, which costs more than an empty loop
+        prescribe(eq.loads, t, eq.motion)
+    if len(eq.loads.fill.rows) > 0:
+        refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
+    if len(eq.reels.reels) > 0:
+        pay_out(eq.reels, model, data, y, eq.motion)
     outward(model, data, y, eq.motion)
     eq.shared[0].power = 0.0
-    if eq.flags[0].loaded or eq.cons is not None:
+    if eq.flags[0].loaded or any_rows(eq.cons):
         world(model, data)
     if eq.flags[0].loaded:
         energies = apply(eq.loads, model, data, y, t, eq.tau, eq.slope)
         eq.shared[0].power, eq.shared[0].stored, eq.shared[0].potential = energies
-    reeled, bent = take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
-    eq.shared[0].power += reeled
-    eq.shared[0].stored += bent
+    if len(eq.reels.reels) > 0:
+        reeled, bent = take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
+        eq.shared[0].power += reeled
+        eq.shared[0].stored += bent
     if eq.flags[0].callback:
         copy(y, eq.state)
         call_address(eq.flags[0].callback, t)
@@ -144,12 +149,15 @@ def evaluate(eq, t, y, ydot):
     model, data, nx, nu = eq.model, eq.data, eq.model.nx, len(eq.tau)
     if not load(eq, t, y):
         return FAILED_CALLBACK
-    constraint_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
+    closed = any_rows(eq.cons)
+    if closed:
+        constraint_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
     status = inward(model, data, eq.tau, None, 0.0, 0.0)
     if status >= 0:
         return status
     forward(model, data, eq.tau, ydot[nx : nx + nu])
-    constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, ydot[nx : nx + nu])
+    if closed:
+        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, ydot[nx : nx + nu])
     kinematic(model, y, ydot)
     ydot[nx + nu] = power(eq, eq.work, y)
     if eq.flags[0].reference:

@@ -99,6 +99,14 @@ class Work(NamedTuple):
     kept: np.ndarray  # (nl,) KEPT, of the links before the multipliers act
 
 
+@compile_inline
+def any_rows(cons):
+    """Whether there are constraints; `cons` may be None."""
+    if cons is None:
+        return False
+    return len(cons.rows) > 0
+
+
 @compile_kernel
 def constraint_residual(cons, model, data, y, motion, t, work):
     """Write ``phi``, ``rate``, ``bias`` and the lines of action, after `outward` and `world`; `cons` may be None."""

@@ -6,7 +6,7 @@ compiled.
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
     UNIT9,
     product,
@@ -194,9 +194,14 @@ def deflected_node(modal, model, data, link, node, r):
     """Position, rotation, velocity and spin of an interface in its link's axes, from its place r when undeformed."""
     if modal is not None:
         if model.links[link].slot >= 0:
-            r, turn, _, _, v, w, _, _ = node_motion(modal, model, data, link, node, len(modal.Phi) - 1, r)
-            return r, turn, v, w
+            return _deflected_node(model, data, link, node, r)
     return r, UNIT9, ZERO3, ZERO3
+
+
+@compile_kernel
+def _deflected_node(model, data, link, node, r):
+    r, turn, _, _, v, w, _, _ = node_motion(data.modal, model, data, link, node, len(data.modal.Phi) - 1, r)
+    return r, turn, v, w
 
 
 @compile_inline
@@ -214,27 +219,38 @@ def deflected_acceleration(modal, model, data, link, node, r):
     """Place of an interface, its elastic acceleration, and that without A and q'', both linear and angular."""
     w = get3(data.links[link].omega)
     if modal is not None:
-        s = model.links[link].slot
-        if s >= 0:
-            slot, n = len(modal.Phi) - 1, model.links[link].modes
-            r, _, x, scale, _, _, linear, angular = node_motion(modal, model, data, link, node, slot, r)
-            turn_shape(modal, slot, n, x, scale, ZERO3)
-            v, t = elastic_acceleration(modal, slot, n, s)
-            return r, v, t, linear, angular
+        if model.links[link].slot >= 0:
+            return _deflected_acceleration(model, data, link, node, r)
     return r, ZERO3, ZERO3, cross(w, cross(w, r)), ZERO3
+
+
+@compile_kernel
+def _deflected_acceleration(model, data, link, node, r):
+    modal, n = data.modal, model.links[link].modes
+    slot = len(modal.Phi) - 1
+    r, _, x, scale, _, _, linear, angular = node_motion(modal, model, data, link, node, slot, r)
+    turn_shape(modal, slot, n, x, scale, ZERO3)
+    v, t = elastic_acceleration(modal, slot, n, model.links[link].slot)
+    return r, v, t, linear, angular
 
 
 @compile_inline
 def load_modes(modal, model, data, link, node, r, force, torque):
     """Add a force and a torque at an interface, link's axes, to the modal loads; returns the interface's place."""
     if modal is not None:
-        s = model.links[link].slot
-        if s >= 0:
-            slot, n = len(modal.Phi) - 1, model.links[link].modes
-            r, _, x, scale, _, _, _, _ = node_motion(modal, model, data, link, node, slot, r)
-            turn_shape(modal, slot, n, x, scale, ZERO3)
-            for a in range(n):
-                modal.load[s, a] += on_shape(modal, slot, a, force, torque)
+        if model.links[link].slot >= 0:
+            return _load_modes(model, data, link, node, r, force, torque)
+    return r
+
+
+@compile_kernel
+def _load_modes(model, data, link, node, r, force, torque):
+    modal, s, n = data.modal, model.links[link].slot, model.links[link].modes
+    slot = len(modal.Phi) - 1
+    r, _, x, scale, _, _, _, _ = node_motion(modal, model, data, link, node, slot, r)
+    turn_shape(modal, slot, n, x, scale, ZERO3)
+    for a in range(n):
+        modal.load[s, a] += on_shape(modal, slot, a, force, torque)
     return r
 
 

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel
+from modalprep.jit import compile_inline, compile_kernel, compile_pass
 from modalprep.multibody.kernels.algebra.tuples import (
     add6,
     get6,
@@ -189,8 +189,6 @@ def constraint_accelerations(cons, model, data, work, alpha, beta, udot):
     """
     if cons is None:
         return
-    if len(cons.rows) == 0:
-        return
     keep(data, work)
     observe_ends(cons, model, data, work, 1.0)
     for i in range(len(cons.rows)):
@@ -286,7 +284,7 @@ def _superpose(cons, model, data, work, udot):
         write_accelerations(data.modal, model, i, udot)
 
 
-@compile_kernel
+@compile_pass
 def constraint_power(work):
     """Power (W) of the prescribed values: what constraints that depend on time put into the system; 0 of None."""
     if work is None:
