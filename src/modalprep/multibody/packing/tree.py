@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -48,14 +49,11 @@ class Link:
 
 @dataclass(frozen=True)
 class Packed:
-    """A system as the kernels read it.
-
-    `nu` is the number of speeds; `model` is constant, `data()` makes what an evaluation writes.
-    """
+    """A system as the kernels read it: `model` is constant, `data()` makes what an evaluation writes."""
 
     model: Model
     links: tuple[Link, ...]
-    nu: int
+    nu: int  # number of speeds
     depleting: bool
 
     @property
@@ -90,10 +88,8 @@ class Packed:
 
     @cached_property
     def _links_of_joint(self) -> dict[str, list[int]]:
-        found: dict[str, list[int]] = {}
-        for i, link in enumerate(self.links):
-            found.setdefault(link.joint.name, []).append(i)
-        return found
+        of = [link.joint.name for link in self.links]  # those of a joint follow each other
+        return {name: list(found) for name, found in groupby(range(len(of)), of.__getitem__)}
 
     def coordinates_of(self, joint: str) -> list[int]:
         """Return the places of a joint's coordinates in the state."""
