@@ -175,9 +175,9 @@ def _with_upper_modes(K: np.ndarray, M: np.ndarray, w2: np.ndarray, phi: np.ndar
     The lower modes stay as they are: each mode is made orthonormal to those below it.
     """
     upper = w2 > np.sqrt(abs(w2[0])) * np.sqrt(abs(w2[-1]))
-    with suppress(LinAlgError):  # DOFs without mass: the modes are those of the flexibility
-        values, shapes = eigh(K, M)
-        if len(w2) == len(K):
+    if len(w2) == len(K):
+        with suppress(LinAlgError):  # M is singular to round-off: the modes are those of the flexibility
+            values, shapes = eigh(K, M)
             w2, phi = np.where(upper, values, w2), np.where(upper, shapes, phi)
     return w2, phi @ np.linalg.inv(np.linalg.cholesky(phi.T @ M @ phi)).T
 

@@ -7,12 +7,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels import constraints, multipliers, projection
-from modalprep.multibody.kernels.constraints import (
-    ANGLE,
-    COUPLER,
-    DISTANCE,
-    POINT,
-)
+from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, DISTANCE, POINT
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler

@@ -94,10 +94,8 @@ class Integration:
         }
         for flag in ("callback", "reference"):
             self.equations.flags[flag] = self.pointers[flag].address if self.pointers[flag] else 0
-        self.watch, self.looked = (
-            self._watch(times, size),
-            (0, 0.0),
-        )  # evaluations and time when `refuse_endless` looked
+        self.watch = self._watch(times, size)
+        self.looked = (0, 0.0)  # evaluations and time when `refuse_endless` looked
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
