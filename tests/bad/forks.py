@@ -10,7 +10,7 @@ import sys
 from contextlib import contextmanager
 
 SERVER = """
-import json, os, resource, signal, sys, time
+import glob, json, os, resource, signal, sys, time
 import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipeline.build.build
 import modalprep.pipeline.systems.systems
 import modalprep.report.page, modalprep.report.plots
@@ -41,6 +41,8 @@ for line in sys.stdin:
         time.sleep(order["kill"])
         os.kill(process, signal.SIGKILL)
     _, status = os.waitpid(process, 0)
+    for left in glob.glob(f"/dev/shm/__KMP_REGISTERED_LIB_{process}_*"):  # of OpenMP in a process that was killed
+        os.unlink(left)
     print("DONE", os.waitstatus_to_exitcode(status), time.monotonic() - start, flush=True)
 """
 THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS")}

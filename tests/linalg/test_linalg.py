@@ -182,3 +182,15 @@ def test_library_is_found_without_a_search_of_the_disk():
     clean = {name: value for name, value in os.environ.items() if name != "PYPARDISO_MKL_RT"}
     done = subprocess.run([sys.executable, "-c", code], env=clean, capture_output=True, text=True)
     assert "mkl_rt" in done.stdout, done.stderr
+
+
+@pytest.mark.skipif(not os.path.isdir("/dev/shm"), reason="shared memory is elsewhere here")
+def test_an_ended_process_of_the_same_number_left_an_empty_registration():
+    """OpenMP reads the file that is there: a bus error."""
+    code = (
+        "import os\nopen(f'/dev/shm/__KMP_REGISTERED_LIB_{os.getpid()}_{os.getuid()}', 'w').close()\n"
+        "import numpy as np\nfrom scipy.sparse import csr_array\nfrom modalprep.linalg.pardiso import PardisoFactor\n"
+        "print(PardisoFactor(csr_array(np.diag([2.0, 4.0]))).solve(np.ones(2)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.stdout == "[0.5  0.25]\n", (done.returncode, done.stderr)

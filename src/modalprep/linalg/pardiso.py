@@ -140,6 +140,7 @@ def equilibrium(A: csr_array) -> np.ndarray:
 @cache
 def library() -> CDLL | None:
     """Return oneMKL's library where pypardiso and its wheel are installed, else None."""
+    _remove_empty_registration()
     if path := _listed():
         os.environ.setdefault("PYPARDISO_MKL_RT", path)
     try:
@@ -150,6 +151,18 @@ def library() -> CDLL | None:
         return None
     os.environ.setdefault("PYPARDISO_MKL_RT", path)
     return CDLL(path)
+
+
+def _remove_empty_registration() -> None:
+    """Remove the empty file that an ended process of the same number has left, for instance on a full disk.
+
+    The OpenMP library of oneMKL registers itself in shared memory by the number of its process; it takes a file that
+    is there for whole, and reading an empty one ends the process by a bus error.
+    """
+    left = Path(f"/dev/shm/__KMP_REGISTERED_LIB_{os.getpid()}_{getattr(os, 'getuid', int)()}")
+    with suppress(OSError):
+        if left.stat().st_size == 0:
+            left.unlink()
 
 
 def _listed() -> str | None:
