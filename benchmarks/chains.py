@@ -66,13 +66,10 @@ def compiled(given: tuple) -> Callable[[int], None]:
 
 def from_python(given: tuple) -> Callable[[int], None]:
     """Return a call that evaluates the accelerations of rigid bodies a number of times from Python."""
-    model, data, y, _, tau, udot = given
-    forces, evaluate = np.stack([tau, udot]), kernel.rigid_accelerations
-    links, moving, interfaces = model.links, data.links, model.interfaces
 
     def call(count: int) -> None:
         for _ in range(count):
-            evaluate(links, moving, interfaces, y, forces)
+            kernel.accelerations(*given)
 
     return call
 

@@ -8,20 +8,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
-from types import FunctionType, ModuleType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 from numba import core, njit
 
+from modalprep import by_address, linking
+from modalprep.linking import STAMP, KernelCompiler, LinkedCode
+
 # No flag that assumes finite numbers: a NaN must stay a NaN. Without reference counts (_nrt) a kernel cannot make
-# arrays, nor assign one to a slice of another (algebra.copy does); calls that pass records of arrays are then cheap,
-# and so is their compilation. Nobody takes kernels as C functions. Without `forceinline` here a kernel takes it from
-# the function for which it is compiled first, and large kernels are then compiled into each of their callers.
+# arrays, nor assign one to a slice of another (algebra.copy does). Nobody takes kernels as C functions. Without
+# `forceinline` here a kernel takes it from the function for which it is compiled first.
 OPTIONS = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "_nrt": False,
-    "no_cfunc_wrapper": True, "forceinline": False,
+    "no_cfunc_wrapper": True, "forceinline": False, "pipeline_class": KernelCompiler,
 }  # fmt: skip
-STAMP = "modalprep_stamp"
 
 
 def compile_kernel(function: Callable, **options: Any) -> Callable:
@@ -37,6 +38,9 @@ def compile_kernel(function: Callable, **options: Any) -> Callable:
         kernel = njit(cache=False, **(OPTIONS | options))(function)
     if isinstance(getattr(kernel, "_cache", None), core.caching.Cache):  # not without a cache or a compiler
         kernel._cache._cache_file = CompiledFiles(kernel._cache._cache_file, stamp)
+        kernel._cache._impl = LinkedCode(function)
+    if isinstance(kernel, core.dispatcher.Dispatcher):
+        linking.register(kernel)
     return kernel
 
 
@@ -49,23 +53,6 @@ def compile_inline(function: Callable) -> Callable:
     """Return the function compiled into each of its callers: small algebra on tuples that stay in registers."""
     _stamp(function)
     return njit(no_cpython_wrapper=True, **(OPTIONS | {"forceinline": True}))(function)
-
-
-def compile_pass(function: Callable) -> Callable:
-    """Return `compile_kernel` of a function that compiled callers take in whole.
-
-    A call hands over every number of its records of arrays, as much as the work on a few links.
-    """
-    return compile_kernel(function, forceinline=True)
-
-
-def compile_merged(function: Callable) -> Callable:
-    """Return the function merged into its one caller before compilation, for code that calls large kernels.
-
-    Every compiled function links and optimises all that it calls once more; a merged one does not.
-    """
-    _stamp(function)
-    return njit(inline="always", no_cpython_wrapper=True, **OPTIONS)(function)
 
 
 @contextmanager
@@ -121,14 +108,11 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
 
     def load(self, key: Any) -> Any:
         """Return what was saved for a signature, None if there is nothing, of another version, or not whole."""
-        gone = (
-            OSError,
-            EOFError,
-            pickle.UnpicklingError,
-            ImportError,
-            AttributeError,
-        )  # also of modules that have moved
-        with suppress(*gone), open(self._data_path(self._name(key)), "rb") as file:
+        moved = (ImportError, AttributeError)
+        with (
+            suppress(OSError, EOFError, pickle.UnpicklingError, *moved),
+            open(self._data_path(self._name(key)), "rb") as file,
+        ):
             if pickle.load(file) == (self._version, self._source_stamp):
                 saved, data = pickle.load(file)
                 return data if saved == key else None
@@ -143,12 +127,20 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
 
 def _stamp(function: Callable) -> str:
     """Fingerprint of all that the compiled code depends on; kept on the function for its callers."""
-    parts = [_file(__file__), *([_file(function.__code__.co_filename)] if hasattr(function, "__code__") else [])]
+    parts = [_file(name) for name in (__file__, by_address.__file__, linking.__file__)]
     parts += [getattr(used, STAMP, None) or repr(used) for used in _known(function)]
+    if code := getattr(function, "__code__", None):
+        parts += [_file(code.co_filename), repr(_own(function, code))]
     stamp = hashlib.sha256("|".join(parts).encode()).hexdigest()
-    if hasattr(function, "__code__"):
+    if code:
         setattr(function, STAMP, stamp)
     return stamp
+
+
+def _own(function: Callable, code: CodeType) -> list:
+    """What tells functions of one name apart, as two lambdas in one line."""
+    constants = [x for x in code.co_consts if not isinstance(x, CodeType)]
+    return [code.co_firstlineno, code.co_code, constants, [cell.cell_contents for cell in function.__closure__ or ()]]
 
 
 def _known(function: Callable) -> Iterator[Any]:
@@ -159,7 +151,7 @@ def _known(function: Callable) -> Iterator[Any]:
     """
     values = list(getattr(function, "__globals__", {}).values())
     for value in [*values, *(v for module in values if isinstance(module, ModuleType) for v in vars(module).values())]:
-        compiled = getattr(value, "py_func", value)
+        compiled = value.py_func if isinstance(value, core.dispatcher.Dispatcher) else value
         if isinstance(compiled, FunctionType) and hasattr(compiled, STAMP):
             yield compiled
     yield from (value for value in values if _constant(value))

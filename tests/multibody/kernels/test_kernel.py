@@ -267,13 +267,6 @@ def test_derivative_is_all_of_it():
     assert_close(ydot[e.packed.nx :], np.linalg.solve(*e.dense()), ROUND_OFF)
 
 
-def test_bare_arrays_of_rigid_bodies():
-    e = Evaluation(1, most=1, prescribed=False)
-    forces = np.stack([e.tau, 0 * e.tau])
-    assert kernel.rigid_accelerations(e.model.links, e.data.links, e.model.interfaces, e.y, forces) == -1
-    np.testing.assert_array_equal(forces[1], e.run())
-
-
 @pytest.mark.parametrize("kind", ["revolute", "prismatic", "spherical", "free"])
 def test_pivot_that_is_not_positive_names_its_link(kind):
     rng = np.random.default_rng(0)

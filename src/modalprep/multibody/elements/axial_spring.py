@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
 from modalprep.multibody.kernels.algebra.matrices import UNIT9
@@ -50,7 +50,7 @@ def implicit(packed: np.recarray) -> list[ImplicitRow]:
     return [ImplicitRow(DISTANCE, np.zeros(3), c.stiffness, c.damping, ground_or_interface(c)) for c in tight]
 
 
-@compile_pass
+@compile_kernel
 def apply(rows, environment, model, data, t):
     """Add the forces; returns the power of dampers and actuators, the energy stored, 0."""
     power, stored = 0.0, 0.0

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, ImplicitRow, Packer, ground_or_interface, motion
 from modalprep.multibody.kernels.algebra.matrices import (
@@ -70,7 +70,7 @@ def implicit(packed: np.recarray) -> list[ImplicitRow]:
     ]  # fmt: skip
 
 
-@compile_pass
+@compile_kernel
 def apply(rows, environment, model, data, t):
     """Add the forces and torques; returns the power of the dampers, the energy stored, 0."""
     power, stored = 0.0, 0.0

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, value_at, wrench_at
 from modalprep.multibody.elements.packer import TWO_ENDS, ElementKind, Packer
 from modalprep.multibody.kernels.algebra.tuples import (
@@ -25,6 +26,7 @@ ROW = np.dtype([("current", np.int64), ("first", np.int64), ("end", np.int64)]) 
 SEGMENT = np.dtype([*TWO_ENDS])
 
 
+@by_address
 class Conductors(NamedTuple):
     """Packed conductors and their straight segments."""
 
@@ -42,7 +44,7 @@ def pack(packer: Packer, loads: Sequence[Conductor]) -> Conductors:
     return Conductors(rows(ROW, found), rows(SEGMENT, segments))
 
 
-@compile_pass
+@compile_kernel
 def apply(packed, environment, model, data, t):
     """Add the magnetic forces; returns their power, 0, 0."""
     power = 0.0

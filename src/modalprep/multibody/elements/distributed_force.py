@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel, compile_pass
+from modalprep.by_address import by_address
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, value_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import (
@@ -36,6 +37,7 @@ ROW = np.dtype([
 ])  # fmt: skip
 
 
+@by_address
 class Distributed(NamedTuple):
     """Packed distributed forces."""
 
@@ -64,7 +66,7 @@ def _row(packer: Packer, load: DistributedForce) -> tuple[tuple, np.ndarray]:
     return (link, follows, factor, force.sum(axis=0), first.ravel()), modes
 
 
-@compile_pass
+@compile_kernel
 def apply(packed, environment, model, data, t):
     """Add the forces on all points, which move with them; returns their power, 0, 0."""
     power = 0.0

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import times
@@ -34,6 +35,7 @@ ROW = np.dtype([
 POINT = np.dtype([("link", np.int64), ("interface", np.int64)])
 
 
+@by_address
 class Gas(NamedTuple):
     """Packed jets and the points of their ways."""
 
@@ -52,7 +54,7 @@ def pack(packer: Packer, loads: Sequence[ExpelledGas]) -> Gas:
     return Gas(rows(ROW, found), rows(POINT, points))
 
 
-@compile_pass
+@compile_kernel
 def apply(packed, environment, model, data, t):
     """Add all jets; returns their power, 0, 0."""
     power = 0.0

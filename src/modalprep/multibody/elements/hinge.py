@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, value_at
 from modalprep.multibody.elements.packer import Packer
 from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
@@ -45,7 +45,7 @@ def _places(packed: Packed, joint: str) -> list[tuple[int, int]]:
     return found
 
 
-@compile_pass
+@compile_kernel
 def apply(rows, environment, model, y, t, tau, slope):
     """Add hinge forces to ``tau (nu,)``, their derivatives to ``slope (2, nu)``; returns power, energy stored, 0."""
     power, stored = 0.0, 0.0

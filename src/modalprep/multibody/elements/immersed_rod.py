@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import (
@@ -49,6 +50,7 @@ ROW = np.dtype([
 GAUSS = tuple(((1 + float(x)) / 2, float(w) / 2) for x, w in zip(*np.polynomial.legendre.leggauss(5), strict=True))
 
 
+@by_address
 class Rods(NamedTuple):
     """Packed rods."""
 
@@ -93,7 +95,7 @@ def added_inertia(
     return total[:3, :3][upper], total[:3, 3:].ravel(), total[3:, 3:][upper]
 
 
-@compile_pass
+@compile_kernel
 def apply(packed, environment, model, data, t):
     """Add wrenches, and the added mass to the inertia of the links; returns power, energy of the water, potential."""
     power, stored, potential = 0.0, 0.0, 0.0

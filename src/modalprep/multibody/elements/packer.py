@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from modalprep.by_address import by_address
 from modalprep.errors import InputError
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
@@ -29,6 +30,7 @@ TWO_ENDS = (
 )  # the first fields of an element between two interfaces
 
 
+@by_address
 class Environment(NamedTuple):
     """What all elements may read: the functions of time, and the planet (`kernels.loads.gravity`)."""
 

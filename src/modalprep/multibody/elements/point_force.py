@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene, value_at, wrench_at
 from modalprep.multibody.elements.packer import ElementKind, Packer
 from modalprep.multibody.kernels.algebra.matrices import times
@@ -37,7 +37,7 @@ def _row(packer: Packer, load: PointForce) -> tuple:
     return (*packer.end(load.at), load.axes == "body", force, torque)
 
 
-@compile_pass
+@compile_kernel
 def apply(rows, environment, model, data, t):
     """Add the forces; returns their power, 0, 0."""
     power = 0.0

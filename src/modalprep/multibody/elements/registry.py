@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_merged
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements import (
     axial_spring,
     bushing,
@@ -54,6 +55,7 @@ CONDUCTORS = OBSERVED.index(conductor.KIND)
 MOTION = np.dtype([("link", np.int64), ("law", np.int64)])  # prescribed link, function of time
 
 
+@by_address
 class Loads(NamedTuple):
     """Everything that loads or drives a packed system."""
 
@@ -137,9 +139,7 @@ def apply(loads, model, data, y, t, tau, slope):
         Overwritten with their derivatives by the hinge's own coordinate and speed.
     """
     environment = loads.environment
-    leaving = 0.0
-    if len(loads.fill.rows) > 0:
-        leaving = leaving_power(loads.fill, environment.tables, environment.planet[0], model, data, y, t)
+    leaving = leaving_power(loads.fill, environment.tables, environment.planet[0], model, data, y, t)
     for u in range(len(tau)):
         tau[u], slope[0, u], slope[1, u] = 0.0, 0.0, 0.0
     total = hinge.apply(loads.hinges, environment, model, y, t, tau, slope)
@@ -147,7 +147,7 @@ def apply(loads, model, data, y, t, tau, slope):
     return Energies(leaving + total[0], total[1], total[2])
 
 
-@compile_merged
+@compile_kernel
 def _elements(loads, environment, model, data, t):
     """Add all that acts on bodies; planets and water read the inertia that `outward` left, so water comes last."""
     total = point_force.apply(loads.point_forces, environment, model, data, t)

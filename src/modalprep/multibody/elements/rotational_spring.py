@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.interpolate import PPoly
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.elements.packer import (
     TWO_ENDS,
@@ -49,6 +50,7 @@ ROW = np.dtype([
 TILTED = 1e-12  # squared cosine of half the tilt between the axes: with opposite axes there is no angle
 
 
+@by_address
 class Rotational(NamedTuple):
     """Packed springs."""
 
@@ -79,7 +81,7 @@ def implicit(packed: Rotational) -> list[ImplicitRow]:
     return found
 
 
-@compile_pass
+@compile_kernel
 def apply(packed, environment, model, data, t):
     """Add the torques; returns the power of the dampers, the energy stored, 0."""
     power, stored = 0.0, 0.0

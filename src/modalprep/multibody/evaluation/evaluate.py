@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_pass
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
 from modalprep.multibody.evaluation.loading import Loading
@@ -71,6 +72,7 @@ SHARED = np.dtype([
 WIDE, SMOOTHINGS = 10.0, 3
 
 
+@by_address
 class Equations(NamedTuple):
     """The equations of a loaded system: model and data, loads, constraints, what a step method adds."""
 
@@ -114,16 +116,13 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
     )  # fmt: skip
 
 
-@compile_pass
+@compile_kernel
 def load(eq, t, y):
     """Kinematics and all loads at a state, up to `inward`; False when a callback raised."""
     model, data = eq.model, eq.data
-    if len(eq.loads.motions) > 0:  # a call hands over all arrays of its records, which costs more than an empty loop
-        prescribe(eq.loads, t, eq.motion)
-    if len(eq.loads.fill.rows) > 0:
-        refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
-    if len(eq.reels.reels) > 0:
-        pay_out(eq.reels, model, data, y, eq.motion)
+    prescribe(eq.loads, t, eq.motion)
+    refresh(eq.loads.fill, eq.loads.environment.tables, model, data, t)
+    pay_out(eq.reels, model, data, y, eq.motion)
     outward(model, data, y, eq.motion)
     eq.shared[0].power = 0.0
     if eq.flags[0].loaded or any_rows(eq.cons):
@@ -131,10 +130,9 @@ def load(eq, t, y):
     if eq.flags[0].loaded:
         energies = apply(eq.loads, model, data, y, t, eq.tau, eq.slope)
         eq.shared[0].power, eq.shared[0].stored, eq.shared[0].potential = energies
-    if len(eq.reels.reels) > 0:
-        reeled, bent = take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
-        eq.shared[0].power += reeled
-        eq.shared[0].stored += bent
+    reeled, bent = take_up(eq.reels, model, data, y, eq.motion, eq.tau, eq.slope)
+    eq.shared[0].power += reeled
+    eq.shared[0].stored += bent
     if eq.flags[0].callback:
         copy(y, eq.state)
         call_address(eq.flags[0].callback, t)
@@ -178,7 +176,7 @@ def close(eq, t, y, stiff):
     )  # fmt: skip
 
 
-@compile_pass
+@compile_kernel
 def hinge_slopes(eq):
     """Write the hinges' stiffness and damping of the last `load` to `linear`, negative ones as zero."""
     for i in range(len(eq.model.links)):
@@ -238,7 +236,7 @@ def keep_slow(eq, t, y, c1, c2, e, scratch):
         smooth(eq, WIDE * c1, WIDE * WIDE * c2, e, scratch)
 
 
-@compile_pass
+@compile_kernel
 def power(eq, work, y):
     """Power (W) of loads, prescribed hinges and prescribed values of `work` less modal damping, after `forward`."""
     model, data, nx = eq.model, eq.data, eq.model.nx

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from scipy.integrate import DOP853
 
-from modalprep.jit import compile_kernel, compile_merged
+from modalprep.jit import compile_kernel
 from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate
 from modalprep.multibody.integration.stepping import set_weights
 from modalprep.multibody.kernels.algebra.tuples import copy
@@ -21,7 +21,7 @@ FIFTH, THIRD = DOP853.E5.copy(), DOP853.E3.copy()
 A_DENSE, C_DENSE, DENSE = DOP853.A_EXTRA.copy(), DOP853.C_EXTRA.copy(), DOP853.D.copy()
 
 
-@compile_merged
+@compile_kernel
 def explicit_step(eq, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance."""
     K = run.K
@@ -68,7 +68,7 @@ def _error(run, h):
     return h * fifth / ((fifth + 0.01 * third) * len(run.y)) ** 0.5
 
 
-@compile_merged
+@compile_kernel
 def explicit_rows(eq, run, t, h):
     """Write the dense output of an accepted step, before `y` moves on; three more evaluations, of closed loops."""
     K, rows, n = run.K, run.rows, len(run.y)

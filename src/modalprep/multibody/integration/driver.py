@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel, compile_merged
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
@@ -41,6 +42,7 @@ LEFT = 1e-300  # event function just after its event, on the side that the motio
 TOO_FAR = 100.0  # body sizes of deflection: far beyond the validity of a modal body
 
 
+@by_address
 class Watch(NamedTuple):
     """What is looked at after every step."""
 
@@ -76,7 +78,7 @@ def begin(eq, run, method, t, stop):
     return _first_size(eq, run, ERROR_ORDER[method], stop - t)
 
 
-@compile_merged
+@compile_kernel
 def _first_size(eq, run, order, left):
     """First step size of Hairer, Norsett and Wanner (1993), II.4."""
     set_weights(eq.model, eq.linear, run, run.y, True)
@@ -148,7 +150,7 @@ def advance(eq, run, watch, method, stop, most):
     return RUNNING
 
 
-@compile_merged
+@compile_kernel
 def _try(eq, run, method, t, h):
     if method == EXPLICIT:
         return explicit_step(eq, run, t, h)
@@ -157,7 +159,7 @@ def _try(eq, run, method, t, h):
     return alpha_step(eq, run, t, h)
 
 
-@compile_merged
+@compile_kernel
 def _hold(eq, run, method, h, t, last):
     """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status.
 
@@ -181,7 +183,7 @@ def _hold(eq, run, method, h, t, last):
     return status
 
 
-@compile_merged
+@compile_kernel
 def _accept(eq, run, watch, method, h, t):
     """Move on to the state `new` at time t, with dense output where it will be asked for."""
     status = GOOD

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from modalprep.jit import compile_inline, compile_kernel, compile_merged
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.evaluation.evaluate import (
     FAILED_CALLBACK,
     GOOD,
@@ -40,7 +40,7 @@ LEAST_SHARE = 1e-4  # of the tolerance for a step: of many more steps than 10 00
 ROUND_OFF = 1e-13  # of a coordinate: iterations do not come closer
 
 
-@compile_merged
+@compile_kernel
 def alpha_step(eq, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance.
 
@@ -115,7 +115,7 @@ def _place(eq, run, h, p):
     move(eq.model, run.y, d[:nu], run.new)
 
 
-@compile_merged
+@compile_kernel
 def _finish(eq, run, t, h, share):
     """Write the state of the last iteration and its derivative; returns the error of the step.
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_merged
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.evaluation.evaluate import (
     FAILED_CALLBACK,
     GOOD,
@@ -46,7 +46,7 @@ EMBEDDED = np.array([0.37810903145819369, -0.096042292212423178, 0.5, 0.21793326
 STAGES = 4
 
 
-@compile_merged
+@compile_kernel
 def rosenbrock_step(eq, run, t, h):
     """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance."""
     for i in range(STAGES):
@@ -78,7 +78,7 @@ def _largest(error, weight, begin, end):
     return worst
 
 
-@compile_merged
+@compile_kernel
 def _stage(eq, run, t, h, i):
     """Solve stage i for its row of K; its speeds stand in row 3 + i of `rows`."""
     nx, nu = eq.model.nx, len(eq.tau)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.by_address import by_address
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.joints import normalise
@@ -39,6 +40,7 @@ SIZE = np.dtype(
 )
 
 
+@by_address
 class Run(NamedTuple):
     """State and scratch of an integration; `y` and `ydot` are those at ``clock.time``."""
 

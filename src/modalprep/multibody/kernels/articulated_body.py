@@ -11,7 +11,7 @@ Spatial vectors are (linear, angular), in the link's frame; accelerations are th
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel, compile_pass
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
     hinged_times,
     inertia_times,
@@ -37,7 +37,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put_angular,
     sub6,
 )
-from modalprep.multibody.kernels.data import REVOLUTE, Data, Model
+from modalprep.multibody.kernels.data import REVOLUTE
 from modalprep.multibody.kernels.joints import (
     along_joint,
     factor_joint,
@@ -65,7 +65,7 @@ from modalprep.multibody.kernels.modal_interfaces import (
 )
 
 
-@compile_pass
+@compile_kernel
 def outward(model, data, y, motion):
     """Kinematics of every link, its own inertia and bias, root to tips: theory (5.1), and the bias of (5.2).
 
@@ -94,7 +94,7 @@ def outward(model, data, y, motion):
         own_inertia(data.modal, model, data, i, y)
 
 
-@compile_pass
+@compile_kernel
 def inward(model, data, tau, more, c1, c2):
     """Articulated inertias and bias forces, tips to root: theory (5.3), (5.4).
 
@@ -137,7 +137,7 @@ def inward(model, data, tau, more, c1, c2):
     return -1
 
 
-@compile_pass
+@compile_kernel
 def forward(model, data, tau, udot):
     """Accelerations after `inward`, root to tips, theory (5.2): ``udot (nu,)``, of links and q'' in the data."""
     _accelerate(model, data, tau, udot, 1.0)
@@ -213,7 +213,7 @@ def spread(model, data, udot):
         write_accelerations(data.modal, model, i, udot)
 
 
-@compile_pass
+@compile_kernel
 def kinematic(model, y, ydot):
     """Time derivatives of the coordinates: the first nx numbers of ``ydot``."""
     for i in range(len(model.links)):
@@ -235,7 +235,7 @@ def reactions(model, data, out):
         put6(out[i], add6(inertia_times(own.M, own.H, own.J, get6(own.acceleration)), get6(own.force)))
 
 
-@compile_pass
+@compile_kernel
 def accelerations(model, data, y, motion, tau, udot):
     """All accelerations ``udot (nu,)`` of a system without loads but `tau`; returns the status of `inward`."""
     outward(model, data, y, motion)
@@ -243,19 +243,6 @@ def accelerations(model, data, y, motion, tau, udot):
     if status < 0:
         forward(model, data, tau, udot)
     return status
-
-
-def _rigid_accelerations(links, data, interfaces, y, forces):
-    """`accelerations` of rigid bodies without prescribed joints, from five bare arrays: the quickest call from Python.
-
-    ``links (nl,)`` LINK, ``data (nl + 1,)`` LINK_DATA, `interfaces` those of the model. The first row of
-    ``forces (2, nu)`` holds `tau`, the second receives the accelerations.
-    """
-    model = Model(links, interfaces, interfaces[0], 0.0, len(y) - forces.shape[1], None)
-    return accelerations(model, Data(data, None), y, forces, forces[0], forces[1])
-
-
-rigid_accelerations = compile_kernel(_rigid_accelerations, nogil=False)
 
 
 @compile_kernel

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.by_address import by_address
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (
@@ -61,6 +62,7 @@ LINE = np.dtype([("force", np.float64, 3), ("torque_a", np.float64, 3), ("torque
 KEPT = np.dtype([("force", np.float64, 6), ("acceleration", np.float64, 6)])
 
 
+@by_address
 class Constraints(NamedTuple):
     """Packed constraints."""
 
@@ -70,6 +72,7 @@ class Constraints(NamedTuple):
     terms: np.ndarray  # (nt,) TERM
 
 
+@by_address
 class Work(NamedTuple):
     """What changes in the constraints of a run, scratch and outcome of one evaluation."""
 

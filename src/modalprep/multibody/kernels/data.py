@@ -17,6 +17,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.by_address import by_address
+
 # Types of links' joints. SLIDING moves along its axis, PRESCRIBED along or about it, by the link's `along` and `about`.
 WELD, REVOLUTE, SLIDING, SPHERICAL, FREE, PRESCRIBED = range(6)
 COORDINATES = (0, 1, 1, 4, 7, 0)
@@ -77,6 +79,7 @@ LINK_DATA = np.dtype([
 ])  # fmt: skip
 
 
+@by_address
 class Integrals(NamedTuple):
     """Mass integrals of the flexible bodies in their links' frames, modes padded to the largest number N.
 
@@ -93,6 +96,7 @@ class Integrals(NamedTuple):
     mass: np.ndarray  # (nk, N, N) M - B^T B, M the modal mass
 
 
+@by_address
 class Modal(NamedTuple):
     """Constants of the flexible bodies."""
 
@@ -104,6 +108,7 @@ class Modal(NamedTuple):
     arm: np.ndarray  # (interfaces, 3) `strain_arms` of body/line.py
 
 
+@by_address
 class Model(NamedTuple):
     """What is constant in a packed system."""
 
@@ -115,6 +120,7 @@ class Model(NamedTuple):
     modal: Modal | None  # None in a system without modes
 
 
+@by_address
 class ModalData(NamedTuple):
     """What an evaluation writes of the flexible bodies; rows of eight are filled up with zeros."""
 
@@ -142,6 +148,7 @@ class ModalData(NamedTuple):
 LOAD, INVERSE = 6, 7  # in the first eight of a row of `ModalData.Z`: b_f and 1 / pivot, after S and C
 
 
+@by_address
 class Data(NamedTuple):
     """What an evaluation writes."""
 

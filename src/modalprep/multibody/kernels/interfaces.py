@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline, compile_kernel, compile_pass
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
     product,
     product_transposed,
@@ -44,7 +44,7 @@ def carried(data, p, v):
     return g[0] - n * (n * p[0] + 2.0 * v[1]), g[1] - n * (n * p[1] - 2.0 * v[0]), g[2]
 
 
-@compile_pass
+@compile_kernel
 def world(model, data):
     """Position, orientation and velocity of every link after `outward`, all relative to the ground."""
     for i in range(len(model.links)):
@@ -63,7 +63,7 @@ def free_position(model, link, node):
     return get3(model.interfaces[model.links[link].first_interface + node])
 
 
-@compile_pass
+@compile_kernel
 def node_state(model, data, link, node):
     """Motion of an interface of a link's body, after `world`.
 
@@ -82,7 +82,7 @@ def node_state(model, data, link, node):
     return position, turn, velocity, times(base, add3(spin, w))
 
 
-@compile_pass
+@compile_kernel
 def node_acceleration(model, data, link, node, whole):
     """Acceleration of an interface (linear, angular, 3 numbers each, inertial axes), after `forward` and `world`.
 
@@ -98,7 +98,7 @@ def node_acceleration(model, data, link, node, whole):
     return times(base, v), times(base, axpy3(add3(angular, t), whole, turning))
 
 
-@compile_pass
+@compile_kernel
 def add_wrench(model, data, link, node, force, torque):
     """Add a force (N) and a torque (N m), inertial axes, 3 numbers each, at an interface of a link's body.
 

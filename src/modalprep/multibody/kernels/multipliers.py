@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from modalprep.jit import compile_inline, compile_kernel, compile_pass
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import (
     add6,
     get6,
@@ -284,7 +284,7 @@ def _superpose(cons, model, data, work, udot):
         write_accelerations(data.modal, model, i, udot)
 
 
-@compile_pass
+@compile_kernel
 def constraint_power(work):
     """Power (W) of the prescribed values: what constraints that depend on time put into the system; 0 of None."""
     if work is None:

@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.by_address import by_address
 from modalprep.jit import compile_kernel
 
 
+@by_address
 class Tables(NamedTuple):
     """Packed functions; `middle` says on which side of a break the integrator is.
 

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.by_address import by_address
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (
@@ -49,6 +50,7 @@ SPRING = np.dtype([
 ])  # fmt: skip
 
 
+@by_address
 class Reels(NamedTuple):
     """Packed deployments in one stage, each with as many rods as are out."""
 

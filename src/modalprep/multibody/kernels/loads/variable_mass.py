@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.body.mass import FLAT
+from modalprep.by_address import by_address
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import (
     put3,
@@ -33,6 +34,7 @@ RIGID = 10  # m, s0 (3), J (6): the first numbers of a level
 CHANGE = 1e-3  # of the mass, for the energy that leaves with it: energies are linear in it but for fourth orders of q
 
 
+@by_address
 class Fill(NamedTuple):
     """Packed depletions: the mass integrals of each fill level, in the axes of the body's link, modes i, j.
 

@@ -1,0 +1,97 @@
+"""Large kernels are compiled once: what calls them refers to them by name.
+
+Numba copies all that a function calls, and all that this calls in turn, into the function's own code, optimises and
+translates it there once more. That takes most of the time of programs whose kernels call each other. Here the code of
+a large kernel stands in one place, under a name that no other code has; cached code says which others it calls, and
+they are loaded before it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+import llvmlite.binding as llvm
+from numba.core.caching import CompileResultCacheImpl
+from numba.core.compiler import Compiler, CompileResult
+
+Key = tuple[str, str, str]
+STAMP = "modalprep_stamp"  # attribute of functions: fingerprint of all that their code depends on
+SMALL = 100  # instructions that are still copied, for the sake of speed
+KERNELS: dict[Key, Any] = {}  # numba's dispatchers by `_key`
+_compiled: dict[str, tuple[Key, tuple]] = {}  # kernel and types of arguments by symbol
+_calls: dict[str, list[str]] = {}  # symbols of kernels that a symbol's code refers to
+
+
+class KernelCompiler(Compiler):
+    """Numba's compiler, with names that tell of source and types, and declarations in the place of copies."""
+
+    def _compile_core(self) -> CompileResult:
+        function, args = self.state.func_id.func, self.state.args
+        source = f"{_key(function)}{args}"  # numba numbers functions and records as they come
+        self.state.func_id.unique_id = hashlib.sha256(source.encode()).hexdigest()[:16]
+        result = super()._compile_core()
+        symbol, library = result.fndesc.llvm_func_name, result.library
+        _compiled[symbol] = _key(function), args
+        _calls[symbol] = [f.name for f in library._final_module.functions if f.is_declaration and f.name in _compiled]
+        if not self.state.flags.forceinline and _is_large(library.get_function(symbol)):
+            library._shared_module = _declaration(library._final_module, symbol)
+        return result
+
+
+def register(kernel: Any) -> None:
+    """Let cached code find a kernel that it calls."""
+    KERNELS[_key(kernel.py_func)] = kernel
+
+
+class LinkedCode(CompileResultCacheImpl):
+    """Cached code of a kernel with the names of others that it refers to."""
+
+    def reduce(self, result: CompileResult) -> tuple:
+        """Return what is written of a kernel."""
+        symbol = result.fndesc.llvm_func_name
+        return _compiled[symbol], [(name, *_compiled[name]) for name in _calls[symbol]], result._reduce()
+
+    def rebuild(self, target_context: Any, saved: tuple) -> CompileResult | None:
+        """Return the kernel after those that it refers to; None when one is gone."""
+        own, called, reduced = saved
+        if not all(key in KERNELS for _, key, _ in called):
+            return None
+        for name, key, args in called:
+            KERNELS[key].compile(args)
+            _name(name, KERNELS[key].overloads[args])
+        descriptor = reduced[1]
+        _compiled[descriptor.llvm_func_name] = own
+        known = {descriptor.llvm_func_name, descriptor.llvm_cpython_wrapper_name}
+        target_context.codegen()._engine._defined_symbols |= known  # of a library that holds a declaration
+        return super().rebuild(target_context, reduced)
+
+
+def _name(symbol: str, kernel: CompileResult) -> None:
+    """Make a loaded kernel known by the name that another process has given it."""
+    own = kernel.fndesc.llvm_func_name
+    if own != symbol:
+        llvm.add_symbol(symbol, kernel.library.get_pointer_to_function(own))
+
+
+def _key(function: Any) -> Key:
+    return function.__module__, function.__qualname__, getattr(function, STAMP)
+
+
+def _is_large(function: Any) -> bool:
+    count = 0
+    for block in function.blocks:
+        for _ in block.instructions:
+            count += 1
+            if count > SMALL:
+                return True
+    return False
+
+
+def _declaration(module: Any, symbol: str) -> Any:
+    kind = str(module.get_function(symbol).global_value_type)
+    result, arguments = kind.split("(", 1)
+    return llvm.parse_assembly(
+        f'target triple = "{module.triple}"\ntarget datalayout = "{module.data_layout}"\n'
+        f'declare {result} @"{symbol}"({arguments}\n'
+    )

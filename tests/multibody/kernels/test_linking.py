@@ -1,0 +1,142 @@
+"""Records by their address, and kernels that refer to each other by name: in one process and from the cache."""
+
+import copy
+import os
+import pickle
+import subprocess
+import sys
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from modalprep.by_address import by_address
+from modalprep.jit import compile_kernel
+
+ROW = np.dtype([("number", np.int64), ("place", np.float64, 3)])
+
+
+@by_address
+class Inner(NamedTuple):
+    vector: np.ndarray
+    missing: None
+
+
+@by_address
+class Outer(NamedTuple):
+    inner: Inner
+    factor: float
+    count: int
+    matrix: np.ndarray
+    rows: np.ndarray
+
+
+@compile_kernel
+def read(outer, out):
+    """Read each kind of field, and write an array."""
+    out[0], out[1] = outer.factor, outer.count
+    out[2] = outer.inner.vector[1] + (1.0 if outer.inner.missing is None else 0.0)
+    out[3] = outer.matrix[1, 2]
+    out[4], out[5] = outer.rows[1].number, outer.rows[1].place[2]
+    out[6], out[7] = len(outer.matrix), outer.matrix.shape[1]
+    outer.inner.vector[0] = -1.0
+
+
+def outer(matrix):
+    rows = np.zeros(2, ROW).view(np.recarray)
+    rows.number, rows.place = [3, 4], [[0, 1, 2], [3, 4, 5]]
+    return Outer(Inner(np.array([7.0, 8.0]), None), 0.5, 6, matrix, rows)
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [np.arange(6.0).reshape(2, 3), np.asfortranarray(np.arange(6.0).reshape(2, 3)), np.arange(24.0)[::4].reshape(2, 3)],
+)
+def test_kernels_read_all_fields_of_a_record(matrix):
+    given, found = outer(matrix), np.zeros(8)
+    read(given, found)
+    np.testing.assert_array_equal(found, [0.5, 6, 9.0, matrix[1, 2], 4, 5.0, 2, 3])
+    assert given.inner.vector[0] == -1.0
+
+
+@pytest.mark.parametrize("remake", [copy.copy, copy.deepcopy, lambda x: pickle.loads(pickle.dumps(x))])
+def test_copies_have_their_own_block(remake):
+    """A block that was copied with the arrays would point to those of the original."""
+    given, found = outer(np.zeros((2, 3))), np.zeros(8)
+    read(given, found)
+    other = remake(given)
+    other.matrix[1, 2] = 11.0
+    read(other, found)
+    assert found[3] == 11.0
+    read(given._replace(factor=2.5), found)
+    assert found[0] == 2.5
+
+
+def test_functions_of_one_name_keep_their_own_code():
+    double, triple = compile_kernel(lambda x: 2.0 * x), compile_kernel(lambda x: 3.0 * x)
+    both = [compile_kernel(lambda x: double(x) + 1.0), compile_kernel(lambda x: triple(x) + 1.0)]
+    assert [f(1.0) for f in both] == [3.0, 4.0]
+
+
+LARGE = "from modalprep.jit import compile_kernel\n@compile_kernel\ndef large(row, out):\n    x = row[0].x\n" + "".join(
+    f"    for i in range(len(out)):\n        out[i] += x ** {k}\n" for k in range(2, 12)
+)
+CALLER = """
+from modalprep.jit import compile_kernel
+from large import large
+
+@compile_kernel
+def caller(row, out):
+    large(row, out)
+    return out[0]
+"""
+RUN = """
+import sys
+import numba, numpy as np, caller, large
+for k in range(int(sys.argv[1])):
+    numba.typeof(np.zeros(1, [(f"of_another_{k}", float)]))
+row = np.full(1, 2.0, [("x", float)]).view(np.recarray)
+print(caller.caller(row, np.zeros(3)), *(sum(f.stats.cache_hits.values()) for f in (caller.caller, large.large)))
+result = next(iter(caller.caller.overloads.values()))
+names = [f.name for f in result.library._final_module.functions if "large" in f.name and not f.is_declaration]
+print(len([name for name in names if "cpython" not in name]))
+"""
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Run a process that calls `caller`: its result, hits in the cache of both kernels, copies of the large one."""
+    (tmp_path / "large.py").write_text(LARGE)
+    (tmp_path / "caller.py").write_text(CALLER)
+    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
+
+    def run(other_records=0):
+        command = [sys.executable, "-B", "-c", RUN, str(other_records)]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.split()
+
+    return run
+
+
+POWERS = float(sum(2**k for k in range(2, 12)))
+
+
+def test_cached_code_finds_the_kernels_that_it_calls(run, tmp_path):
+    """They are not copied into it, so they are loaded, or compiled again where their file is gone.
+
+    Compiled again, they have another name: Numba numbers types of records in the order in which a process meets them.
+    """
+    assert run() == [str(POWERS), "0", "0", "0"]
+    assert run() == [str(POWERS), "1", "1", "0"]
+    (file,) = (tmp_path / "cache").rglob("large.large*.nbc")
+    file.unlink()
+    assert run(other_records=3) == [str(POWERS), "1", "0", "0"]
+    assert run() == [str(POWERS), "1", "1", "0"]
+
+
+def test_another_version_of_a_kernel_that_is_called(run, tmp_path):
+    run()
+    (tmp_path / "large.py").write_text(LARGE.replace("+=", "-="))
+    assert run() == [str(-POWERS), "0", "0", "0"]
