@@ -14,9 +14,9 @@ from scipy.linalg import qr
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.kernels.projection import CLOSED
 
 TIGHT = 1e-15  # of gaps over the size of the system, and of angles: at round-off
-CLOSED = 1e-11  # required gap
 SLOW = 0.3  # reduction of the gap by a step, above which the Jacobian is renewed
 MAX_STEPS = 60
 PROBE, BRANCHES = 1e-2, 1e-3  # scaled step; gap of redundant conditions after it, over its square

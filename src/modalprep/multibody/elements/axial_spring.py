@@ -57,10 +57,8 @@ def apply(rows, environment, model, data, t):
     for i in range(len(rows)):
         own = rows[i]
         f, _, _, p, e = _at(own, environment, model, data, t)
-        if own.link_a >= 0:
-            add_wrench(model, data, own.link_a, own.interface_a, f, ZERO3)
-        if own.link_b >= 0:
-            add_wrench(model, data, own.link_b, own.interface_b, (-f[0], -f[1], -f[2]), ZERO3)
+        add_wrench(model, data, own.link_a, own.interface_a, f, ZERO3)
+        add_wrench(model, data, own.link_b, own.interface_b, (-f[0], -f[1], -f[2]), ZERO3)
         power, stored = power + p, stored + e
     return power, stored, 0.0
 

@@ -80,10 +80,8 @@ def apply(rows, environment, model, data, t):
         first = motion(model, data, own.link_a, own.interface_a, place, turn)
         second = motion(model, data, own.link_b, own.interface_b, place, turn)
         f, m, back, p, e = law(own, first, second)
-        if own.link_a >= 0:
-            add_wrench(model, data, own.link_a, own.interface_a, (-f[0], -f[1], -f[2]), back)
-        if own.link_b >= 0:
-            add_wrench(model, data, own.link_b, own.interface_b, f, m)
+        add_wrench(model, data, own.link_a, own.interface_a, (-f[0], -f[1], -f[2]), back)
+        add_wrench(model, data, own.link_b, own.interface_b, f, m)
         power, stored = power + p, stored + e
     return power, stored, 0.0
 

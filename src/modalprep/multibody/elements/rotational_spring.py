@@ -88,11 +88,9 @@ def apply(packed, environment, model, data, t):
     for i in range(len(packed.rows)):
         own = packed.rows[i]
         _, torque, G, p, e = _at(packed, own, model, data)
-        if own.link_a >= 0:
-            add_wrench(model, data, own.link_a, own.interface_a, ZERO3, (torque * G[0], torque * G[1], torque * G[2]))
-        if own.link_b >= 0:
-            back = (-torque * G[0], -torque * G[1], -torque * G[2])
-            add_wrench(model, data, own.link_b, own.interface_b, ZERO3, back)
+        forth = (torque * G[0], torque * G[1], torque * G[2])
+        add_wrench(model, data, own.link_a, own.interface_a, ZERO3, forth)
+        add_wrench(model, data, own.link_b, own.interface_b, ZERO3, (-forth[0], -forth[1], -forth[2]))
         power, stored = power + p, stored + e
     return power, stored, 0.0
 
@@ -107,9 +105,9 @@ def observe(packed, environment, model, data, t, i):
 @compile_kernel
 def _at(packed, own, model, data):
     """Angle, torque against it, its direction (inertial), power of the damper, and energy, at the present motion."""
-    still, turn = get3(own.position), get9(own.rotation)
-    _, Ra, _, wa = motion(model, data, own.link_a, own.interface_a, still, turn)
-    _, Rb, _, wb = motion(model, data, own.link_b, own.interface_b, still, turn)
+    turn = get9(own.rotation)
+    _, Ra, _, wa = motion(model, data, own.link_a, own.interface_a, ZERO3, turn)
+    _, Rb, _, wb = motion(model, data, own.link_b, own.interface_b, ZERO3, turn)
     angle, G = twist(Ra, Rb, get3(own.axis))
     rate = dot3(G, axpy3(wb, -1.0, wa))
     stored, spring, _ = curve(packed.knots, own.spring[0], own.spring[1], angle - own.free_angle)

@@ -48,12 +48,12 @@ from modalprep.multibody.kernels.multipliers import (
     constraint_accelerations,
     constraint_power,
 )
-from modalprep.multibody.kernels.projection import settle
+from modalprep.multibody.kernels.projection import CLOSED, settle
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.tree import Packed, rows
 
-CLOSED, MOST_PROJECTIONS = 1e-11, 10  # violation of closed loops after a step
+MOST_PROJECTIONS = 10
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
 FLAGS = np.dtype([
     ("loaded", np.int64),  # whether there are loads

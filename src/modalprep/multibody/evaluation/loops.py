@@ -10,12 +10,12 @@ from modalprep.multibody.kernels import constraints, multipliers, projection
 from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, DISTANCE, POINT
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
 from modalprep.multibody.kernels.interfaces import world
+from modalprep.multibody.kernels.projection import CLOSED
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, pack_constraints
 from modalprep.multibody.packing.tree import Packed
 
-CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
 CLOSED_RATE = 1e-8  # of the largest rate, the same way
 MOST_STEPS = 60
 HELD = 1e8  # how much heavier a coordinate is that should stay

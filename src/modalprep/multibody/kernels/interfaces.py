@@ -102,8 +102,11 @@ def node_acceleration(model, data, link, node, whole):
 def add_wrench(model, data, link, node, force, torque):
     """Add a force (N) and a torque (N m), inertial axes, 3 numbers each, at an interface of a link's body.
 
-    After `world`, before `inward` or `inward_bias`; a flexible body's modes take their share ``Phi_k(q)``.
+    On the ground (link -1) they do nothing. After `world`, before `inward` or `inward_bias`; a flexible body's modes
+    take their share ``Phi_k(q)``.
     """
+    if link < 0:
+        return
     base = get9(data.links[link].orientation)
     f, t = transposed_times(base, force), transposed_times(base, torque)
     r = load_modes(data.modal, model, data, link, node, free_position(model, link, node), f, t)

@@ -15,6 +15,7 @@ from modalprep.multibody.kernels.multipliers import (
     violation,
 )
 
+CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
 FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify what is left, so it should be round-off
 SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off
 

@@ -8,7 +8,7 @@ from modalprep.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
-from modalprep.multibody.evaluation.loops import CLOSED, MOST_STEPS
+from modalprep.multibody.evaluation.loops import MOST_STEPS
 from modalprep.multibody.kernels.algebra.matrices import (
     product_transposed,
     times,
@@ -29,7 +29,7 @@ from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.modal_interfaces import deflection
-from modalprep.multibody.kernels.projection import settle
+from modalprep.multibody.kernels.projection import CLOSED, settle
 from modalprep.multibody.results.channels import (
     ACCELERATION,
     ANGULAR,
