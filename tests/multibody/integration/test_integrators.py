@@ -310,3 +310,12 @@ def test_progress_is_told():
     assert len(seen) >= 3
     assert seen[-1] == pytest.approx(1.0)
     assert seen == sorted(seen)
+
+
+@pytest.mark.parametrize("method", ["explicit", "rosenbrock", "generalised_alpha"])
+def test_a_body_at_rest_is_let_go(method):
+    """Its modes have no size yet, so that the first step that their accelerations ask for is 1e-14 of the run."""
+    spring = mp.multibody.HingeElement(stiffness=1e5)
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="rod", elements=(spring,), angle=0.2)
+    system = mp.System(bodies={"rod": uniform_beam(modes=1)}, joints=(hinge,))
+    assert mp.simulate(system, method=method, rtol=1e-2, t_end=100.0, output_step=100.0).time[-1] == 100.0

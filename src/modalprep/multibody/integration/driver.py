@@ -35,7 +35,7 @@ MOST_GROWTH = (6.0, 3.0, 2.0)
 RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED = range(7)
 SAFETY, LEAST_GROWTH, FAILED_GROWTH = 0.9, 0.2, 0.5
 PROPORTIONAL, INTEGRAL = 0.4, 0.7  # of a PI controller, over the order: Hairer and Wanner (1996), IV.2
-SMALLEST = 1e-13  # step size, of the time
+SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
 PROBES = 4  # places of a step at which events are looked for
 MOST_TRIALS = 60  # for the time of an event
 LEFT = 1e-300  # event function just after its event, on the side that the motion comes from
@@ -80,12 +80,15 @@ def begin(eq, run, method, t, stop):
 
 @compile_kernel
 def _first_size(eq, run, order, left):
-    """First step size of Hairer, Norsett and Wanner (1993), II.4."""
+    """First step size of Hairer, Norsett and Wanner (1993), II.4, but no smaller than all steps may be.
+
+    Modes at rest have no size yet, so that their accelerations look infinite by their tolerance.
+    """
     set_weights(eq.model, eq.linear, run, run.y, True)
     run.weight[-1] = 0.0
     d0, d1 = norm(run, run.y), norm(run, run.ydot)
     h = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
-    h = min(h, left)
+    h = min(max(h, LEAST_FIRST * left), left)
     copy(run.y, run.new)
     for k in range(len(run.y)):
         run.new[k] += h * run.ydot[k]
