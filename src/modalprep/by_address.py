@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from functools import cached_property
+from struct import pack, unpack
 from typing import Any, TypeVar
 
 import numpy as np
@@ -50,16 +51,19 @@ class Addressed:
         words: list[int] = []
         for value in self:  # type: ignore[attr-defined]
             if isinstance(value, np.ndarray):
-                words += [value.__array_interface__["data"][0], *value.shape, *value.strides]
+                plain = value.view(np.ndarray)  # attributes of a recarray take ten times as long
+                words += [plain.ctypes.data, *plain.shape, *plain.strides]
             elif isinstance(value, Addressed):
                 words.append(value._address)
+            elif isinstance(value, float):
+                words.append(unpack("q", pack("d", value))[0])
             elif value is not None:
-                words.append(np.array(value, dtype=float if isinstance(value, float) else np.int64).view(np.int64)[()])
+                words.append(int(value))
         return np.array(words, dtype=np.int64)
 
     @cached_property
     def _address(self) -> int:
-        return self._words.__array_interface__["data"][0]
+        return self._words.ctypes.data
 
     def __reduce__(self) -> tuple:
         """Copies and pickles have blocks of their own."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-COMPILING = "compiling the solver, once: one to four minutes"
+COMPILING = "compiling the solver, once: one or two minutes"
 LOG_WIDTH = 120  # columns of a log
 
 
