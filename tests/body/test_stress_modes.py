@@ -1,9 +1,5 @@
 """Stress of a modal body: in other bases and frames, in its file, at rest and in motion."""
 
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import h5py
 import numpy as np
@@ -319,15 +315,6 @@ def test_a_run_ends_where_the_stress_is_too_high():
 
 
 def test_every_simulation_has_the_channels():
-    """In plain Python: kernels of a flexible body with a deployment are compiled for nothing else."""
-    paths = os.pathsep.join([str(Path(__file__).parent.parent), os.environ.get("PYTHONPATH", "")])
-    code = f"from body.{Path(__file__).stem} import fly_and_deploy; fly_and_deploy()"
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1", "PYTHONPATH": paths}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-
-
-def fly_and_deploy():
     """A free flight in momenta and a deployment at the tip: stress by the modal coordinates of the same row."""
     body = beam(modes=2)
     spin = mp.Joint(name="flight", type="free", parent="ground", child="beam", angular_velocity=np.array([0, 0.5, 1.0]))
