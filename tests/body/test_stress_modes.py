@@ -1,6 +1,5 @@
 """Stress of a modal body: in other bases and frames, in its file, at rest and in motion."""
 
-
 import h5py
 import numpy as np
 import pytest
