@@ -19,7 +19,8 @@ Key = tuple[str, str, str]
 STAMP = "modalprep_stamp"  # attribute of functions: fingerprint of all that their code depends on
 SMALL = 100  # instructions that are still copied, for the sake of speed
 KERNELS: dict[Key, Any] = {}  # numba's dispatchers by `_key`
-_compiled: dict[str, tuple[Key, tuple]] = {}  # kernel and types of arguments by symbol
+MANGLED = "_ZN"  # begin of the symbols of compiled functions; of those, only kernels are declared
+_compiled: dict[str, tuple[Key, tuple]] = {}  # kernel and types of arguments by symbol, also of other processes
 _calls: dict[str, list[str]] = {}  # symbols of kernels that a symbol's code refers to
 
 
@@ -33,7 +34,8 @@ class KernelCompiler(Compiler):
         result = super()._compile_core()
         symbol, library = result.fndesc.llvm_func_name, result.library
         _compiled[symbol] = _key(function), args
-        _calls[symbol] = [f.name for f in library._final_module.functions if f.is_declaration and f.name in _compiled]
+        functions = library._final_module.functions
+        _calls[symbol] = [f.name for f in functions if f.is_declaration and f.name.startswith(MANGLED)]
         if not self.state.flags.forceinline and _is_large(library.get_function(symbol)):
             library._shared_module = _declaration(library._final_module, symbol)
         return result
@@ -60,6 +62,7 @@ class LinkedCode(CompileResultCacheImpl):
         for name, key, args in called:
             KERNELS[key].compile(args)
             _name(name, KERNELS[key].overloads[args])
+            _compiled[name] = key, args
         descriptor = reduced[1]
         _compiled[descriptor.llvm_func_name] = own
         known = {descriptor.llvm_func_name, descriptor.llvm_cpython_wrapper_name}

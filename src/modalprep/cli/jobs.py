@@ -156,7 +156,7 @@ def _end_with(failures: tuple[str, ...]) -> None:
 
 @app.command()
 def warmup() -> None:
-    """Compile the solver for all kinds of systems (one or two minutes)."""
+    """Compile the solver for all kinds of systems."""
     import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context

@@ -86,8 +86,12 @@ from modalprep.jit import compile_kernel
 from large import large
 
 @compile_kernel
-def caller(row, out):
+def small(row, out):
     large(row, out)
+
+@compile_kernel
+def caller(row, out):
+    small(row, out)
     return out[0]
 """
 RUN = """
@@ -134,6 +138,16 @@ def test_cached_code_finds_the_kernels_that_it_calls(run, tmp_path):
     file.unlink()
     assert run(other_records=3) == [str(POWERS), "1", "0", "0"]
     assert run() == [str(POWERS), "1", "1", "0"]
+
+
+def test_code_copied_from_the_cache_keeps_the_names_that_it_knows(run, tmp_path):
+    """The cached code of `small` calls `large` by its first name, and so does `caller`, into which it is copied."""
+    run()
+    for name in ("large.large*.nbc", "caller.caller*.nbc"):
+        (file,) = (tmp_path / "cache").rglob(name)
+        file.unlink()
+    assert run(other_records=3) == [str(POWERS), "0", "0", "0"]
+    assert run(other_records=1) == [str(POWERS), "1", "1", "0"]
 
 
 def test_another_version_of_a_kernel_that_is_called(run, tmp_path):

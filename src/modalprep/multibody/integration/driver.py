@@ -36,6 +36,7 @@ RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED = range(7)
 SAFETY, LEAST_GROWTH, FAILED_GROWTH = 0.9, 0.2, 0.5
 PROPORTIONAL, INTEGRAL = 0.4, 0.7  # of a PI controller, over the order: Hairer and Wanner (1996), IV.2
 SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
+UNKNOWN = 1e-6  # s, first step of what has no size
 PROBES = 4  # places of a step at which events are looked for
 MOST_TRIALS = 60  # for the time of an event
 LEFT = 1e-300  # event function just after its event, on the side that the motion comes from
@@ -87,8 +88,8 @@ def _first_size(eq, run, order, left):
     set_weights(eq.model, eq.linear, run, run.y, True)
     run.weight[-1] = 0.0
     d0, d1 = norm(run, run.y), norm(run, run.ydot)
-    h = 1e-6 if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
-    h = min(max(h, LEAST_FIRST * left), left)
+    h = UNKNOWN if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
+    h = min(max(h, min(LEAST_FIRST * left, UNKNOWN)), left)
     copy(run.y, run.new)
     for k in range(len(run.y)):
         run.new[k] += h * run.ydot[k]
