@@ -119,6 +119,8 @@ def _expected(age: float, count: int, spent: float, left: float) -> float:
     Vibrations of the start decay: after a hundredth of a run what has just been `spent` says little of its end.
     """
     power = min(1.0, spent * age / count)
+    if left <= 0.0:
+        return spent
     return max(spent, count / age) if power == 1.0 else count * ((1 + left / age) ** power - 1) / left
 
 
