@@ -14,6 +14,7 @@ demo: $(VENV)/.installed
 	$(VENV)/bin/modalprep simulate pipelines/bracket-pendulum.toml
 	@echo "Modal files, reports and pictures are in pipelines/output/."
 
+# Hundreds of tests start processes of their own, which need not compile the sources to bytecode again.
 test: $(VENV)/.installed-test
 	PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 $(VENV)/bin/pytest --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 

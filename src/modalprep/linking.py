@@ -25,7 +25,7 @@ _calls: dict[str, list[str]] = {}  # symbols of kernels that a symbol's code ref
 
 
 class KernelCompiler(Compiler):
-    """Numba's compiler, with names that tell of source and types, and declarations in the place of copies."""
+    """Numba's compiler, but kernels are named by source and argument types, and large ones are not copied."""
 
     def _compile_core(self) -> CompileResult:
         function, args = self.state.func_id.func, self.state.args
@@ -47,7 +47,7 @@ def register(kernel: Any) -> None:
 
 
 class LinkedCode(CompileResultCacheImpl):
-    """Cached code of a kernel with the names of others that it refers to."""
+    """The cached code of a kernel, and the names of the kernels that it calls."""
 
     def reduce(self, result: CompileResult) -> tuple:
         """Return what is written of a kernel."""
@@ -61,7 +61,7 @@ class LinkedCode(CompileResultCacheImpl):
             return None
         for name, key, args in called:
             KERNELS[key].compile(args)
-            _name(name, KERNELS[key].overloads[args])
+            _alias(name, KERNELS[key].overloads[args])
             _compiled[name] = key, args
         descriptor = reduced[1]
         _compiled[descriptor.llvm_func_name] = own
@@ -70,7 +70,7 @@ class LinkedCode(CompileResultCacheImpl):
         return super().rebuild(target_context, reduced)
 
 
-def _name(symbol: str, kernel: CompileResult) -> None:
+def _alias(symbol: str, kernel: CompileResult) -> None:
     """Make a loaded kernel known by the name that another process has given it."""
     own = kernel.fndesc.llvm_func_name
     if own != symbol:

@@ -69,12 +69,14 @@ def pseudo_resonances(candidates: ModeTable, w2_t: np.ndarray) -> tuple[str, ...
     among = pseudo[pseudo < dropped.max(initial=0.0)]
     if not len(among):
         return ()
-    many = f"{len(among)} truncation vectors, the lowest at {among.min():.4g} Hz, lie"
-    few = f"a truncation vector at {among.min():.4g} Hz lies"
+    lowest = f"{among.min():.4g} Hz"
+    lies, mixes = f"{len(among)} truncation vectors, the lowest at {lowest}, lie", "they mix"
+    if len(among) == 1:
+        lies, mixes = f"a truncation vector at {lowest} lies", "it mixes"
     return (
-        f"{few if len(among) == 1 else many} below dropped modes (of {dropped.min():.4g} to {dropped.max():.4g} Hz), "
-        "which are mixed there: static responses are exact, but resonances there "
-        "are not those of the structure; keep these modes where that band matters",
+        f"{lies} below dropped modes (of {dropped.min():.4g} to {dropped.max():.4g} Hz), which {mixes}: static "
+        "responses are exact, but resonances there are not those of the structure; keep these modes where that band "
+        "matters",
     )
 
 

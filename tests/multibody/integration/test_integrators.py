@@ -125,9 +125,9 @@ def test_auto_costs_nothing_where_its_first_method_is_right():
 def test_auto_changes_as_vibrations_decay():
     """At a tight tolerance explicit as long as the start rings, implicit when it does not: less than any one method."""
     options = {"t_end": 2.0, "output_step": 0.5, "rtol": 1e-8}
-    runs = {m: mp.simulate(swinging(1e5, 0.02), method=m, **options) for m in ("auto", *METHODS)}
-    fine = mp.simulate(swinging(1e5, 0.02), method="explicit", **options | {"rtol": 1e-11})
-    assert "; explicit before t = 0." in runs["auto"].message
+    runs = {m: mp.simulate(swinging(1e5, 0.03), method=m, **options) for m in ("auto", *METHODS)}
+    fine = mp.simulate(swinging(1e5, 0.03), method="explicit", **options | {"rtol": 1e-11})
+    assert "; explicit before t = 0.0" in runs["auto"].message
     np.testing.assert_allclose(runs["auto"]["hinge.angle"], fine["hinge.angle"], rtol=1e-7)  # of all steps together
     spent = {m: run.stats["evaluations"] for m, run in runs.items()}
     assert spent["auto"] < 0.8 * min(spent[m] for m in METHODS)

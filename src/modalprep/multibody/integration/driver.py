@@ -81,9 +81,9 @@ def begin(eq, run, method, t, stop):
 
 @compile_kernel
 def _first_size(eq, run, order, left):
-    """First step size of Hairer, Norsett and Wanner (1993), II.4, but no smaller than all steps may be.
+    """First step size of Hairer, Norsett and Wanner (1993), II.4, but not below a floor.
 
-    Modes at rest have no size yet, so that their accelerations look infinite by their tolerance.
+    Modes at rest have no size yet: measured by their tolerance, accelerations alone would ask for 1e-14 of the run.
     """
     set_weights(eq.model, eq.linear, run, run.y, True)
     run.weight[-1] = 0.0
