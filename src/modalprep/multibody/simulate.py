@@ -13,7 +13,8 @@ from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.channels import Channels

@@ -10,6 +10,7 @@ from pathlib import Path
 import numba
 import numpy as np
 import pytest
+from fresh_process import printed
 from numba.core.caching import IndexDataCacheFile
 from packaging.requirements import Requirement
 
@@ -60,13 +61,10 @@ def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, fu
     caller = head + "from helper import SCALE, scaled\n" + "".join(caller if further_down else caller[::-1])
     run = "import caller; print(caller.total(1.0), sum(caller.total.stats.cache_hits.values()))"
     (tmp_path / "caller.py").write_text(caller)
-    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
 
     def result(text):
         (tmp_path / "helper.py").write_text(text)
-        command = [sys.executable, "-B", "-c", run]
-        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.strip()
+        return printed(run, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")).strip()
 
     old = "SCALE = 4" if change.startswith("SCALE") else "return 2 * x"
     expected = {"return 3 * x": "7.0 0", "return x * SCALE": "8.0 0", "SCALE = 5": "7.0 0"}[change]
@@ -146,13 +144,7 @@ def test_compilation_is_announced_once_and_only_when_the_cache_is_cold(tmp_path)
         "with when_compiling(lambda: print('compiling'), 'solver'):\n"
         "    print(other.third(1.0))\n    print(solver.first(1.0), solver.second(1.0))\n"
     )
-    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
-    command = [sys.executable, "-B", "-c", run]
-    said = [
-        subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split("\n")[:-1]
-        for _ in range(2)
-    ]
+    said = [printed(run, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")).split("\n")[:-1] for _ in range(2)]
     assert said == [["2.0", "compiling", "2.0 2.0"], ["2.0", "2.0 2.0"]]
 
 

@@ -1,14 +1,12 @@
 """Records by their address, and kernels that refer to each other by name: in one process and from the cache."""
 
 import copy
-import os
 import pickle
-import subprocess
-import sys
 from typing import NamedTuple
 
 import numpy as np
 import pytest
+from fresh_process import printed
 
 from modalprep.by_address import by_address
 from modalprep.jit import compile_kernel
@@ -112,14 +110,9 @@ def run(tmp_path):
     """Run a process that calls `caller`: its result, hits in the cache of both kernels, copies of the large one."""
     (tmp_path / "large.py").write_text(LARGE)
     (tmp_path / "caller.py").write_text(CALLER)
-    path = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": path}
 
     def run(other_records=0):
-        command = [sys.executable, "-B", "-c", RUN, str(other_records)]
-        done = subprocess.run(command, env=environment, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
-        return done.stdout.split()
+        return printed(RUN, tmp_path, str(other_records), NUMBA_CACHE_DIR=str(tmp_path / "cache")).split()
 
     return run
 

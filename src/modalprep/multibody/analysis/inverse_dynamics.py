@@ -16,7 +16,8 @@ from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.data import COORDINATES, FREE, SPHERICAL
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.validity import large_deflections
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, refuse_unknown

@@ -21,7 +21,8 @@ from modalprep.multibody.kernels.data import PRESCRIBED, SLIDING, SPHERICAL, WEL
 from modalprep.multibody.model.deployment import IN, OUT, Change, Deployment, Stage
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.packing.deployment import pack_reels
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.record import Recorder
 from modalprep.multibody.simulate import deflections
 

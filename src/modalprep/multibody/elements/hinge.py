@@ -11,7 +11,8 @@ from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.joint_element import HingeElement
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, rows
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import rows
 
 CONSTANTS = (
     "stiffness", "free_position", "damping", "friction", "transition_velocity", "lower", "upper", "limit_stiffness",

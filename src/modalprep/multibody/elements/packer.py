@@ -19,8 +19,8 @@ from modalprep.multibody.kernels.time_tables import Tables
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.time_tables import tabulate
-from modalprep.multibody.packing.tree import Packed
 
 TWO_ENDS = (
     ("link_a", np.int64),  # -1: the ground

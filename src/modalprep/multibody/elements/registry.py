@@ -35,7 +35,8 @@ from modalprep.multibody.kernels.loads.gravity import near_planet
 from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
 from modalprep.multibody.kernels.time_tables import table
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, rows
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import rows
 from modalprep.multibody.packing.variable_mass import pack_fill
 
 KINDS = (

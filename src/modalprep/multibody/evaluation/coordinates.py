@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS
+from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed, Place
+from modalprep.multibody.packing.tree import pack
 from modalprep.suggest import refuse_other, refuse_unknown
 
 
@@ -60,17 +61,17 @@ class Coordinates:
         JointState
             Coordinates (..., k), m and rad, and speeds (..., k), m/s and rad/s.
         """
-        refuse_unknown(name, [joint.name for joint in self.system.joints], "state: joint")
-        position, rate = [], []
-        for i in self.packed.links_of(name):
-            row, kind = self.packed.model.links[i], self.packed.types[i]
-            if kind == PRESCRIBED:
-                position.append(self._motion[..., i, :1])
-                rate.append(self._motion[..., i, 1:2])
-            first = self.packed.nx + row["u"]
-            position.append(self._y[..., row["x"] : row["x"] + COORDINATES[kind]])
-            rate.append(self._y[..., first : first + SPEEDS[kind]])
-        return JointState(np.concatenate(position, axis=-1), np.concatenate(rate, axis=-1))
+        places = self.packed.places_of(name)
+        if places == ([], []):
+            refuse_unknown(name, [joint.name for joint in self.system.joints], "state: joint")
+        shape = self._y.shape[:-1]
+        return JointState(*(
+            np.stack([self.at(place) for place in part], axis=-1) if part else np.empty((*shape, 0)) for part in places
+        ))  # fmt: skip
+
+    def at(self, place: Place) -> Any:
+        """Return the number (...) at a place that `Packed.places_of` names."""
+        return self._y[..., place] if isinstance(place, int) else self._motion[..., place[0], place[1]]
 
     def _link(self, body: str) -> int:
         refuse_unknown(body, self.system.bodies, "state: body")

@@ -51,7 +51,8 @@ from modalprep.multibody.kernels.multipliers import (
 from modalprep.multibody.kernels.projection import CLOSED, settle
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
-from modalprep.multibody.packing.tree import Packed, rows
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import rows
 
 MOST_PROJECTIONS = 10
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive

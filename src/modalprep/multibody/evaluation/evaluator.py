@@ -12,7 +12,8 @@ from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SP
 from modalprep.multibody.kernels.joints import move
 from modalprep.multibody.kernels.newton_euler import required_forces
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import pack
 
 LEAST_REACH = 1e-6  # of the mode that moves most
 AHEAD = 1.0  # s after the time of interest for which functions of time are tabulated

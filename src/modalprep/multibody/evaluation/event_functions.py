@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,20 +16,35 @@ from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed
+from modalprep.multibody.packing.packed import Packed
 
 
-def event_function(
-    system: System, packed: Packed, loading: Loading, eq: Equations, event: Event
-) -> Callable[[float], float]:
-    """Return ``t -> value`` of an event at the state that the compiled loop left in `eq.state`.
+def event_functions(
+    system: System, packed: Packed, loading: Loading, events: Sequence[Event]
+) -> list[Callable[[float, State], float]]:
+    """Return ``(t, state) -> value`` of each event.
 
     Raises
     ------
     InputError
         When the expression cannot be read or names no channel.
     """
-    forces = not callable(event.when) and any(name.endswith(".multiplier") for name in CHANNEL.findall(event.when))
+
+    def function(event: Event) -> Callable[[float, State], float]:
+        value = event.when
+        if not callable(value):
+            value = channel_expression(system, packed, value, f"event {event.name!r}", loading.loops)
+        return lambda t, state: _number(event, t, value(t, state))
+
+    return [function(event) for event in events]
+
+
+def state_reader(
+    system: System, packed: Packed, loading: Loading, eq: Equations, events: Sequence[Event]
+) -> Callable[[float], State]:
+    """Return ``t -> state``: what the compiled loop left in `eq.state`, with what the events ask for."""
+    texts = [event.when for event in events if not callable(event.when)]
+    forces = any(name.endswith(".multiplier") for text in texts for name in CHANNEL.findall(text))
     ydot, frame = np.zeros(packed.nx + packed.nu + 1), frames(packed, eq.data)
 
     def state(t: float) -> State:
@@ -43,11 +58,7 @@ def event_function(
             loading.loops.residual(eq.data, eq.state, motion, t)
         return State(system, packed, eq.state, motion, frame)
 
-    if callable(event.when):
-        value = event.when
-    else:
-        value = channel_expression(system, event.when, f"event {event.name!r}", loading.loops)
-    return lambda t: _number(event, t, value(t, state(t)))
+    return state
 
 
 def _number(event: Event, t: float, value: Any) -> float:

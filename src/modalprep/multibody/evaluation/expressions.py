@@ -14,10 +14,10 @@ from modalprep.multibody.evaluation.state import State
 from modalprep.multibody.evaluation.stresses import stress_reader
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import ROTATIONS, TRANSLATIONS
-from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.safe_expression import read_expression
 from modalprep.multibody.model.system import System
-from modalprep.suggest import suggestion
+from modalprep.multibody.packing.packed import Packed
+from modalprep.suggest import find_interface, suggestion
 
 CHANNEL = re.compile(r"[^\W\d]\w*(?:\.\w+)+")
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -31,9 +31,9 @@ KNOWN = (
 
 
 def channel_expression(
-    system: System, text: str, what: str, loops: Loops | None = None
+    system: System, packed: Packed, text: str, what: str, loops: Loops | None = None
 ) -> Callable[[float, State], float]:
-    """Return ``(t, state) -> value`` of an expression of channels and ``t``.
+    """Return ``(t, state) -> value`` of an expression of channels and ``t``, for states of the packed system.
 
     Channels: ``<joint>.angle``, ``.rate``, ``.displacement``, ``.speed``, ``.angle.2`` the second;
     ``<body>.<interface>.position.x``, ``.velocity.x``, ``.angular_velocity.x`` and ``.rotation.x``, the rotation
@@ -50,7 +50,7 @@ def channel_expression(
     import symengine
 
     names = list(dict.fromkeys(CHANNEL.findall(text)))
-    readers = [_reader(system, name, what, loops) for name in names]
+    readers = [_reader(system, packed, name, what, loops) for name in names]
     symbols = {name: f"channel_{k}" for k, name in enumerate(names)}
     known = ("t", *symbols.values())
     value = read_expression(CHANNEL.sub(lambda match: symbols[match[0]], text), f"{what}: {text[:60]!r}", known)
@@ -58,11 +58,11 @@ def channel_expression(
     return lambda t, state: float(compiled(np.array([t, *(read(state) for read in readers)]))[0])
 
 
-def _reader(system: System, name: str, what: str, loops: Loops | None) -> Callable[[State], float]:
+def _reader(system: System, packed: Packed, name: str, what: str, loops: Loops | None) -> Callable[[State], float]:
     """Return ``state -> value`` of a channel."""
     owner, _, part = name.partition(".")
     joint = next((j for j in system.joints if j.name == owner), None)
-    found = None if joint is None else _joint_reader(joint, part)
+    found = None if joint is None else _joint_reader(packed, joint, part)
     if found is None and owner in system.bodies:
         found = _body_reader(system, owner, part, what)
     closures = [closure.name for closure in system.closures] if loops else []
@@ -74,7 +74,7 @@ def _reader(system: System, name: str, what: str, loops: Loops | None) -> Callab
     return found
 
 
-def _joint_reader(joint: Joint, part: str) -> Callable[[State], float] | None:
+def _joint_reader(packed: Packed, joint: Joint, part: str) -> Callable[[State], float] | None:
     kind, _, number = part.partition(".")
     counts = (PLACES | RATES).get(kind)
     if counts is None or not (number.isdigit() or not number):
@@ -83,8 +83,9 @@ def _joint_reader(joint: Joint, part: str) -> Callable[[State], float] | None:
     if not 0 <= k < count or (count > 1 and not number):
         return None
     k += TRANSLATIONS.get(joint.type, 0) if counts is ROTATIONS else 0
-    which = "position" if kind in PLACES else "rate"
-    return lambda state: float(getattr(state.joint(joint.name), which)[k])
+    position, rate = packed.places_of(joint.name)
+    place = position[k] if kind in PLACES else rate[k]
+    return lambda state: float(state.at(place))
 
 
 def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[State], float] | None:
@@ -94,11 +95,10 @@ def _body_reader(system: System, body: str, part: str, what: str) -> Callable[[S
     if words[0] == "stress" and (stress := stress_reader(system.bodies[body], part.removeprefix("stress."))):
         return lambda state: stress(state.modal(body))
     if len(words) == 3 and words[1] in PARTS and words[2] in AXES:
-        at, axis = f"{body}.{words[0]}", AXES[words[2]]
-        locate(system.bodies, at, what)
+        (_, k), axis = find_interface(system.bodies, f"{body}.{words[0]}", what), AXES[words[2]]
         if words[1] == "rotation":
-            return lambda state: rotation_vector(tuple(state[at].rotation.ravel().tolist()))[0][axis]
-        return lambda state: float(getattr(state[at], words[1])[axis])
+            return lambda state: rotation_vector(tuple(state.frame(body, k).rotation.ravel().tolist()))[0][axis]
+        return lambda state: float(getattr(state.frame(body, k), words[1])[axis])
     return None
 
 

@@ -56,7 +56,7 @@ def feedback(
 
     def function(t: float, state: State) -> dict[str, np.ndarray]:
         if known.get("packed") is not state.packed:  # the first call of a run
-            laws = [channel_expression(state.system, str(value), f"control {name!r}") for value in values]
+            laws = [channel_expression(state.system, state.packed, str(value), f"control {name!r}") for value in values]
             known.update(packed=state.packed, laws=laws)
         found = np.array([law(t, state) for law in known["laws"]])
         if axes == "body":

@@ -18,15 +18,15 @@ from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.deployment import pack_reels
-from modalprep.multibody.packing.tree import Packed
+from modalprep.multibody.packing.packed import Packed
 
 
 def frames(packed: Packed, data: Data) -> Callable[[str, int], Frame]:
     """Return ``(body, k) -> Frame``: the motion of interface k after `interfaces.world`."""
 
     def frame(body: str, k: int) -> Frame:
-        found = node_state(packed.model, data, packed.link_of(body), k)
-        return Frame(*(np.reshape(part, (3, 3) if len(part) == 9 else 3) for part in found))
+        position, rotation, *speeds = map(np.array, node_state(packed.model, data, packed.link_of(body), k))
+        return Frame(position, rotation.reshape(3, 3), *speeds)
 
     return frame
 
@@ -109,13 +109,12 @@ class Loading:
 
     def call(self, data: Data, y: np.ndarray, t: float) -> float:
         """Add the loads of callbacks to the data and `tau`, after `registry.apply`; returns their power (W)."""
-        frame = frames(self.packed, data)
-        state = State(self.system, self.packed, y, self.motion, frame)
+        state = State(self.system, self.packed, y, self.motion, frames(self.packed, data))
         wrenches, tau = callback_loads(self.system, self.packed, t, state)
         self.tau += tau
         power = float(tau @ y[self.packed.nx : self.packed.nx + self.packed.nu])
         for w in wrenches:
-            moved = frame(w.body, w.interface)
+            moved = state.frame(w.body, w.interface)
             power += float(w.force @ moved.velocity + w.torque @ moved.angular_velocity)
             force, torque = tuple(w.force.tolist()), tuple(w.torque.tolist())
             add_wrench(self.packed.model, data, self.packed.link_of(w.body), w.interface, force, torque)

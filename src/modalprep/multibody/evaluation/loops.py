@@ -14,7 +14,7 @@ from modalprep.multibody.kernels.projection import CLOSED
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, pack_constraints
-from modalprep.multibody.packing.tree import Packed
+from modalprep.multibody.packing.packed import Packed
 
 CLOSED_RATE = 1e-8  # of the largest rate, the same way
 MOST_STEPS = 60

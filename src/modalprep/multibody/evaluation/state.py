@@ -12,7 +12,7 @@ from modalprep.multibody.elements.dense import Frame
 from modalprep.multibody.evaluation.coordinates import Coordinates
 from modalprep.multibody.model.loads import Callback, locate
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed
+from modalprep.multibody.packing.packed import Packed
 
 FAR_OFF = 1e30  # of a coordinate or speed in SI units
 
@@ -57,9 +57,14 @@ class State(Coordinates):
         found = locate(self.system.bodies, name, "state")
         if found is None:
             raise InputError("state: the ground does not move")
-        if found not in self._seen:
-            self._seen[found] = self._frame(*found)
-        return self._seen[found]
+        return self.frame(*found)
+
+    def frame(self, body: str, interface: int) -> Frame:
+        """Return the motion of an interface of a body by its number."""
+        found = self._seen.get((body, interface))
+        if found is None:
+            found = self._seen[body, interface] = self._frame(body, interface)
+        return found
 
 
 def callback_loads(system: System, packed: Packed, t: float, state: State) -> tuple[list[Wrench], np.ndarray]:
@@ -78,7 +83,7 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
                 values = np.atleast_1d(np.asarray(value, dtype=float))
                 if not np.all(np.isfinite(values)) and not state.far_off:
                     raise InputError(f"{what} is not finite at t = {t:g} s")
-                if where in [joint.name for joint in system.joints]:
+                if packed.links_of(where):
                     rows = packed.speeds_of(where)
                     tau[rows] += _sized(values, len(rows), what)
                 else:

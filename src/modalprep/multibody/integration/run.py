@@ -11,7 +11,7 @@ from modalprep.multibody.evaluation.evaluate import (
     GOOD,
     build_equations,
 )
-from modalprep.multibody.evaluation.event_functions import event_function
+from modalprep.multibody.evaluation.event_functions import event_functions, state_reader
 from modalprep.multibody.evaluation.impact import Impact
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration import driver
@@ -24,7 +24,7 @@ from modalprep.multibody.integration.stepping import new_run
 from modalprep.multibody.kernels.callbacks import Pointer
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed
+from modalprep.multibody.packing.packed import Packed
 
 NAMES = {
     EXPLICIT: "explicit, DOP853",
@@ -114,11 +114,13 @@ class Integration:
         count = len(self.events)
         values, hook = np.zeros(count), np.zeros(1, dtype=np.int64)
         if count:
-            functions = [event_function(self.system, self.packed, self.loading, self.equations, e) for e in self.events]
+            functions = event_functions(self.system, self.packed, self.loading, self.events)
+            state_at = state_reader(self.system, self.packed, self.loading, self.equations, self.events)
 
             def ask(t: float) -> None:
+                state = state_at(t)
                 values[:] = [
-                    function(t) if self.changes.armed(event) else 1.0
+                    function(t, state) if self.changes.armed(event) else 1.0
                     for function, event in zip(functions, self.events, strict=True)
                 ]
 

@@ -28,8 +28,9 @@ from modalprep.multibody.model.constraints import Closure, Coupler, coordinate_o
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
+from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.time_tables import tabulate
-from modalprep.multibody.packing.tree import Packed, turn_to
+from modalprep.multibody.packing.tree import turn_to
 
 IMMOBILE = 1e-18  # a row whose mobility is below this share of 1 / mass moves nothing: 1e-9 of a lever
 

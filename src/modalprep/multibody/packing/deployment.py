@@ -11,7 +11,8 @@ from modalprep.multibody.kernels.loads.deployment import REEL, SPRING, Reels
 from modalprep.multibody.model.deployment import NEAR_EXIT, Deployment, Stage, bending_lengths
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, rows
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import rows
 
 
 def pack_reels(deployments: Sequence[Deployment], stages: Sequence[Stage], system: System, packed: Packed) -> Reels:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
-from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -27,88 +24,14 @@ from modalprep.multibody.kernels.data import (
     SPHERICAL,
     UNIT,
     WELD,
-    Data,
     Integrals,
     Modal,
     Model,
-    new_data,
 )
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import JOINT_TYPES, SCREW, TRAVEL, TURN
 from modalprep.multibody.model.system import System
-
-
-@dataclass(frozen=True)
-class Link:
-    """One link: its joint, which hinge of the joint it is, its body (None for a massless link)."""
-
-    joint: Joint
-    hinge: int
-    body: str | None
-
-
-@dataclass(frozen=True)
-class Packed:
-    """A system as the kernels read it: `model` is constant, `data()` makes what an evaluation writes."""
-
-    model: Model
-    links: tuple[Link, ...]
-    nu: int  # number of speeds
-    depleting: bool
-
-    @property
-    def nx(self) -> int:
-        """Number of coordinates."""
-        return self.model.nx
-
-    @property
-    def types(self) -> np.ndarray:
-        """Joint type of every link (nl,)."""
-        return self.model.links["joint"]
-
-    def turns(self, link: int) -> bool:
-        """Whether the coordinate of a joint of one axis is an angle."""
-        return bool(self.model.links["about"][link])
-
-    def data(self) -> Data:
-        """Return new data."""
-        return new_data(self.model, depleting=self.depleting)
-
-    def link_of(self, body: str) -> int:
-        """Return the link that carries a body."""
-        return self._link_of_body[body]
-
-    def links_of(self, joint: str) -> list[int]:
-        """Return the links of a joint, inboard first."""
-        return self._links_of_joint.get(joint, [])
-
-    @cached_property
-    def _link_of_body(self) -> dict[str, int]:
-        return {link.body: i for i, link in enumerate(self.links) if link.body is not None}
-
-    @cached_property
-    def _links_of_joint(self) -> dict[str, list[int]]:
-        of = [link.joint.name for link in self.links]  # those of a joint follow each other
-        return {name: list(found) for name, found in groupby(range(len(of)), of.__getitem__)}
-
-    def coordinates_of(self, joint: str) -> list[int]:
-        """Return the places of a joint's coordinates in the state."""
-        first, types = self.model.links["x"], self.types
-        return [int(first[i]) + k for i in self.links_of(joint) for k in range(COORDINATES[types[i]])]
-
-    def speeds_of(self, joint: str) -> list[int]:
-        """Return the numbers of a joint's speeds, the first of all is 0."""
-        first, types = self.model.links["u"], self.types
-        return [int(first[i]) + k for i in self.links_of(joint) for k in range(SPEEDS[types[i]])]
-
-    def modes_of(self, body: str) -> slice:
-        """Return the places of a body's modal coordinates in the state."""
-        row = self.model.links[self.link_of(body)]
-        return slice(int(row["xq"]), int(row["xq"] + row["modes"]))
-
-    def align(self, link: int) -> np.ndarray:
-        """Return the rotation from a link's frame to its body's frame (3, 3)."""
-        return self.model.links["align"][link].reshape(3, 3)
+from modalprep.multibody.packing.packed import Link, Packed
 
 
 def pack(system: System) -> Packed:

@@ -9,8 +9,9 @@ from modalprep.errors import InputError
 from modalprep.multibody.kernels.loads.variable_mass import DEPLETION, Fill
 from modalprep.multibody.model.depletion import Depletion
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.time_tables import tabulate
-from modalprep.multibody.packing.tree import Packed, rigid_constants, rows
+from modalprep.multibody.packing.tree import rigid_constants, rows
 
 ROUNDED = 1e-9  # of the heaviest level: a mass beyond it is meant
 

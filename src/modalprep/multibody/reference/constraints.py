@@ -18,7 +18,8 @@ from modalprep.multibody.kernels.constraints import (
 )
 from modalprep.multibody.kernels.multipliers import MOST_FRICTION_STEPS
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_states, ground_spin, mass_and_force
 from modalprep.multibody.reference.loads import dense_loads, interface_point
 from modalprep.vectors import skew

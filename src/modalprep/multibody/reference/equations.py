@@ -25,7 +25,8 @@ from modalprep.multibody.kernels.data import (
     SPHERICAL,
 )
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import pack
 from modalprep.vectors import skew
 
 AXIS = np.array([0, 0, 1.0])

@@ -8,7 +8,8 @@ from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Frame, Point, Scene, plus, wrench_at
 from modalprep.multibody.evaluation.state import State, callback_loads
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed, pack
+from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_states, mass_and_force, node_motion, seen_states
 from modalprep.vectors import skew
 

@@ -18,7 +18,7 @@ from modalprep.multibody.kernels.data import (
 )
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.tree import Packed
+from modalprep.multibody.packing.packed import Packed
 
 # the first columns: energies and momenta of the whole system
 KINETIC, STRAIN, GRAVITY, STORED, WORK, POWER_IN, LINEAR, ANGULAR, SUMS = 0, 1, 2, 3, 4, 5, 6, 9, 12

@@ -109,7 +109,8 @@ def _refuse_expressions(pipeline: Pipeline, system: System, made: set[str]) -> N
     """Refuse events and control laws that cannot be read."""
     events = read_events(pipeline.events)
     check_changes(system, events)
-    loops = Loading(system, pack(system), pipeline.simulation.t_end).loops if events else None
+    packed = pack(system)
+    loops = Loading(system, packed, pipeline.simulation.t_end).loops if events else None
     texts = [(f"event {event.name!r}", event.when, loops) for event in events]
     for name, table in pipeline.controls.items():
         if table.at not in [joint.name for joint in system.joints]:
@@ -118,7 +119,7 @@ def _refuse_expressions(pipeline: Pipeline, system: System, made: set[str]) -> N
         texts += [(f"control {name!r}", str(value), None) for value in values]
     for what, text, of in texts:
         if not any(_waits(name, made) for name in CHANNEL.findall(text)):
-            channel_expression(system, text, what, of)
+            channel_expression(system, packed, text, what, of)
 
 
 def _refuse_inputs(table: AnalysisTable, system: System, made: set[str]) -> None:

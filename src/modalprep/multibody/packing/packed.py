@@ -1,0 +1,99 @@
+"""A system as the kernels read it, and where its joints and bodies stand in the state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+
+import numpy as np
+
+from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS, Data, Model, new_data
+from modalprep.multibody.model.joint import Joint
+
+Place = int | tuple[int, int]  # in the state (nx + nu,), or of a prescribed hinge in the motion (nl, 3)
+
+
+@dataclass(frozen=True)
+class Link:
+    """One link: its joint, which hinge of the joint it is, its body (None for a massless link)."""
+
+    joint: Joint
+    hinge: int
+    body: str | None
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A system as the kernels read it: `model` is constant, `data()` makes what an evaluation writes."""
+
+    model: Model
+    links: tuple[Link, ...]
+    nu: int  # number of speeds
+    depleting: bool
+
+    @property
+    def nx(self) -> int:
+        """Number of coordinates."""
+        return self.model.nx
+
+    @property
+    def types(self) -> np.ndarray:
+        """Joint type of every link (nl,)."""
+        return self.model.links["joint"]
+
+    def turns(self, link: int) -> bool:
+        """Whether the coordinate of a joint of one axis is an angle."""
+        return bool(self.model.links["about"][link])
+
+    def data(self) -> Data:
+        """Return new data."""
+        return new_data(self.model, depleting=self.depleting)
+
+    def link_of(self, body: str) -> int:
+        """Return the link that carries a body."""
+        return self._link_of_body[body]
+
+    def links_of(self, joint: str) -> list[int]:
+        """Return the links of a joint, inboard first."""
+        return self._links_of_joint.get(joint, [])
+
+    @cached_property
+    def _link_of_body(self) -> dict[str, int]:
+        return {link.body: i for i, link in enumerate(self.links) if link.body is not None}
+
+    @cached_property
+    def _links_of_joint(self) -> dict[str, list[int]]:
+        of = [link.joint.name for link in self.links]  # those of a joint follow each other
+        return {name: list(found) for name, found in groupby(range(len(of)), of.__getitem__)}
+
+    def places_of(self, joint: str) -> tuple[list[Place], list[Place]]:
+        """Return the places of a joint's position and of its rate, prescribed ones included."""
+        return self._places_of_joint.get(joint, ([], []))
+
+    def coordinates_of(self, joint: str) -> list[int]:
+        """Return the places of a joint's coordinates in the state."""
+        return [place for place in self.places_of(joint)[0] if isinstance(place, int)]
+
+    def speeds_of(self, joint: str) -> list[int]:
+        """Return the numbers of a joint's speeds, the first of all is 0."""
+        return [place - self.nx for place in self.places_of(joint)[1] if isinstance(place, int)]
+
+    @cached_property
+    def _places_of_joint(self) -> dict[str, tuple[list[Place], list[Place]]]:
+        found: dict[str, tuple[list[Place], list[Place]]] = {name: ([], []) for name in self._links_of_joint}
+        columns = (self.model.links[name].tolist() for name in ("joint", "x", "u"))
+        for i, (link, kind, x, u) in enumerate(zip(self.links, *columns, strict=True)):
+            position, rate = found[link.joint.name]
+            position += [(i, 0)] if kind == PRESCRIBED else range(x, x + COORDINATES[kind])
+            rate += [(i, 1)] if kind == PRESCRIBED else range(self.nx + u, self.nx + u + SPEEDS[kind])
+        return found
+
+    def modes_of(self, body: str) -> slice:
+        """Return the places of a body's modal coordinates in the state."""
+        row = self.model.links[self.link_of(body)]
+        return slice(int(row["xq"]), int(row["xq"] + row["modes"]))
+
+    def align(self, link: int) -> np.ndarray:
+        """Return the rotation from a link's frame to its body's frame (3, 3)."""
+        return self.model.links["align"][link].reshape(3, 3)
