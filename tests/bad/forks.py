@@ -13,7 +13,7 @@ SERVER = """
 import glob, json, os, resource, signal, sys, time
 import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipeline.build.build
 import modalprep.pipeline.systems.systems
-import modalprep.report.page, modalprep.report.plots
+import modalprep.report.page, modalprep.report.plots, pyvista
 from modalprep.cli import main
 
 def child(order):
@@ -37,10 +37,18 @@ for line in sys.stdin:
     process = os.fork()
     if not process:
         child(order)
+    ended = 0
+    while order["moment"] is not None and not ended:
+        if any(order["moment"] in name for _, _, names in os.walk(order["folder"]) for name in names):
+            order["kill"] = 0.0
+            break
+        time.sleep(0.001)
+        ended, status = os.waitpid(process, os.WNOHANG)
     if order["kill"] is not None:
         time.sleep(order["kill"])
         os.kill(process, signal.SIGKILL)
-    _, status = os.waitpid(process, 0)
+    if not ended:
+        _, status = os.waitpid(process, 0)
     for left in glob.glob(f"/dev/shm/__KMP_REGISTERED_LIB_{process}_*"):  # of OpenMP in a process that was killed
         os.unlink(left)
     print("DONE", os.waitstatus_to_exitcode(status), time.monotonic() - start, flush=True)
@@ -54,10 +62,13 @@ class Forks:
     def __init__(self, process, folder):
         self._process, self._error = process, folder / "error.txt"
 
-    def run(self, *arguments, kill=None, limit=None, user=None):
-        """Return exit code, standard error and seconds of a run."""
+    def run(self, *arguments, kill=None, moment=None, folder=None, limit=None, user=None):
+        """Return exit code, standard error and seconds of a run.
+
+        It is killed after `kill` seconds, or as soon as there is a file in `folder` whose name contains `moment`.
+        """
         order = {"arguments": [str(a) for a in arguments], "error": str(self._error)}
-        order |= {"kill": kill, "limit": limit, "user": user}
+        order |= {"kill": kill, "moment": moment, "folder": str(folder), "limit": limit, "user": user}
         print(json.dumps(order), file=self._process.stdin, flush=True)
         while not (line := self._process.stdout.readline()).startswith("DONE"):
             assert line, "the process that forks has died"

@@ -9,6 +9,7 @@ import time
 
 import pytest
 from bad import good
+from bad.forks import forks
 from PIL import Image
 
 import modalprep as mp
@@ -68,14 +69,15 @@ def all_whole(folder) -> bool:
 @pytest.mark.slow
 def test_killed_at_any_moment(pipeline, tmp_path):
     """While each kind of file is written, and just after; then once more into the same folder."""
-    disturbed = 0
-    for moment in (".part.h5", "beam.h5", ".part.png", "mesh.png", ".part.html"):
-        code, _ = run(pipeline, tmp_path / moment.strip("."), signal.SIGKILL, moment)
-        assert all_whole(tmp_path / moment.strip("."))
-        disturbed += code == -signal.SIGKILL
-    assert disturbed >= 3  # a file of a millisecond may be missed, not all of them
-    again = tmp_path / "mesh.png"
-    assert run(pipeline, again)[0] == 0
+    disturbed, again = 0, tmp_path / "mesh.png"
+    with forks(tmp_path) as server:
+        for moment in (".part.h5", "beam.h5", ".part.png", "mesh.png", ".part.html"):
+            output = tmp_path / moment.strip(".")
+            code, _, _ = server.run("run", pipeline, "--output", output, moment=moment, folder=output)
+            assert all_whole(output)
+            disturbed += code == -signal.SIGKILL
+        assert disturbed >= 3  # a file of a millisecond may be missed, not all of them
+        assert server.run("run", pipeline, "--output", again)[0] == 0
     assert names(again) >= FILES
     assert all_whole(again)
 

@@ -14,13 +14,13 @@ from outputs import KILLS, all_whole, differing
 
 from modalprep.pipeline.batch.batch import plan_batch
 
-JOBS = 8
+JOBS = 4
 
 
 @pytest.fixture(scope="module")
 def grid(project, tmp_path_factory):
     folder = tmp_path_factory.mktemp("grid")
-    return write_grid(project, folder / "beam.toml", reduction__modes=[2, 3, 4, 5], reduction__damping=[0.01, 0.02])
+    return write_grid(project, folder / "beam.toml", reduction__modes=[2, 3], reduction__damping=[0.01, 0.02])
 
 
 def finish(grid, output, *options):
@@ -129,7 +129,7 @@ def test_workers_end_with_the_batch(project, tmp_path):
 def test_interrupted_while_the_workers_start(grid, tmp_path, seconds):
     """They import for a second, and would say where they were."""
     with started(grid, "-j", 2, "--output", tmp_path, preexec_fn=heed_ctrl_c) as process:
-        assert process.stdout.readline().startswith("8 jobs")
+        assert process.stdout.readline().startswith("4 jobs")
         time.sleep(seconds)
         os.killpg(process.pid, signal.SIGINT)
         _, error = process.communicate(timeout=30)

@@ -51,8 +51,8 @@ def reduction(model) -> mp.reduction.Reduction:
 
 @pytest.fixture(scope="module")
 def fine(script, assembled) -> mp.fe.FEModel:
-    """Cells a third as long."""
-    return assembled(script["satellite"](24))
+    """Cells half as long."""
+    return assembled(script["satellite"](16))
 
 
 @pytest.fixture(scope="module")
@@ -173,10 +173,10 @@ def test_wings_move_in_pairs(reduction):
 
 
 def test_fine_satellite_from_mesh_to_file(fine, fine_reduction, tmp_path):
-    """45 thousand DOFs."""
-    assert 40_000 < fine.n_dof < 60_000
+    """20 thousand DOFs."""
+    assert 15_000 < fine.n_dof < 30_000
     assert fine.notes == ()
-    assert fine.rigid.m == pytest.approx(hand_mass(*faceted(24)), rel=1e-9)
+    assert fine.rigid.m == pytest.approx(hand_mass(*faceted(16)), rel=1e-9)
     assert failed(mp.body.check_model(fine)) == []
     body = mp.flexible_body(fine, fine_reduction, name="fine", damping=0.005)
     again = mp.read_body(mp.write_body(body, tmp_path / "fine.h5"))

@@ -118,15 +118,15 @@ class TestStiff:
             mp.simulate(pendulum().with_(loads=laws), t_end=1.0)
 
     def test_long_run_of_a_law_that_is_not_stiff(self):
-        """A rate of 1e3 1/s is worth its 5e4 evaluations; the exact motion follows the torque within 1/rate."""
+        """A rate of 1e3 1/s is worth its 2e4 evaluations; the exact motion follows the torque within 1/rate."""
         brake = torque(
             lambda t, state: (
                 9.81 * np.cos(state.joint("hinge").position.item()) - 2e3 * (state.joint("hinge").rate.item() - 1)
             )
         )
-        run = mp.simulate(pendulum(brake), t_end=20.0, method="explicit")
+        run = mp.simulate(pendulum(brake), t_end=8.0, method="explicit")
         # 2 kg m2 against 2e3 N m s/rad: the rate of 1 rad/s is reached with a time constant of 1 ms
-        assert run["hinge.angle"][-1] == pytest.approx(20.0 - 1e-3, rel=1e-5)
+        assert run["hinge.angle"][-1] == pytest.approx(8.0 - 1e-3, rel=1e-5)
 
     @pytest.mark.parametrize("t_end", [1e9, 1e17])
     def test_steps_too_short_for_any_end(self, t_end):

@@ -104,7 +104,8 @@ def test_auto_suits_the_tolerance_and_the_stiffness():
     taken = set()
     for factor, damping, rtol in ((1e6, 2.0, 1e-4), (1e6, 2.0, 1e-10), (1e5, 0.02, 1e-10)):
         system = swinging(factor, damping)
-        runs = {m: mp.simulate(system, t_end=0.5, output_step=0.5, rtol=rtol, method=m) for m in ("auto", *METHODS)}
+        tried = ("auto", "explicit", "rosenbrock")  # of order 2, generalised_alpha takes many times as much
+        runs = {m: mp.simulate(system, t_end=0.5, output_step=0.5, rtol=rtol, method=m) for m in tried}
         spent = {m: run.stats["evaluations"] for m, run in runs.items()}
         assert "explicit" in runs["auto"].message
         assert "evaluations" in runs["auto"].message

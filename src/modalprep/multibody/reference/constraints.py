@@ -22,7 +22,7 @@ from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_states, ground_spin, mass_and_force
 from modalprep.multibody.reference.loads import dense_loads, interface_point
-from modalprep.vectors import skew
+from modalprep.vectors import cross, skew
 
 DEPENDENT = 1e-9  # pivot of the Jacobian's QR, of the largest, below which a row depends on others
 SETTLED = 1e-13  # change of friction, of the largest multiplier
@@ -72,7 +72,7 @@ class _End:
     def fixed(self, e: np.ndarray) -> _Vector:
         """Return a vector fixed in the end's axes."""
         v, w = self.R @ e, self.w
-        return _Vector(v, np.cross(w, v), -skew(v) @ self.Jw, np.cross(self.cw, v) + np.cross(w, np.cross(w, v)))
+        return _Vector(v, cross(w, v), -skew(v) @ self.Jw, cross(self.cw, v) + cross(w, cross(w, v)))
 
 
 def dense_constraints(
@@ -99,7 +99,7 @@ def dense_constraints(
 def _end(s: BodyState | None, end: np.void, system: System, nu: int) -> _End:
     if s is None:
         none, w, p = np.zeros((3, nu)), ground_spin(system), end["position"]
-        origin = _Vector(p, np.cross(w, p), none, np.cross(w, np.cross(w, p)) - system.gravity)
+        origin = _Vector(p, cross(w, p), none, cross(w, cross(w, p)) - system.gravity)
         return _End(origin, end["rotation"].reshape(3, 3), w, none, np.zeros(3))
     frame, J, c = interface_point(s, int(end["interface"]))
     origin = _Vector(frame.position, frame.velocity, J[:3], c[:3])

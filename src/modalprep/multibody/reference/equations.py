@@ -27,7 +27,7 @@ from modalprep.multibody.kernels.data import (
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
-from modalprep.vectors import skew
+from modalprep.vectors import cross, on_both, skew
 
 AXIS = np.array([0, 0, 1.0])
 
@@ -54,7 +54,7 @@ def body_equations(body: FlexibleBody, V: np.ndarray, q: np.ndarray, qd: np.ndar
     Omega = W2 @ at.p + 2 * spin @ (at.dp @ qd) + partial_rates(part, q, qd) @ qd
     force = part.root_mass * Omega[:, 0]
     torque = np.cross(at.p, Omega, axis=0).sum(axis=1)
-    torque += np.cross(w, np.trace(E) * w - E @ w) + 2 * (np.trace(Y) * w - Y @ w)
+    torque += cross(w, np.trace(E) * w - E @ w) + 2 * (np.trace(Y) * w - Y @ w)
     modal = np.einsum("ab,abn->n", W2, rest) + 2 * np.einsum("ab,abn->n", spin, part.rest @ rates)
     if part.rest_second.size:
         growing = (part.rest_second @ qd) @ qd
@@ -82,8 +82,8 @@ def node_motion(body: FlexibleBody, k: int, w: np.ndarray, q: np.ndarray, qd: np
     xdd = (v @ vd) / 3 * vd + (vd @ vd) / 6 * v - slope @ ((body.Kg_T[k] @ qd) @ qd)  # without q''
     Phi = np.vstack([translation, to_rate @ turn])
     vel = Phi @ qd
-    linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, vel[:3]) + third
-    angular = -s / 2 * (x @ xd) * vel[3:] + to_rate @ xdd + np.cross(w, vel[3:])
+    linear = cross(w, cross(w, r)) + 2 * cross(w, vel[:3]) + third
+    angular = -s / 2 * (x @ xd) * vel[3:] + to_rate @ xdd + cross(w, vel[3:])
     R = np.eye(3) + s * (skew(x) + skew(x) @ skew(x) / 2)
     return r, R, Phi, vel, np.concatenate([linear, angular])
 
@@ -124,7 +124,7 @@ class _Frame:
 
     def turned(self, R: np.ndarray) -> _Frame:
         """Return the same point's motion in axes turned by R (new axes to these), fixed to it."""
-        X = np.kron(np.eye(2), R.T)
+        X = on_both(R.T)
         return _Frame(self.R @ R, self.p, X @ self.V, X @ self.J, X @ self.c)
 
     def moved(self, r: np.ndarray, partial: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> _Frame:
@@ -151,8 +151,8 @@ def ground_spin(system: System) -> np.ndarray:
 def _ground(system: System, p: np.ndarray, nu: int) -> _Frame:
     """Motion of a point of the ground, which turns in an orbit."""
     w = ground_spin(system)
-    c = np.concatenate([np.cross(w, np.cross(w, p)) - system.gravity, np.zeros(3)])
-    return _Frame(np.eye(3), p, np.concatenate([np.cross(w, p), w]), np.zeros((6, nu)), c)
+    c = np.concatenate([cross(w, cross(w, p)) - system.gravity, np.zeros(3)])
+    return _Frame(np.eye(3), p, np.concatenate([cross(w, p), w]), np.zeros((6, nu)), c)
 
 
 def _interface(parent: BodyState, node: int) -> _Frame:
@@ -186,11 +186,11 @@ def _hinged(frame: _Frame, row: np.record, x: np.ndarray, u: np.ndarray) -> _Fra
         extra = screw * u[1]
     partial = np.zeros_like(frame.J)
     w = frame.V[3:]
-    outward = np.kron(np.eye(2), turn)  # speeds are in the outboard axes
+    outward = on_both(turn)  # speeds are in the outboard axes
     partial[:, first : first + n] = outward @ columns
     slide, spin = turn @ slide, turn @ spin
-    linear = np.cross(w, np.cross(w, r)) + 2 * np.cross(w, slide) + np.cross(spin, slide)
-    acceleration = np.concatenate([linear, np.cross(w, spin)]) + outward @ extra
+    linear = cross(w, cross(w, r)) + 2 * cross(w, slide) + cross(spin, slide)
+    acceleration = np.concatenate([linear, cross(w, spin)]) + outward @ extra
     return frame.moved(r, partial, np.concatenate([slide, spin]), acceleration).turned(turn)
 
 
@@ -234,7 +234,7 @@ def body_states(system: System, packed: Packed, y: np.ndarray, motion: np.ndarra
 def seen_states(system: System, states: list[BodyState]) -> list[BodyState]:
     """Return the states with velocities relative to the ground."""
     w = ground_spin(system)
-    return [replace(s, V=s.V - np.concatenate([s.R.T @ np.cross(w, s.p), s.R.T @ w])) for s in states]
+    return [replace(s, V=s.V - np.concatenate([s.R.T @ cross(w, s.p), s.R.T @ w])) for s in states]
 
 
 def mass_and_force(system: System, y: np.ndarray, motion: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -285,5 +285,5 @@ def energy_and_momentum(gravity: np.ndarray, states: list[BodyState]) -> dict[st
         out["strain"] += 0.5 * s.q @ (s.body.K * s.q)
         out["gravity"] -= gravity @ (s.body.m * s.p + first)
         out["linear"] = out["linear"] + linear
-        out["angular"] = out["angular"] + np.cross(s.p, linear) + s.R @ momentum[3:]
+        out["angular"] = out["angular"] + cross(s.p, linear) + s.R @ momentum[3:]
     return out

@@ -11,7 +11,7 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.reference.equations import body_states, mass_and_force, node_motion, seen_states
-from modalprep.vectors import skew
+from modalprep.vectors import on_both, skew
 
 
 def dense_loads(system: System, packed: Packed, y: np.ndarray, motion: np.ndarray, t: float) -> DenseLoads:
@@ -59,6 +59,6 @@ def interface_point(s: BodyState, k: int) -> Point:
     shift = np.block([[np.eye(3), -skew(r)], [np.zeros((3, 3)), np.eye(3)]])
     J = shift @ s.J
     J[:, s.rows] += Phi
-    world = np.kron(np.eye(2), s.R)
+    world = on_both(s.R)
     V = world @ (shift @ s.V + vel)
     return Point(Frame(s.p + s.R @ r, s.R @ turn, V[:3], V[3:]), world @ J, world @ (shift @ s.c + acc))
