@@ -60,9 +60,10 @@ class Coordinates:
         JointState
             Coordinates (..., k), m and rad, and speeds (..., k), m/s and rad/s.
         """
-        refuse_unknown(name, [joint.name for joint in self.system.joints], "state: joint")
-        position, rate = [], []
-        for i in self.packed.links_of(name):
+        links, position, rate = self.packed.links_of(name), [], []
+        if not links:
+            refuse_unknown(name, [joint.name for joint in self.system.joints], "state: joint")
+        for i in links:
             row, kind = self.packed.model.links[i], self.packed.types[i]
             if kind == PRESCRIBED:
                 position.append(self._motion[..., i, :1])

@@ -78,7 +78,7 @@ def callback_loads(system: System, packed: Packed, t: float, state: State) -> tu
                 values = np.atleast_1d(np.asarray(value, dtype=float))
                 if not np.all(np.isfinite(values)) and not state.far_off:
                     raise InputError(f"{what} is not finite at t = {t:g} s")
-                if where in [joint.name for joint in system.joints]:
+                if packed.links_of(where):
                     rows = packed.speeds_of(where)
                     tau[rows] += _sized(values, len(rows), what)
                 else:
