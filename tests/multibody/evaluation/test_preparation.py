@@ -40,7 +40,8 @@ def chain(count, springs=False, closed=False):
         for name in names * springs
     ]
     planes = [
-        mp.multibody.Closure(name=Name(f"c{name}"), type="point_on_plane", a="ground", b=f"{name}.tip") for name in names * closed
+        mp.multibody.Closure(name=Name(f"c{name}"), type="point_on_plane", a="ground", b=f"{name}.tip")
+        for name in names * closed
     ]
     return mp.System(bodies=dict.fromkeys(names, LINK), joints=joints, loads=tuple(loads), closures=tuple(planes))
 
