@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from functools import cache
 from typing import Any, Self
 
 import numpy as np
 
 
 def _read_only(array: np.ndarray) -> np.ndarray:
-    view = array.view()
-    view.flags.writeable = False
-    return view
+    if array.flags.writeable:
+        array = array.view()
+        array.flags.writeable = False
+    return array
+
+
+@cache
+def _names(kind: type) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(kind))
 
 
 class Record:
@@ -35,13 +42,13 @@ class Record:
 
     def __post_init__(self) -> None:
         """Replace every array by a read-only view, also inside dictionaries."""
-        for field in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, field.name)
+        for name in _names(type(self)):
+            value = getattr(self, name)
             if isinstance(value, np.ndarray):
-                object.__setattr__(self, field.name, _read_only(value))
+                object.__setattr__(self, name, _read_only(value))
             elif isinstance(value, dict):
                 frozen = {k: _read_only(v) if isinstance(v, np.ndarray) else v for k, v in value.items()}
-                object.__setattr__(self, field.name, frozen)
+                object.__setattr__(self, name, frozen)
 
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed."""

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
 
+UNIT = np.eye(3)
 PROPER = 1e-6  # of an entry of R R' - 1, and of the length of a quaternion
 
 
@@ -99,13 +100,21 @@ def as_rotation(value: Any, what: str) -> np.ndarray:
         found = np.zeros(0)
     if found.shape == (4,) and abs(np.linalg.norm(found) - 1) < PROPER:
         return Rotation.from_quat(found, scalar_first=True).as_matrix()
-    proper = found.shape == (3, 3) and np.abs(found @ found.T - np.eye(3)).max() < PROPER and np.linalg.det(found) > 0
-    if not proper:
+    if not _proper(found):
         raise InputError(
             f"{what} is no rotation: give an orthonormal matrix of 3 x 3, a quaternion (w, x, y, z) of length 1, or an "
             "axis and an angle (rad)"
         )
     return found
+
+
+def _proper(matrix: np.ndarray) -> bool:
+    """Whether a matrix is a rotation."""
+    if matrix.shape != (3, 3):
+        return False
+    (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return bool(np.abs(matrix @ matrix.T - UNIT).max() < PROPER) and determinant > 0
 
 
 def _about_axis(axis: Any, angle: float, what: str) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -117,7 +118,7 @@ class FlexibleBody(Record):
         """Number of modal coordinates."""
         return len(self.K)
 
-    @property
+    @cached_property
     def normalised(self) -> bool:
         """Whether the modal mass is 1."""
         return np.array_equal(self.modal_mass, np.eye(self.n))
@@ -127,12 +128,12 @@ class FlexibleBody(Record):
         """Origin and axes of B."""
         return f"{self.provenance.get('origin', ORIGIN)}, {self.provenance.get('axes', AXES)}"
 
-    @property
+    @cached_property
     def at_root(self) -> bool:
         """Whether B sits on the root interface and moves with it, as all joints except a free one need."""
         return not any(np.any(x[0]) for x in (self.interface_position, self.phi, self.psi))
 
-    @property
+    @cached_property
     def has_geometric_stiffness(self) -> bool:
         """Whether any geometric stiffness is stored."""
         return any(np.any(k) for k in (self.Kg_A, self.Kg_W, self.Kg_F, self.Kg_T))

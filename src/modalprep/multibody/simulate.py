@@ -179,11 +179,13 @@ def prepare(system: System, times: np.ndarray, *, reference: bool = False, **opt
 
 def deflections(system: System, packed: Packed) -> np.ndarray:
     """Return the largest deflection per modal coordinate, in sizes of its body (nx,)."""
-    found = np.zeros(packed.nx)
+    found, of_body = np.zeros(packed.nx), {}
     for name, body in system.bodies.items():
-        first = packed.modes_of(name).start
-        extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)
-        found[first : first + body.n] = np.abs(body.shape).max(axis=(0, 1), initial=0.0) / extent
+        if body.n and id(body) not in of_body:
+            extent = max(np.ptp(body.points, axis=0).max(initial=0.0), 1e-12)
+            of_body[id(body)] = np.abs(body.shape).max(axis=(0, 1), initial=0.0) / extent
+        if body.n:
+            found[packed.modes_of(name)] = of_body[id(body)]
     return found
 
 

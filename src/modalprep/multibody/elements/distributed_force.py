@@ -48,7 +48,7 @@ class Distributed(NamedTuple):
 def pack(packer: Packer, loads: Sequence[DistributedForce]) -> Distributed:
     """Return the rows, and the modal loads of a unit factor."""
     found = [_row(packer, load) for load in loads]
-    N = max((body.n for body in packer.system.bodies.values()), default=0)
+    N = max((len(own) for _, own in found), default=0)
     modes = np.zeros((len(found), N, 9))
     for k, (_, own) in enumerate(found):
         modes[k, : len(own)] = own

@@ -29,8 +29,8 @@ ROW = np.dtype([
 def pack(packer: Packer) -> np.recarray:
     """Return the rows of all joints."""
     found = []
-    for joint in packer.system.joints:
-        for element, (x, u) in zip(joint.elements, _places(packer.packed, joint.name), strict=bool(joint.elements)):
+    for joint in [joint for joint in packer.system.joints if joint.elements]:
+        for element, (x, u) in zip(joint.elements, _places(packer.packed, joint.name), strict=True):
             drive = packer.table(f"joint {joint.name!r}: drive", element.drive)
             found.append((x, u, drive, *(getattr(element, name) for name in CONSTANTS)))
     return rows(ROW, found)

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.by_address import by_address
-from modalprep.errors import InputError
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
 from modalprep.multibody.kernels.algebra.matrices import UNIT9
@@ -108,12 +107,7 @@ class Packer:
         InputError
             When a function cannot be used there; the message names its owner.
         """
-        for name, function in self.functions:
-            try:
-                tabulate([function], t_end)
-            except InputError as error:
-                raise InputError(f"{name}: {error}") from None
-        return tabulate([function for _, function in self.functions], t_end)
+        return tabulate([function for _, function in self.functions], t_end, [name for name, _ in self.functions])
 
 
 def ground_or_interface(row: np.record, rotation: np.ndarray = UNIT9) -> tuple[tuple, tuple]:

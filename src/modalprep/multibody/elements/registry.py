@@ -6,7 +6,9 @@ loop over arrays of different types), in `observe` too if it has channels.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,15 +27,16 @@ from modalprep.multibody.elements import (
     rotational_spring,
 )
 from modalprep.multibody.elements.dense import DenseLoads, Scene, plus
-from modalprep.multibody.elements.packer import Environment, Packer
+from modalprep.multibody.elements.packer import ElementKind, Environment, Packer
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
 )
 from modalprep.multibody.kernels.data import PRESCRIBED
 from modalprep.multibody.kernels.loads.gravity import near_planet
-from modalprep.multibody.kernels.loads.variable_mass import Fill, leaving_power
+from modalprep.multibody.kernels.loads.variable_mass import DEPLETION, Fill, leaving_power
 from modalprep.multibody.kernels.time_tables import table
+from modalprep.multibody.model.loads import Load
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
@@ -105,18 +108,35 @@ def pack_loads(system: System, packed: Packed, t_end: float) -> Loads:
     found = {
         "motions": rows(MOTION, _motions(packer)),
         "hinges": hinge.pack(packer),
-        **{kind.field: kind.pack(packer, [x for x in system.loads if isinstance(x, kind.record)]) for kind in KINDS},
+        **{kind.field: _pack(kind, packer, system.loads) for kind in KINDS},
     }
     masses = [packer.table(f"depletion {d.name!r}", d.mass) for d in system.depletions]
     environment = Environment(packer.tabulate(t_end), planet.pack(system))
-    return Loads(environment, fill=pack_fill(system, packed, masses, t_end), **found)
+    fill = pack_fill(system, packed, masses, t_end) if masses else _no_fill()
+    return Loads(environment, fill=fill, **found)
+
+
+def _pack(kind: ElementKind, packer: Packer, loads: Sequence[Load]) -> Any:
+    own = [load for load in loads if isinstance(load, kind.record)]
+    return kind.pack(packer, own) if own else _none(kind)
+
+
+@cache
+def _none(kind: ElementKind) -> Any:
+    """Return what is packed of no element, the same for all systems: nothing is written to it."""
+    return kind.pack(Packer(None, None), ())
+
+
+@cache
+def _no_fill() -> Fill:
+    return Fill(rows(DEPLETION, ()), np.zeros(0), np.zeros((0, 0)), np.zeros(0))
 
 
 def _motions(packer: Packer) -> list[tuple[int, int]]:
     return [
         (i, packer.table(f"joint {link.joint.name!r}: motion", link.joint.motions[link.hinge]))
-        for i, link in enumerate(packer.packed.links)
-        if packer.packed.types[i] == PRESCRIBED
+        for i in np.flatnonzero(packer.packed.types == PRESCRIBED).tolist()
+        for link in (packer.packed.links[i],)
     ]
 
 

@@ -60,13 +60,13 @@ class Rotational(NamedTuple):
 
 def pack(packer: Packer, loads: Sequence[RotationalSpring]) -> Rotational:
     """Return the rows and the knots of their laws."""
-    found, knots = [], [np.zeros((0, 4))]
+    found, knots, first = [], [np.zeros((0, 4))], 0
     for load in loads:
         laws = []
         for constant in ("stiffness", "damping"):
-            first = sum(map(len, knots))
             knots.append(load.knots(constant))
             laws.append((first, first + len(knots[-1])))
+            first += len(knots[-1])
         constants = (load.axis, load.free_angle, load.rotation.ravel(), np.zeros(3))
         found.append((*packer.ends(load.between), *constants, *laws))
     return Rotational(rows(ROW, found), np.vstack(knots))

@@ -100,10 +100,9 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
     """Return the arrays of a packed system and its loads; modal stiffness and damping stand in `linear`."""
     nu, links = packed.nu, packed.model.links
     linear = np.zeros((2, nu))
-    for link, row in zip(packed.links, links, strict=True):
-        if link.body:
-            modes = slice(row["uq"], row["uq"] + row["modes"])
-            linear[0, modes], linear[1, modes] = system.bodies[link.body].K, system.bodies[link.body].D
+    for i in np.flatnonzero(links["modes"]):
+        body, first = system.bodies[packed.links[i].body], links["uq"][i]
+        linear[:, first : first + body.n] = body.K, body.D
     loops = loading.loops
     implicit = with_force_elements(loops.arrays if loops else None, loading.arrays)
     cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)

@@ -31,13 +31,15 @@ def start_state(packed: Packed) -> np.ndarray:
     array([0.5, 0. , 0. , 0. ])
     """
     y = np.zeros(packed.nx + packed.nu)
-    for i, (link, kind) in enumerate(zip(packed.links, packed.types, strict=True)):
-        joint, row = link.joint, packed.model.links[i]
-        x, u = row["x"], packed.nx + row["u"]
-        place = sum(packed.turns(k) == packed.turns(i) for k in packed.links_of(joint.name) if k < i)
+    columns = (packed.model.links[name].tolist() for name in ("joint", "x", "u", "about"))
+    before = [0, 0]  # translations and rotations of the joint up to a link
+    for link, kind, x, u, about in zip(packed.links, *columns, strict=True):
+        joint, u, turns = link.joint, packed.nx + u, bool(about)
+        before = [0, 0] if link.hinge == 0 else before
         if kind in (REVOLUTE, SLIDING):
-            value, rate = (joint.angle, joint.rate) if row["about"] else (joint.displacement, joint.speed)
-            y[x], y[u] = np.resize(value, 3)[place], np.resize(rate, 3)[place]
+            value, rate = (joint.angle, joint.rate) if turns else (joint.displacement, joint.speed)
+            y[x], y[u] = _component(value, before[turns]), _component(rate, before[turns])
+        before[turns] += 1
         if kind == FREE:
             y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
             x, u = x + 3, u + 3
@@ -45,6 +47,11 @@ def start_state(packed: Packed) -> np.ndarray:
             y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
             y[u : u + 3] = joint.angular_velocity
     return y
+
+
+def _component(values: float | np.ndarray, k: int) -> float:
+    """Return number k of values, or the one value for all."""
+    return values if isinstance(values, int | float) else np.resize(values, 3)[k]
 
 
 class Evaluator:
@@ -110,20 +117,20 @@ class Evaluator:
         return found
 
     def _measure(self) -> None:
-        rows = self.packed.model.links
-        sizes = {name: _size(body) for name, body in self.system.bodies.items()}
-        travels = [abs(x) for joint in self.system.joints for x in np.atleast_1d(joint.displacement)]
-        largest = max(*sizes.values(), *travels)
-        for i, link in enumerate(self.packed.links):
-            kind, u = self.packed.types[i], rows["u"][i]
+        distinct = {id(body): body for body in self.system.bodies.values()}
+        sizes = {key: _size(body) for key, body in distinct.items()}
+        travels = [np.abs(joint.displacement).max() for joint in self.system.joints if np.any(joint.displacement)]
+        largest = max(*sizes.values(), *travels, 0.0)
+        columns = (self.packed.model.links[name].tolist() for name in ("joint", "u", "uq", "about"))
+        for link, kind, u, first, about in zip(self.packed.links, *columns, strict=True):
             self.owner[u : u + SPEEDS[kind]] = [("joint", link.joint.name)] * SPEEDS[kind]
-            travels = 3 if kind == FREE else int(kind == SLIDING and not self.packed.turns(i))
+            travels = 3 if kind == FREE else int(kind == SLIDING and not about)
             self.scale[u : u + travels] = largest
             self.turns[u + travels : u + SPEEDS[kind]] = True
-            if link.body:
-                body, first = self.system.bodies[link.body], rows["uq"][i]
+            body = self.system.bodies[link.body] if link.body else None
+            if body and body.n:
                 self.owner[first : first + body.n] = [("body", link.body)] * body.n
-                self.scale[first : first + body.n] = sizes[link.body] / _reach(body)
+                self.scale[first : first + body.n] = sizes[id(body)] / _reach(body)
 
     def at(self, t: float) -> None:
         """Take functions of time at t (s), not after that of the start."""

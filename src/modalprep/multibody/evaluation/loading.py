@@ -17,7 +17,7 @@ from modalprep.multibody.kernels.interfaces import add_wrench, node_state, world
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.model.loads import Callback
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.deployment import pack_reels
+from modalprep.multibody.packing.deployment import no_reels
 from modalprep.multibody.packing.packed import Packed
 
 
@@ -76,7 +76,7 @@ class Loading:
         self.tau, self.slope = np.zeros(packed.nu), np.zeros((2, packed.nu))
         self.motion = np.zeros((len(packed.links), 3))
         self.loops = Loops(system, packed, t_end) if system.closures else None
-        self.reels = pack_reels((), (), system, packed)
+        self.reels = no_reels()
         until = [*self.arrays.environment.tables.until, *(self.loops.breaks if self.loops else ())]
         breaks = sorted({float(t) for t in until if 0 < t < t_end})
         self.stretches = list(pairwise([0.0, *breaks, t_end]))

@@ -7,7 +7,7 @@ import numpy as np
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate
 from modalprep.multibody.integration.failure import Running, too_long
-from modalprep.multibody.integration.method_selection import top_frequency
+from modalprep.multibody.integration.method_selection import any_direction, top_frequency
 from modalprep.multibody.integration.stepping import Run
 from modalprep.multibody.model.loads import Callback
 
@@ -71,7 +71,7 @@ def _fastest_rate(eq: Equations, run: Run, t: float) -> float:
     base, moved = np.zeros_like(run.y), np.zeros_like(run.y)
     if evaluate(eq, t, y, base) != GOOD:
         return 0.0
-    d, rate = np.random.default_rng(0).standard_normal(len(eq.tau)), 0.0
+    d, rate = any_direction(len(eq.tau)).copy(), 0.0
     for _ in range(ITERATIONS):
         size = np.abs(d).max(initial=0.0)
         if not 0.0 < size < np.inf:

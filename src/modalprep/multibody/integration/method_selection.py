@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.jit import compile_kernel
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, REACHED, ROSENBROCK, RUNNING, Watch, advance, begin
@@ -28,18 +30,18 @@ SHORT = {EXPLICIT: "explicit", ROSENBROCK: "Rosenbrock", ALPHA: "generalized-alp
 
 
 class Choice(NamedTuple):
-    """Method, the steps that stability would ask of the explicit one, why (the end of a sentence), its begin.
+    """Method, the steps that stability would ask of the explicit one (None: not asked), why (the end of a sentence).
 
     It is looked at again after `review` evaluations; `explicit` is the least that the explicit method spends on a
     second.
     """
 
     method: int
-    ratio: float
+    ratio: float | None = None
     why: str = ""
     explicit: float = 0.0
     review: float = np.inf
-    t: float = 0.0
+    t: float = 0.0  # its begin
     spent: int = 0  # evaluations then
 
 
@@ -52,10 +54,10 @@ def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float)
     """
     loading.enter(*loading.stretches[0])
     start = loading.stretches[0][0]
+    if method in METHODS:
+        return Choice(METHODS[method])
     top = top_frequency(eq, run, start)
     steps = top * t_end / STABLE
-    if method in METHODS:
-        return Choice(METHODS[method], steps)
     if run.clock[0].fixed_step > 0.0:
         explicit = run.clock[0].fixed_step * top < STABLE
         why = ", chosen by the step against the highest frequency"
@@ -69,24 +71,41 @@ def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float)
 
 def top_frequency(eq: Equations, run: Run, t: float) -> float:
     """Return the highest frequency (rad/s) of small motions about the start at t, by power iteration on differences."""
-    nx, nu = len(eq.state) - len(eq.tau), len(eq.tau)
-    y, base, moved = run.y.copy(), np.zeros(nx + nu + 1), np.zeros(nx + nu + 1)
-    if nu == 0 or evaluate(eq, t, y, base) != GOOD:
+    y, near, base, moved = run.y.copy(), run.y.copy(), np.zeros_like(run.y), np.zeros_like(run.y)
+    return float(np.sqrt(_iterated(eq, t, y, any_direction(len(eq.tau)).copy(), near, base, moved)))
+
+
+@lru_cache(8)
+def any_direction(count: int) -> np.ndarray:
+    """Return a vector ``(count,)`` that lies across no mode, always the same; not to be written to."""
+    return np.random.default_rng(0).standard_normal(count)
+
+
+@compile_kernel
+def _iterated(eq, t, y, d, near, base, moved):
+    """Return the largest square of a frequency, from a direction ``d (nu,)``; 0 where the equations fail."""
+    nx, square = eq.model.nx, 0.0
+    if len(d) == 0 or evaluate(eq, t, y, base) != GOOD:
         return 0.0
-    near, d, square = y.copy(), np.random.default_rng(0).standard_normal(nu), 0.0
     for _ in range(ITERATIONS):
-        d *= NUDGE / np.abs(d).max()
+        largest, length, force = 0.0, 0.0, 0.0
+        for u in range(len(d)):
+            largest = max(largest, abs(d[u]))
+        for u in range(len(d)):
+            d[u] *= NUDGE / largest
+            length += d[u] * d[u]
         move(eq.model, y, d, near)
         if evaluate(eq, t, near, moved) != GOOD:
             return 0.0
-        force = base[nx:-1] - moved[nx:-1]
-        before, square = square, float(np.linalg.norm(force) / np.linalg.norm(d))
-        if square == 0.0 or not np.isfinite(square):
+        for u in range(len(d)):
+            d[u] = base[nx + u] - moved[nx + u]
+            force += d[u] * d[u]
+        before, square = square, np.sqrt(force / length)
+        if not 0.0 < square < np.inf:
             return 0.0
         if abs(square - before) < SETTLED * square:
             break
-        d = force
-    return float(np.sqrt(square))
+    return square
 
 
 def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, stop: float, t_end: float) -> Choice:

@@ -85,8 +85,10 @@ class Integration:
         self.equations = build_equations(system, packed, loading)
         self.changes = Changes(system, self.events, loading, self.equations)
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
-        for i, row in enumerate(packed.model.links):  # deflections count by a share of the body's size at least
-            reach = size[row["xq"] : row["xq"] + row["modes"]].max(initial=0.0)
+        for i in np.flatnonzero(
+            packed.model.links["modes"]
+        ):  # deflections count by a share of the body's size at least
+            reach = size[packed.modes_of(packed.links[i].body)].max(initial=0.0)
             self.steps.modal_size[i, 0] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
         self.pointers = {
             "callback": None if loading.compiled else self._pointer(self._loads),
@@ -284,4 +286,5 @@ class Integration:
 
     def _stats(self) -> dict[str, float]:
         counts = {name: float(self.steps.count[name][0]) for name in ("steps", "evaluations", "rejected", "halved")}
-        return counts | {"stiffness_ratio": self.choice.ratio, "method": float(self.choice.method)}
+        ratio = {} if self.choice.ratio is None else {"stiffness_ratio": self.choice.ratio}
+        return counts | ratio | {"method": float(self.choice.method)}

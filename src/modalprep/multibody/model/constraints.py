@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal, get_args
@@ -188,9 +189,8 @@ def check_closures(
     bodies: Mapping[str, FlexibleBody], counts: Mapping[str, int], closures: tuple[Closure | Coupler, ...]
 ) -> None:
     """Refuse closures with unknown ends; `counts` is the number of coordinates of each joint that a coupler can use."""
-    names = [closure.name for closure in closures]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(closure.name for closure in closures).items():
+        if count > 1:
             raise InputError(f"two closures are called {name!r}; give each its own name")
     for closure in closures:
         if isinstance(closure, Coupler):

@@ -160,9 +160,10 @@ class Joint(Record):
 
     def _direction(self, key: str) -> np.ndarray:
         axis = np.asarray(getattr(self, key), dtype=float)
-        if not np.linalg.norm(axis) > 0:
+        length = np.linalg.norm(axis)
+        if not length > 0:
             raise InputError(f"joint {self.name!r}: {key} {axis.tolist()} has no direction")
-        return axis / np.linalg.norm(axis)
+        return axis / length
 
     def _second(self, axis: np.ndarray) -> np.ndarray:
         if self.second_axis is None and JOINT_TYPES[self.type].second_axis == "needed":
@@ -177,7 +178,10 @@ class Joint(Record):
         return second if JOINT_TYPES[self.type].second_axis == "needed" else across / np.linalg.norm(across)
 
     def _refuse_count(self, key: str, count: int) -> None:
-        value = np.asarray(getattr(self, key), dtype=float)
+        value = getattr(self, key)
+        if isinstance(value, int | float) and (count or not value):
+            return
+        value = np.asarray(value, dtype=float)
         if np.any(value) and count == 0:
             raise InputError(f"joint {self.name!r}: a {self.type} joint has no {key}")
         if value.shape not in ((), (count,)):

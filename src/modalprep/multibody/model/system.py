@@ -187,7 +187,7 @@ class System(Record):
             raise InputError(f"bodies {left} form a closed chain of parents; one of them needs a joint to the ground")
         return tuple(placed)
 
-    @property
+    @cached_property
     def coordinate_counts(self) -> dict[str, int]:
         """Number of translations and rotations of each joint: the coordinates that a coupler can use."""
         return {joint.name: SCALARS[joint.type] for joint in self.joints}

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +63,12 @@ class Closing:
 
     def of(self, closure: int) -> list[int]:
         """Return the rows of a closure."""
-        return [i for i, row in enumerate(self.rows) if row.closure == closure]
+        return self._rows_of.get(closure, [])
+
+    @cached_property
+    def _rows_of(self) -> dict[int, list[int]]:
+        of = [row.closure for row in self.rows]  # those of a closure follow each other
+        return {closure: list(found) for closure, found in groupby(range(len(of)), of.__getitem__)}
 
     def sliding(self, closure: int) -> list[int]:
         """Return the rows of a closure that have friction only."""

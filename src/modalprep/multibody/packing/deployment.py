@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 
 import numpy as np
 
@@ -41,6 +42,12 @@ def pack_reels(deployments: Sequence[Deployment], stages: Sequence[Stage], syste
             springs.append((k, *place, d.EI, d.damping, bend, rest))
     found = rows(REEL, reels)
     return Reels(found, rows(SPRING, springs), np.unique(found.carrier[found.carrier >= 0]))
+
+
+@cache
+def no_reels() -> Reels:
+    """Return the arrays of a system without deployments, the same for all: nothing is written to them."""
+    return pack_reels((), (), None, None)
 
 
 def _place(d: Deployment, system: System, packed: Packed) -> tuple[int, ...]:

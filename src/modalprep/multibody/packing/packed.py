@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,8 +15,7 @@ from modalprep.multibody.model.joint import Joint
 Place = int | tuple[int, int]  # in the state (nx + nu,), or of a prescribed hinge in the motion (nl, 3)
 
 
-@dataclass(frozen=True)
-class Link:
+class Link(NamedTuple):
     """One link: its joint, which hinge of the joint it is, its body (None for a massless link)."""
 
     joint: Joint
@@ -37,7 +37,7 @@ class Packed:
         """Number of coordinates."""
         return self.model.nx
 
-    @property
+    @cached_property
     def types(self) -> np.ndarray:
         """Joint type of every link (nl,)."""
         return self.model.links["joint"]

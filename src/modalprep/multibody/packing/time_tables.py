@@ -18,8 +18,8 @@ FIRST_INTERVALS, MOST_KNOTS = 8, 1_000_000
 SHORTEST = 1e-12  # of a piece
 
 
-def tabulate(functions: Sequence[TimeFunction], t_end: float) -> Tables:
-    """Return the tables of functions on [0, t_end].
+def tabulate(functions: Sequence[TimeFunction], t_end: float, owners: Sequence[str] = ()) -> Tables:
+    """Return the tables of functions on [0, t_end]; `owners` begin the messages about them.
 
     Raises
     ------
@@ -36,10 +36,13 @@ def tabulate(functions: Sequence[TimeFunction], t_end: float) -> Tables:
     knots: list[np.ndarray] = []
     until: list[float] = []
     first = [0]
-    for function in functions:
-        for piece, begin, end in _used(function, t_end):
-            knots.append(_knots(piece, begin, end))
-            until.append(piece.until)
+    for number, function in enumerate(functions):
+        try:
+            for piece, begin, end in _used(function, t_end):
+                knots.append(_knots(piece, begin, end))
+                until.append(piece.until)
+        except InputError as error:
+            raise InputError(f"{owners[number]}: {error}" if owners else str(error)) from None
         first.append(len(knots))
     return Tables(
         first=np.array(first),

@@ -1,19 +1,17 @@
-"""Pack a system for the kernels: its tree of links and its modes."""
+"""Pack a system for the kernels: its tree of links, all of them at once."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.body.line import strain_arms
-from modalprep.body.mass import affine_part
 from modalprep.multibody.kernels.data import (
     AFFINE,
     COORDINATES,
-    EPSILON,
     FREE,
     GROWS,
     LINK,
@@ -24,18 +22,25 @@ from modalprep.multibody.kernels.data import (
     SPHERICAL,
     UNIT,
     WELD,
-    Integrals,
-    Modal,
     Model,
 )
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.joint_types import JOINT_TYPES, SCREW, TRAVEL, TURN
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.bodies import Bodies, rigid_constants
 from modalprep.multibody.packing.packed import Link, Packed
+
+Z = np.array([0, 0, 1.0])
+TOPOLOGY = (
+    "parent", "interface", "joint", "along", "about", "modes", "x", "u", "xq", "uq", "slot", "body", "phi",
+)  # fmt: skip
+
+
+PACKED: WeakKeyDictionary[System, Packed] = WeakKeyDictionary()  # systems do not change, nor what is packed of them
 
 
 def pack(system: System) -> Packed:
-    """Return the model of a system.
+    """Return the model of a system, made at the first call.
 
     Examples
     --------
@@ -45,15 +50,21 @@ def pack(system: System) -> Packed:
     >>> packed.nx, packed.model.links["modes"], packed.align(0)[:, 2]
     (3, array([2]), array([0., 1., 0.]))
     """
-    links, frames = _links(system)
-    rows, bodies = _topology(system, links, frames)
-    for i in range(len(links)):
-        _place(system, links, frames, rows, i)
-    nodes = np.vstack([position @ a for a, position in bodies.positions])
+    if system not in PACKED:
+        PACKED[system] = _pack(system)
+    return PACKED[system]
+
+
+def _pack(system: System) -> Packed:
+    links, motions = _links(system)
+    rows = _topology(system, links, motions)
+    _place(system, links, rows, _frames(links, rows, motions))
+    bodies = _give_bodies(system, links, rows)
     rate = system.orbit.rate if system.orbit else 0.0
     nx, nu = (int(rows[-1][name] + rows[-1]["modes"]) for name in ("xq", "uq"))
-    model = Model(rows, nodes, np.array(system.gravity, dtype=float), float(rate), nx, bodies.modal())
-    return Packed(model, tuple(links), nu, bool(system.depletions))
+    gravity = np.array(system.gravity, dtype=float)
+    model = Model(rows.view(np.recarray), bodies.nodes(), gravity, float(rate), nx, bodies.modal())
+    return Packed(model, links, nu, bool(system.depletions))
 
 
 def rows(dtype: np.dtype, values: Sequence[tuple]) -> np.recarray:
@@ -78,175 +89,127 @@ class Hinge(NamedTuple):
 
 def hinges(joint: Joint) -> list[Hinge]:
     """Return the motions of a joint, inboard first."""
-    motions, z = JOINT_TYPES[joint.type].motions, np.array([0, 0, 1.0])
+    motions = JOINT_TYPES[joint.type].motions
     if not motions:
-        return [Hinge({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], z)]
-    found = []
+        return [Hinge({"weld": WELD, "spherical": SPHERICAL, "free": FREE}[joint.type], Z)]
+    found, axes = [], joint.axes if len(motions) > 1 else (joint.axis,)
     for motion, axis in motions:
         along, about = {TRAVEL: (1.0, 0.0), TURN: (0.0, 1.0), SCREW: (joint.pitch / (2 * np.pi), 1.0)}[motion]
         kind = PRESCRIBED if joint.motion is not None else REVOLUTE if motion == TURN else SLIDING
-        found.append(Hinge(kind, joint.axes[axis], along, about))
+        found.append(Hinge(kind, axes[axis], along, about))
     return found
 
 
 def turn_to(axis: np.ndarray) -> np.ndarray:
-    """Return the rotation that takes z to a unit axis by the shortest way.
+    """Return the rotations ``(..., 3, 3)`` that take z to unit axes ``(..., 3)`` by the shortest way.
 
     Examples
     --------
     >>> turn_to(np.array([0, 0, -1.0])) @ [0, 0, 1]
     array([ 0.,  0., -1.])
     """
-    x, y, z = axis
-    if z < -1 + 1e-12:
-        return np.diag([1.0, -1.0, -1.0])
-    f = 1 / (1 + z)
-    return np.array([[1 - f * x * x, -f * x * y, x], [-f * x * y, 1 - f * y * y, y], [-x, -y, z]])
+    x, y, z = np.moveaxis(axis, -1, 0)
+    opposite = z < -1 + 1e-12
+    f = 1 / np.where(opposite, 1.0, 1 + z)
+    found = np.empty((*z.shape, 3, 3))
+    found[..., 0, 0], found[..., 0, 1], found[..., 0, 2] = 1 - f * x * x, -f * x * y, x
+    found[..., 1, 0], found[..., 1, 1], found[..., 1, 2] = -f * x * y, 1 - f * y * y, y
+    found[..., 2, 0], found[..., 2, 1], found[..., 2, 2] = -x, -y, z
+    found[opposite] = np.diag([1.0, -1.0, -1.0])
+    return found
 
 
-def _links(system: System) -> tuple[list[Link], list[_Frame]]:
-    """Return the links and their frames."""
-    links, frames = [], []
+def _links(system: System) -> tuple[tuple[Link, ...], list[Hinge]]:
+    """Return the links, parents first, and their motions."""
+    links, motions = [], []
     for name in system.order:
         joint = system.carrier(name)
         chain = hinges(joint)
-        for k, hinge in enumerate(chain):
-            last = k == len(chain) - 1
-            links.append(Link(joint, k, name if last else None))
-            align = turn_to(joint.rotation.T @ hinge.axis) if last and (hinge.along or hinge.about) else np.eye(3)
-            start = joint.rotation @ align if last else turn_to(hinge.axis)
-            frames.append(_Frame(hinge, np.eye(3) if hinge.kind in (SPHERICAL, FREE) else start, align))
-    return links, frames
+        links += [Link(joint, k, None) for k in range(len(chain) - 1)]
+        links.append(Link(joint, len(chain) - 1, name))
+        motions += chain
+    return tuple(links), motions
 
 
-class _Frame(NamedTuple):
-    """Motion of a link, its frame at zero in the parent's body frame (3, 3), its axes in those of its body (3, 3)."""
+def _frames(links: tuple[Link, ...], rows: np.ndarray, motions: list[Hinge]) -> np.ndarray:
+    """Return the links' frames at zero in those of their parents' bodies (nl, 3, 3), and write `align`."""
+    axes, rotation = np.array([hinge.axis for hinge in motions]), np.array([link.joint.rotation for link in links])
+    last, kind = _column(link.body is not None for link in links), rows["joint"]
+    along_z = turn_to(np.where(last[:, None], (rotation.swapaxes(1, 2) @ axes[:, :, None])[:, :, 0], axes))
+    has_axis = (rows["along"] != 0) | (rows["about"] != 0)
+    align = np.where((last & has_axis)[:, None, None], along_z, np.eye(3))
+    rows["align"] = align.reshape(-1, 9)
+    start = np.where(last[:, None, None], rotation @ align, along_z)
+    start[(kind == SPHERICAL) | (kind == FREE)] = np.eye(3)
+    return start
 
-    hinge: Hinge
-    start: np.ndarray
-    align: np.ndarray
+
+def _place(system: System, links: tuple[Link, ...], rows: np.ndarray, start: np.ndarray) -> None:
+    """Write where each link's frame is in that of its parent."""
+    parent, inner = rows["parent"], _column(link.hinge > 0 for link in links)
+    outer = np.flatnonzero(~inner & (parent < len(links)))
+    turn, arm = start.copy(), np.array([link.joint.position for link in links])
+    arm[rows["joint"] == FREE] = 0.0
+    arm[inner] = 0.0
+    turn[inner] = start[parent[inner]].swapaxes(1, 2) @ start[inner]
+    if len(outer):
+        ends = zip(parent[outer].tolist(), rows["interface"][outer].tolist(), strict=True)
+        places = np.array([system.bodies[links[i].body].interface_position[k] for i, k in ends])
+        to_link = rows["align"][parent[outer]].reshape(-1, 3, 3).swapaxes(1, 2)
+        turn[outer], arm[outer] = to_link @ start[outer], (to_link @ places[:, :, None])[:, :, 0]
+    rows["rotation"], rows["arm"] = turn.reshape(-1, 9), arm
 
 
-def _topology(system: System, links: list[Link], frames: list[_Frame]) -> tuple[np.ndarray, _Bodies]:
-    """Return the links (nl,) with everything but frames and masses, and the distinct bodies."""
-    rows = np.zeros(len(links), LINK).view(np.recarray)
-    rows["kind"] = rows["slot"] = rows["body"] = rows["phi"] = rows["first_interface"] = -1
-    bodies, x, u, slot, phi = _Bodies(), 0, 0, 0, 0
-    depleted = [each.body for each in system.depletions]
+def _column(values: Iterable[bool]) -> np.ndarray:
+    return np.fromiter(values, dtype=bool)
+
+
+def _topology(system: System, links: tuple[Link, ...], motions: list[Hinge]) -> np.ndarray:
+    """Return the links (nl,) with their parents, motions and places in the state."""
     carrier = {link.body: i for i, link in enumerate(links) if link.body}
-    order = {name: i for i, name in enumerate(system.order)}
-    for i, (link, (hinge, _, align)) in enumerate(zip(links, frames, strict=True)):
-        row, kind = rows[i], hinge.kind
-        row["along"], row["about"] = hinge.along, hinge.about
-        row["joint"], row["x"], row["u"], row["parent"] = kind, x, u, len(links)
-        row["xq"], row["uq"] = x + COORDINATES[kind], u + SPEEDS[kind]
-        parent = system.parent(link.joint)
-        if link.hinge > 0:
-            row["parent"] = i - 1
-        elif parent is not None:
-            row["parent"], row["interface"] = carrier[parent[0]], parent[1]
-            if system.bodies[parent[0]].n:
-                row["phi"], phi = phi, phi + 1
-        if link.body:
-            body, own = system.bodies[link.body], link.body in depleted
-            row["body"], row["modes"], row["modal_mass"] = order[link.body], body.n, _modal_mass(body, own)
-            row["first_interface"], row["kind"] = bodies.add(body, align, link.body if own else "")
-            if body.n:
-                row["slot"], slot = slot, slot + 1
-        x, u = row["xq"] + row["modes"], row["uq"] + row["modes"]
-    return rows, bodies
+    number = {name: i for i, name in enumerate(system.order)}
+    found, x, u, slot, phi = [], 0, 0, 0, 0
+    for i, (link, hinge) in enumerate(zip(links, motions, strict=True)):
+        body = system.bodies[link.body] if link.body else None
+        modes, xq, uq = body.n if body else 0, x + COORDINATES[hinge.kind], u + SPEEDS[hinge.kind]
+        parent, interface, flexible = i - 1, 0, False
+        if link.hinge == 0:
+            end = system.parent(link.joint)
+            parent, interface = (carrier[end[0]], end[1]) if end else (len(links), 0)
+            flexible = bool(end and system.bodies[end[0]].n)
+        found.append((
+            parent, interface, hinge.kind, hinge.along, hinge.about, modes, x, u, xq, uq, slot if modes else -1,
+            number[link.body] if body else -1, phi if flexible else -1,
+        ))  # fmt: skip
+        slot, phi, x, u = slot + (modes > 0), phi + flexible, xq + modes, uq + modes
+    rows = np.zeros(len(links), LINK)
+    for name, column in zip(TOPOLOGY, zip(*found, strict=True), strict=True):
+        rows[name] = column
+    return rows
 
 
-def _modal_mass(body: FlexibleBody, depletes: bool) -> int:
+def _give_bodies(system: System, links: tuple[Link, ...], rows: np.ndarray) -> Bodies:
+    """Write the masses of the links, and return the distinct bodies."""
+    bodies, depleted = Bodies(), {each.body for each in system.depletions}
+    rows["kind"] = rows["first_interface"] = -1
+    carriers = np.array([i for i, link in enumerate(links) if link.body])
+    aligns = rows["align"][carriers].reshape(-1, 3, 3)
+    carried = [system.bodies[links[i].body] for i in carriers]
+    owners = [links[i].body if links[i].body in depleted else "" for i in carriers]
+    rows["modal_mass"][carriers] = [_modal_mass(*pair) for pair in zip(carried, owners, strict=True)]
+    found = [bodies.add(*each) for each in zip(carried, aligns, _keys(aligns), owners, strict=True)]
+    rows["first_interface"][carriers], rows["kind"][carriers] = np.transpose(found)
+    for name, values in zip(("mass", "first_moment", "inertia"), rigid_constants(carried, aligns), strict=True):
+        rows[name][carriers] = values
+    return bodies
+
+
+def _modal_mass(body: FlexibleBody, owner: str) -> int:
     if body.T is not None:
         return GROWS
-    return AFFINE if body.has_geometric_stiffness or depletes or not body.normalised else UNIT
+    return AFFINE if owner or body.has_geometric_stiffness or not body.normalised else UNIT
 
 
-def _place(system: System, links: list[Link], frames: list[_Frame], rows: np.ndarray, i: int) -> None:
-    """Write the frames and the mass of link i."""
-    link, (_, start, align), row = links[i], frames[i], rows[i]
-    turn, arm = start, np.zeros(3)
-    if link.hinge > 0:
-        turn = frames[i - 1].start.T @ start
-    elif row["parent"] < len(links):
-        parent, to_link = links[row["parent"]], frames[row["parent"]].align.T
-        turn, arm = to_link @ start, to_link @ system.bodies[parent.body].interface_position[row["interface"]]
-    elif link.joint.type != "free":
-        arm = link.joint.position
-    row["rotation"], row["arm"], row["align"] = turn.ravel(), arm, align.ravel()
-    if link.body:
-        row["mass"], row["first_moment"], row["inertia"] = rigid_constants(system.bodies[link.body], align)
-
-
-def rigid_constants(body: FlexibleBody, align: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return m, s0 (3,) and the moment of inertia (6,: xx, xy, xz, yy, yz, zz) in a link's frame."""
-    J = align.T @ (np.trace(body.E0) * np.eye(3) - body.E0) @ align
-    return body.m, align.T @ body.s0, J[np.triu_indices(3)]
-
-
-class _Bodies:
-    """Each distinct pair of body and alignment, once; bodies that lose mass each for itself."""
-
-    def __init__(self) -> None:
-        self.found: dict[tuple, tuple[int, int]] = {}
-        self.positions: list[tuple[np.ndarray, np.ndarray]] = []
-        self.nodes = 0
-        self.flexible: list[tuple[FlexibleBody, np.ndarray]] = []
-
-    def add(self, body: FlexibleBody, align: np.ndarray, own: str) -> tuple[int, int]:
-        """Return the body's first interface and its flexible kind, -1 where it has no modes."""
-        key = (id(body), align.round(14).tobytes(), own)
-        if key not in self.found:
-            kind = len(self.flexible) if body.n else -1
-            self.found[key] = self.nodes, kind
-            self.positions.append((align, body.interface_position))
-            self.nodes += len(body.interface_name)
-            self.flexible += [(body, align)] if body.n else []
-        return self.found[key]
-
-    def modal(self) -> Modal | None:
-        """Return the constants of the flexible bodies."""
-        if not self.flexible:
-            return None
-        N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
-        first = {kind: node for node, kind in self.found.values()}
-        N4 = N + -N % 4
-        grows = N if any(body.T is not None for body, _ in self.flexible) else 0
-        of_kind = ((25,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2), (grows, grows, grows))
-        out = [
-            *(np.zeros((kinds, *shape)) for shape in of_kind),
-            *(np.zeros((self.nodes, *shape)) for shape in ((6 * N,), (N, 6 * N), (3,))),
-        ]
-        for k, (body, align) in enumerate(self.flexible):
-            rows = slice(first[k], first[k] + len(body.interface_name))
-            for number, (array, value) in enumerate(zip(out, _modes(body, align), strict=True)):
-                place = k if number < len(of_kind) else rows
-                array[place][(..., *(slice(size) for size in value.shape[-(array.ndim - 1) :]))] = value
-        integrals = len(Integrals._fields)
-        return Modal(Integrals(*out[:integrals]), *out[integrals:])
-
-
-def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the arrays of `Integrals` and `Modal` of one body, its axes turned by Q; see there."""
-    n, part = body.n, affine_part(body)
-    base, by_q = (np.einsum("ar...,ac->...rc", x, Q) for x in (part.first, part.second))
-    rest = np.einsum("abij,ac,bd->jicd", part.rest, Q, Q)
-    gyro = np.einsum("cab,jiba->jic", EPSILON, rest)
-    node = [np.concatenate([x @ Q, y @ Q], axis=-1) for x, y in (
-        (body.phi.transpose(0, 2, 1), body.psi.transpose(0, 2, 1)),
-        (body.Kg_F.transpose(0, 3, 2, 1), body.Kg_T.transpose(0, 3, 2, 1)),
-    )]  # fmt: skip
-    return (
-        np.concatenate([(part.place.T @ Q).ravel(), (part.strain.T @ Q).ravel(), [part.root_mass]]),
-        base.ravel(),
-        by_q.swapaxes(0, 1).reshape(n, 12 * n),
-        rest.reshape(n, 9 * n),
-        gyro.reshape(n, 3 * n),
-        part.mass,
-        np.stack([body.K, body.D], axis=1),
-        part.rest_second.swapaxes(0, 1),
-        node[0].reshape(len(body.phi), 6 * n),
-        node[1].reshape(len(body.phi), n, 6 * n),
-        strain_arms(body.interface_position, body.points) @ Q,
-    )
+def _keys(aligns: np.ndarray) -> list[bytes]:
+    """Return the same key for rotations ``(n, 3, 3)`` that are equal to round-off."""
+    return [each.tobytes() for each in aligns.round(14) + 0.0]

@@ -9,9 +9,10 @@ from modalprep.errors import InputError
 from modalprep.multibody.kernels.loads.variable_mass import DEPLETION, Fill
 from modalprep.multibody.model.depletion import Depletion
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.bodies import rigid_constants
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.time_tables import tabulate
-from modalprep.multibody.packing.tree import rigid_constants, rows
+from modalprep.multibody.packing.tree import rows
 
 ROUNDED = 1e-9  # of the heaviest level: a mass beyond it is meant
 
@@ -69,6 +70,5 @@ def _integrals(body: FlexibleBody, Q: np.ndarray) -> np.ndarray:
     total = np.concatenate([body.S[:, None], body.H], axis=1), np.concatenate([body.Kg_A[:, None], body.Kg_W], axis=1)
     first, second = (np.einsum("as...,ac,sr->...rc", x, Q, turn) for x in total)
     tensor = np.einsum("abij,ac,bd->jicd", body.P, Q, Q)
-    m, s0, J = rigid_constants(body, Q)
-    parts = (np.array([m]), s0, J, first, second.swapaxes(0, 1), tensor, body.modal_mass)
+    parts = (*rigid_constants([body], Q[None]), first, second.swapaxes(0, 1), tensor, body.modal_mass)
     return np.concatenate([part.ravel() for part in parts])

@@ -17,6 +17,7 @@ from modalprep.multibody.kernels.data import (
     SPHERICAL,
 )
 from modalprep.multibody.model.constraints import Coupler
+from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 
@@ -32,6 +33,7 @@ TOTALS = {
     "momentum.linear": slice(LINEAR, ANGULAR),
     "momentum.angular": slice(ANGULAR, SUMS),
 }
+LINK = ("joint", "x", "u", "about")  # what channels need to know of a link
 ENERGIES = ("energy.kinetic", "energy.strain", "energy.gravity", "energy.stored")
 STATE, HINGE_FORCE, MOTION, REACTION, WEIGHT, ACCELERATION = range(6)  # what a number is: arrays of one evaluation
 INTERFACE = ("position", "velocity", "deflection", "acceleration")  # three numbers each, in this order
@@ -73,6 +75,7 @@ class Channels:
 
     def __init__(self, system: System, packed: Packed, loops: Loops | None) -> None:
         self.system, self.packed = system, packed
+        self._links = list(zip(*(packed.model.links[name].tolist() for name in LINK), strict=True))
         self.index: dict[str, int | slice] = dict(TOTALS)
         self.width = SUMS
         self.columns = Columns(
@@ -96,9 +99,9 @@ class Channels:
 
     def _joints(self) -> list[tuple]:
         found: dict[str, list[tuple]] = {}
-        for i in range(len(self.packed.links)):
-            for name, source in self._hinge(i):
-                found.setdefault(f"{self.packed.links[i].joint.name}.{name}", []).append(source)
+        for i, link in enumerate(self.packed.links):
+            for name, source in self._hinge(i, link.joint):
+                found.setdefault(f"{link.joint.name}.{name}", []).append(source)
         rows = []
         for name, sources in found.items():
             first = self._number(name) if len(sources) == 1 else self._vector(name, len(sources))
@@ -108,12 +111,10 @@ class Channels:
             for each in self.system.depletions
         ]
 
-    def _hinge(self, i: int) -> list[tuple[str, tuple]]:
+    def _hinge(self, i: int, joint: Joint) -> list[tuple[str, tuple]]:
         """Return the values of one link's hinge: name, source, indices."""
-        kind, joint = self.packed.types[i], self.packed.links[i].joint
-        x, u = int(self.packed.model.links["x"][i]), int(self.packed.model.links["u"][i])
-        rotational = self.packed.turns(i)
-        position, speed = ("angle", "rate") if rotational else ("displacement", "speed")
+        kind, x, u, about = self._links[i]
+        position, speed = ("angle", "rate") if about else ("displacement", "speed")
         if kind in (REVOLUTE, SLIDING):
             drive = [("drive", (HINGE_FORCE, u, 0))] if joint.elements else []
             rates = [(speed, (STATE, self.packed.nx + u, 0)), ("acceleration", (ACCELERATION, self.packed.nx + u, 0))]

@@ -50,8 +50,9 @@ class Result(Record):
     message : str
         A message for the user.
     stats : dict of float
-        Steps, evaluations of the equations, rejected and halved steps, ``stiffness_ratio`` (steps that stability would
-        require of the explicit method), and the energy error relative to the largest energy.
+        Steps, evaluations of the equations, rejected and halved steps, ``stiffness_ratio`` (of the
+        method "auto": steps that stability would require of the explicit method), and the energy error relative to the
+        largest energy.
     events : dict of (k,) float
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact
@@ -98,7 +99,7 @@ class Result(Record):
         if name in self.channels:
             return self.channels[name]
         parent, _, component = name.rpartition(".")
-        columns = self.columns().get(parent, ())
+        columns = self._components(parent)
         if component in columns:
             return self.channels[parent][:, columns.index(component)]
         known = ", ".join(sorted(self.channels))
@@ -107,7 +108,7 @@ class Result(Record):
     def __contains__(self, name: object) -> bool:
         """Say whether there is a channel, or a component of one, of this name."""
         parent, _, component = str(name).rpartition(".")
-        return name in self.channels or component in self.columns().get(parent, ())
+        return name in self.channels or component in self._components(parent)
 
     def __iter__(self) -> Iterator[str]:
         """Go through the names of the channels."""
@@ -121,9 +122,15 @@ class Result(Record):
         dict of list of str
             ``x``, ``y``, ``z`` or ``1``, ``2``, ... by the channel's name.
         """
-        vectors = {name: a.shape[1] for name, a in self.channels.items() if a.ndim == 2}
-        return {name: list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
-                for name, k in vectors.items()}  # fmt: skip
+        return {name: self._components(name) for name, a in self.channels.items() if a.ndim == 2}
+
+    def _components(self, name: str) -> list[str]:
+        """Return the component names of one channel, none where it is no vector."""
+        channel = self.channels.get(name)
+        if channel is None or channel.ndim < 2:
+            return []
+        k = channel.shape[1]
+        return list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
 
     def relative_to(self, body: str) -> Result:
         """Return the run with all positions, the channels ``.position`` and ``.origin``, in the frame of a body.
