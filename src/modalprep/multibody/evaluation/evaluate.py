@@ -153,9 +153,10 @@ def evaluate(eq, t, y, ydot):
     status = inward(model, data, eq.tau, None, 0.0, 0.0)
     if status >= 0:
         return status
-    forward(model, data, eq.tau, ydot[nx : nx + nu])
     if closed:
-        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, ydot[nx : nx + nu])
+        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, eq.tau, ydot[nx : nx + nu])
+    else:
+        forward(model, data, eq.tau, ydot[nx : nx + nu])
     kinematic(model, y, ydot)
     ydot[nx + nu] = power(eq, eq.work, y)
     if eq.flags[0].reference:
@@ -205,8 +206,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     push_modes(data.modal, model, out)
     status = inward(model, data, eq.tau, eq.hinge, c1, c2)
     if status < 0:
-        forward(model, data, eq.tau, out)
-        implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, out)
+        implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, eq.tau, out)
     return status
 
 

@@ -88,9 +88,11 @@ class Loops:
         world(self.packed.model, data)
         constraints.constraint_residual(self.arrays, self.packed.model, data, y, motion, t, self.work)
 
-    def correct(self, data: Data, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Turn the accelerations of `kernel.forward` into those of the closed system."""
-        multipliers.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, udot)
+    def forward(
+        self, data: Data, tau: np.ndarray, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        """Write the accelerations of the closed system, as `kernel.forward` does those of the open one."""
+        multipliers.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, tau, udot)
 
     def assemble(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float = 0.0) -> np.ndarray:
         """Return the consistent state nearest to y, and write the notes.

@@ -1,12 +1,11 @@
 """Multipliers of constraints: which rows are independent, and what all of them do (theory 5.4).
 
-Unit multipliers go through the recursion and give ``Y = M^-1 G^T`` and ``G M^-1 G^T`` in O(n m), whose pivoted factor
-costs O(m^3) and tells the redundant rows. `impose` changes accelerations, speeds or coordinates by the least amount, in
-the metric of the last `inward`, that moves the rows by a wanted amount. The metric is M, or the effective mass of an
-implicit step.
+The pivoted factor of ``G M^-1 G^T`` (responses.py) costs O(m^3) and tells the redundant rows. `impose` changes speeds
+or coordinates by the least amount, in the metric of the last `inward`, that moves the rows by a wanted amount. The
+metric is M, or the effective mass of an implicit step.
 
-Order of calls: `outward`, `world`, `constraint_residual`; after `inward` and `forward` `constraint_accelerations`.
-Arguments as in constraints.py. External wrenches are overwritten.
+Order of calls: `outward`, `world`, `constraint_residual`, `inward`, `constraint_accelerations`. Arguments as in
+constraints.py.
 """
 
 from __future__ import annotations
@@ -14,44 +13,16 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.tuples import (
-    add6,
-    get6,
-    put6,
-)
-from modalprep.multibody.kernels.articulated_body import (
-    clear_wrenches,
-    forward_bias,
-    inward_bias,
-)
-from modalprep.multibody.kernels.constraints import (
-    SLIP,
-    along,
-    observe_ends,
-    push_row,
-)
-from modalprep.multibody.kernels.modal import write_accelerations
+from modalprep.multibody.kernels.algebra.tuples import copy
+from modalprep.multibody.kernels.articulated_body import forward
+from modalprep.multibody.kernels.constraints import SLIP
+from modalprep.multibody.kernels.responses import push, respond, yield_to_multipliers
 
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
 REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
 MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
 FRICTION_SETTLED = 1e-13  # change of the friction at their end
-
-
-@compile_kernel
-def respond(cons, model, data, work):
-    """Write ``Y`` and ``S``: responses to unit multipliers with the inertias of the last `inward`."""
-    for j in range(len(cons.rows)):
-        clear_wrenches(model, data)
-        work.tau[:] = 0.0
-        push_row(cons, model, data, work, j, 1.0, work.tau)
-        inward_bias(model, data, work.tau)
-        forward_bias(model, data, work.tau, work.Y[j])
-        observe_ends(cons, model, data, work, 0.0)
-        for i in range(j + 1):
-            work.S[i, j] = work.S[j, i] = along(cons, work, i, work.Y[j])
-    work.tau[:] = 0.0
 
 
 @compile_kernel
@@ -165,57 +136,53 @@ def solve(work):
 
 
 @compile_kernel
-def impose(cons, model, data, work, change):
-    """Add to ``change (nu,)`` the least change, in the metric of the last `inward`, that takes `wanted` off the rows.
+def impose(cons, model, data, work):
+    """Write to ``work.step (nu,)`` the least change, in the metric of the last `inward`, that takes `wanted` off the rows.
 
-    After `constraint_residual` and `inward`. With ``wanted = G u' - gamma`` it turns unconstrained accelerations into
-    constrained ones, with ``phi`` it gives a Newton step onto the constraints, with ``rate`` it projects speeds.
+    After `constraint_residual` and `inward`. With ``phi`` it is a Newton step onto the constraints, with ``rate`` it
+    projects speeds.
     """
-    respond(cons, model, data, work)
+    respond(cons, model, data, work, work.tau)
     factorize(cons, work)
     solve(work)
-    for j in range(len(work.order)):
-        for k in range(len(work.tau)):
-            change[k] += work.multiplier[j] * work.Y[j, k]
+    yield_to_multipliers(model, data, work)
 
 
 @compile_kernel
-def constraint_accelerations(cons, model, data, work, alpha, beta, udot):
-    """Correct the accelerations of `forward` so that ``Phi'' + 2 alpha Phi' + beta^2 Phi = 0``.
+def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
+    """Write the accelerations ``udot (nu,)`` for which ``Phi'' + 2 alpha Phi' + beta^2 Phi = 0``.
 
-    After `constraint_residual`, `inward` and `forward`. alpha = beta = 0 with projection after steps; Baumgarte (1972)
-    with both at some 5 to 50 1/s. Leaves the multipliers in `work`, and the data as a `forward` with them would, so
-    that `reactions` and `node_acceleration` hold. `cons` may be None.
+    After `constraint_residual` and `inward`, in place of `forward`, whose arguments `tau` and `udot` are. alpha = beta
+    = 0 with projection after steps; Baumgarte (1972) with both at some 5 to 50 1/s. Leaves the multipliers in `work`,
+    and the data as a `forward` with them does, so that `reactions` and `node_acceleration` hold. Without constraints
+    (None) it is `forward`.
     """
     if cons is None:
+        forward(model, data, tau, udot)
         return
-    keep(data, work)
-    observe_ends(cons, model, data, work, 1.0)
+    respond(cons, model, data, work, tau)
     for i in range(len(cons.rows)):
-        acceleration = along(cons, work, i, udot) + work.bias[i]
+        acceleration = work.free[i] + work.bias[i]
         work.wanted[i] = acceleration + 2.0 * alpha * work.rate[i] + beta * beta * work.phi[i]
         work.compliance[i] = 0.0
-    act(cons, model, data, work, udot)
-
-
-@compile_inline
-def keep(data, work):
-    """Keep biases and accelerations of the links, for `_superpose`."""
-    for i in range(len(work.kept)):
-        put6(work.kept[i].force, get6(data.links[i].force))
-        put6(work.kept[i].acceleration, get6(data.links[i].acceleration))
+    act(cons, model, data, work, tau, udot)
 
 
 @compile_kernel
-def act(cons, model, data, work, udot):
-    """Take `wanted` off the rows by multipliers, those with compliance by as much as they resist."""
-    respond(cons, model, data, work)
+def act(cons, model, data, work, tau, udot):
+    """Write the accelerations with multipliers that take `wanted` off the rows, after `respond`.
+
+    Rows with compliance take it off by as much as they resist.
+    """
     for i in range(len(cons.rows)):
         work.S[i, i] += work.compliance[i]
     factorize(cons, work)
     solve(work)
     _apply_friction(cons, work)
-    _superpose(cons, model, data, work, udot)
+    copy(tau, work.tau)
+    push(model, data, work)
+    forward(model, data, work.tau, udot)
+    work.tau[:] = 0.0
 
 
 @compile_kernel
@@ -264,24 +231,6 @@ def _friction(cons, work, i):
     slip = np.sqrt(slip)
     resistance = cons.rows[i].friction * np.sqrt(normal) * np.tanh(slip / cons.rows[i].sliding)
     return -resistance * work.rate[i] / slip
-
-
-@compile_kernel
-def _superpose(cons, model, data, work, udot):
-    """Add the response to all multipliers to ``udot``, and the state before it to that in the data."""
-    clear_wrenches(model, data)
-    for i in range(len(cons.rows)):
-        push_row(cons, model, data, work, i, work.multiplier[i], work.tau)
-    inward_bias(model, data, work.tau)
-    forward_bias(model, data, work.tau, work.step)
-    work.tau[:] = 0.0
-    for k in range(len(work.step)):
-        udot[k] += work.step[k]
-    for i in range(len(work.kept)):
-        own, kept = data.links[i], work.kept[i]
-        put6(own.force, add6(get6(own.force), get6(kept.force)))
-        put6(own.acceleration, add6(get6(own.acceleration), get6(kept.acceleration)))
-        write_accelerations(data.modal, model, i, udot)
 
 
 @compile_kernel

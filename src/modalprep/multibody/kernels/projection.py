@@ -49,9 +49,8 @@ def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, toler
             return k
         if k == most or not np.isfinite(worst):
             return -1
-        work.step[:] = 0.0
         copy(work.phi, work.wanted)
-        if not _move(cons, model, data, work, hinge, stiff, work.step):
+        if not _move(cons, model, data, work, hinge, stiff):
             return -1
         if worst > last:  # overshot: a shorter step
             for c in range(len(work.step)):
@@ -65,15 +64,18 @@ def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, toler
 def project_velocities(cons, model, data, y, work, hinge, stiff):
     """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `constraint_residual`; False on failure."""
     copy(work.rate, work.wanted)
-    return _move(cons, model, data, work, hinge, stiff, y[model.nx :])
+    moves = _move(cons, model, data, work, hinge, stiff)
+    if moves:
+        for k in range(len(work.step)):
+            y[model.nx + k] += work.step[k]
+    return moves
 
 
 @compile_kernel
-def _move(cons, model, data, work, hinge, stiff, change):
-    work.tau[:] = 0.0
+def _move(cons, model, data, work, hinge, stiff):
     if inward(model, data, work.tau, hinge, 0.0, stiff) >= 0:
         return False
-    impose(cons, model, data, work, change)
+    impose(cons, model, data, work)
     return True
 
 
