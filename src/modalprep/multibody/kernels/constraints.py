@@ -106,8 +106,9 @@ class Work(NamedTuple):
     multiplier: np.ndarray  # (m,) that of the last `impose`
     free: np.ndarray  # (m,) G u' + Phi'' without G u', less the row's own bias: without multipliers
     S: np.ndarray  # (m, m) G M^-1 G^T
-    factor: np.ndarray  # (m, m) its pivoted factor, rows and columns scaled
-    scale: np.ndarray  # (m,)
+    factor: np.ndarray  # (m, m) its pivoted factor, upper half
+    inverse: np.ndarray  # (m,) 1 / pivot
+    solution: np.ndarray  # (m,) scratch
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one

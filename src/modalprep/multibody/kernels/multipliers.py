@@ -27,42 +27,53 @@ FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
 @compile_kernel
 def factorize(cons, work):
-    """Pivoted Cholesky factor of S scaled to a unit diagonal; rows beyond ``rank`` depend on those before them.
+    """Write the pivoted factor ``U^T D^-1 U`` of S; rows beyond ``rank`` depend on those before them.
 
     Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
     the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
     """
-    m, largest, gap = len(work.scale), 0.0, violation(work, work.phi)
-    for i in range(m):
-        moves = work.S[i, i] > work.floor[i]
-        work.scale[i] = 1.0 / np.sqrt(work.S[i, i]) if moves else 0.0
-        work.order[i] = i
-        largest = max(largest, _mobility(work, i) if moves and work.compliance[i] == 0.0 else 0.0)
-    for i in range(m):
-        for j in range(m):
-            work.factor[i, j] = work.S[i, j] * work.scale[i] * work.scale[j]
-    work.rank[0], work.sine[0] = m, 1.0
-    for k in range(m):
+    n, largest, gap, U = _sort_movable(work), 0.0, violation(work, work.phi), work.factor
+    for k in range(n):
+        i = work.order[k]
+        if work.compliance[i] == 0.0:
+            largest = max(largest, _mobility(work, i, work.S[i, i]))
+        for j in range(k, n):
+            U[k, j] = work.S[i, work.order[j]]
+    work.rank[0], least = n, 1.0
+    for k in range(n):
         best, most = k, -1.0
-        for i in range(k, m):  # a row that hardly moves has no sure direction: the largest mobility first
-            left = work.factor[i, i] * _mobility(work, work.order[i])
+        for i in range(k, n):  # a row that hardly moves has no sure direction: the largest mobility first
+            left = _mobility(work, work.order[i], U[i, i])
             if left > most * (1.0 + 1e-9):  # ties: the order given
                 best, most = i, left
         risen = k < work.held[0] or most > (STRAY * gap) ** 2 * largest
-        if not (work.factor[best, best] > RANK_TOLERANCE and risen):
+        square = U[best, best] / work.S[work.order[best], work.order[best]]
+        if not (square > RANK_TOLERANCE and risen):
             work.rank[0] = k
-            return
+            break
+        least = min(least, square)
         if best != k:
-            _swap(work, k, best)
-        pivot = np.sqrt(work.factor[k, k])
-        work.factor[k, k] = pivot
-        work.sine[0] = min(work.sine[0], pivot)
-        for i in range(k + 1, m):
-            work.factor[i, k] /= pivot
-        for i in range(k + 1, m):
-            for j in range(k + 1, i + 1):
-                work.factor[i, j] -= work.factor[i, k] * work.factor[j, k]
-                work.factor[j, i] = work.factor[i, j]
+            _swap(work, k, best, n)
+        work.inverse[k] = 1.0 / U[k, k]
+        for i in range(k + 1, n):
+            f = work.inverse[k] * U[k, i]
+            for j in range(i, n):
+                U[i, j] -= f * U[k, j]
+    work.sine[0] = np.sqrt(least)
+
+
+@compile_inline
+def _sort_movable(work):
+    """Put the rows that can move first in `order`; returns how many."""
+    n, last = 0, len(work.order)
+    for i in range(len(work.order)):
+        if work.S[i, i] > work.floor[i]:
+            work.order[n] = i
+            n += 1
+        else:
+            last -= 1
+            work.order[last] = i
+    return n
 
 
 @compile_kernel
@@ -86,16 +97,16 @@ def near_singular(work):
 
 
 @compile_inline
-def _mobility(work, i):
-    """Return the response of row i to a unit multiplier, lengths by the size of the system."""
-    return work.S[i, i] * work.unit[i] * work.unit[i]
+def _mobility(work, i, response):
+    """Return a response of row i to a unit multiplier, lengths by the size of the system."""
+    return response * work.unit[i] * work.unit[i]
 
 
 @compile_kernel
 def free_rank(work):
     """Let `factorize` decide the rank by itself; `work` may be None."""
     if work is not None:
-        work.held[0] = len(work.scale)
+        work.held[0] = len(work.order)
 
 
 @compile_kernel
@@ -106,33 +117,37 @@ def hold_rank(work):
 
 
 @compile_kernel
-def _swap(work, k, i):
+def _swap(work, k, i, n):
+    """Exchange rows and columns k < i of the upper half of the factor."""
+    U = work.factor
     work.order[k], work.order[i] = work.order[i], work.order[k]
-    for c in range(len(work.order)):
-        work.factor[k, c], work.factor[i, c] = work.factor[i, c], work.factor[k, c]
-    for c in range(len(work.order)):
-        work.factor[c, k], work.factor[c, i] = work.factor[c, i], work.factor[c, k]
+    U[k, k], U[i, i] = U[i, i], U[k, k]
+    for c in range(k):
+        U[c, k], U[c, i] = U[c, i], U[c, k]
+    for c in range(k + 1, i):
+        U[k, c], U[c, i] = U[c, i], U[k, c]
+    for c in range(i + 1, n):
+        U[k, c], U[i, c] = U[i, c], U[k, c]
 
 
 @compile_kernel
 def solve(work):
     """Solve ``S multiplier = -wanted``; redundant rows get none."""
-    L, m, rank = work.factor, len(work.order), work.rank[0]
-    for k in range(m):
+    U, x, rank = work.factor, work.solution, work.rank[0]
+    for k in range(len(x)):
         work.multiplier[k] = 0.0
     for k in range(rank):
-        i = work.order[k]
-        b = -work.wanted[i] * work.scale[i]
-        for c in range(k):
-            b -= L[k, c] * work.multiplier[work.order[c]]
-        work.multiplier[i] = b / L[k, k]
+        x[k] = -work.wanted[work.order[k]]
+    for k in range(rank):
+        f = work.inverse[k] * x[k]
+        for i in range(k + 1, rank):
+            x[i] -= f * U[k, i]
     for k in range(rank - 1, -1, -1):
-        b = work.multiplier[work.order[k]]
-        for c in range(k + 1, rank):
-            b -= L[c, k] * work.multiplier[work.order[c]]
-        work.multiplier[work.order[k]] = b / L[k, k]
-    for i in range(m):
-        work.multiplier[i] *= work.scale[i]
+        b = x[k]
+        for i in range(k + 1, rank):
+            b -= U[k, i] * x[i]
+        x[k] = work.inverse[k] * b
+        work.multiplier[work.order[k]] = x[k]
 
 
 @compile_kernel

@@ -86,37 +86,51 @@ def _act_on_end(cons, model, data, work, i, side, k, f, torque):
 def _hand_on(model, data, work, i, begin, end, tau):
     """Eliminate the joint of link i from the forces of its rows, and hand what is left to the parent."""
     link, own, entries, ground = model.links[i], data.links[i], work.paths.entries, data.links[len(model.links)]
-    M, H, J, P = get6(own.M), get9(own.H), get6(own.J), get6(own.force)
-    turn, arm, bias = get9(own.rotation), get3(own.arm), get6(own.bias)
+    P, turn, arm, bias = get6(own.force), get9(own.rotation), get3(own.arm), get6(own.bias)
     single = link.joint == REVOLUTE or link.joint == SLIDING
     several = link.joint == SPHERICAL or link.joint == FREE
-    f, t = column(link, M, H, J)
-    g, held = own.pivot[0], (f[0], f[1], f[2], t[0], t[1], t[2])
+    f, t = column(link, get6(own.M), get9(own.H), get6(own.J))
+    held, g = (f[0], f[1], f[2], t[0], t[1], t[2]), own.pivot[0] if single else 0.0
     speed = g * (tau[link.u] - along_axis(link, P)) if single else 0.0
     speeds = speeds_from_bias(link, own, P, tau) if several else ZERO6
     for p in range(begin, end):
-        row, force, free = entries[p].row, get6(work.force[p]), 0.0
+        force, free, up = get6(work.force[p]), work.free[entries[p].row], entries[p].up
         if single:
             e = along_axis(link, force) + entries[p].factor
-            work.drive[p], free = e, e * speed
-            for q in range(begin, p + 1):
-                work.S[row, entries[q].row] += g * e * work.drive[q]
+            work.drive[p], free = e, free + e * speed
             force = axpy6(force, -g * e, held)
         elif several:
             x = speeds_from_bias(link, own, sub6(ZERO6, force), work.tau)
-            free = dot6(force, speeds)
             for q in range(begin, p + 1):
-                work.S[row, entries[q].row] += dot6(x, get6(work.force[q]))
-            force = sub6(force, inertia_times(M, H, J, x))
+                work.S[entries[p].row, entries[q].row] += dot6(x, get6(work.force[q]))
+            free += dot6(force, speeds)
+            force = sub6(force, inertia_times(own.M, own.H, own.J, x))
         free += dot6(force, bias)
         f, t = times(turn, (force[0], force[1], force[2])), times(turn, (force[3], force[4], force[5]))
-        if entries[p].up < 0:
+        if up < 0:
             free += dot3(f, get3(ground.acceleration))
         else:
-            add_row_to_modes(data.modal, model, i, f, t, work.modal[entries[p].up])
-            t, up = add3(t, cross(arm, f)), work.force[entries[p].up]
-            put6(up, add6(get6(up), (f[0], f[1], f[2], t[0], t[1], t[2])))
-        work.free[row] += free
+            add_row_to_modes(data.modal, model, i, f, t, work.modal[up])
+            t = add3(t, cross(arm, f))
+            put6(work.force[up], add6(get6(work.force[up]), (f[0], f[1], f[2], t[0], t[1], t[2])))
+        work.free[entries[p].row] = free
+    if single:
+        _add_square(work, begin, end, g, work.drive)
+
+
+@compile_inline
+def _add_square(work, begin, end, g, e):
+    """Add ``g e e'`` of the entries of a link to the lower half of `S`."""
+    entries, first = work.paths.entries, work.paths.entries[begin].row
+    if entries[end - 1].row - first == end - 1 - begin:
+        for p in range(end - begin):
+            f = g * e[begin + p]
+            for q in range(p + 1):
+                work.S[first + p, first + q] += f * e[begin + q]
+        return
+    for p in range(begin, end):
+        for q in range(begin, p + 1):
+            work.S[entries[p].row, entries[q].row] += g * e[p] * e[q]
 
 
 @compile_kernel

@@ -149,7 +149,7 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
         np.zeros(m, LINE).view(np.recarray),
         *(np.zeros(m) for _ in range(9)),
         *(np.zeros((m, m)) for _ in range(2)),
-        np.zeros(m),
+        *(np.zeros(m) for _ in range(2)),
         np.zeros(m, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
         np.full(1, m),
