@@ -46,9 +46,14 @@ def respond(cons, model, data, work, tau):
     work.S[:] = 0.0
     for i in range(len(model.links) - 1, -1, -1):
         begin, end = work.paths.first[i], work.paths.first[i + 1]
-        if begin < end:
-            condense_rows(data.modal, model, i, begin, end, work)
-            _hand_on(model, data, work, i, begin, end, tau)
+        if begin == end:
+            continue
+        condense_rows(data.modal, model, i, begin, end, work)
+        joint = model.links[i].joint
+        if joint == SPHERICAL or joint == FREE:
+            _through_several(model, data, work, i, begin, end, tau)
+        else:
+            _through_one(model, data, work, i, begin, end, tau)
     for i in range(len(work.free)):
         for j in range(i):
             work.S[j, i] = work.S[i, j]
@@ -82,55 +87,67 @@ def _act_on_end(cons, model, data, work, i, side, k, f, torque):
     put6(work.force[p], add6(get6(work.force[p]), (f[0], f[1], f[2], t[0], t[1], t[2])))
 
 
-@compile_kernel
-def _hand_on(model, data, work, i, begin, end, tau):
-    """Eliminate the joint of link i from the forces of its rows, and hand what is left to the parent."""
-    link, own, entries, ground = model.links[i], data.links[i], work.paths.entries, data.links[len(model.links)]
-    P, turn, arm, bias = get6(own.force), get9(own.rotation), get3(own.arm), get6(own.bias)
-    single = link.joint == REVOLUTE or link.joint == SLIDING
-    several = link.joint == SPHERICAL or link.joint == FREE
+@compile_inline
+def _through_one(model, data, work, i, begin, end, tau):
+    """Let the joint of link i, of one axis at most, yield to the forces of its rows, and hand the rest to the parent."""
+    link, own, entries = model.links[i], data.links[i], work.paths.entries
     f, t = column(link, get6(own.M), get9(own.H), get6(own.J))
-    held, g = (f[0], f[1], f[2], t[0], t[1], t[2]), own.pivot[0] if single else 0.0
-    speed = g * (tau[link.u] - along_axis(link, P)) if single else 0.0
-    speeds = speeds_from_bias(link, own, P, tau) if several else ZERO6
+    g, speed, held = 0.0, 0.0, (f[0], f[1], f[2], t[0], t[1], t[2])
+    if link.joint == REVOLUTE or link.joint == SLIDING:
+        g = own.pivot[0]
+        speed = g * (tau[link.u] - along_axis(link, get6(own.force)))
+    turn, arm, bias, drive = get9(own.rotation), get3(own.arm), get6(own.bias), work.drive[begin:end]
     for p in range(begin, end):
-        force, free, up = get6(work.force[p]), work.free[entries[p].row], entries[p].up
-        if single:
-            e = along_axis(link, force) + entries[p].factor
-            work.drive[p], free = e, free + e * speed
-            force = axpy6(force, -g * e, held)
-        elif several:
-            x = speeds_from_bias(link, own, sub6(ZERO6, force), work.tau)
-            for q in range(begin, p + 1):
-                work.S[entries[p].row, entries[q].row] += dot6(x, get6(work.force[q]))
-            free += dot6(force, speeds)
-            force = sub6(force, inertia_times(own.M, own.H, own.J, x))
-        free += dot6(force, bias)
-        f, t = times(turn, (force[0], force[1], force[2])), times(turn, (force[3], force[4], force[5]))
-        if up < 0:
-            free += dot3(f, get3(ground.acceleration))
-        else:
-            add_row_to_modes(data.modal, model, i, f, t, work.modal[up])
-            t = add3(t, cross(arm, f))
-            put6(work.force[up], add6(get6(work.force[up]), (f[0], f[1], f[2], t[0], t[1], t[2])))
-        work.free[entries[p].row] = free
-    if single:
-        _add_square(work, begin, end, g, work.drive)
+        force = get6(work.force[p])
+        e = along_axis(link, force) + entries[p].factor
+        drive[p - begin] = e
+        _hand_on(model, data, work, i, p, axpy6(force, -g * e, held), e * speed, turn, arm, bias)
+    if g > 0.0:
+        for p in range(begin, end):
+            _add_to_row(work, p, begin, g * drive[p - begin], drive)
+
+
+@compile_kernel
+def _through_several(model, data, work, i, begin, end, tau):
+    """Do as `_through_one` with a joint of several axes."""
+    link, own, entries = model.links[i], data.links[i], work.paths.entries
+    turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
+    speeds = speeds_from_bias(link, own, get6(own.force), tau)
+    for p in range(begin, end):
+        force = get6(work.force[p])
+        x = speeds_from_bias(link, own, sub6(ZERO6, force), work.tau)
+        for q in range(begin, p + 1):
+            work.S[entries[p].row, entries[q].row] += dot6(x, get6(work.force[q]))
+        left = sub6(force, inertia_times(M, H, J, x))
+        _hand_on(model, data, work, i, p, left, dot6(force, speeds), turn, arm, bias)
 
 
 @compile_inline
-def _add_square(work, begin, end, g, e):
-    """Add ``g e e'`` of the entries of a link to the lower half of `S`."""
-    entries, first = work.paths.entries, work.paths.entries[begin].row
-    if entries[end - 1].row - first == end - 1 - begin:
-        for p in range(end - begin):
-            f = g * e[begin + p]
-            for q in range(p + 1):
-                work.S[first + p, first + q] += f * e[begin + q]
-        return
-    for p in range(begin, end):
+def _hand_on(model, data, work, i, p, force, free, turn, arm, bias):
+    """Hand to the parent what is left of entry p's force, which counts with the bias of link i in `free`."""
+    f, t = times(turn, (force[0], force[1], force[2])), times(turn, (force[3], force[4], force[5]))
+    free, up = free + dot6(force, bias), work.paths.entries[p].up
+    if up < 0:
+        free += dot3(f, get3(data.links[len(model.links)].acceleration))
+    else:
+        add_row_to_modes(data.modal, model, i, f, t, work.modal[up])
+        t = add3(t, cross(arm, f))
+        put6(work.force[up], add6(get6(work.force[up]), (f[0], f[1], f[2], t[0], t[1], t[2])))
+    work.free[work.paths.entries[p].row] += free
+
+
+@compile_inline
+def _add_to_row(work, p, begin, f, e):
+    """Add ``f e`` of a link's entries up to p to the row of `S` of entry p; e begins with entry `begin`."""
+    entries = work.paths.entries
+    row, first = entries[p].row, entries[begin].row
+    if row - first == p - begin:  # none between them is missing
+        square = work.S[row, first : row + 1]
+        for q in range(len(square)):
+            square[q] += f * e[q]
+    else:
         for q in range(begin, p + 1):
-            work.S[entries[p].row, entries[q].row] += g * e[p] * e[q]
+            work.S[row, entries[q].row] += f * e[q - begin]
 
 
 @compile_kernel
@@ -138,12 +155,14 @@ def push(model, data, work):
     """Add the multipliers to the bias forces of the last `inward`, and to ``work.tau``, for `forward`."""
     entries = work.paths.entries
     for i in range(len(model.links)):
+        total = get6(data.links[i].force)
         for p in range(work.paths.first[i], work.paths.first[i + 1]):
             f = work.multiplier[entries[p].row]
-            put6(data.links[i].force, axpy6(get6(data.links[i].force), -f, get6(work.force[p])))
+            total = axpy6(total, -f, get6(work.force[p]))
             push_bias_of_modes(data.modal, model, i, f, work.modal[p])
             if entries[p].factor != 0.0:
                 work.tau[model.links[i].u] += f * entries[p].factor
+        put6(data.links[i].force, total)
 
 
 @compile_kernel
