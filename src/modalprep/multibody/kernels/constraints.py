@@ -100,10 +100,10 @@ class Work(NamedTuple):
     rate: np.ndarray  # (m,) Phi'
     bias: np.ndarray  # (m,) Phi'' without accelerations of the ends
     push: np.ndarray  # (m,) rate at which the multiplier does work: of the prescribed value, or of sliding
-    wanted: np.ndarray  # (m,) what `impose` takes away from the rows
+    wanted: np.ndarray  # (m,) what `solve` takes away from the rows
     goal: np.ndarray  # (m,) G u' that rows aim at
     compliance: np.ndarray  # (m,) of the compliant rows in an implicit step, else 0
-    multiplier: np.ndarray  # (m,) that of the last `impose`
+    multiplier: np.ndarray  # (m,) that of the last `solve`
     free: np.ndarray  # (m,) G u' + Phi'' without G u', less the row's own bias: without multipliers
     S: np.ndarray  # (m, m) G M^-1 G^T
     factor: np.ndarray  # (m, m) its pivoted factor, upper half

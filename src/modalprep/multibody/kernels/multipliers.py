@@ -1,8 +1,7 @@
 """Multipliers of constraints: which rows are independent, and what all of them do (theory 5.4).
 
-The pivoted factor of ``G M^-1 G^T`` (responses.py) costs O(m^3) and tells the redundant rows. `impose` changes speeds
-or coordinates by the least amount, in the metric of the last `inward`, that moves the rows by a wanted amount. The
-metric is M, or the effective mass of an implicit step.
+The pivoted factor of ``G M^-1 G^T`` (responses.py) costs O(m^3) and tells the redundant rows. M is the mass matrix, or
+the effective one of an implicit step: that of the last `inward`.
 
 Order of calls: `outward`, `world`, `constraint_residual`, `inward`, `constraint_accelerations`. Arguments as in
 constraints.py.
@@ -16,7 +15,7 @@ from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import forward
 from modalprep.multibody.kernels.constraints import SLIP
-from modalprep.multibody.kernels.responses import push, respond, yield_to_multipliers
+from modalprep.multibody.kernels.responses import push, respond
 
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
@@ -148,19 +147,6 @@ def solve(work):
             b -= U[k, i] * x[i]
         x[k] = work.inverse[k] * b
         work.multiplier[work.order[k]] = x[k]
-
-
-@compile_kernel
-def impose(cons, model, data, work):
-    """Write to ``work.step (nu,)`` the least change, in the metric of the last `inward`, that takes `wanted` off the rows.
-
-    After `constraint_residual` and `inward`. With ``phi`` it is a Newton step onto the constraints, with ``rate`` it
-    projects speeds.
-    """
-    respond(cons, model, data, work, work.tau)
-    factorize(cons, work)
-    solve(work)
-    yield_to_multipliers(model, data, work)
 
 
 @compile_kernel
