@@ -51,8 +51,7 @@ class Evaluation:
         kernel.outward(self.packed.model, self.data, self.y, self.motion)
         self.loops.residual(self.data, self.y, self.motion, self.t)
         assert kernel.inward(self.packed.model, self.data, self.tau, None, 0.0, 0.0) == -1
-        kernel.forward(self.packed.model, self.data, self.tau, self.udot)
-        self.loops.correct(self.data, self.udot, baumgarte)
+        self.loops.forward(self.data, self.tau, self.udot, baumgarte)
         return self.udot
 
 

@@ -79,6 +79,7 @@ class Equations(NamedTuple):
 
     model: Model
     data: Data
+    trial: Data  # of states that are brought onto closed loops
     loads: Loads
     motion: np.ndarray  # (nl, 3)
     tau: np.ndarray  # (nu,)
@@ -108,7 +109,7 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
     cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)
     work = loops.work if loops else None if cons is None else constraint_work(cons, packed)
     return Equations(
-        packed.model, packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
+        packed.model, packed.data(), packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope, np.zeros(nu), linear,
         rows(FLAGS, [(loading.active, 0, 0)]), np.zeros(packed.nx + nu), np.zeros(nu),
         rows(SHARED, [(0.0, 0.0, 0.0, 0.0, 0.0)]), cons, work, implicit,
         constraint_work(implicit, packed, size=loops.closing.size if loops else 1.0) if implicit else None,
@@ -153,9 +154,10 @@ def evaluate(eq, t, y, ydot):
     status = inward(model, data, eq.tau, None, 0.0, 0.0)
     if status >= 0:
         return status
-    forward(model, data, eq.tau, ydot[nx : nx + nu])
     if closed:
-        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, ydot[nx : nx + nu])
+        constraint_accelerations(eq.cons, model, data, eq.work, 0.0, 0.0, eq.tau, ydot[nx : nx + nu])
+    else:
+        forward(model, data, eq.tau, ydot[nx : nx + nu])
     kinematic(model, y, ydot)
     ydot[nx + nu] = power(eq, eq.work, y)
     if eq.flags[0].reference:
@@ -166,13 +168,17 @@ def evaluate(eq, t, y, ydot):
 
 
 @compile_kernel
-def close(eq, t, y, stiff):
-    """Bring a state onto closed loops, see `settle`; returns how often it moved something, -1 on failure."""
+def close(eq, t, y, stiff, factored):
+    """Bring a state onto closed loops, see `settle`; returns how often it moved something, -1 on failure.
+
+    `factored`: the last `evaluate` was at this state, or very near to it, and `stiff` is zero.
+    """
     if eq.cons is None:
         return 0
     prescribe(eq.loads, t, eq.motion)
     return settle(
-        eq.cons, eq.model, eq.data, y, eq.motion, t, eq.work, eq.hinge, stiff, CLOSED, MOST_PROJECTIONS
+        eq.cons, eq.model, eq.data, eq.trial, y, eq.motion, t, eq.work, eq.hinge, stiff, CLOSED, MOST_PROJECTIONS,
+        factored,
     )  # fmt: skip
 
 
@@ -205,8 +211,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     push_modes(data.modal, model, out)
     status = inward(model, data, eq.tau, eq.hinge, c1, c2)
     if status < 0:
-        forward(model, data, eq.tau, out)
-        implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, out)
+        implicit_accelerations(eq.implicit, model, data, eq.implicit_work, places, eq.tau, out)
     return status
 
 

@@ -231,9 +231,10 @@ class Evaluator:
         if status >= 0:
             name = next(link.body for link in self.packed.links[status:] if link.body)
             raise SimulationError(f"the mass matrix of body {name!r} is not positive: its deflection is too large")
-        kernel.forward(self.packed.model, self.data, tau + self.loading.tau, udot)
         if self.loops:
-            self.loops.correct(self.data, udot)
+            self.loops.forward(self.data, tau + self.loading.tau, udot)
+        else:
+            kernel.forward(self.packed.model, self.data, tau + self.loading.tau, udot)
         return udot
 
     def rates(self, y: np.ndarray, ydot: np.ndarray) -> None:

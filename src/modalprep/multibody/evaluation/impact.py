@@ -18,7 +18,7 @@ from modalprep.errors import InputError, SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels import constraints, multipliers
+from modalprep.multibody.kernels import constraints, responses
 from modalprep.multibody.kernels.data import Data
 from modalprep.multibody.kernels.multipliers import RANK_TOLERANCE
 from modalprep.multibody.model.system import System
@@ -134,15 +134,16 @@ def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[i
     none = np.zeros(packed.nu)
     if kernel.inward(packed.model, data, none, None, 0.0, 0.0) >= 0:
         raise SimulationError(f"impact at t = {t:g} s: the mass matrix is not positive, a deflection is too large")
-    multipliers.respond(loops.arrays, packed.model, data, work)
+    responses.respond(loops.arrays, packed.model, data, work, none)
     acting = {k: 1.0 for k in range(len(system.closures)) if loops.active(k)}
     acting |= dict.fromkeys(struck, 1 + restitution)
     contacts = {k: _contact(loops, k) for k in acting if loops.closing.sliding(k)}
     target = _target(loops, acting)
     what = f"impact at t = {t:g} s"
     work.multiplier[:], sticks = impulses(work.S, work.rate, target, list(contacts.values()), what)
+    responses.yield_to_multipliers(packed.model, data, work)
     after = y.copy()
-    after[packed.nx : packed.nx + packed.nu] += work.Y.T @ work.multiplier
+    after[packed.nx : packed.nx + packed.nu] += work.step
     return Impact(
         t=t,
         y=after,

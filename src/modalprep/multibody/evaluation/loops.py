@@ -26,8 +26,8 @@ class Loops:
 
     Attributes
     ----------
-    arrays, work
-        For the functions of `constraints`.
+    arrays, work, trial
+        For the functions of `constraints` and `projection`.
     notes : list of str
         After `assemble`: what was moved to close the loops, and which conditions are redundant.
 
@@ -54,7 +54,7 @@ class Loops:
         self.system, self.packed = system, packed
         self.closing = pack_constraints(system, packed, t_end)
         self.arrays = self.closing.arrays
-        self.work = constraint_work(self.arrays, packed, self.closing.value)
+        self.work, self.trial = constraint_work(self.arrays, packed, self.closing.value), packed.data()
         self.notes: list[str] = []
         for k, closure in enumerate(system.closures):
             self.activate(k, closure.active)
@@ -88,9 +88,11 @@ class Loops:
         world(self.packed.model, data)
         constraints.constraint_residual(self.arrays, self.packed.model, data, y, motion, t, self.work)
 
-    def correct(self, data: Data, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)) -> None:
-        """Turn the accelerations of `kernel.forward` into those of the closed system."""
-        multipliers.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, udot)
+    def forward(
+        self, data: Data, tau: np.ndarray, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)
+    ) -> None:
+        """Write the accelerations of the closed system, as `kernel.forward` does those of the open one."""
+        multipliers.constraint_accelerations(self.arrays, self.packed.model, data, self.work, *baumgarte, tau, udot)
 
     def assemble(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float = 0.0) -> np.ndarray:
         """Return the consistent state nearest to y, and write the notes.
@@ -118,8 +120,8 @@ class Loops:
     def settle(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
         """Project a state in place, stiff modes moving least; False when it cannot be closed."""
         none = np.zeros(self.packed.nu)
-        args = (self.arrays, self.packed.model, data, y, motion, t, self.work, none, self.softest(), CLOSED, MOST_STEPS)
-        return projection.settle(*args) >= 0
+        args = (self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, none, self.softest())
+        return projection.settle(*args, CLOSED, MOST_STEPS, False) >= 0
 
     def begin(self, closure: int) -> None:
         """Let a closure hold the ends as they are, after `residual`."""
@@ -142,15 +144,22 @@ class Loops:
         return found
 
     def _closed(self, data, y, motion, t, hinge, stiff) -> bool:
-        args = (self.arrays, self.packed.model, data, y)
-        if projection.project_positions(*args, motion, t, self.work, hinge, stiff, CLOSED, MOST_STEPS) < 0:
+        if not self._project_positions(data, y, motion, t, hinge, stiff) or self._other_way_round():
             return False
-        if self._other_way_round() or not projection.project_velocities(*args, self.work, hinge, stiff):
+        if not self._project_velocities(data, y, motion, hinge, stiff):
             return False
         kernel.outward(self.packed.model, data, y, motion)
         self.residual(data, y, motion, t)
         reach = np.abs(y[self.packed.nx :]).max(initial=0.0) + np.abs(self.work.push).max() / self.closing.size
         return bool(multipliers.violation(self.work, self.work.rate) <= CLOSED_RATE * reach)
+
+    def _project_positions(self, data, y, motion, t, hinge, stiff) -> bool:
+        args = (self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, hinge, stiff)
+        return projection.project_positions(*args, CLOSED, MOST_STEPS, False) >= 0
+
+    def _project_velocities(self, data, y, motion, hinge, stiff) -> bool:
+        args = (self.arrays, self.packed.model, data, y, motion, self.work, hinge, stiff)
+        return projection.project_velocities(*args, False)
 
     def _other_way_round(self) -> bool:
         """Whether the axes of a closure agree but point against each other: ``ea.eb = 0`` holds both ways."""
@@ -217,12 +226,11 @@ class Loops:
     def _gap(self, data, y, motion, t) -> str:
         """Say which closure stays open, and by how much."""
         found, free, soft = y.copy(), np.zeros(self.packed.nu), self.softest()
-        args = (self.arrays, self.packed.model, data, found)
-        reached = projection.project_positions(*args, motion, t, self.work, free, soft, CLOSED, MOST_STEPS) >= 0
+        reached = self._project_positions(data, found, motion, t, free, soft)
         if reached and self._other_way_round():
             return "the loops close only with an axis pointing the other way; give start values nearer to closed loops"
         if reached:
-            projection.project_velocities(*args, self.work, free, soft)
+            self._project_velocities(data, found, motion, free, soft)
             kernel.outward(self.packed.model, data, found, motion)
             self.residual(data, found, motion, t)
         what, stops, gap, unit = self._worst(self.work.rate if reached else self.work.phi)

@@ -75,7 +75,7 @@ def explicit_rows(eq, run, t, h):
     for s in range(3):
         _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         run.count[0].evaluations += 1
-        if close(eq, t + C_DENSE[s] * h, run.old, 0.0) < 0:
+        if close(eq, t + C_DENSE[s] * h, run.old, 0.0, False) < 0:
             _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         status = evaluate(eq, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])
         if status != GOOD:

@@ -173,7 +173,7 @@ def _hold(eq, run, method, h, t, last):
     normalise(eq.model, run.new)
     if eq.cons is None:
         return GOOD
-    moves = close(eq, t, run.new, 0.0 if method == EXPLICIT else 0.25 * h * h)
+    moves = close(eq, t, run.new, 0.0 if method == EXPLICIT else 0.25 * h * h, method == EXPLICIT)
     if moves < 0:
         return OPEN
     status = GOOD

@@ -9,16 +9,16 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.articulated_body import spread
+from modalprep.multibody.kernels.articulated_body import forward, spread
 from modalprep.multibody.kernels.constraints import (
     along,
     observe_ends,
 )
 from modalprep.multibody.kernels.multipliers import (
     act,
-    keep,
     solve,
 )
+from modalprep.multibody.kernels.responses import respond, yield_to_multipliers
 
 
 @compile_inline
@@ -44,7 +44,7 @@ def aim(cons, model, data, work, c1, c2, places, by_rate, by_place):
     yields = _yields(cons)
     if places or yields:
         spread(model, data, by_place)
-        observe_ends(cons, model, data, work, 0.0)
+        observe_ends(cons, model, data, work)
     for i in range(len(cons.rows)):
         moved, stiffness = along(cons, work, i, by_place), cons.rows[i].stiffness
         if np.isinf(stiffness):
@@ -55,7 +55,7 @@ def aim(cons, model, data, work, c1, c2, places, by_rate, by_place):
     if not yields:
         return
     spread(model, data, by_rate)
-    observe_ends(cons, model, data, work, 0.0)
+    observe_ends(cons, model, data, work)
     for i in range(len(cons.rows)):
         work.goal[i] -= work.compliance[i] * cons.rows[i].damping * along(cons, work, i, by_rate)
 
@@ -70,37 +70,38 @@ def _yields(cons):
 
 
 @compile_kernel
-def implicit_accelerations(cons, model, data, work, places, udot):
-    """Let the rows act on the accelerations of `forward` in an implicit step, after `aim`; see there.
+def implicit_accelerations(cons, model, data, work, places, tau, udot):
+    """Write the accelerations of an implicit step and let the rows act on them, after `aim` and `inward`; see there.
 
-    Where `places` is False, constraints hold their accelerations as in `constraint_accelerations`.
+    Where `places` is False, constraints hold their accelerations as in `constraint_accelerations`. Without constraints
+    it is `forward`.
     """
     if cons is None:
+        forward(model, data, tau, udot)
         return
-    keep(data, work)
-    if not places:
-        observe_ends(cons, model, data, work, 1.0)
-        for i in range(len(cons.rows)):
-            work.wanted[i] = along(cons, work, i, udot) + work.bias[i]
+    respond(cons, model, data, work, tau)
+    for i in range(len(cons.rows)):
+        work.wanted[i] = work.free[i] + work.bias[i]
     if places or _yields(cons):
+        forward(model, data, tau, udot)
         spread(model, data, udot)
-        observe_ends(cons, model, data, work, 0.0)
+        observe_ends(cons, model, data, work)
         for i in range(len(cons.rows)):
             if places or work.compliance[i] > 0.0:
                 work.wanted[i] = along(cons, work, i, udot) - work.goal[i]
-    act(cons, model, data, work, udot)
+    act(cons, model, data, work, tau, udot)
 
 
 @compile_kernel
 def restrain(cons, model, data, work, change):
-    """Take off ``change (nu,)`` what the rows resist, with the responses of the last `implicit_accelerations`."""
+    """Take off ``change (nu,)`` what the rows resist, with the factor of the last `implicit_accelerations`."""
     if cons is None:
         return
     spread(model, data, change)
-    observe_ends(cons, model, data, work, 0.0)
+    observe_ends(cons, model, data, work)
     for i in range(len(cons.rows)):
         work.wanted[i] = along(cons, work, i, change)
     solve(work)
-    for j in range(len(cons.rows)):
-        for k in range(len(change)):
-            change[k] += work.multiplier[j] * work.Y[j, k]
+    yield_to_multipliers(model, data, work)
+    for k in range(len(change)):
+        change[k] += work.step[k]

@@ -2,7 +2,7 @@
 
 Constraints ``Phi(x, t) = 0`` hold between ends: interfaces of bodies with their elastic motion, or frames of the
 ground. Each row has one line of action ``(f, ta, tb)``: its rate is ``f.(vb - va) + ta.wa + tb.wb`` less the rate of
-its prescribed value, and its multiplier pushes the ends with just these forces and torques (multipliers.py).
+its prescribed value, and its multiplier pushes the ends with just these forces and torques (responses.py).
 
 Arguments as in articulated_body.py; `cons` Constraints, `work` Work.
 """
@@ -18,6 +18,7 @@ from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
+    add3,
     axpy3,
     cross,
     dot3,
@@ -25,10 +26,12 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get9,
     get_angular,
     put3,
+    put6,
     put9,
     put_angular,
 )
-from modalprep.multibody.kernels.interfaces import add_wrench, carried, node_acceleration, node_state
+from modalprep.multibody.kernels.interfaces import free_position, seen_from_ground
+from modalprep.multibody.kernels.modal_interfaces import interface_motion, shape_acceleration
 from modalprep.multibody.kernels.time_tables import Tables, table
 
 # kinds of rows: e.(rb - ra), ea.eb, |rb - ra|, a sum of joint coordinates, each less its value; of e.(wb - wa) and of
@@ -57,9 +60,12 @@ TERM = np.dtype([  # a coordinate (-1: prescribed) in the sum of a coupler's row
 END_DATA = np.dtype([
     ("position", np.float64, 3), ("rotation", np.float64, 9), ("velocity", np.float64, 3), ("spin", np.float64, 3),
     ("acceleration", np.float64, 6),
+    ("arm", np.float64, 3),  # from the link's origin, in its axes, as the acceleration left when A and q'' are zero
+    ("bias", np.float64, 6),
 ])  # fmt: skip
 LINE = np.dtype([("force", np.float64, 3), ("torque_a", np.float64, 3), ("torque_b", np.float64, 3)])
-KEPT = np.dtype([("force", np.float64, 6), ("acceleration", np.float64, 6)])
+# One row at one link that its multiplier acts on: the entry of the parent (-1: the ground), a coupler's factor there.
+ENTRY = np.dtype([("row", np.int64), ("up", np.int64), ("factor", np.float64)])
 
 
 @by_address
@@ -70,6 +76,15 @@ class Constraints(NamedTuple):
     ends: np.ndarray  # (ne,) END
     rows: np.ndarray  # (m,) ROW
     terms: np.ndarray  # (nt,) TERM
+
+
+@by_address
+class Paths(NamedTuple):
+    """Which rows act on which links: on those of their ends, and on all between these and the ground."""
+
+    first: np.ndarray  # (nl + 1,) int, first entry of each link
+    entries: np.ndarray  # (np,) ENTRY, by links, then by rows
+    ends: np.ndarray  # (m, 2) int, entries of the rows at their ends; -1 on the ground, and of couplers
 
 
 @by_address
@@ -85,21 +100,26 @@ class Work(NamedTuple):
     rate: np.ndarray  # (m,) Phi'
     bias: np.ndarray  # (m,) Phi'' without accelerations of the ends
     push: np.ndarray  # (m,) rate at which the multiplier does work: of the prescribed value, or of sliding
-    wanted: np.ndarray  # (m,) what `impose` takes away from the rows
+    wanted: np.ndarray  # (m,) what `solve` takes away from the rows
     goal: np.ndarray  # (m,) G u' that rows aim at
     compliance: np.ndarray  # (m,) of the compliant rows in an implicit step, else 0
-    multiplier: np.ndarray  # (m,) that of the last `impose`
+    multiplier: np.ndarray  # (m,) that of the last `solve`
+    free: np.ndarray  # (m,) G u' + Phi'' without G u', less the row's own bias: without multipliers
     S: np.ndarray  # (m, m) G M^-1 G^T
-    factor: np.ndarray  # (m, m) its pivoted factor, rows and columns scaled
-    scale: np.ndarray  # (m,)
+    factor: np.ndarray  # (m, m) its pivoted factor, upper half
+    inverse: np.ndarray  # (m,) 1 / pivot
+    solution: np.ndarray  # (m,) scratch
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
     sine: np.ndarray  # (2,) the least sine of an independent row, now and in the last closed state
-    Y: np.ndarray  # (m, nu) M^-1 G^T
-    tau: np.ndarray  # (nu,)
-    step: np.ndarray  # (nu,)
-    kept: np.ndarray  # (nl,) KEPT, of the links before the multipliers act
+    tau: np.ndarray  # (nu,) zero between calls
+    step: np.ndarray  # (nu,) response to the multipliers
+    paths: Paths  # constant
+    force: np.ndarray  # (np, 6) articulated force of a unit multiplier, link's axes, at its origin
+    drive: np.ndarray  # (np,) its force along a joint of one axis
+    modal: np.ndarray  # (np, N) its modal forces, eliminated
+    shape: np.ndarray  # (ne, N, 6) partial velocities of the ends, link's axes
 
 
 @compile_inline
@@ -117,7 +137,7 @@ def constraint_residual(cons, model, data, y, motion, t, work):
         return
     for k in range(len(cons.ends)):
         if cons.ends[k].link >= 0:
-            p, turn, v, w = node_state(model, data, cons.ends[k].link, cons.ends[k].interface)
+            p, turn, v, w = _end_state(cons, model, data, work, k)
         else:
             p, turn, v, w = get3(cons.ends[k].position), get9(cons.ends[k].rotation), ZERO3, ZERO3
         n = data.links[-1].omega[2]  # accelerations of the ends are not those that a turning ground sees
@@ -194,31 +214,28 @@ def _couplers(cons, y, nx, motion, work):
             work.bias[i] += c * motion[link, 2]
 
 
-@compile_kernel
-def push_row(cons, model, data, work, i, size, tau):
-    """Let the multiplier `size` of row i act: wrenches into W and data, hinge forces added to ``tau (nu,)``."""
-    if cons.rows[i].kind == COUPLER:
-        for k in range(len(cons.terms)):
-            if cons.terms[k].row == i and cons.terms[k].x >= 0:
-                tau[cons.terms[k].u] += size * cons.terms[k].factor
-        return
-    f, ta, tb = get3(work.lines[i].force), get3(work.lines[i].torque_a), get3(work.lines[i].torque_b)
-    for end, sign, t in ((cons.rows[i].a, -size, ta), (cons.rows[i].b, size, tb)):
-        if cons.ends[end].link >= 0:
-            force = (sign * f[0], sign * f[1], sign * f[2])
-            torque = (size * t[0], size * t[1], size * t[2])
-            add_wrench(model, data, cons.ends[end].link, cons.ends[end].interface, force, torque)
+@compile_inline
+def _end_state(cons, model, data, work, k):
+    """Return the motion of an end as `node_state` does, and write what its acceleration follows from."""
+    link, node = cons.ends[k].link, cons.ends[k].interface
+    r, turn, v, w, linear, angular = interface_motion(
+        data.modal, model, data, link, node, free_position(model, link, node), work.shape[k]
+    )
+    put3(work.ends[k].arm, r)
+    put6(work.ends[k].bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
+    return seen_from_ground(model, data, link, r, turn, v, w)
 
 
 @compile_kernel
-def observe_ends(cons, model, data, work, own):
-    """Accelerations of the ends, own = 1 after `forward`, 0 after `forward_bias`."""
+def observe_ends(cons, model, data, work):
+    """Accelerations of the ends after `spread`, when those of the links and q'' are all there is."""
     for k in range(len(cons.ends)):
-        v, w = ZERO3, ZERO3
-        if cons.ends[k].link >= 0:
-            v, w = node_acceleration(model, data, cons.ends[k].link, cons.ends[k].interface, own)
-        elif own > 0.0:
-            v = carried(data, get3(cons.ends[k].position), ZERO3)  # the ground seen in free fall
+        v, w, link = ZERO3, ZERO3, cons.ends[k].link
+        if link >= 0:
+            v, w = get3(data.links[link].acceleration), get_angular(data.links[link].acceleration)
+            moved, turned = shape_acceleration(data.modal, model, link, work.shape[k])
+            base, v = get9(data.links[link].orientation), add3(v, cross(w, get3(work.ends[k].arm)))
+            v, w = times(base, add3(v, moved)), times(base, add3(w, turned))
         put3(work.ends[k].acceleration, v)
         put_angular(work.ends[k].acceleration, w)
 

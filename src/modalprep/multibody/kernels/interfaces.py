@@ -73,9 +73,15 @@ def node_state(model, data, link, node):
     rotation : 9 numbers by rows, interface frame (the body's axes, turned with the node) to inertial
     velocity, spin : 3 numbers each, m/s and rad/s, inertial axes, relative to the ground
     """
+    r, turn, v, w = deflected_node(data.modal, model, data, link, node, free_position(model, link, node))
+    return seen_from_ground(model, data, link, r, turn, v, w)
+
+
+@compile_inline
+def seen_from_ground(model, data, link, r, turn, v, w):
+    """Return `node_state` of an interface by its position, rotation, velocity and spin in its link's axes."""
     own, spin = data.links[link], seen_spin(data, link)
     base = get9(own.orientation)
-    r, turn, v, w = deflected_node(data.modal, model, data, link, node, free_position(model, link, node))
     velocity = add3(get3(own.velocity), times(base, add3(cross(spin, r), v)))
     position = add3(get3(own.position), times(base, r))
     turn = product_transposed(product(base, turn), get9(model.links[link].align))

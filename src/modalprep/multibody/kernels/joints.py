@@ -139,7 +139,7 @@ def joint_force(link, wrench, out):
 
 
 @compile_inline
-def _column(link, M, H, J):
+def column(link, M, H, J):
     """Return ``I S`` of a joint of one axis: force and torque."""
     if link.joint == REVOLUTE:
         return (H[2], H[5], H[8]), (J[2], J[4], J[5])
@@ -153,7 +153,7 @@ def factor_joint(link, own, M, H, J, more):
     """Write the factor of ``S' I S + more`` to `pivot`; False when it is not positive. `more` (nu,) may be None."""
     joint, u = link.joint, link.u
     if joint == REVOLUTE or joint == SLIDING:
-        f, t = _column(link, M, H, J)
+        f, t = column(link, M, H, J)
         d = t[2] if joint == REVOLUTE else link.along * f[2] + link.about * t[2]
         if more is not None:
             d += more[u]
@@ -182,7 +182,7 @@ def through_joint(link, own, M, H, J, P, tau, more):
     joint, u = link.joint, link.u
     if joint == REVOLUTE or joint == SLIDING:
         g = own.pivot[0]
-        f, t = _column(link, M, H, J)
+        f, t = column(link, M, H, J)
         e = g * (tau[u] - along_axis(link, P))
         M, H, J = less_outer(M, g, f), less_product(H, g, f, t), less_outer(J, g, t)
         P = add6(P, (e * f[0], e * f[1], e * f[2], e * t[0], e * t[1], e * t[2]))
@@ -230,7 +230,7 @@ def joint_accelerations(link, own, linear, angular, tau, udot):
     joint, u, M, H, J, P = link.joint, link.u, own.M, own.H, own.J, own.force
     v, t = linear, angular
     if joint == REVOLUTE or joint == SLIDING:
-        f, m = _column(link, M, H, J)
+        f, m = column(link, M, H, J)
         udot[u] = (tau[u] - along_axis(link, P) - (dot3(f, v) + dot3(m, t))) * own.pivot[0]
     elif joint == SPHERICAL:
         f = add3(transposed_times(H, v), symmetric_times(J, t))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from modalprep.jit import compile_inline
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
 )
@@ -169,6 +169,44 @@ def take_loads(modal, model, i):
 
 
 @compile_inline
+def condense_rows(modal, model, i, begin, end, work):
+    """Condense the modal forces of unit multipliers at link i with the pivots of `eliminate_modes`; see responses.py."""
+    if modal is not None:
+        if model.links[i].slot >= 0:
+            _condense_rows(modal, model.links[i].slot, model.links[i].modes, begin, end, work)
+
+
+@compile_kernel
+def _condense_rows(modal, s, n, begin, end, work):
+    entries = work.paths.entries
+    for a in range(n):
+        row = get8(modal.Z, s, a, 0)
+        for p in range(begin, end):
+            f = work.modal[p, a] * row[INVERSE]
+            for b in range(a + 1, n):
+                work.modal[p, b] -= f * modal.Z[s, a, 1 + (b >> 3), b & 7]
+            put6(work.force[p], axpy6(get6(work.force[p]), -f, row))
+            work.free[entries[p].row] -= f * row[LOAD]
+            for q in range(begin, p + 1):
+                work.S[entries[p].row, entries[q].row] += f * work.modal[q, a]
+
+
+@compile_inline
+def push_bias_of_modes(modal, model, i, size, forces):
+    """Take eliminated modal forces ``forces (N,)``, times a size, off the bias of link i's modes."""
+    if modal is not None:
+        for a in range(model.links[i].modes):
+            modal.Z[model.links[i].slot, a, 0, LOAD] -= size * forces[a]
+
+
+@compile_inline
+def clear_bias_of_modes(modal, model):
+    """Set the modal bias forces to zero."""
+    if modal is not None:
+        modal.Z[:, :, 0, LOAD] = 0.0
+
+
+@compile_inline
 def push_modes(modal, model, force):
     """Add generalised forces ``force (nu,)`` to the modal loads."""
     if modal is not None:
@@ -195,6 +233,16 @@ def add_bias_to_modes(modal, model, i, force, torque):
         if slot >= 0:
             for a in range(model.links[p].modes):
                 modal.Z[model.links[p].slot, a, 0, LOAD] += on_shape(modal, slot, a, force, torque)
+
+
+@compile_inline
+def add_row_to_modes(modal, model, i, force, torque, out):
+    """Add the generalised forces of link i's wrench, parent link's axes, to those of the parent's modes, ``out (N,)``."""
+    if modal is not None:
+        slot = model.links[i].phi
+        if slot >= 0:
+            for a in range(model.links[model.links[i].parent].modes):
+                out[a] += on_shape(modal, slot, a, force, torque)
 
 
 @compile_inline

@@ -30,8 +30,10 @@ from modalprep.multibody.kernels.algebra.tuples import (
     cross,
     dot3,
     get3,
+    get6,
     get9,
     get_angular,
+    put6,
     row8,
     take3,
     take6,
@@ -232,6 +234,42 @@ def _deflected_acceleration(model, data, link, node, r):
     turn_shape(modal, slot, n, x, scale, ZERO3)
     v, t = elastic_acceleration(modal, slot, n, model.links[link].slot)
     return r, v, t, linear, angular
+
+
+@compile_inline
+def interface_motion(modal, model, data, link, node, r, shape):
+    """Motion of an interface in its link's axes, and its partial velocities ``shape (N, 6)``; r as in `deflected_node`.
+
+    Returns its position, rotation, elastic velocity and spin, and its acceleration without A and q'' (linear, angular).
+    """
+    w = get3(data.links[link].omega)
+    if modal is not None:
+        if model.links[link].slot >= 0:
+            return _interface_motion(model, data, link, node, r, shape)
+    return r, UNIT9, ZERO3, ZERO3, cross(w, cross(w, r)), ZERO3
+
+
+@compile_kernel
+def _interface_motion(model, data, link, node, r, shape):
+    modal, n = data.modal, model.links[link].modes
+    slot = len(modal.Phi) - 1
+    r, turn, x, scale, v, w, linear, angular = node_motion(modal, model, data, link, node, slot, r)
+    turn_shape(modal, slot, n, x, scale, ZERO3)
+    for a in range(n):
+        put6(shape[a], get6(modal.Phi[slot, a]))
+    return r, turn, v, w, linear, angular
+
+
+@compile_inline
+def shape_acceleration(modal, model, link, shape):
+    """Acceleration (linear, angular) of partial velocities ``shape (N, 6)`` by q'' of a link's body."""
+    v = ZERO6
+    if modal is not None:
+        s = model.links[link].slot
+        if s >= 0:
+            for a in range(model.links[link].modes):
+                v = axpy6(v, modal.qdd[s, a >> 3, a & 7], get6(shape[a]))
+    return (v[0], v[1], v[2]), (v[3], v[4], v[5])
 
 
 @compile_inline

@@ -1,12 +1,10 @@
 """Multipliers of constraints: which rows are independent, and what all of them do (theory 5.4).
 
-Unit multipliers go through the recursion and give ``Y = M^-1 G^T`` and ``G M^-1 G^T`` in O(n m), whose pivoted factor
-costs O(m^3) and tells the redundant rows. `impose` changes accelerations, speeds or coordinates by the least amount, in
-the metric of the last `inward`, that moves the rows by a wanted amount. The metric is M, or the effective mass of an
-implicit step.
+The pivoted factor of ``G M^-1 G^T`` (responses.py) costs O(m^3) and tells the redundant rows. M is the mass matrix, or
+the effective one of an implicit step: that of the last `inward`.
 
-Order of calls: `outward`, `world`, `constraint_residual`; after `inward` and `forward` `constraint_accelerations`.
-Arguments as in constraints.py. External wrenches are overwritten.
+Order of calls: `outward`, `world`, `constraint_residual`, `inward`, `constraint_accelerations`. Arguments as in
+constraints.py.
 """
 
 from __future__ import annotations
@@ -14,23 +12,10 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.tuples import (
-    add6,
-    get6,
-    put6,
-)
-from modalprep.multibody.kernels.articulated_body import (
-    clear_wrenches,
-    forward_bias,
-    inward_bias,
-)
-from modalprep.multibody.kernels.constraints import (
-    SLIP,
-    along,
-    observe_ends,
-    push_row,
-)
-from modalprep.multibody.kernels.modal import write_accelerations
+from modalprep.multibody.kernels.algebra.tuples import copy
+from modalprep.multibody.kernels.articulated_body import forward
+from modalprep.multibody.kernels.constraints import SLIP
+from modalprep.multibody.kernels.responses import push, respond
 
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
@@ -40,58 +25,54 @@ FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
 
 @compile_kernel
-def respond(cons, model, data, work):
-    """Write ``Y`` and ``S``: responses to unit multipliers with the inertias of the last `inward`."""
-    for j in range(len(cons.rows)):
-        clear_wrenches(model, data)
-        work.tau[:] = 0.0
-        push_row(cons, model, data, work, j, 1.0, work.tau)
-        inward_bias(model, data, work.tau)
-        forward_bias(model, data, work.tau, work.Y[j])
-        observe_ends(cons, model, data, work, 0.0)
-        for i in range(j + 1):
-            work.S[i, j] = work.S[j, i] = along(cons, work, i, work.Y[j])
-    work.tau[:] = 0.0
-
-
-@compile_kernel
 def factorize(cons, work):
-    """Pivoted Cholesky factor of S scaled to a unit diagonal; rows beyond ``rank`` depend on those before them.
+    """Write the pivoted factor ``U^T D^-1 U`` of S; rows beyond ``rank`` depend on those before them.
 
     Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
     the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
     """
-    m, largest, gap = len(work.scale), 0.0, violation(work, work.phi)
-    for i in range(m):
-        moves = work.S[i, i] > work.floor[i]
-        work.scale[i] = 1.0 / np.sqrt(work.S[i, i]) if moves else 0.0
-        work.order[i] = i
-        largest = max(largest, _mobility(work, i) if moves and work.compliance[i] == 0.0 else 0.0)
-    for i in range(m):
-        for j in range(m):
-            work.factor[i, j] = work.S[i, j] * work.scale[i] * work.scale[j]
-    work.rank[0], work.sine[0] = m, 1.0
-    for k in range(m):
+    n, largest, gap, U = _sort_movable(work), 0.0, violation(work, work.phi), work.factor
+    for k in range(n):
+        i = work.order[k]
+        if work.compliance[i] == 0.0:
+            largest = max(largest, _mobility(work, i, work.S[i, i]))
+        for j in range(k, n):
+            U[k, j] = work.S[i, work.order[j]]
+    work.rank[0], least = n, 1.0
+    for k in range(n):
         best, most = k, -1.0
-        for i in range(k, m):  # a row that hardly moves has no sure direction: the largest mobility first
-            left = work.factor[i, i] * _mobility(work, work.order[i])
+        for i in range(k, n):  # a row that hardly moves has no sure direction: the largest mobility first
+            left = _mobility(work, work.order[i], U[i, i])
             if left > most * (1.0 + 1e-9):  # ties: the order given
                 best, most = i, left
         risen = k < work.held[0] or most > (STRAY * gap) ** 2 * largest
-        if not (work.factor[best, best] > RANK_TOLERANCE and risen):
+        square = U[best, best] / work.S[work.order[best], work.order[best]]
+        if not (square > RANK_TOLERANCE and risen):
             work.rank[0] = k
-            return
+            break
+        least = min(least, square)
         if best != k:
-            _swap(work, k, best)
-        pivot = np.sqrt(work.factor[k, k])
-        work.factor[k, k] = pivot
-        work.sine[0] = min(work.sine[0], pivot)
-        for i in range(k + 1, m):
-            work.factor[i, k] /= pivot
-        for i in range(k + 1, m):
-            for j in range(k + 1, i + 1):
-                work.factor[i, j] -= work.factor[i, k] * work.factor[j, k]
-                work.factor[j, i] = work.factor[i, j]
+            _swap(work, k, best, n)
+        work.inverse[k] = 1.0 / U[k, k]
+        for i in range(k + 1, n):
+            f = work.inverse[k] * U[k, i]
+            for j in range(i, n):
+                U[i, j] -= f * U[k, j]
+    work.sine[0] = np.sqrt(least)
+
+
+@compile_inline
+def _sort_movable(work):
+    """Put the rows that can move first in `order`; returns how many."""
+    n, last = 0, len(work.order)
+    for i in range(len(work.order)):
+        if work.S[i, i] > work.floor[i]:
+            work.order[n] = i
+            n += 1
+        else:
+            last -= 1
+            work.order[last] = i
+    return n
 
 
 @compile_kernel
@@ -115,16 +96,16 @@ def near_singular(work):
 
 
 @compile_inline
-def _mobility(work, i):
-    """Return the response of row i to a unit multiplier, lengths by the size of the system."""
-    return work.S[i, i] * work.unit[i] * work.unit[i]
+def _mobility(work, i, response):
+    """Return a response of row i to a unit multiplier, lengths by the size of the system."""
+    return response * work.unit[i] * work.unit[i]
 
 
 @compile_kernel
 def free_rank(work):
     """Let `factorize` decide the rank by itself; `work` may be None."""
     if work is not None:
-        work.held[0] = len(work.scale)
+        work.held[0] = len(work.order)
 
 
 @compile_kernel
@@ -135,87 +116,74 @@ def hold_rank(work):
 
 
 @compile_kernel
-def _swap(work, k, i):
+def _swap(work, k, i, n):
+    """Exchange rows and columns k < i of the upper half of the factor."""
+    U = work.factor
     work.order[k], work.order[i] = work.order[i], work.order[k]
-    for c in range(len(work.order)):
-        work.factor[k, c], work.factor[i, c] = work.factor[i, c], work.factor[k, c]
-    for c in range(len(work.order)):
-        work.factor[c, k], work.factor[c, i] = work.factor[c, i], work.factor[c, k]
+    U[k, k], U[i, i] = U[i, i], U[k, k]
+    for c in range(k):
+        U[c, k], U[c, i] = U[c, i], U[c, k]
+    for c in range(k + 1, i):
+        U[k, c], U[c, i] = U[c, i], U[k, c]
+    for c in range(i + 1, n):
+        U[k, c], U[i, c] = U[i, c], U[k, c]
 
 
 @compile_kernel
 def solve(work):
     """Solve ``S multiplier = -wanted``; redundant rows get none."""
-    L, m, rank = work.factor, len(work.order), work.rank[0]
-    for k in range(m):
+    U, x, rank = work.factor, work.solution, work.rank[0]
+    for k in range(len(x)):
         work.multiplier[k] = 0.0
     for k in range(rank):
-        i = work.order[k]
-        b = -work.wanted[i] * work.scale[i]
-        for c in range(k):
-            b -= L[k, c] * work.multiplier[work.order[c]]
-        work.multiplier[i] = b / L[k, k]
+        x[k] = -work.wanted[work.order[k]]
+    for k in range(rank):
+        f = work.inverse[k] * x[k]
+        for i in range(k + 1, rank):
+            x[i] -= f * U[k, i]
     for k in range(rank - 1, -1, -1):
-        b = work.multiplier[work.order[k]]
-        for c in range(k + 1, rank):
-            b -= L[c, k] * work.multiplier[work.order[c]]
-        work.multiplier[work.order[k]] = b / L[k, k]
-    for i in range(m):
-        work.multiplier[i] *= work.scale[i]
+        b = x[k]
+        for i in range(k + 1, rank):
+            b -= U[k, i] * x[i]
+        x[k] = work.inverse[k] * b
+        work.multiplier[work.order[k]] = x[k]
 
 
 @compile_kernel
-def impose(cons, model, data, work, change):
-    """Add to ``change (nu,)`` the least change, in the metric of the last `inward`, that takes `wanted` off the rows.
+def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
+    """Write the accelerations ``udot (nu,)`` for which ``Phi'' + 2 alpha Phi' + beta^2 Phi = 0``.
 
-    After `constraint_residual` and `inward`. With ``wanted = G u' - gamma`` it turns unconstrained accelerations into
-    constrained ones, with ``phi`` it gives a Newton step onto the constraints, with ``rate`` it projects speeds.
-    """
-    respond(cons, model, data, work)
-    factorize(cons, work)
-    solve(work)
-    for j in range(len(work.order)):
-        for k in range(len(work.tau)):
-            change[k] += work.multiplier[j] * work.Y[j, k]
-
-
-@compile_kernel
-def constraint_accelerations(cons, model, data, work, alpha, beta, udot):
-    """Correct the accelerations of `forward` so that ``Phi'' + 2 alpha Phi' + beta^2 Phi = 0``.
-
-    After `constraint_residual`, `inward` and `forward`. alpha = beta = 0 with projection after steps; Baumgarte (1972)
-    with both at some 5 to 50 1/s. Leaves the multipliers in `work`, and the data as a `forward` with them would, so
-    that `reactions` and `node_acceleration` hold. `cons` may be None.
+    After `constraint_residual` and `inward`, in place of `forward`, whose arguments `tau` and `udot` are. alpha = beta
+    = 0 with projection after steps; Baumgarte (1972) with both at some 5 to 50 1/s. Leaves the multipliers in `work`,
+    and the data as a `forward` with them does, so that `reactions` and `node_acceleration` hold. Without constraints
+    (None) it is `forward`.
     """
     if cons is None:
+        forward(model, data, tau, udot)
         return
-    keep(data, work)
-    observe_ends(cons, model, data, work, 1.0)
+    respond(cons, model, data, work, tau)
     for i in range(len(cons.rows)):
-        acceleration = along(cons, work, i, udot) + work.bias[i]
+        acceleration = work.free[i] + work.bias[i]
         work.wanted[i] = acceleration + 2.0 * alpha * work.rate[i] + beta * beta * work.phi[i]
         work.compliance[i] = 0.0
-    act(cons, model, data, work, udot)
-
-
-@compile_inline
-def keep(data, work):
-    """Keep biases and accelerations of the links, for `_superpose`."""
-    for i in range(len(work.kept)):
-        put6(work.kept[i].force, get6(data.links[i].force))
-        put6(work.kept[i].acceleration, get6(data.links[i].acceleration))
+    act(cons, model, data, work, tau, udot)
 
 
 @compile_kernel
-def act(cons, model, data, work, udot):
-    """Take `wanted` off the rows by multipliers, those with compliance by as much as they resist."""
-    respond(cons, model, data, work)
+def act(cons, model, data, work, tau, udot):
+    """Write the accelerations with multipliers that take `wanted` off the rows, after `respond`.
+
+    Rows with compliance take it off by as much as they resist.
+    """
     for i in range(len(cons.rows)):
         work.S[i, i] += work.compliance[i]
     factorize(cons, work)
     solve(work)
     _apply_friction(cons, work)
-    _superpose(cons, model, data, work, udot)
+    copy(tau, work.tau)
+    push(model, data, work)
+    forward(model, data, work.tau, udot)
+    work.tau[:] = 0.0
 
 
 @compile_kernel
@@ -264,24 +232,6 @@ def _friction(cons, work, i):
     slip = np.sqrt(slip)
     resistance = cons.rows[i].friction * np.sqrt(normal) * np.tanh(slip / cons.rows[i].sliding)
     return -resistance * work.rate[i] / slip
-
-
-@compile_kernel
-def _superpose(cons, model, data, work, udot):
-    """Add the response to all multipliers to ``udot``, and the state before it to that in the data."""
-    clear_wrenches(model, data)
-    for i in range(len(cons.rows)):
-        push_row(cons, model, data, work, i, work.multiplier[i], work.tau)
-    inward_bias(model, data, work.tau)
-    forward_bias(model, data, work.tau, work.step)
-    work.tau[:] = 0.0
-    for k in range(len(work.step)):
-        udot[k] += work.step[k]
-    for i in range(len(work.kept)):
-        own, kept = data.links[i], work.kept[i]
-        put6(own.force, add6(get6(own.force), get6(kept.force)))
-        put6(own.acceleration, add6(get6(own.acceleration), get6(kept.acceleration)))
-        write_accelerations(data.modal, model, i, udot)
 
 
 @compile_kernel

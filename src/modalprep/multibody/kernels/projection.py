@@ -1,4 +1,8 @@
-"""Projection of states onto closed loops and motion constraints: theory 5."""
+"""Projection of states onto closed loops and motion constraints: theory 5.
+
+The coordinates move in `trial`, data of its own, while the inertias and the factor of `data` stay as they are as long
+as they are near enough: corrections are small, so that Newton steps with the first matrix hardly converge more slowly.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +14,26 @@ from modalprep.multibody.kernels.articulated_body import inward, outward
 from modalprep.multibody.kernels.constraints import constraint_residual
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
-from modalprep.multibody.kernels.multipliers import (
-    impose,
-    violation,
-)
+from modalprep.multibody.kernels.multipliers import REGULAR, factorize, solve, violation
+from modalprep.multibody.kernels.responses import respond, yield_to_multipliers
 
 CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
 FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify what is left, so it should be round-off
 SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off
+NEAR = 1e-5  # a gap across which the matrix of a Newton step need not be new
+FAST = 0.01  # what a Newton step with an old matrix may leave of a gap
 
 
 @compile_kernel
-def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most):
+def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored):
     """Bring the coordinates of y onto ``Phi(x, t) = 0`` by Newton steps, each the least change in its metric.
 
     Parameters
     ----------
+    data : Data
+        Of the inertias.
+    trial : Data
+        Another, for the kinematics.
     hinge : (nu,)
         Inertias added to the hinges, see `inward`: large where a coordinate should stay, else 0.
     stiff : float
@@ -34,6 +42,8 @@ def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, toler
         Of `violation`.
     most : int
         Newton steps.
+    factored : bool
+        Whether `data` and `work` hold the inertias of this metric and their factor at a state near y.
 
     Returns
     -------
@@ -41,18 +51,19 @@ def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, toler
     """
     last = np.inf
     for k in range(most + 1):
-        outward(model, data, y, motion)
-        world(model, data)
-        constraint_residual(cons, model, data, y, motion, t, work)
+        outward(model, trial, y, motion)
+        world(model, trial)
+        constraint_residual(cons, model, trial, y, motion, t, work)
         worst = violation(work, work.phi)
         if worst <= FINE * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
             return k
         if k == most or not np.isfinite(worst):
             return -1
-        work.step[:] = 0.0
-        copy(work.phi, work.wanted)
-        if not _move(cons, model, data, work, hinge, stiff, work.step):
+        factored = factored and worst <= NEAR and worst <= FAST * last and work.sine[0] > REGULAR
+        if not factored and not _factor(cons, model, data, y, motion, work, hinge, stiff):
             return -1
+        factored = True
+        _correct(cons, model, data, work, work.phi)
         if worst > last:  # overshot: a shorter step
             for c in range(len(work.step)):
                 work.step[c] *= 0.5
@@ -62,23 +73,39 @@ def project_positions(cons, model, data, y, motion, t, work, hinge, stiff, toler
 
 
 @compile_kernel
-def project_velocities(cons, model, data, y, work, hinge, stiff):
-    """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `constraint_residual`; False on failure."""
-    copy(work.rate, work.wanted)
-    return _move(cons, model, data, work, hinge, stiff, y[model.nx :])
-
-
-@compile_kernel
-def _move(cons, model, data, work, hinge, stiff, change):
-    work.tau[:] = 0.0
-    if inward(model, data, work.tau, hinge, 0.0, stiff) >= 0:
+def project_velocities(cons, model, data, y, motion, work, hinge, stiff, factored):
+    """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `project_positions`; False on failure."""
+    factored = factored and work.sine[0] > REGULAR
+    if not factored and not _factor(cons, model, data, y, motion, work, hinge, stiff):
         return False
-    impose(cons, model, data, work, change)
+    _correct(cons, model, data, work, work.rate)
+    for k in range(len(work.step)):
+        y[model.nx + k] += work.step[k]
     return True
 
 
 @compile_kernel
-def settle(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most):
+def _factor(cons, model, data, y, motion, work, hinge, stiff):
+    """Write the inertias at a state, and the factor of its rows, after `constraint_residual`; False on failure."""
+    outward(model, data, y, motion)
+    world(model, data)
+    if inward(model, data, work.tau, hinge, 0.0, stiff) >= 0:
+        return False
+    respond(cons, model, data, work, work.tau)
+    factorize(cons, work)
+    return True
+
+
+@compile_kernel
+def _correct(cons, model, data, work, values):
+    """Write to ``work.step (nu,)`` the least change that takes ``values (m,)`` off the rows."""
+    copy(values, work.wanted)
+    solve(work)
+    yield_to_multipliers(model, data, work)
+
+
+@compile_kernel
+def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored):
     """Project coordinates and speeds of y, both to `tolerance`; returns how often it moved something, -1 on failure.
 
     For an integrator after an accepted step; arguments as `project_positions`. Without loops it does nothing.
@@ -87,7 +114,11 @@ def settle(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
         return 0
     if len(cons.rows) == 0:
         return 0
-    steps = project_positions(cons, model, data, y, motion, t, work, hinge, stiff, tolerance, most)
+    steps = project_positions(
+        cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored
+    )  # fmt: skip
     if steps >= 0 and violation(work, work.rate) > FINE_RATE * tolerance:
-        steps = steps + 1 if project_velocities(cons, model, data, y, work, hinge, stiff) else -1
+        factored = factored or steps > 0
+        moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, factored)
+        steps = steps + 1 if moves else -1
     return steps

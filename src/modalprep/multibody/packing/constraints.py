@@ -15,13 +15,14 @@ from modalprep.multibody.kernels.constraints import (
     DISTANCE,
     END,
     END_DATA,
-    KEPT,
+    ENTRY,
     LINE,
     POINT,
     ROW,
     SLIP,
     TERM,
     Constraints,
+    Paths,
     Work,
 )
 from modalprep.multibody.kernels.data import PRESCRIBED, REVOLUTE, SLIDING
@@ -144,24 +145,55 @@ def no_constraints(tables: Tables) -> Constraints:
 
 def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float = 1.0) -> Work:
     """Allocate what changes in constraints, all active; lengths count by a size (m)."""
-    nu, nl = packed.nu, len(packed.links)
-    m, ne = len(arrays.rows), len(arrays.ends)
+    modal = packed.model.modal
+    nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[1]
+    m, ne, paths = len(arrays.rows), len(arrays.ends), _paths(arrays, packed.model.links)
+    acting = len(paths.entries)
     return Work(
         np.zeros(m) if value is None else value.copy(),
         np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0),
         np.zeros(m),
         np.zeros(ne, END_DATA).view(np.recarray),
         np.zeros(m, LINE).view(np.recarray),
-        *(np.zeros(m) for _ in range(8)),
+        *(np.zeros(m) for _ in range(9)),
         *(np.zeros((m, m)) for _ in range(2)),
-        np.zeros(m),
+        *(np.zeros(m) for _ in range(2)),
         np.zeros(m, dtype=np.int64),
         np.zeros(1, dtype=np.int64),
         np.full(1, m),
         np.ones(2),
-        np.zeros((m, nu)),
         *(np.zeros(nu) for _ in range(2)),
-        np.zeros(nl, KEPT).view(np.recarray),
+        paths,
+        np.zeros((acting, 6)),
+        np.zeros(acting),
+        np.zeros((acting, N)),
+        np.zeros((ne, N, 6)),
+    )
+
+
+def _paths(arrays: Constraints, links: np.ndarray) -> Paths:
+    """Return which rows act on which links."""
+    parent, ends, rows, terms = links["parent"], arrays.ends["link"], arrays.rows, arrays.terms
+    at = np.stack([ends[rows["a"]], ends[rows["b"]]], axis=1)
+    at[rows["kind"] == COUPLER] = -1
+    through: list[dict[int, float]] = [{} for _ in links]  # factors by row, a row after the other
+    for i in range(len(rows)):
+        for link in (*at[i], *terms["link"][(terms["row"] == i) & (terms["x"] >= 0)]):
+            while 0 <= link < len(links) and i not in through[link]:
+                through[link][i] = 0.0
+                link = parent[link]
+    for term in terms[terms["x"] >= 0]:
+        through[term["link"]][term["row"]] += term["factor"]
+    first = np.cumsum([0, *(len(found) for found in through)])
+    number = [dict(zip(found, range(begin, begin + len(found)), strict=True)) for found, begin in zip(through, first, strict=False)]
+    entries = [
+        (i, number[parent[k]][i] if parent[k] < len(links) else -1, factor)
+        for k, found in enumerate(through)
+        for i, factor in found.items()
+    ]
+    own = [[number[link][i] if link >= 0 else -1 for link in pair] for i, pair in enumerate(at)]
+    return Paths(
+        first, np.array(entries, ENTRY).reshape(-1).view(np.recarray), np.array(own, dtype=np.int64).reshape(-1, 2)
     )
 
 

@@ -66,8 +66,8 @@ def record(eq, columns, times, states, soft, rows):
         prescribe(eq.loads, times[k], eq.motion)
         eq.hinge[:] = 0.0
         settle(
-            eq.cons, eq.model, eq.data, y, eq.motion, times[k], eq.work, eq.hinge,
-            soft, CLOSED, MOST_STEPS,
+            eq.cons, eq.model, eq.data, eq.trial, y, eq.motion, times[k], eq.work, eq.hinge,
+            soft, CLOSED, MOST_STEPS, False,
         )  # fmt: skip
         status = evaluate(eq, times[k], y, ydot)
         if status == FAILED_CALLBACK:

@@ -231,6 +231,12 @@ def axpy8(a, f, b):
 
 
 @compile_inline
+def dot6(a, b):
+    """Return ``a . b``."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
+
+
+@compile_inline
 def dot8(a, b):
     """Return ``a . b``."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] + a[7] * b[7]
