@@ -111,8 +111,7 @@ def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[st
 def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     """Evaluate every element once and sum up the model."""
     pattern = Pattern.build([part.nodes for part in parts], dof)
-    thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
-    total = Totals(pattern, Pattern.build(thin, dof) if thin else None, dof)
+    total = Totals(pattern, _thin_pattern(parts, pattern, dof), dof)
     built = [(part.kind, block) for part in parts for block in part.blocks(mesh.points, origin)]
     blocks = [block for _, block in built]
     for block, found in zip(blocks, ahead(lambda block: (block.stiffness(), block.mass()), blocks), strict=True):
@@ -141,6 +140,14 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=notes,
     )
+
+
+def _thin_pattern(parts: list[Part], pattern: Pattern, dof: np.ndarray) -> Pattern | None:
+    """Pattern of the elements whose mass needs six matrices; `pattern` is that of all."""
+    thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
+    if len(thin) == len(parts):
+        return pattern
+    return Pattern.build(thin, dof) if thin else None
 
 
 def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], list[str]]:

@@ -100,12 +100,12 @@ class Totals:
         self.g, self.h = np.zeros((self.n, 3)), np.zeros((self.n, 9))
         self.rigid = RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
         self.scalar: np.ndarray | None = None
-        self.pairs = {ab: thin.zeros() for ab in PAIRS} if thin else {}
+        self.pairs = np.zeros((len(PAIRS), len(thin.indices))) if thin else None
 
     def add(self, block: Block, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
         """Add one block's stiffness and mass."""
         if stiffness is not None:
-            self.pattern.add(self.K, block.nodes, stiffness)
+            self.pattern.add(self.K[None], block.nodes, stiffness[:, None])
         if mass is None:
             return
         self.rigid += mass.rigid
@@ -113,10 +113,8 @@ class Totals:
         if mass.scalar is not None:
             self.scalar = np.zeros(self.pattern.graph.nnz) if self.scalar is None else self.scalar
             self.pattern.add_scalar(self.scalar[:, None], block.nodes, mass.scalar[..., None])
-            return
-        self.pattern.add(self.M, block.nodes, mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2])
-        for ab, values in mass.pairs.items():
-            self.thin.add(self.pairs[ab], block.nodes, values)
+        else:
+            self.thin.add(self.pairs, block.nodes, mass.pairs)
 
     def _add_linear(self, block: Block, mass: MassObjects) -> None:
         dofs = self.dof[block.nodes, : block.components].ravel()
@@ -124,9 +122,11 @@ class Totals:
         scatter_rows(dofs, mass.h.reshape(len(dofs), 9), self.h)
 
     def mass(self) -> csr_array:
-        """Return M, with the solids' matrix on each displacement component."""
+        """Return M: the solids' matrix on each displacement component, and the sum of the others' ``M_aa``."""
         if self.scalar is not None:
             self.pattern.spread(self.M, self.scalar)
+        if self.thin is not None:
+            self.pattern.add_total(self.M, self.thin, self.pairs, self.dof)
         return self.pattern.csr(self.M)
 
     def tensor(self) -> MassTensor:
@@ -135,5 +135,5 @@ class Totals:
         if self.scalar is not None:
             graph = self.pattern.graph
             scalar = csr_array((self.scalar, graph.indices, graph.indptr), shape=graph.shape)
-        pairs = {ab: self.thin.csr(data) for ab, data in self.pairs.items()}
+        pairs = dict(zip(PAIRS, map(self.thin.csr, self.pairs), strict=True)) if self.thin else {}
         return MassTensor(self.dof, scalar, pairs, self.n)

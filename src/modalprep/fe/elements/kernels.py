@@ -20,11 +20,12 @@ from modalprep.jit import compile_allocating
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def in_threads(kernel: Callable, n: int, *arrays: object) -> None:
-    """Run ``kernel(lo, hi, *arrays)`` over slices of ``range(n)``, one per thread; kernels release the GIL."""
-    cuts = np.linspace(0, n, min(THREADS, max(n, 1)) + 1).astype(np.int64)
+def in_threads(kernel: Callable, span: int | range, *arrays: object) -> None:
+    """Run ``kernel(lo, hi, *arrays)`` over slices of a span, one per thread; kernels release the GIL."""
+    span = range(span) if isinstance(span, int) else span
+    cuts = np.linspace(span.start, span.stop, min(THREADS, max(len(span), 1)) + 1).astype(np.int64)
     if len(cuts) == 2:
-        kernel(0, n, *arrays)
+        kernel(*cuts, *arrays)
         return
     for job in [_pool().submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
         job.result()
@@ -63,7 +64,7 @@ def gradients(lo, hi, x, dN, weight, grad, dx):
                     for i in range(x.shape[1]):
                         s += x[e, i, a] * dN[q, i, b]
                     J[a, b] = s
-            det = _invert(J, inverse)
+            det = invert(J, inverse)
             dx[e, q] = weight[q] * det
             for i in range(dN.shape[1]):
                 for a in range(3):
@@ -84,11 +85,12 @@ def measures(lo, hi, x, dN, weight, dx):
                 for a in range(3):
                     for b in range(3):
                         J[a, b] += x[e, i, a] * dN[q, i, b]
-            dx[e, q] = weight[q] * _invert(J, inverse)
+            dx[e, q] = weight[q] * invert(J, inverse)
 
 
 @compile_allocating
-def _invert(J, inverse):
+def invert(J, inverse):
+    """Set the inverse of ``J (3, 3)``, where there is one, and return the determinant."""
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
         for d in range(3):
@@ -198,6 +200,32 @@ def quadratic(lo, hi, B, C, dx, K):
 
 
 @compile_allocating
+def sum_samples(lo, hi, weight, unit, position, shape, g, h, pairs):
+    """Linear vectors ``g (ne, nl, 3)``, ``h (ne, nl, 3, 3)`` and tensor ``pairs (ne, 6, nl, nl)`` of mass samples.
+
+    Arguments as in `mass.MassSamples`; the pairs a <= b row by row, exactly symmetric where a = b.
+    """
+    nl = shape.shape[3]
+    for e in range(lo, hi):
+        for s in range(shape.shape[1]):
+            for a in range(3):
+                for i in range(nl):
+                    own = weight[e, s] * shape[e, s, a, i]
+                    if own != 0.0:
+                        g[e, i, a] += unit[s] * own
+                        for b in range(3):
+                            h[e, i, a, b] += own * position[e, s, b]
+                        for b in range(a, 3):
+                            pair = pairs[e, a * (5 - a) // 2 + b]
+                            for j in range(i + 1 if a == b else nl):
+                                pair[i, j] += own * shape[e, s, b, j]
+        for pair in (0, 3, 5):
+            for i in range(nl):
+                for j in range(i):
+                    pairs[e, pair, j, i] = pairs[e, pair, i, j]
+
+
+@compile_allocating
 def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
     """Column numbers of the rows of nodes ``lo <= node < hi``: the DOFs of each neighbour; arrays as in `scatter`."""
     for node in range(lo, hi):
@@ -209,13 +237,14 @@ def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
 
 
 @compile_allocating
-def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
-    """Add element matrices ``values (ne, nn * width, nn * width)`` to the rows of the nodes ``lo <= node < hi``.
+def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
+    """Add element matrices ``values (ne, k, nl, nl)`` to the rows of the nodes ``lo <= node < hi`` of ``data (k, nnz)``.
 
     Node I has its neighbours ``neighbour[indptr[I]:indptr[I + 1]]`` sorted; ``column`` holds, at the same place,
     where the neighbour's DOFs start within a row, and ``row[I, c]`` where row c of node I starts in `data`.
     """
     nn = nodes.shape[1]
+    width = values.shape[2] // nn
     for e in range(nodes.shape[0]):
         for i in range(nn):
             node = nodes[e, i]
@@ -223,14 +252,30 @@ def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
                 continue
             for j in range(nn):
                 place = column[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
-                if width == 3:  # known lengths unroll
-                    for a in range(3):
-                        for b in range(3):
-                            data[row[node, a] + place + b] += values[e, 3 * i + a, 3 * j + b]
-                else:
-                    for a in range(6):
-                        for b in range(6):
-                            data[row[node, a] + place + b] += values[e, 6 * i + a, 6 * j + b]
+                for k in range(values.shape[1]):
+                    if width == 3:  # known lengths unroll
+                        for a in range(3):
+                            for b in range(3):
+                                data[k, row[node, a] + place + b] += values[e, k, 3 * i + a, 3 * j + b]
+                    else:
+                        for a in range(6):
+                            for b in range(6):
+                                data[k, row[node, a] + place + b] += values[e, k, 6 * i + a, 6 * j + b]
+
+
+@compile_allocating
+def add_total(lo, hi, count, own, full, pairs, data):
+    """Add the mass matrix of a tensor ``pairs (6, nnz)`` to the rows of the nodes ``lo <= node < hi`` of `data`.
+
+    `own` and `full` are the arrays `indptr`, `neighbour`, `column` and `row` of `scatter`, of the tensor and of `data`.
+    """
+    for node in range(lo, hi):
+        for k in range(own[0][node], own[0][node + 1]):
+            place = full[2][_find(full[1], full[0][node], full[0][node + 1], own[1][k])]
+            for a in range(count[node]):
+                at, start = full[3][node, a] + place, own[3][node, a] + own[2][k]
+                for b in range(count[own[1][k]]):
+                    data[at + b] += pairs[0, start + b] + pairs[3, start + b] + pairs[5, start + b]
 
 
 @compile_allocating

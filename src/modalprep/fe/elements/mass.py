@@ -7,6 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.fe.elements.kernels import in_threads, sum_samples
+
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 
 
@@ -27,14 +29,19 @@ class MassObjects(NamedTuple):
     """Mass of one block: linear vectors, mass tensor and rigid inertia of theory 1.
 
     The tensor is `scalar (ne, nn, nn)` where every component of displacement has the same shapes (solids),
-    else six ``pairs[a, b] (ne, nl, nl)``.
+    else six ``pairs (ne, 6, nl, nl)`` in the order of `PAIRS`.
     """
 
     g: np.ndarray  # (ne, nl, 3)
     h: np.ndarray  # (ne, nl, 3, 3), h[..., a, b] = int rho x_b N_a
     scalar: np.ndarray | None
-    pairs: dict[tuple[int, int], np.ndarray]
+    pairs: np.ndarray | None
     rigid: RigidInertia
+
+    @property
+    def total(self) -> np.ndarray:
+        """Mass matrices ``(ne, nl, nl)`` of the pairs."""
+        return sum(self.pairs[:, PAIRS.index((a, a))] for a in range(3))
 
 
 class MassSamples(NamedTuple):
@@ -53,16 +60,10 @@ class MassSamples(NamedTuple):
 
 def mass_from_samples(s: MassSamples) -> MassObjects:
     """Sum g, h, M_ab and the rigid inertia of theory 1 over mass samples."""
-    shape = np.ascontiguousarray(np.moveaxis(s.shape, 2, 0))  # component first: (3, ne, ns, nl)
-    weighted = s.weight[..., None] * shape
-    g = (s.unit @ weighted).transpose(1, 2, 0)
-    h = np.swapaxes(s.position, 1, 2) @ weighted  # (3 of a, ne, 3 of b, nl)
-    pairs = {}
-    for a, b in PAIRS:
-        values = np.swapaxes(shape[a], 1, 2) @ weighted[b]
-        pairs[a, b] = (values + values.transpose(0, 2, 1)) / 2 if a == b else values  # symmetric to the last bit
-    rigid = rigid_from_samples(s.weight, s.unit, s.position)
-    return MassObjects(g, h.transpose(1, 3, 0, 2), None, pairs, rigid)
+    ne, _, _, nl = s.shape.shape
+    g, h, pairs = (np.zeros((ne, *shape)) for shape in ((nl, 3), (nl, 3, 3), (len(PAIRS), nl, nl)))
+    in_threads(sum_samples, ne, s.weight, s.unit, s.position, np.ascontiguousarray(s.shape), g, h, pairs)
+    return MassObjects(g, h, None, pairs, rigid_from_samples(s.weight, s.unit, s.position))
 
 
 def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarray) -> RigidInertia:
