@@ -13,7 +13,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part, find_parts, refuse_disconnected, used_nodes
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.rotation_continuity import hidden_hinges
-from modalprep.fe.assembly.sparsity import Pattern
+from modalprep.fe.assembly.sparsity import Pattern, node_graph
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import Totals
 from modalprep.fe.elements.kernels import ahead
@@ -21,8 +21,8 @@ from modalprep.fe.links.interface import Connection, Interface, InterfaceFrame, 
 from modalprep.fe.links.multipoint import PlacedLink, constraint_matrix
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.plausible import implausible_sections
-from modalprep.fe.properties.points import PointMass, Spring
-from modalprep.fe.properties.properties import Property, Solid
+from modalprep.fe.properties.points import PointMass
+from modalprep.fe.properties.properties import Property
 from modalprep.suggest import refuse_other
 
 
@@ -111,7 +111,7 @@ def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[st
 def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     """Evaluate every element once and sum up the model."""
     pattern = Pattern.build([part.nodes for part in parts], dof)
-    total = Totals(pattern, _thin_pattern(parts, pattern, dof), dof)
+    total = _totals(parts, pattern, dof)
     built = [(part.kind, block) for part in parts for block in part.blocks(mesh.points, origin)]
     blocks = [block for _, block in built]
     for block, found in zip(blocks, ahead(lambda block: (block.stiffness(), block.mass()), blocks), strict=True):
@@ -142,12 +142,15 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     )
 
 
-def _thin_pattern(parts: list[Part], pattern: Pattern, dof: np.ndarray) -> Pattern | None:
-    """Pattern of the elements whose mass needs six matrices; `pattern` is that of all."""
-    thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
-    if len(thin) == len(parts):
-        return pattern
-    return Pattern.build(thin, dof) if thin else None
+def _with_tensor(parts: list[Part], form: str) -> list[np.ndarray]:
+    """Nodes of the parts whose mass tensor has that form."""
+    return [part.nodes for part in parts if part.family.tensor == form]
+
+
+def _totals(parts: list[Part], pattern: Pattern, dof: np.ndarray) -> Totals:
+    shells, thin = (_with_tensor(parts, form) for form in ("functions", "pairs"))
+    graph = pattern.graph if len(shells) == len(parts) else node_graph(shells, len(dof))
+    return Totals(pattern, graph if shells else None, Pattern.build(thin, dof) if thin else None, dof)
 
 
 def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], list[str]]:

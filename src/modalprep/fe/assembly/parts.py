@@ -46,19 +46,20 @@ class Part:
 
     def components(self, points: np.ndarray) -> int:
         """DOFs that each node of these elements has: 3, or 6 with rotations."""
-        family = self._family
+        family = self.family
         if hasattr(family, "components"):
             return family.components
         return max(block.components for block in self.blocks(points, np.zeros(3)))
 
     @property
-    def _family(self) -> type[Block]:
+    def family(self) -> type[Block]:
+        """What evaluates these elements."""
         return FAMILIES[type(self.section)][self.kind]
 
     def _block(self, piece: slice, points: np.ndarray, origin: np.ndarray) -> Block:
         data = {name: values[piece] for name, values in self.data.items()}
         try:
-            return self._family.build(self.kind, points, self.nodes[piece], self.section, data, origin)
+            return self.family.build(self.kind, points, self.nodes[piece], self.section, data, origin)
         except InputError as error:
             raise InputError(f"group {self.group!r}: {error}") from None
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.elements.kernels import add_total, column_numbers, diagonal, in_threads, scatter, scatter_scalar, spread_scalar
+from modalprep.fe.elements.kernels import column_numbers, diagonal, in_threads, scatter, scatter_scalar, spread_scalar
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,15 +55,11 @@ class Pattern:
 
     def add(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
         """Add element matrices ``values (ne, k, nl, nl)`` of elements ``nodes (ne, nn)`` to ``data (k, nnz)``."""
-        in_threads(scatter, _span(nodes), values, nodes, *self._place, data)
-
-    def add_total(self, data: np.ndarray, tensor: Pattern, pairs: np.ndarray, dof: np.ndarray) -> None:
-        """Add the mass matrix of a mass tensor ``pairs (6, nnz)`` of another pattern; ``dof (n_nodes, 6)``."""
-        width = np.sum(dof >= 0, axis=1)
-        in_threads(add_total, len(self.row), width, tensor._place, self._place, pairs, data)
+        in_threads(scatter, _span(nodes), values, nodes, *self.place, data)
 
     @property
-    def _place(self) -> tuple[np.ndarray, ...]:
+    def place(self) -> tuple[np.ndarray, ...]:
+        """Arrays of the compiled loops, see `kernels.scatter`."""
         return self.graph.indptr, self.graph.indices, self.column, self.row
 
     def add_scalar(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
@@ -77,7 +73,7 @@ class Pattern:
     def diagonal(self, data: np.ndarray, dof: np.ndarray) -> np.ndarray:
         """Return the diagonal (n_dof,) of the matrix of `data`; ``dof (n_nodes, 6)``."""
         out, width = np.zeros(dof.shape), np.sum(dof >= 0, axis=1)
-        in_threads(diagonal, len(self.row), *self._place, width, data, out)
+        in_threads(diagonal, len(self.row), *self.place, width, data, out)
         return out[dof >= 0]
 
     def csr(self, data: np.ndarray) -> csr_array:

@@ -76,7 +76,7 @@ def nodal_arms(mass: MassObjects, arm: np.ndarray) -> RotatingArms:
     rotation = np.zeros((ne, nn, 3, nn, 6))
     for k in range(nn):
         rotation[:, k, :, k, 3:] = np.eye(3)
-    return RotatingArms(arm, rotation.reshape(ne, nn, 3, 6 * nn), unit, mass.total.reshape(ne, nn, 6, 6 * nn)[:, :, :3])
+    return RotatingArms(arm, rotation.reshape(ne, nn, 3, 6 * nn), unit, mass.of_translations())
 
 
 def node_transformation(frame: np.ndarray, arm: np.ndarray) -> np.ndarray:

@@ -200,32 +200,6 @@ def quadratic(lo, hi, B, C, dx, K):
 
 
 @compile_allocating
-def sum_samples(lo, hi, weight, unit, position, shape, g, h, pairs):
-    """Linear vectors ``g (ne, nl, 3)``, ``h (ne, nl, 3, 3)`` and tensor ``pairs (ne, 6, nl, nl)`` of mass samples.
-
-    Arguments as in `mass.MassSamples`; the pairs a <= b row by row, exactly symmetric where a = b.
-    """
-    nl = shape.shape[3]
-    for e in range(lo, hi):
-        for s in range(shape.shape[1]):
-            for a in range(3):
-                for i in range(nl):
-                    own = weight[e, s] * shape[e, s, a, i]
-                    if own != 0.0:
-                        g[e, i, a] += unit[s] * own
-                        for b in range(3):
-                            h[e, i, a, b] += own * position[e, s, b]
-                        for b in range(a, 3):
-                            pair = pairs[e, a * (5 - a) // 2 + b]
-                            for j in range(i + 1 if a == b else nl):
-                                pair[i, j] += own * shape[e, s, b, j]
-        for pair in (0, 3, 5):
-            for i in range(nl):
-                for j in range(i):
-                    pairs[e, pair, j, i] = pairs[e, pair, i, j]
-
-
-@compile_allocating
 def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
     """Column numbers of the rows of nodes ``lo <= node < hi``: the DOFs of each neighbour; arrays as in `scatter`."""
     for node in range(lo, hi):
@@ -264,18 +238,44 @@ def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
 
 
 @compile_allocating
-def add_total(lo, hi, count, own, full, pairs, data):
-    """Add the mass matrix of a tensor ``pairs (6, nnz)`` to the rows of the nodes ``lo <= node < hi`` of `data`.
+def scatter_functions(lo, hi, values, nodes, indptr, neighbour, data):
+    """Add ``values (ne, 10 nn, 10 nn)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, 10, 10)``."""
+    nn = nodes.shape[1]
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if lo <= node < hi:
+                for j in range(nn):
+                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
+                    for a in range(10):
+                        for b in range(10):
+                            data[place, a, b] += values[e, 10 * i + a, 10 * j + b]
 
-    `own` and `full` are the arrays `indptr`, `neighbour`, `column` and `row` of `scatter`, of the tensor and of `data`.
+
+@compile_allocating
+def add_functions(lo, hi, indptr, neighbour, products, place, data):
+    """Add the mass matrix to rows of nodes of `data`, from ``products (nnz, 10, 10)`` of `mass.NodalFunctions`.
+
+    `indptr` and `neighbour` belong to the products, and `place` holds those of `data`, `column` and `row` (`scatter`).
+    Exactly symmetric.
     """
-    for node in range(lo, hi):
-        for k in range(own[0][node], own[0][node + 1]):
-            place = full[2][_find(full[1], full[0][node], full[0][node + 1], own[1][k])]
-            for a in range(count[node]):
-                at, start = full[3][node, a] + place, own[3][node, a] + own[2][k]
-                for b in range(count[own[1][k]]):
-                    data[at + b] += pairs[0, start + b] + pairs[3, start + b] + pairs[5, start + b]
+    B = np.empty((10, 10))
+    starts, others, column, row = place
+    for i in range(lo, hi):
+        for k in range(indptr[i], indptr[i + 1]):
+            j = neighbour[k]
+            back = _find(neighbour, indptr[j], indptr[j + 1], i)
+            start = column[_find(others, starts[i], starts[i + 1], j)]
+            for a in range(10):
+                for b in range(10):
+                    B[a, b] = (products[k, a, b] + products[back, b, a]) / 2
+            for c in range(3):
+                at, turned = row[i, c] + start, row[i, 3 + c] + start
+                data[at + c] += B[9, 9]
+                for d in range(3):
+                    data[at + 3 + d] += B[9, 3 * c + d]
+                    data[turned + d] += B[3 * d + c, 9]
+                    data[turned + 3 + d] += B[c, d] + B[3 + c, 3 + d] + B[6 + c, 6 + d]
 
 
 @compile_allocating

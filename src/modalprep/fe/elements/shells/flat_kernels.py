@@ -347,17 +347,17 @@ def _add_internal(x, rule, dx, inner, B):
 
 
 @compile_allocating
-def mass_samples(lo, hi, cells, middle, lift, surface, sheet, dx, position, shape):
+def mass_samples(lo, hi, cells, middle, lift, surface, sheet, dx, position, values):
     """Samples of the mass at the points of `surface`, then those of the thickness at the points of `sheet`.
 
     ``middle (ne, 3)`` is the point of the mid-surface over the mean of the nodes, `lift` the height of the mass over
     the mid-surface, m. Sets ``dx (ne, ns)``, ``position (ne, ns, 3)``, the normal for the thickness, and
-    ``shape (ne, ns, 3, 6n)``: displacement of the mass, and its change per height.
+    ``values (ne, ns, nn, 10)`` as in `mass.NodalFunctions`: of the displacement of the mass, and of its change per
+    height.
     """
     n, count, inverse, bowed = cells.xy.shape[1], len(surface.weight), np.empty((2, 2)), np.empty((4, 3))
     for e in range(lo, hi):
         x, R, z = cells.xy[e], cells.frame[e], cells.height[e]
-        shape[e] = 0.0
         for q in range(count):
             dx[e, q] = _map(x, surface.dN, surface.weight, q, inverse)
             _bow(x, R, surface.P[q], bowed)
@@ -367,16 +367,25 @@ def mass_samples(lo, hi, cells, middle, lift, surface, sheet, dx, position, shap
                 N = surface.N[q, i]
                 for c in range(3):
                     position[e, q, c] += N * (x[i, 0] * R[0, c] + x[i, 1] * R[1, c])
-                    shape[e, q, c, 6 * i + c] = N
-                    for a in range(3):
-                        shape[e, q, a, 6 * i + 3 + c] = R[2, a] * bowed[i, c]
-                _add_lever(N * (z[i] + lift), R[2], shape[e, q, :, 6 * i + 3 : 6 * i + 6])
+                _set_lever(N * (z[i] + lift), R[2], bowed[i], N, values[e, q, i])
+        bowed[:] = 0.0
         for q in range(len(sheet.weight)):
             dx[e, count + q] = _map(x, sheet.dN, sheet.weight, q, inverse)
             for c in range(3):
                 position[e, count + q, c] = R[2, c]
             for i in range(n):
-                _add_lever(sheet.N[q, i], R[2], shape[e, count + q, :, 6 * i + 3 : 6 * i + 6])
+                _set_lever(sheet.N[q, i], R[2], bowed[i], 0.0, values[e, count + q, i])
+
+
+@compile_allocating
+def _set_lever(height, normal, bowed, N, values):
+    """Set the functions of a node: ``N u``, ``t x normal`` times the height, and ``bowed . t`` along the normal."""
+    for a in range(3):
+        b, c = (a + 1) % 3, (a + 2) % 3
+        values[3 * a + a] = normal[a] * bowed[a]
+        values[3 * a + b] = normal[a] * bowed[b] + height * normal[c]
+        values[3 * a + c] = normal[a] * bowed[c] - height * normal[b]
+    values[9] = N
 
 
 @compile_allocating
@@ -390,12 +399,3 @@ def _bow(x, R, P, bowed):
             turned = P[k] * (c * R[1, a] - s * R[0, a])
             bowed[after, a] += turned
             bowed[k, a] -= turned
-
-
-@compile_allocating
-def _add_lever(height, normal, shape):
-    """Add the displacement ``t x normal`` times the height to ``shape (3, 3)`` per rotation t."""
-    for a in range(3):
-        b, c = (a + 1) % 3, (a + 2) % 3
-        shape[a, b] += height * normal[c]
-        shape[a, c] -= height * normal[b]

@@ -20,7 +20,7 @@ import numpy as np
 from modalprep.fe.elements.arms import RotatingArms, mass_arms, nodal_arms, section_arms
 from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.kernels import in_threads, quadratic
-from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
+from modalprep.fe.elements.mass import MassObjects, NodalFunctions
 from modalprep.fe.elements.shells.flat_fields import FlatCells, rule
 from modalprep.fe.elements.shells.flat_kernels import Geometry, mass_samples, strain_rows
 from modalprep.fe.elements.shells.frames import given, material_angle, refuse_bad_shape, shell_frames
@@ -64,6 +64,7 @@ class ShellBlock(ShellInside):
     """
 
     alike = (2,)
+    tensor = "functions"
     components = 6
     kind: str
     section: Shell
@@ -180,18 +181,16 @@ class ShellBlock(ShellInside):
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1: samples of the mid-surface, and of the thickness."""
-        dx, position, shape = self._mass_samples
-        weight = np.repeat(self._areal, self._counts) * dx
-        return mass_from_samples(MassSamples(weight, np.repeat([1.0, 0.0], self._counts), position, shape))
+        return self._mass_samples.mass()
 
     def rotating_arms(self) -> RotatingArms:
         """Mass off the surface of the nodes: through the thickness, of unsymmetric laminates, of eccentric elements."""
-        (dx, position, shape), (mass, second), count = self._mass_samples, self._areal, self._counts[0]
+        at, count = self._mass_samples, self._counts[0]
         normal, (surface, sheet) = self.frame[:, None, 2], MASS_DEGREE[self.kind]
-        parts = [nodal_arms(self.mass(), self.arm)] if np.any(self.arm) else []
-        parts.append(section_arms(second * dx[:, count:], normal, self._rotations(sheet)))
+        parts = [nodal_arms(at.mass(), self.arm)] if np.any(self.arm) else []
+        parts.append(section_arms(at.weight[:, count:], normal, self._rotations(sheet)))
         if self._lift:
-            own = mass * dx[:, :count], position[:, :count], shape[:, :count]
+            own = at.weight[:, :count], at.position[:, :count], at.shape()[:, :count]
             parts.append(mass_arms(*own, self._lift * normal, self._rotations(surface)))
         return RotatingArms.joined(parts)
 
@@ -201,24 +200,20 @@ class ShellBlock(ShellInside):
         return self._section.first / self._section.mass
 
     @property
-    def _areal(self) -> tuple[float, float]:
-        """Mass per area, kg/m^2, and its second moment about its own height, kg."""
-        s = self._section
-        return s.mass, s.second - s.mass * self._lift**2
-
-    @property
     def _counts(self) -> list[int]:
         """Numbers of samples of the surface of the mass, and of the thickness."""
         return [len(rule(self.kind, degree).weight) for degree in MASS_DEGREE[self.kind]]
 
     @property
-    def _mass_samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Area ``(ne, ns)``, position ``(ne, ns, 3)`` and shape ``(ne, ns, 3, 6n)`` of `_counts` samples."""
+    def _mass_samples(self) -> NodalFunctions:
+        """Samples of the surface of the mass, then of the thickness about it."""
         (ne, n), ns, rules = self.nodes.shape, sum(self._counts), [rule(self.kind, k) for k in MASS_DEGREE[self.kind]]
-        dx, position, shape = np.empty((ne, ns)), np.empty((ne, ns, 3)), np.empty((ne, ns, 3, 6 * n))
+        dx, position, values = np.empty((ne, ns)), np.empty((ne, ns, 3)), np.empty((ne, ns, n, 10))
         middle = self.centre + self.offset[:, None] * self.frame[:, 2]
-        in_threads(mass_samples, ne, self._geometry, middle, self._lift, *rules, dx, position, shape)
-        return dx, position, shape
+        in_threads(mass_samples, ne, self._geometry, middle, self._lift, *rules, dx, position, values)
+        s = self._section
+        weight = dx * np.repeat([s.mass, s.second - s.mass * self._lift**2], self._counts)
+        return NodalFunctions(weight, np.repeat([1.0, 0.0], self._counts), position, values)
 
     def _rotations(self, degree: int) -> np.ndarray:
         """Rotation ``(ne, nq, 3, 6n)`` per nodal DOF, mesh axes."""
