@@ -16,7 +16,9 @@ from modalprep.fe.assembly.rotation_continuity import hidden_hinges
 from modalprep.fe.assembly.sparsity import Pattern, node_graph
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import Totals
+from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.kernels import ahead
+from modalprep.fe.elements.mass import MassObjects
 from modalprep.fe.links.interface import Connection, Interface, InterfaceFrame, connect, interface_position
 from modalprep.fe.links.multipoint import PlacedLink, constraint_matrix
 from modalprep.fe.mesh.mesh import Mesh
@@ -112,10 +114,11 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     """Evaluate every element once and sum up the model."""
     pattern = Pattern.build([part.nodes for part in parts], dof)
     total = _totals(parts, pattern, dof)
-    built = [(part.kind, block) for part in parts for block in part.blocks(mesh.points, origin)]
-    blocks = [block for _, block in built]
-    for block, found in zip(blocks, ahead(lambda block: (block.stiffness(), block.mass()), blocks), strict=True):
+    built = [(part, piece) for part in parts for piece in part.pieces()]
+    blocks = []
+    for block, *found in ahead(lambda own: _evaluated(own[0].block(own[1], mesh.points, origin)), built):
         total.add(block, *found)
+        blocks.append(block)
     K, M = pattern.csr(total.K), total.mass()
     C, free, step = constraint_matrix(links, total.n)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
@@ -135,11 +138,15 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         interfaces=frames,
         geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, links, step),
         rotating_mass=RotatingMass(blocks, dof),
-        strain_energy=StrainEnergy([kind for kind, _ in built], blocks, dof),
+        strain_energy=StrainEnergy([part.kind for part, _ in built], blocks, dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=notes,
     )
+
+
+def _evaluated(block: Block) -> tuple[Block, np.ndarray | None, MassObjects | None]:
+    return block, block.stiffness(), block.mass()
 
 
 def _with_tensor(parts: list[Part], form: str) -> list[np.ndarray]:
@@ -149,8 +156,10 @@ def _with_tensor(parts: list[Part], form: str) -> list[np.ndarray]:
 
 def _totals(parts: list[Part], pattern: Pattern, dof: np.ndarray) -> Totals:
     shells, thin = (_with_tensor(parts, form) for form in ("functions", "pairs"))
-    graph = pattern.graph if len(shells) == len(parts) else node_graph(shells, len(dof))
-    return Totals(pattern, graph if shells else None, Pattern.build(thin, dof) if thin else None, dof)
+    graph = None
+    if shells:
+        graph = pattern.graph if len(shells) == len(parts) else node_graph(shells, len(dof))
+    return Totals(pattern, graph, Pattern.build(thin, dof) if thin else None, dof)
 
 
 def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], list[str]]:

@@ -12,21 +12,28 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
+from threading import local
 
 import numpy as np
 
 from modalprep.jit import compile_allocating
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+AT_LEAST = 64  # elements or nodes of a thread: fewer take less time than to call it
+_thread = local()
 
 
 def in_threads(kernel: Callable, span: int | range, *arrays: object) -> None:
-    """Run ``kernel(lo, hi, *arrays)`` over slices of a span, one per thread; kernels release the GIL."""
+    """Run ``kernel(lo, hi, *arrays)`` over slices of a span, one per thread; kernels release the GIL.
+
+    The threads of `ahead` run it alone.
+    """
     span = range(span) if isinstance(span, int) else span
-    cuts = np.linspace(span.start, span.stop, min(THREADS, max(len(span), 1)) + 1).astype(np.int64)
-    if len(cuts) == 2:
-        kernel(*cuts, *arrays)
+    slices = 1 if hasattr(_thread, "of_ahead") else min(THREADS, len(span) // AT_LEAST)
+    if slices < 2:
+        kernel(span.start, span.stop, *arrays)
         return
+    cuts = np.linspace(span.start, span.stop, slices + 1).astype(np.int64).tolist()
     for job in [_pool().submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
         job.result()
 
@@ -38,8 +45,12 @@ def _pool() -> ThreadPoolExecutor:
 
 def ahead(function: Callable, items: Iterable) -> Iterator:
     """Yield ``function(item)`` in the order of `items`; threads evaluate the next ones in the meantime."""
+    items = list(items)
+    if len(items) == 1:
+        yield function(items[0])
+        return
     waiting: deque[Future] = deque()
-    with ThreadPoolExecutor(THREADS) as pool:
+    with ThreadPoolExecutor(THREADS, initializer=setattr, initargs=(_thread, "of_ahead", True)) as pool:
         for item in items:
             waiting.append(pool.submit(function, item))
             if len(waiting) > THREADS:
