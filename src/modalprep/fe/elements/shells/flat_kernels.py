@@ -1,9 +1,8 @@
-"""Compiled loops over flat shells: strain rows, and samples of the mass, per nodal DOF in mesh axes (theory 7.3, 7.4).
+"""Compiled loops over flat shells: strain rows, stiffness, and samples of the mass (theory 7.3, 7.4).
 
-A node at the height z under the mid-surface moves it by ``u + z t x e3``. A row of coefficients ``(a, b, c)`` per node
-of the displacements in the plane and the drilling rotation in the element's axes is therefore
-``a e1 + b e2`` on u and ``z (a e2 - b e1) + c e3`` on t. Bending and shear are combinations of the sizes of the edge
-functions, one row per side. Arrays only.
+Strains are taken per local DOF of the cell, separately per ``u, v, tz`` (membrane, drilling) and ``w, tx, ty`` (bending,
+shear) of each node. Bending and shear are combinations of the sizes of the edge functions, one per side. A node at the
+height z under the mid-surface moves it by ``u + z t x e3``; axes are rotated last. Arrays only.
 """
 
 from __future__ import annotations
@@ -59,8 +58,6 @@ class Sides(NamedTuple):
         m.
     along : (n, 2)
         Direction.
-    turned : (n, 3)
-        ``along x e3``: the rotation along the side per rotation vector, mesh axes.
     size : (n,)
         Size of the edge function per ``w_i - w_j - (L/2)(bs_i + bs_j)``, 1/m.
     sheared : (n,)
@@ -69,37 +66,101 @@ class Sides(NamedTuple):
 
     length: np.ndarray
     along: np.ndarray
-    turned: np.ndarray
     size: np.ndarray
     sheared: np.ndarray
 
 
-@compile_allocating
-def strain_rows(lo, hi, cells, moduli, optimal, own, rule, elsewhere, B, dx):
-    """Strain rows ``B (ne, nq, ns, 6n)`` and measure ``dx (ne, nq)`` at the points of `rule`.
+class Moduli(NamedTuple):
+    """Moduli of the rows of strain, each ``(ne or 1, ., .)``.
 
-    Rows as in `shell.ShellBlock.strain`, moduli ``(ne or 1, ns, ns)``. The internal displacements of quads are
-    condensed at the points of `own`, which are others than those of `rule` where `elsewhere` says so.
+    Attributes
+    ----------
+    plane : (., m, m)
+        Membrane strains 3, then drilling (1) or the higher-order strains of the OPT triangle (3).
+    bend : (., 5, 5)
+        Curvatures 3, shear 2.
+    coupling : (., 3, 3)
+        Membrane forces per curvature; zero for symmetric sections.
+    """
+
+    plane: np.ndarray
+    bend: np.ndarray
+    coupling: np.ndarray
+
+
+class Strains(NamedTuple):
+    """Strains of one cell at the points of a rule: ``plane (nq, m, 3n)``, ``bend (nq, 5, 3n)``, and ``dx (nq,)``."""
+
+    plane: np.ndarray
+    bend: np.ndarray
+    dx: np.ndarray
+
+
+@compile_allocating
+def stiffness(lo, hi, cells, moduli, optimal, rule, K):
+    """Elastic stiffness ``K (ne, 6n, 6n)`` per nodal DOF in mesh axes, exactly symmetric."""
+    n = cells.xy.shape[1]
+    sides, at, inner, held = _sides(n), _strains(len(rule.weight), moduli, n), np.empty((4, 6 * n)), np.empty((4, 6 * n))
+    P, D, X, CB = np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((6, 3 * n))
+    for e in range(lo, hi):
+        x, C = cells.xy[e], _moduli_of(moduli, e)
+        _measure_sides(x, C.bend, sides)
+        _compatible(x, optimal, rule, sides, at)
+        P[:], D[:], X[:] = 0.0, 0.0, 0.0
+        for q in range(len(at.dx)):
+            _add_square(at.plane[q], C.plane, at.dx[q], CB, P)
+            _add_square(at.bend[q], C.bend, at.dx[q], CB, D)
+            _add_product(at.plane[q], C.coupling, at.bend[q], at.dx[q], X)
+        if n == 4:
+            _condense(x, C, rule, at, inner, held)
+            _add_condensed(held, inner, P, D, X)
+        _to_nodes(P, D, X, cells.frame[e], cells.height[e], K[e])
+
+
+@compile_allocating
+def strain_rows(lo, hi, cells, moduli, optimal, own, rule, B, dx):
+    """Strain rows ``B (ne, nq, ns, 6n)`` per nodal DOF in mesh axes and measure ``dx (ne, nq)`` at the points of `rule`.
+
+    Rows as in `shell.ShellBlock.strain`. The internal displacements of quads are condensed at the points of `own`.
     """
     n = cells.xy.shape[1]
-    sides = Sides(np.empty(n), np.empty((n, 2)), np.empty((n, 3)), np.empty(n), np.empty(n))
-    plane, inner = np.empty((B.shape[2] - 5, n, 3)), np.empty((4, 6 * n))
-    there, area = np.empty((len(own.weight), B.shape[2], 6 * n)), np.empty(len(own.weight))
+    sides, inner, held = _sides(n), np.empty((4, 6 * n)), np.empty((4, 6 * n))
+    there, at = _strains(len(own.weight), moduli, n), _strains(len(rule.weight), moduli, n)
     for e in range(lo, hi):
-        x, R, C = cells.xy[e], cells.frame[e], moduli[e if len(moduli) > 1 else 0]
-        _measure_sides(x, R, C, sides)
-        _compatible(x, R, cells.height[e], optimal, rule, sides, plane, B[e], dx[e])
+        x, R, z, C = cells.xy[e], cells.frame[e], cells.height[e], _moduli_of(moduli, e)
+        _measure_sides(x, C.bend, sides)
+        _compatible(x, optimal, rule, sides, at)
+        B[e] = 0.0
+        dx[e] = at.dx
         if n == 4:
-            if elsewhere:
-                _compatible(x, R, cells.height[e], optimal, own, sides, plane, there, area)
-                _condense(x, C, own, there, area, inner)
-            else:
-                _condense(x, C, rule, B[e], dx[e], inner)
-            _add_internal(x, rule, dx[e], inner, B[e])
+            _compatible(x, optimal, own, sides, there)
+            _condense(x, C, own, there, inner, held)
+            _add_internal(x, rule, inner, R, at, B[e])
+        for q in range(len(at.dx)):
+            for s in range(at.plane.shape[1]):
+                _add_plane(at.plane[q, s], R, z, B[e, q, s if s < 3 else s + 5])
+            for s in range(5):
+                _add_bend(at.bend[q, s], R, B[e, q, 3 + s])
 
 
 @compile_allocating
-def _measure_sides(x, R, C, sides):
+def _sides(n):
+    return Sides(np.empty(n), np.empty((n, 2)), np.empty(n), np.empty(n))
+
+
+@compile_allocating
+def _strains(nq, moduli, n):
+    return Strains(np.empty((nq, moduli.plane.shape[1], 3 * n)), np.empty((nq, 5, 3 * n)), np.empty(nq))
+
+
+@compile_allocating
+def _moduli_of(moduli, e):
+    k = e if len(moduli.plane) > 1 else 0
+    return Moduli(moduli.plane[k], moduli.bend[k], moduli.coupling[k])
+
+
+@compile_allocating
+def _measure_sides(x, C, sides):
     """Set what `Sides` holds: ``(2/3) L (1 + phi) db = w_i - w_j - (L/2)(bs_i + bs_j)``, ``g = -(2/3) phi db``.
 
     ``phi = 12 D_s / (S_s L^2)`` with the bending and shear stiffness along the side.
@@ -112,13 +173,11 @@ def _measure_sides(x, R, C, sides):
         D = 0.0
         for a in range(3):
             for b in range(3):
-                D += strain[a] * C[3 + a, 3 + b] * strain[b]
-        S = c * c * C[6, 6] + c * s * (C[6, 7] + C[7, 6]) + s * s * C[7, 7]
+                D += strain[a] * C[a, b] * strain[b]
+        S = c * c * C[3, 3] + c * s * (C[3, 4] + C[4, 3]) + s * s * C[4, 4]
         phi = 12 * D / (S * L * L)
         sides.length[k], sides.along[k, 0], sides.along[k, 1] = L, c, s
         sides.size[k], sides.sheared[k] = 1.5 / (L * (1 + phi)), -2 / 3 * phi
-        for a in range(3):
-            sides.turned[k, a] = c * R[1, a] - s * R[0, a]
 
 
 @compile_allocating
@@ -145,25 +204,25 @@ def _pull_back(slope, inverse):
 
 
 @compile_allocating
-def _compatible(x, R, z, optimal, rule, sides, plane, B, dx):
-    """Strain rows ``B (nq, ns, 6n)`` without internal displacements, and measure ``dx (nq,)``."""
+def _compatible(x, optimal, rule, sides, at):
+    """Set the strains at the points of a rule, without internal displacements."""
     inverse = np.empty((2, 2))
-    B[:] = 0.0
-    for q in range(len(B)):
-        dx[q] = _map(x, rule.dN, rule.weight, q, inverse)
+    at.plane[:] = 0.0
+    at.bend[:] = 0.0
+    for q in range(len(at.dx)):
+        at.dx[q] = _map(x, rule.dN, rule.weight, q, inverse)
         if optimal:
-            _optimal_plane(x, rule.N[q], plane)
+            _optimal_plane(x, rule.N[q], at.plane[q])
         else:
-            _linear_plane(rule, q, inverse, plane)
-        _add_plane(plane, R, z, B[q])
-        _add_linear_bending(rule.dN[q], inverse, R, B[q])
-        _add_edge_functions(rule, q, inverse, R, sides, B[q])
+            _linear_plane(rule, q, inverse, at.plane[q])
+        _add_linear_bending(rule.dN[q], inverse, at.bend[q])
+        _add_edge_functions(rule, q, inverse, sides, at.bend[q])
 
 
 @compile_allocating
 def _linear_plane(rule, q, inverse, plane):
     """Coefficients of the strains ``xx, yy, xy`` and of drilling ``(v,x - u,y)/2 - tz`` of linear displacements."""
-    for i in range(plane.shape[1]):
+    for i in range(rule.N.shape[1]):
         x, y = _pull_back(rule.dN[q, i], inverse)
         _set(plane, 0, i, x, 0.0, 0.0)
         _set(plane, 1, i, 0.0, y, 0.0)
@@ -173,7 +232,7 @@ def _linear_plane(rule, q, inverse, plane):
 
 @compile_allocating
 def _set(plane, row, i, u, v, t):
-    plane[row, i, 0], plane[row, i, 1], plane[row, i, 2] = u, v, t
+    plane[row, 3 * i], plane[row, 3 * i + 1], plane[row, 3 * i + 2] = u, v, t
 
 
 @compile_allocating
@@ -215,49 +274,33 @@ def _higher_plane(dx, dy, area, N, plane):
 
 
 @compile_allocating
-def _add_plane(plane, R, z, B):
-    for s in range(len(plane)):
-        row = s if s < 3 else s + 5
-        for i in range(plane.shape[1]):
-            u, v, t = plane[s, i, 0], plane[s, i, 1], plane[s, i, 2]
-            for c in range(3):
-                B[row, 6 * i + c] += u * R[0, c] + v * R[1, c]
-                B[row, 6 * i + 3 + c] += z[i] * (u * R[1, c] - v * R[0, c]) + t * R[2, c]
-
-
-@compile_allocating
-def _add_linear_bending(dN, inverse, R, B):
+def _add_linear_bending(dN, inverse, bend):
     """Curvatures ``bx,x by,y bx,y+by,x`` of linear rotations ``b = (ty, -tx)``."""
     for i in range(len(dN)):
         x, y = _pull_back(dN[i], inverse)
-        for c in range(3):
-            B[3, 6 * i + 3 + c] += x * R[1, c]
-            B[4, 6 * i + 3 + c] -= y * R[0, c]
-            B[5, 6 * i + 3 + c] += y * R[1, c] - x * R[0, c]
+        bend[0, 3 * i + 2] += x
+        bend[1, 3 * i + 1] -= y
+        bend[2, 3 * i + 2] += y
+        bend[2, 3 * i + 1] -= x
 
 
 @compile_allocating
-def _add_edge_functions(rule, q, inverse, R, sides, B):
+def _add_edge_functions(rule, q, inverse, sides, bend):
     """Curvatures of the edge functions, and transverse shear ``xz, yz`` from the strains along the sides."""
-    for k in range(rule.N.shape[1]):
-        c, s = sides.along[k, 0], sides.along[k, 1]
+    n = rule.N.shape[1]
+    for k in range(n):
+        c, s, size, i, j = sides.along[k, 0], sides.along[k, 1], sides.size[k], 3 * k, 3 * ((k + 1) % n)
         x, y = _pull_back(rule.dP[q, k], inverse)
         xz, yz = _shear(rule.N[q], k, inverse, sides)
-        _add_side(k, (x * c, y * s, y * c + x * s, xz, yz), R, sides, B)
-
-
-@compile_allocating
-def _add_side(k, weight, R, sides, B):
-    """Add the size of an edge function, weighted, to the rows of curvature and shear."""
-    i, j = 6 * k, 6 * ((k + 1) % len(sides.size))
-    for row in range(5):
-        size = weight[row] * sides.size[k]
-        for c in range(3):
-            B[3 + row, i + c] += size * R[2, c]
-            B[3 + row, j + c] -= size * R[2, c]
-            turned = size * sides.length[k] / 2 * sides.turned[k, c]
-            B[3 + row, i + 3 + c] -= turned
-            B[3 + row, j + 3 + c] -= turned
+        strain = (size * x * c, size * y * s, size * (y * c + x * s), size * xz, size * yz)
+        for row in range(5):  # per w_i - w_j - (L/2)(bs_i + bs_j)
+            half = strain[row] * sides.length[k] / 2
+            bend[row, i] += strain[row]
+            bend[row, j] -= strain[row]
+            bend[row, i + 1] += half * s
+            bend[row, j + 1] += half * s
+            bend[row, i + 2] -= half * c
+            bend[row, j + 2] -= half * c
 
 
 @compile_allocating
@@ -294,24 +337,34 @@ def _internal_slopes(x, rule, q, dx, slope):
 
 
 @compile_allocating
-def _condense(x, C, rule, B, dx, inner):
-    """Set QM6's internal displacements ``inner (4, 24)`` per nodal DOF."""
-    slope, own, stress, K = np.empty((2, 2)), np.zeros((4, 3)), np.empty((4, 6)), np.zeros((4, 4))
-    inner[:] = 0.0
-    for q in range(len(dx)):
-        _internal_slopes(x, rule, q, dx[q], slope)
+def _condense(x, C, rule, at, inner, held):
+    """Set QM6's internal displacements ``inner (4, 6n)`` per ``u, v, tz`` and then ``w, tx, ty`` of the nodes.
+
+    ``held (4, 6n)`` are the forces on them when they are held.
+    """
+    slope, own, K, m = np.empty((2, 2)), np.zeros((4, 3)), np.zeros((4, 4)), at.plane.shape[2]
+    held[:] = 0.0
+    for q in range(len(at.dx)):
+        _internal_slopes(x, rule, q, at.dx[q], slope)
         for k in range(2):
             own[2 * k, 0] = own[2 * k + 1, 2] = slope[k, 0]
             own[2 * k + 1, 1] = own[2 * k, 2] = slope[k, 1]
         for p in range(4):
-            for t in range(6):
-                s = own[p, 0] * C[0, t] + own[p, 1] * C[1, t] + own[p, 2] * C[2, t]
-                stress[p, t] = dx[q] * s
-                if s != 0.0:
-                    for j in range(inner.shape[1]):
-                        inner[p, j] -= stress[p, t] * B[q, t, j]
-            for r in range(4):
-                K[p, r] += stress[p, 0] * own[r, 0] + stress[p, 1] * own[r, 1] + stress[p, 2] * own[r, 2]
+            for t in range(3):
+                force = moment = 0.0
+                for s in range(3):
+                    force += at.dx[q] * own[p, s] * C.plane[s, t]
+                    moment += at.dx[q] * own[p, s] * C.coupling[s, t]
+                for r in range(4):
+                    K[p, r] += force * own[r, t]
+                for j in range(m):
+                    held[p, j] += force * at.plane[q, t, j]
+                if moment != 0.0:
+                    for j in range(m):
+                        held[p, m + j] += moment * at.bend[q, t, j]
+    for p in range(4):
+        for j in range(2 * m):
+            inner[p, j] = -held[p, j]
     _solve(K, inner)
 
 
@@ -334,16 +387,123 @@ def _solve(K, right):
 
 
 @compile_allocating
-def _add_internal(x, rule, dx, inner, B):
-    slope = np.empty((2, 2))
-    for q in range(len(dx)):
-        _internal_slopes(x, rule, q, dx[q], slope)
+def _add_internal(x, rule, inner, R, at, B):
+    """Add the strains of the internal displacements: of ``u, v, tz`` to those of the cell, of ``w, tx, ty`` to the rows."""
+    slope, m = np.empty((2, 2)), at.plane.shape[2]
+    row = np.empty((3, m))
+    for q in range(len(at.dx)):
+        _internal_slopes(x, rule, q, at.dx[q], slope)
+        row[:] = 0.0
         for k in range(2):
-            x_k, y_k = slope[k, 0], slope[k, 1]
-            for j in range(inner.shape[1]):
-                B[q, 0, j] += x_k * inner[2 * k, j]
-                B[q, 1, j] += y_k * inner[2 * k + 1, j]
-                B[q, 2, j] += y_k * inner[2 * k, j] + x_k * inner[2 * k + 1, j]
+            for j in range(m):
+                along, across = inner[2 * k, j], inner[2 * k + 1, j]
+                at.plane[q, 0, j] += slope[k, 0] * along
+                at.plane[q, 1, j] += slope[k, 1] * across
+                at.plane[q, 2, j] += slope[k, 1] * along + slope[k, 0] * across
+                along, across = inner[2 * k, m + j], inner[2 * k + 1, m + j]
+                row[0, j] += slope[k, 0] * along
+                row[1, j] += slope[k, 1] * across
+                row[2, j] += slope[k, 1] * along + slope[k, 0] * across
+        for s in range(3):
+            _add_bend(row[s], R, B[q, s])
+
+
+@compile_allocating
+def _add_plane(local, R, z, row):
+    """Add what a row per ``u, v, tz`` of the nodes is per nodal DOF in mesh axes."""
+    for i in range(len(z)):
+        u, v, t = local[3 * i], local[3 * i + 1], local[3 * i + 2]
+        for c in range(3):
+            row[6 * i + c] += u * R[0, c] + v * R[1, c]
+            row[6 * i + 3 + c] += z[i] * (u * R[1, c] - v * R[0, c]) + t * R[2, c]
+
+
+@compile_allocating
+def _add_bend(local, R, row):
+    """Add what a row per ``w, tx, ty`` of the nodes is per nodal DOF in mesh axes."""
+    for i in range(len(local) // 3):
+        for c in range(3):
+            row[6 * i + c] += local[3 * i] * R[2, c]
+            row[6 * i + 3 + c] += local[3 * i + 1] * R[0, c] + local[3 * i + 2] * R[1, c]
+
+
+@compile_allocating
+def _add_square(rows, C, dx, CB, K):
+    """Add ``dx B^T C B`` of the rows B, C symmetric, to the lower triangle of K; CB is overwritten."""
+    m = rows.shape[1]
+    for s in range(len(rows)):
+        for j in range(m):
+            CB[s, j] = 0.0
+        for t in range(len(rows)):
+            c = dx * C[s, t]
+            if c != 0.0:
+                for j in range(m):
+                    CB[s, j] += c * rows[t, j]
+    for i in range(m):
+        for s in range(len(rows)):
+            b = rows[s, i]
+            if b != 0.0:
+                for j in range(i + 1):
+                    K[i, j] += b * CB[s, j]
+
+
+@compile_allocating
+def _add_product(left, C, right, dx, K):
+    """Add ``dx A^T C B`` of the first three rows A and B to K."""
+    for s in range(3):
+        for t in range(3):
+            c = dx * C[s, t]
+            if c != 0.0:
+                for i in range(left.shape[1]):
+                    for j in range(right.shape[1]):
+                        K[i, j] += c * left[s, i] * right[t, j]
+
+
+@compile_allocating
+def _add_condensed(held, inner, P, D, X):
+    """Add the stiffness that the internal displacements take off."""
+    m = len(P)
+    for p in range(4):
+        for i in range(m):
+            for j in range(i + 1):
+                P[i, j] += held[p, i] * inner[p, j]
+                D[i, j] += held[p, m + i] * inner[p, m + j]
+            for j in range(m):
+                X[i, j] += held[p, i] * inner[p, m + j]
+
+
+@compile_allocating
+def _to_nodes(P, D, X, R, z, K):
+    """Set ``K (6n, 6n)`` per nodal DOF in mesh axes from its parts per ``u, v, tz`` and ``w, tx, ty`` of the nodes."""
+    k, half = np.empty((6, 6)), np.empty((6, 6))
+    plane, bend = (0, 1, 5), (2, 3, 4)
+    for i in range(len(z)):
+        for j in range(i + 1):
+            for a in range(3):
+                for b in range(3):
+                    p, q = 3 * i + a, 3 * j + b
+                    k[plane[a], plane[b]] = P[max(p, q), min(p, q)]
+                    k[bend[a], bend[b]] = D[max(p, q), min(p, q)]
+                    k[plane[a], bend[b]] = X[p, q]
+                    k[bend[a], plane[b]] = X[q, p]
+            for a in range(6):
+                k[4, a] += z[i] * k[0, a]
+                k[3, a] -= z[i] * k[1, a]
+            for a in range(6):
+                k[a, 4] += z[j] * k[a, 0]
+                k[a, 3] -= z[j] * k[a, 1]
+            for a in range(6):
+                for b in range(3):
+                    half[a, b] = k[a, 0] * R[0, b] + k[a, 1] * R[1, b] + k[a, 2] * R[2, b]
+                    half[a, 3 + b] = k[a, 3] * R[0, b] + k[a, 4] * R[1, b] + k[a, 5] * R[2, b]
+            for a in range(3):
+                for b in range(6):
+                    u = R[0, a] * half[0, b] + R[1, a] * half[1, b] + R[2, a] * half[2, b]
+                    t = R[0, a] * half[3, b] + R[1, a] * half[4, b] + R[2, a] * half[5, b]
+                    K[6 * i + a, 6 * j + b], K[6 * i + 3 + a, 6 * j + b] = u, t
+            for a in range(6):
+                for b in range(a if i == j else 6):
+                    K[6 * j + b, 6 * i + a] = K[6 * i + a, 6 * j + b]
 
 
 @compile_allocating

@@ -19,10 +19,10 @@ import numpy as np
 
 from modalprep.fe.elements.arms import RotatingArms, mass_arms, nodal_arms, section_arms
 from modalprep.fe.elements.block import NodalStress
-from modalprep.fe.elements.kernels import in_threads, quadratic
+from modalprep.fe.elements.kernels import in_threads
 from modalprep.fe.elements.mass import MassObjects, NodalFunctions
 from modalprep.fe.elements.shells.flat_fields import FlatCells, rule
-from modalprep.fe.elements.shells.flat_kernels import Geometry, mass_samples, strain_rows
+from modalprep.fe.elements.shells.flat_kernels import Geometry, Moduli, mass_samples, stiffness, strain_rows
 from modalprep.fe.elements.shells.frames import given, material_angle, refuse_bad_shape, shell_frames
 from modalprep.fe.elements.shells.laminate import (
     ShellSection,
@@ -122,14 +122,19 @@ class ShellBlock(ShellInside):
         Rows: membrane 3, curvature 3, shear 2, then drilling (1) or the OPT triangle's higher-order strains (3).
         """
         B, dx = self._strain_rows(STIFFNESS_DEGREE[self.kind])
-        return B, self._all_moduli, dx
+        plane, bend, coupling = self._row_moduli
+        membrane, moduli = slice(0, 3), np.zeros((len(plane), *2 * B.shape[2:3]))
+        rows = np.r_[membrane, 8 : B.shape[2]]
+        moduli[:, rows[:, None], rows], moduli[:, 3:8, 3:8] = plane, bend
+        moduli[:, membrane, 3:6] = moduli[:, 3:6, membrane] = coupling
+        return B, moduli, dx
 
     def _strain_rows(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
-        """Strain rows ``B (ne, nq, ns, 6n)`` and `dx` at other points than those of the stiffness."""
-        own, at, moduli = rule(self.kind, STIFFNESS_DEGREE[self.kind]), rule(self.kind, degree), self._all_moduli
-        ne, n = self.nodes.shape
-        B, dx = np.empty((ne, len(at.weight), moduli.shape[1], 6 * n)), np.empty((ne, len(at.weight)))
-        in_threads(strain_rows, ne, self._geometry, moduli, self._optimal, own, at, at is not own, B, dx)
+        """Strain rows ``B (ne, nq, ns, 6n)`` and ``dx (ne, nq)`` at the points of a rule."""
+        own, at, (ne, n) = rule(self.kind, STIFFNESS_DEGREE[self.kind]), rule(self.kind, degree), self.nodes.shape
+        nq, ns = len(at.weight), 5 + self._row_moduli.plane.shape[1]
+        B, dx = np.empty((ne, nq, ns, 6 * n)), np.empty((ne, nq))
+        in_threads(strain_rows, ne, self._geometry, self._row_moduli, self._optimal, own, at, B, dx)
         return B, dx
 
     @property
@@ -137,23 +142,23 @@ class ShellBlock(ShellInside):
         return self.kind == "triangle" and self.section.membrane == "opt"
 
     @cached_property
-    def _all_moduli(self) -> np.ndarray:
-        """Moduli ``(ne or 1, ns, ns)`` of the rows of `strain`."""
+    def _row_moduli(self) -> Moduli:
+        """Moduli of the rows of `strain`."""
         C, S = self.moduli
         extra = DRILLING[self.kind] * C[:, 2:3, 2:3]
         if self._optimal:
             nu2 = C[:, 0, 1] ** 2 / (C[:, 0, 0] * C[:, 1, 1])
             extra = 9 / 4 * np.maximum((1 - 4 * nu2) / 2, OPT_BETA)[:, None, None] * C[:, :3, :3]
-        size = 8 + extra.shape[1]
-        moduli = np.zeros((len(C), size, size))
-        moduli[:, :6, :6], moduli[:, 6:8, 6:8], moduli[:, 8:, 8:] = C, S, extra
-        return moduli
+        plane, bend = np.zeros((len(C), *[3 + extra.shape[1]] * 2)), np.zeros((len(C), 5, 5))
+        plane[:, :3, :3], plane[:, 3:, 3:] = C[:, :3, :3], extra
+        bend[:, :3, :3], bend[:, 3:, 3:] = C[:, 3:, 3:], S
+        return Moduli(plane, bend, np.ascontiguousarray(C[:, :3, 3:]))
 
     def stiffness(self) -> np.ndarray:
         """Elastic stiffness ``(ne, 6n, 6n)``."""
-        B, C, dx = self.strain
-        K = np.zeros((len(dx), B.shape[3], B.shape[3]))
-        in_threads(quadratic, len(dx), B, C, dx, K)
+        ne, n = self.nodes.shape
+        K, at = np.empty((ne, 6 * n, 6 * n)), rule(self.kind, STIFFNESS_DEGREE[self.kind])
+        in_threads(stiffness, ne, self._geometry, self._row_moduli, self._optimal, at, K)
         return K
 
     def forces(self, d: np.ndarray) -> np.ndarray:
