@@ -13,16 +13,18 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part, find_parts, refuse_disconnected, used_nodes
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.rotation_continuity import hidden_hinges
-from modalprep.fe.assembly.sparsity import Pattern
+from modalprep.fe.assembly.sparsity import Pattern, node_graph
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import Totals
+from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.kernels import ahead
+from modalprep.fe.elements.mass import MassObjects
 from modalprep.fe.links.interface import Connection, Interface, InterfaceFrame, connect, interface_position
 from modalprep.fe.links.multipoint import PlacedLink, constraint_matrix
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.plausible import implausible_sections
-from modalprep.fe.properties.points import PointMass, Spring
-from modalprep.fe.properties.properties import Property, Solid
+from modalprep.fe.properties.points import PointMass
+from modalprep.fe.properties.properties import Property
 from modalprep.suggest import refuse_other
 
 
@@ -111,12 +113,12 @@ def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[st
 def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
     """Evaluate every element once and sum up the model."""
     pattern = Pattern.build([part.nodes for part in parts], dof)
-    thin = [part.nodes for part in parts if not isinstance(part.section, (Solid, Spring))]
-    total = Totals(pattern, Pattern.build(thin, dof) if thin else None, dof)
-    built = [(part.kind, block) for part in parts for block in part.blocks(mesh.points, origin)]
-    blocks = [block for _, block in built]
-    for block, found in zip(blocks, ahead(lambda block: (block.stiffness(), block.mass()), blocks), strict=True):
+    total = _totals(parts, pattern, dof)
+    built = [(part, piece) for part in parts for piece in part.pieces()]
+    blocks = []
+    for block, *found in ahead(lambda own: _evaluated(own[0].block(own[1], mesh.points, origin)), built):
         total.add(block, *found)
+        blocks.append(block)
     K, M = pattern.csr(total.K), total.mass()
     C, free, step = constraint_matrix(links, total.n)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
@@ -136,11 +138,28 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         interfaces=frames,
         geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, links, step),
         rotating_mass=RotatingMass(blocks, dof),
-        strain_energy=StrainEnergy([kind for kind, _ in built], blocks, dof),
+        strain_energy=StrainEnergy([part.kind for part, _ in built], blocks, dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=notes,
     )
+
+
+def _evaluated(block: Block) -> tuple[Block, np.ndarray | None, MassObjects | None]:
+    return block, block.stiffness(), block.mass()
+
+
+def _with_tensor(parts: list[Part], form: str) -> list[np.ndarray]:
+    """Nodes of the parts whose mass tensor has that form."""
+    return [part.nodes for part in parts if part.family.tensor == form]
+
+
+def _totals(parts: list[Part], pattern: Pattern, dof: np.ndarray) -> Totals:
+    shells, thin = (_with_tensor(parts, form) for form in ("functions", "pairs"))
+    graph = None
+    if shells:
+        graph = pattern.graph if len(shells) == len(parts) else node_graph(shells, len(dof))
+    return Totals(pattern, graph, Pattern.build(thin, dof) if thin else None, dof)
 
 
 def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], list[str]]:

@@ -90,7 +90,7 @@ class GeometricStiffness:
         for block in blocks:
             own = d[self.dof[block.nodes, : block.components]].reshape(len(block.nodes), -1, d.shape[1])
             for k, values in enumerate(_stiffnesses(block, own)):
-                self.pattern.add(data[k], block.nodes, values)
+                self.pattern.add(data[k : k + 1], block.nodes, values[:, None])
         return np.ascontiguousarray(data.T)
 
     def of_links(self, held: np.ndarray) -> csr_array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +16,7 @@ from modalprep.fe.properties.points import Spring
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.connectivity import smallest_part
 
-CHUNK = 4096  # elements evaluated at once: bounds the memory of shape gradients
+CHUNK = 512  # elements evaluated at once: their matrices stay in the cache
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,28 +39,29 @@ class Part:
     nodes: np.ndarray
     data: dict[str, np.ndarray]
 
-    def blocks(self, points: np.ndarray, origin: np.ndarray) -> Iterator[Block]:
-        """Evaluate the elements in chunks; `points` in mesh coordinates, `origin` of the model's frame in them."""
-        for start in range(0, len(self.nodes), CHUNK):
-            yield self._block(slice(start, start + CHUNK), points, origin)
+    def pieces(self) -> list[slice]:
+        """Slices of the elements that are evaluated at once."""
+        return [slice(start, start + CHUNK) for start in range(0, len(self.nodes), CHUNK)]
+
+    def block(self, piece: slice, points: np.ndarray, origin: np.ndarray) -> Block:
+        """Return some elements; `points` in mesh coordinates, `origin` of the model's frame in them."""
+        data = {name: values[piece] for name, values in self.data.items()}
+        try:
+            return self.family.build(self.kind, points, self.nodes[piece], self.section, data, origin)
+        except InputError as error:
+            raise InputError(f"group {self.group!r}: {error}") from None
 
     def components(self, points: np.ndarray) -> int:
         """DOFs that each node of these elements has: 3, or 6 with rotations."""
-        family = self._family
+        family = self.family
         if hasattr(family, "components"):
             return family.components
-        return max(block.components for block in self.blocks(points, np.zeros(3)))
+        return max(self.block(piece, points, np.zeros(3)).components for piece in self.pieces())
 
     @property
-    def _family(self) -> type[Block]:
+    def family(self) -> type[Block]:
+        """What evaluates these elements."""
         return FAMILIES[type(self.section)][self.kind]
-
-    def _block(self, piece: slice, points: np.ndarray, origin: np.ndarray) -> Block:
-        data = {name: values[piece] for name, values in self.data.items()}
-        try:
-            return self._family.build(self.kind, points, self.nodes[piece], self.section, data, origin)
-        except InputError as error:
-            raise InputError(f"group {self.group!r}: {error}") from None
 
 
 def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str]) -> tuple[list[Part], list[str]]:

@@ -54,16 +54,17 @@ class Pattern:
         return np.zeros(len(self.indices))
 
     def add(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
-        """Add element matrices ``values (ne, nl, nl)`` of elements ``nodes (ne, nn)`` to `data`."""
-        width = values.shape[1] // nodes.shape[1]
-        graph = self.graph
-        in_threads(
-            scatter, len(self.row), values, nodes, width, graph.indptr, graph.indices, self.column, self.row, data
-        )
+        """Add element matrices ``values (ne, k, nl, nl)`` of elements ``nodes (ne, nn)`` to ``data (k, nnz)``."""
+        in_threads(scatter, _span(nodes), values, nodes, *self.place, data)
+
+    @property
+    def place(self) -> tuple[np.ndarray, ...]:
+        """Arrays of the compiled loops, see `kernels.scatter`."""
+        return self.graph.indptr, self.graph.indices, self.column, self.row
 
     def add_scalar(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
         """Add ``values (ne, nn, nn, k)`` to ``data (graph.nnz, k)`` of k matrices whose rows are nodes."""
-        in_threads(scatter_scalar, len(self.row), values, nodes, self.graph.indptr, self.graph.indices, data)
+        in_threads(scatter_scalar, _span(nodes), values, nodes, self.graph.indptr, self.graph.indices, data)
 
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
         """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""
@@ -71,15 +72,21 @@ class Pattern:
 
     def diagonal(self, data: np.ndarray, dof: np.ndarray) -> np.ndarray:
         """Return the diagonal (n_dof,) of the matrix of `data`; ``dof (n_nodes, 6)``."""
-        out, width, graph = np.zeros(dof.shape), np.sum(dof >= 0, axis=1), self.graph
-        place = (graph.indptr, graph.indices, self.column, self.row)
-        in_threads(diagonal, len(self.row), *place, width, data, out)
+        out, width = np.zeros(dof.shape), np.sum(dof >= 0, axis=1)
+        in_threads(diagonal, len(self.row), *self.place, width, data, out)
         return out[dof >= 0]
 
     def csr(self, data: np.ndarray) -> csr_array:
-        """Return the matrix; its index arrays are shared."""
+        """Return the matrix; its arrays are shared."""
         n = len(self.indptr) - 1
-        return csr_array((data, self.indices, self.indptr), shape=(n, n))
+        matrix = csr_array((n, n))
+        matrix.data, matrix.indices, matrix.indptr = data, self.indices, self.indptr  # its constructor copies views
+        matrix.has_canonical_format = True
+        return matrix
+
+
+def _span(nodes: np.ndarray) -> range:
+    return range(int(nodes.min()), int(nodes.max()) + 1)
 
 
 def node_graph(connectivity: Iterable[np.ndarray], n_nodes: int) -> csr_array:

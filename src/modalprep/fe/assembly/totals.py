@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_array
 
+from modalprep.fe.assembly.node_products import NodeProducts
 from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.kernels import scatter_rows
@@ -28,13 +29,14 @@ def column_blocks(n: int) -> list[slice]:
 class MassTensor:
     """``M_ab = int rho N_a^T N_b`` of theory 1.
 
-    Solids have the same shapes for every component, so that one matrix over nodes serves all nine; beams and
-    shells add six matrices over DOFs.
+    Solids have the same shapes for every component, so that one matrix over nodes serves all nine; shells add
+    products of functions of the nodes, and beams six matrices over DOFs.
 
     Parameters
     ----------
     dof : (n_nodes, 6) int
     scalar : (n_nodes, n_nodes) csr or None
+    functions : NodeProducts or None
     pairs : {(a, b): (n_dof, n_dof) csr}, a <= b
     n : int
         Number of DOFs.
@@ -42,8 +44,17 @@ class MassTensor:
         False where the displacement field was not known (matrix_mass.py).
     """
 
-    def __init__(self, dof: np.ndarray, scalar: csr_array | None, pairs: dict, n: int, exact: bool = True) -> None:
-        self._dof, self._scalar, self._pairs, self._n, self.exact = dof, scalar, pairs, n, exact
+    def __init__(
+        self,
+        dof: np.ndarray,
+        scalar: csr_array | None,
+        functions: NodeProducts | None,
+        pairs: dict[tuple[int, int], csr_array],
+        n: int,
+        exact: bool = True,
+    ) -> None:
+        self._dof, self._scalar, self._functions, self._pairs = dof, scalar, functions, pairs
+        self._n, self.exact = n, exact
 
     def __getitem__(self, pair: tuple[int, int]) -> csr_array:
         """Return ``M_ab (n_dof, n_dof)``, kg, kg m and kg m^2."""
@@ -51,6 +62,8 @@ class MassTensor:
         if a > b:
             return self[b, a].T.tocsr()
         total = self._pairs.get(pair, csr_array((self._n, self._n)))
+        if self._functions is not None:
+            total = total + self._functions.matrix(a, b, self._n)
         if self._scalar is None:
             return total
         pick = [self._translation(c) for c in pair]
@@ -60,9 +73,11 @@ class MassTensor:
         """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi``; allocates a third of ``Phi (n_dof, n)``."""
         n = Phi.shape[1]
         P = np.zeros((3, 3, n, n))
+        if self._functions is not None:
+            P += self._functions.project(Phi, column_blocks(n))
         for (a, b), matrix in self._pairs.items():
             for J in column_blocks(n):
-                P[a, b][:, J] = Phi.T @ (matrix @ np.ascontiguousarray(Phi[:, J]))
+                P[a, b][:, J] += Phi.T @ (matrix @ np.ascontiguousarray(Phi[:, J]))
         if self._scalar is not None:
             for b in range(3):
                 u = Phi[self._dof[:, b]]  # a node without DOFs (-1) has no entries in the matrix
@@ -88,24 +103,27 @@ class Totals:
     ----------
     pattern : Pattern
         Of every element.
+    graph : (n_nodes, n_nodes) csr or None
+        Pairs of nodes of the elements whose mass tensor has the form "functions" of `MassObjects`; None without any.
     thin : Pattern or None
-        Of the elements whose mass needs six matrices; None where the model has none.
+        Of those with the form "pairs".
     dof : (n_nodes, 6) int
     """
 
-    def __init__(self, pattern: Pattern, thin: Pattern | None, dof: np.ndarray) -> None:
+    def __init__(self, pattern: Pattern, graph: csr_array | None, thin: Pattern | None, dof: np.ndarray) -> None:
         self.pattern, self.thin, self.dof = pattern, thin, dof
         self.n = len(pattern.indptr) - 1
         self.K, self.M = pattern.zeros(), pattern.zeros()
         self.g, self.h = np.zeros((self.n, 3)), np.zeros((self.n, 9))
         self.rigid = RigidInertia(0.0, np.zeros(3), np.zeros((3, 3)))
         self.scalar: np.ndarray | None = None
-        self.pairs = {ab: thin.zeros() for ab in PAIRS} if thin else {}
+        self.functions = None if graph is None else NodeProducts(graph, dof)
+        self.pairs = np.zeros((len(PAIRS), len(thin.indices))) if thin else None
 
     def add(self, block: Block, stiffness: np.ndarray | None, mass: MassObjects | None) -> None:
         """Add one block's stiffness and mass."""
         if stiffness is not None:
-            self.pattern.add(self.K, block.nodes, stiffness)
+            self.pattern.add(self.K[None], block.nodes, stiffness[:, None])
         if mass is None:
             return
         self.rigid += mass.rigid
@@ -113,10 +131,11 @@ class Totals:
         if mass.scalar is not None:
             self.scalar = np.zeros(self.pattern.graph.nnz) if self.scalar is None else self.scalar
             self.pattern.add_scalar(self.scalar[:, None], block.nodes, mass.scalar[..., None])
-            return
-        self.pattern.add(self.M, block.nodes, mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2])
-        for ab, values in mass.pairs.items():
-            self.thin.add(self.pairs[ab], block.nodes, values)
+        elif mass.functions is not None:
+            self.functions.add(block.nodes, mass.functions)
+        else:
+            self.pattern.add(self.M[None], block.nodes, mass.pairs[:, [0, 3, 5]].sum(axis=1, keepdims=True))
+            self.thin.add(self.pairs, block.nodes, mass.pairs)
 
     def _add_linear(self, block: Block, mass: MassObjects) -> None:
         dofs = self.dof[block.nodes, : block.components].ravel()
@@ -124,9 +143,11 @@ class Totals:
         scatter_rows(dofs, mass.h.reshape(len(dofs), 9), self.h)
 
     def mass(self) -> csr_array:
-        """Return M, with the solids' matrix on each displacement component."""
+        """Return M of all elements."""
         if self.scalar is not None:
             self.pattern.spread(self.M, self.scalar)
+        if self.functions is not None:
+            self.functions.add_mass(self.pattern, self.M)
         return self.pattern.csr(self.M)
 
     def tensor(self) -> MassTensor:
@@ -135,5 +156,5 @@ class Totals:
         if self.scalar is not None:
             graph = self.pattern.graph
             scalar = csr_array((self.scalar, graph.indices, graph.indptr), shape=graph.shape)
-        pairs = {ab: self.thin.csr(data) for ab, data in self.pairs.items()}
-        return MassTensor(self.dof, scalar, pairs, self.n)
+        pairs = dict(zip(PAIRS, map(self.thin.csr, self.pairs), strict=True)) if self.thin else {}
+        return MassTensor(self.dof, scalar, self.functions, pairs, self.n)

@@ -73,11 +73,10 @@ def nodal_arms(mass: MassObjects, arm: np.ndarray) -> RotatingArms:
     """Return the arms ``(ne, nn, 3)`` from the nodes of eccentric elements, which carry the elements' nodal inertia."""
     ne, nn, _ = arm.shape
     unit = np.concatenate([mass.g, mass.h.reshape(*mass.g.shape[:2], 9)], axis=2).reshape(ne, nn, 6, 12)[:, :, :3]
-    total = mass.pairs[0, 0] + mass.pairs[1, 1] + mass.pairs[2, 2]
     rotation = np.zeros((ne, nn, 3, nn, 6))
     for k in range(nn):
         rotation[:, k, :, k, 3:] = np.eye(3)
-    return RotatingArms(arm, rotation.reshape(ne, nn, 3, 6 * nn), unit, total.reshape(ne, nn, 6, 6 * nn)[:, :, :3])
+    return RotatingArms(arm, rotation.reshape(ne, nn, 3, 6 * nn), unit, mass.of_translations())
 
 
 def node_transformation(frame: np.ndarray, arm: np.ndarray) -> np.ndarray:

@@ -105,6 +105,7 @@ class BeamBlock(Corotational):
 
     alike = (0, 1, 2)
     components = 6
+    tensor = "pairs"
     section: Beam
     nodes: np.ndarray
     frame: np.ndarray

@@ -22,6 +22,7 @@ class Block(Protocol):
 
     nodes: np.ndarray  # (ne, nn)
     components: int  # 3 or 6
+    tensor: str | None  # which form of `MassObjects` the family has: "scalar", "functions" or "pairs"
     alike: tuple[int, ...]  # families with stress: axes of `frame` that must agree where elements meet, main first
 
     def stiffness(self) -> np.ndarray | None:

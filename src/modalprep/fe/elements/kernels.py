@@ -12,20 +12,28 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import cache
 from itertools import pairwise
+from threading import local
 
 import numpy as np
 
 from modalprep.jit import compile_allocating
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+AT_LEAST = 64  # elements or nodes of a thread: fewer take less time than to call it
+_thread = local()
 
 
-def in_threads(kernel: Callable, n: int, *arrays: object) -> None:
-    """Run ``kernel(lo, hi, *arrays)`` over slices of ``range(n)``, one per thread; kernels release the GIL."""
-    cuts = np.linspace(0, n, min(THREADS, max(n, 1)) + 1).astype(np.int64)
-    if len(cuts) == 2:
-        kernel(0, n, *arrays)
+def in_threads(kernel: Callable, span: int | range, *arrays: object) -> None:
+    """Run ``kernel(lo, hi, *arrays)`` over slices of a span, one per thread; kernels release the GIL.
+
+    The threads of `ahead` run it alone.
+    """
+    span = range(span) if isinstance(span, int) else span
+    slices = 1 if hasattr(_thread, "of_ahead") else min(THREADS, len(span) // AT_LEAST)
+    if slices < 2:
+        kernel(span.start, span.stop, *arrays)
         return
+    cuts = np.linspace(span.start, span.stop, slices + 1).astype(np.int64).tolist()
     for job in [_pool().submit(kernel, *ends, *arrays) for ends in pairwise(cuts)]:
         job.result()
 
@@ -37,8 +45,12 @@ def _pool() -> ThreadPoolExecutor:
 
 def ahead(function: Callable, items: Iterable) -> Iterator:
     """Yield ``function(item)`` in the order of `items`; threads evaluate the next ones in the meantime."""
+    items = list(items)
+    if len(items) == 1:
+        yield function(items[0])
+        return
     waiting: deque[Future] = deque()
-    with ThreadPoolExecutor(THREADS) as pool:
+    with ThreadPoolExecutor(THREADS, initializer=setattr, initargs=(_thread, "of_ahead", True)) as pool:
         for item in items:
             waiting.append(pool.submit(function, item))
             if len(waiting) > THREADS:
@@ -63,7 +75,7 @@ def gradients(lo, hi, x, dN, weight, grad, dx):
                     for i in range(x.shape[1]):
                         s += x[e, i, a] * dN[q, i, b]
                     J[a, b] = s
-            det = _invert(J, inverse)
+            det = invert(J, inverse)
             dx[e, q] = weight[q] * det
             for i in range(dN.shape[1]):
                 for a in range(3):
@@ -84,11 +96,12 @@ def measures(lo, hi, x, dN, weight, dx):
                 for a in range(3):
                     for b in range(3):
                         J[a, b] += x[e, i, a] * dN[q, i, b]
-            dx[e, q] = weight[q] * _invert(J, inverse)
+            dx[e, q] = weight[q] * invert(J, inverse)
 
 
 @compile_allocating
-def _invert(J, inverse):
+def invert(J, inverse):
+    """Set the inverse of ``J (3, 3)``, where there is one, and return the determinant."""
     for a in range(3):
         b, c = (a + 1) % 3, (a + 2) % 3
         for d in range(3):
@@ -209,13 +222,14 @@ def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
 
 
 @compile_allocating
-def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
-    """Add element matrices ``values (ne, nn * width, nn * width)`` to the rows of the nodes ``lo <= node < hi``.
+def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
+    """Add element matrices ``values (ne, k, nl, nl)`` to the rows of the nodes ``lo <= node < hi`` of ``data (k, nnz)``.
 
     Node I has its neighbours ``neighbour[indptr[I]:indptr[I + 1]]`` sorted; ``column`` holds, at the same place,
     where the neighbour's DOFs start within a row, and ``row[I, c]`` where row c of node I starts in `data`.
     """
     nn = nodes.shape[1]
+    width = values.shape[2] // nn
     for e in range(nodes.shape[0]):
         for i in range(nn):
             node = nodes[e, i]
@@ -223,14 +237,56 @@ def scatter(lo, hi, values, nodes, width, indptr, neighbour, column, row, data):
                 continue
             for j in range(nn):
                 place = column[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
-                if width == 3:  # known lengths unroll
-                    for a in range(3):
-                        for b in range(3):
-                            data[row[node, a] + place + b] += values[e, 3 * i + a, 3 * j + b]
-                else:
-                    for a in range(6):
-                        for b in range(6):
-                            data[row[node, a] + place + b] += values[e, 6 * i + a, 6 * j + b]
+                for k in range(values.shape[1]):
+                    if width == 3:  # known lengths unroll
+                        for a in range(3):
+                            for b in range(3):
+                                data[k, row[node, a] + place + b] += values[e, k, 3 * i + a, 3 * j + b]
+                    else:
+                        for a in range(6):
+                            for b in range(6):
+                                data[k, row[node, a] + place + b] += values[e, k, 6 * i + a, 6 * j + b]
+
+
+@compile_allocating
+def scatter_functions(lo, hi, values, nodes, indptr, neighbour, data):
+    """Add ``values (ne, 10 nn, 10 nn)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, 10, 10)``."""
+    nn = nodes.shape[1]
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if lo <= node < hi:
+                for j in range(nn):
+                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
+                    for a in range(10):
+                        for b in range(10):
+                            data[place, a, b] += values[e, 10 * i + a, 10 * j + b]
+
+
+@compile_allocating
+def add_functions(lo, hi, indptr, neighbour, products, place, data):
+    """Add the mass matrix to rows of nodes of `data`, from ``products (nnz, 10, 10)`` of `mass.NodalFunctions`.
+
+    `indptr` and `neighbour` belong to the products, and `place` holds those of `data`, `column` and `row` (`scatter`).
+    Exactly symmetric.
+    """
+    B = np.empty((10, 10))
+    starts, others, column, row = place
+    for i in range(lo, hi):
+        for k in range(indptr[i], indptr[i + 1]):
+            j = neighbour[k]
+            back = _find(neighbour, indptr[j], indptr[j + 1], i)
+            start = column[_find(others, starts[i], starts[i + 1], j)]
+            for a in range(10):
+                for b in range(10):
+                    B[a, b] = (products[k, a, b] + products[back, b, a]) / 2
+            for c in range(3):
+                at, turned = row[i, c] + start, row[i, 3 + c] + start
+                data[at + c] += B[9, 9]
+                for d in range(3):
+                    data[at + 3 + d] += B[9, 3 * c + d]
+                    data[turned + d] += B[3 * d + c, 9]
+                    data[turned + 3 + d] += B[c, d] + B[3 + c, 3 + d] + B[6 + c, 6 + d]
 
 
 @compile_allocating

@@ -26,15 +26,28 @@ class RigidInertia:
 class MassObjects(NamedTuple):
     """Mass of one block: linear vectors, mass tensor and rigid inertia of theory 1.
 
-    The tensor is `scalar (ne, nn, nn)` where every component of displacement has the same shapes (solids),
-    else six ``pairs[a, b] (ne, nl, nl)``.
+    The tensor has one of three forms, which the family states as its `tensor`.
     """
 
     g: np.ndarray  # (ne, nl, 3)
     h: np.ndarray  # (ne, nl, 3, 3), h[..., a, b] = int rho x_b N_a
-    scalar: np.ndarray | None
-    pairs: dict[tuple[int, int], np.ndarray]
     rigid: RigidInertia
+    scalar: np.ndarray | None = None  # (ne, nn, nn): every component of displacement has the same shapes
+    functions: np.ndarray | None = None  # (ne, 10 nn, 10 nn): products of the functions of `NodalFunctions`
+    pairs: np.ndarray | None = None  # (ne, 6, nl, nl) in the order of PAIRS
+
+    def of_translations(self) -> np.ndarray:
+        """Rows ``(ne, nn, 3, nl)`` of the mass matrix at the translations of nodes with six DOFs."""
+        ne, nl = self.g.shape[:2]
+        nn = nl // 6
+        if self.pairs is not None:
+            total = sum(self.pairs[:, PAIRS.index((a, a))] for a in range(3))
+            return total.reshape(ne, nn, 6, nl)[:, :, :3]
+        products = self.functions.reshape(ne, nn, 10, nn, 10)[:, :, 9]
+        rows = np.zeros((ne, nn, 3, nn, 6))
+        for a in range(3):
+            rows[:, :, a, :, a], rows[:, :, a, :, 3:] = products[..., 9], products[..., 3 * a : 3 * a + 3]
+        return rows.reshape(ne, nn, 3, nl)
 
 
 class MassSamples(NamedTuple):
@@ -51,18 +64,58 @@ class MassSamples(NamedTuple):
     shape: np.ndarray  # (ne, ns, 3, nl), displacement component a per DOF
 
 
+class NodalFunctions(NamedTuple):
+    """Quadrature of the mass as in `MassSamples`, where every node moves a sample by ``N u + R t``.
+
+    Attributes
+    ----------
+    weight, unit, position
+        As there.
+    values : (ne, ns, nn, 10)
+        ``R`` (3, 3) by rows and N, one factor on the displacement of the node in every direction.
+    """
+
+    weight: np.ndarray
+    unit: np.ndarray
+    position: np.ndarray
+    values: np.ndarray
+
+    def shape(self) -> np.ndarray:
+        """Displacement ``(ne, ns, 3, 6 nn)`` per nodal DOF."""
+        ne, ns, nn, _ = self.values.shape
+        shape = np.zeros((ne, ns, 3, nn, 6))
+        for a in range(3):
+            shape[:, :, a, :, a] = self.values[..., 9]
+            shape[:, :, a, :, 3:] = self.values[..., 3 * a : 3 * a + 3]
+        return shape.reshape(ne, ns, 3, 6 * nn)
+
+    def mass(self) -> MassObjects:
+        """Sum g, h, the products of the functions and the rigid inertia of theory 1."""
+        ne, ns, nn, _ = self.values.shape
+        values = self.values.reshape(ne, ns, 10 * nn)
+        weighted = np.swapaxes(self.weight[..., None] * values, 1, 2)
+        unit = np.broadcast_to(self.unit[:, None], (ne, ns, 1))
+        moments = (weighted @ np.concatenate([unit, self.position], axis=2)).reshape(ne, nn, 10, 4)
+        linear = np.zeros((ne, nn, 6, 3, 4))
+        for a in range(3):
+            linear[:, :, a, a], linear[:, :, 3:, a] = moments[:, :, 9], moments[:, :, 3 * a : 3 * a + 3]
+        linear = linear.reshape(ne, 6 * nn, 3, 4)
+        rigid = rigid_from_samples(self.weight, self.unit, self.position)
+        return MassObjects(linear[..., 0], linear[..., 1:], rigid, functions=weighted @ values)
+
+
 def mass_from_samples(s: MassSamples) -> MassObjects:
     """Sum g, h, M_ab and the rigid inertia of theory 1 over mass samples."""
     shape = np.ascontiguousarray(np.moveaxis(s.shape, 2, 0))  # component first: (3, ne, ns, nl)
     weighted = s.weight[..., None] * shape
     g = (s.unit @ weighted).transpose(1, 2, 0)
     h = np.swapaxes(s.position, 1, 2) @ weighted  # (3 of a, ne, 3 of b, nl)
-    pairs = {}
-    for a, b in PAIRS:
+    pairs = np.empty((len(s.weight), len(PAIRS), *2 * shape.shape[3:]))
+    for k, (a, b) in enumerate(PAIRS):
         values = np.swapaxes(shape[a], 1, 2) @ weighted[b]
-        pairs[a, b] = (values + values.transpose(0, 2, 1)) / 2 if a == b else values  # symmetric to the last bit
+        pairs[:, k] = (values + values.transpose(0, 2, 1)) / 2 if a == b else values  # symmetric to the last bit
     rigid = rigid_from_samples(s.weight, s.unit, s.position)
-    return MassObjects(g, h.transpose(1, 3, 0, 2), None, pairs, rigid)
+    return MassObjects(g, h.transpose(1, 3, 0, 2), rigid, pairs=pairs)
 
 
 def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarray) -> RigidInertia:

@@ -25,6 +25,7 @@ class MassBlock:
         m, in the model's frame.
     """
 
+    tensor = "pairs"
     section: PointMass
     nodes: np.ndarray
     at: np.ndarray
@@ -114,6 +115,7 @@ class SpringBlock(Corotational):
         -1 at the first of two nodes.
     """
 
+    tensor = None
     section: Spring
     nodes: np.ndarray
     strain: np.ndarray

@@ -49,6 +49,7 @@ class SolidBlock:
 
     alike = ()
     components = 3
+    tensor = "scalar"
     kind: str
     section: Solid
     nodes: np.ndarray
@@ -132,7 +133,7 @@ class SolidBlock:
             h[:, :, a, a] = moment
         rigid = rigid_from_samples(rho, np.ones(len(N)), position)
         scalar = (scalar + scalar.transpose(0, 2, 1)) / 2
-        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), scalar, {}, rigid)
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, scalar)
 
     def volume(self) -> np.ndarray:
         """Volume ``(ne,)``, m^3."""

@@ -9,7 +9,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.corotation import Corotational, line_rotation
-from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
+from modalprep.fe.elements.mass import MassObjects, RigidInertia
 from modalprep.fe.properties.properties import Truss
 
 LINEAR_MASS = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6
@@ -32,6 +32,7 @@ class TrussBlock(Corotational):
     """
 
     alike = (0,)
+    tensor = "scalar"
     section: Truss
     nodes: np.ndarray
     ends: np.ndarray
@@ -131,16 +132,12 @@ class TrussBlock(Corotational):
         scalar = rho[:, None, None] * LINEAR_MASS
         g, h = np.zeros((ne, 2, c, 3)), np.zeros((ne, 2, c, 3, 3))
         moment = scalar @ self.ends
-        pairs = {ab: np.zeros((ne, 2, c, 2, c)) for ab in PAIRS}
         for a in range(3):
             g[:, :, a, a] = rho[:, None] / 2
             h[:, :, a, a] = moment
-        for a, b in PAIRS:
-            pairs[a, b][:, :, a, :, b] = scalar
         E0 = np.einsum("eia,eij,ejb->ab", self.ends, scalar, self.ends)
         rigid = RigidInertia(float(rho.sum()), moment.sum(axis=(0, 1)), (E0 + E0.T) / 2)
-        square = {ab: value.reshape(ne, 2 * c, 2 * c) for ab, value in pairs.items()}
-        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), None, square, rigid)
+        return MassObjects(g.reshape(ne, -1, 3), h.reshape(ne, -1, 3, 3), rigid, scalar)
 
     def _between_nodes(self, translation: np.ndarray, rotation: np.ndarray) -> np.ndarray:
         """Put ``[[k, -k], [-k, k]]`` of ``(ne, 3, 3)`` matrices on the DOFs."""

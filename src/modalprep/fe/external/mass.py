@@ -76,7 +76,7 @@ def mass_tensor(M: csr_array, dof: np.ndarray) -> MassTensor:
     moved = {(a, b): at[a] @ (at[b].T @ right) for a in range(3) for b in range(3)}
     turned = _between_rotations(M, dof)
     pairs = {(a, b): (moved[a, b] + moved[b, a].T + turned[a, b]).tocsr() for a, b in PAIRS}
-    return MassTensor(dof, None, pairs, n, exact=turned[0, 0].nnz == 0)
+    return MassTensor(dof, None, None, pairs, n, exact=turned[0, 0].nnz == 0)
 
 
 def _between_rotations(M: csr_array, dof: np.ndarray) -> dict[tuple[int, int], csr_array]:

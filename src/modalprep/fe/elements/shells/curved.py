@@ -16,7 +16,7 @@ from modalprep.errors import InputError
 from modalprep.fe.elements.arms import RotatingArms
 from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.kernels import in_threads, quadratic
-from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
+from modalprep.fe.elements.mass import MassObjects, NodalFunctions
 from modalprep.fe.elements.shells.frames import given, material_angle, shell_frames
 from modalprep.fe.elements.shells.laminate import faces, rotated_moduli, section_moduli, shell_section, total_thickness
 from modalprep.fe.elements.shells.tied_strains import CELL, Points, bubble_forms, strain_forms, surface_points, tangents
@@ -51,6 +51,7 @@ class CurvedShellBlock:
 
     components = 6
     alike = (2,)
+    tensor = "functions"
     section: Shell
     nodes: np.ndarray
     x: np.ndarray
@@ -147,13 +148,12 @@ class CurvedShellBlock:
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1: samples of the surface of the mass, and of the thickness."""
-        weight, position, shape = self._samples()
-        unit = np.repeat([1.0, 0.0], weight.shape[1] // 2)
-        return mass_from_samples(MassSamples(weight, unit, position, shape))
+        return self._samples().mass()
 
     def rotating_arms(self) -> RotatingArms:
         """Mass on the directors of the nodes: of eccentric and unsymmetric sections, and through the thickness."""
-        (weight, position, shape), N = self._samples(), shapes(CELL, DEGREE)[0]
+        samples, N = self._samples(), shapes(CELL, DEGREE)[0]
+        weight, position, shape = samples.weight, samples.position, samples.shape()
         ne, nq = len(weight), len(N)
         rotation = np.zeros((ne, 6, 3, 6, 6))
         for i in range(6):
@@ -199,19 +199,21 @@ class CurvedShellBlock:
         s = shell_section(self.section)
         return self.offset + s.first / s.mass
 
-    def _samples(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Weight ``(ne, 2 nq)``, position ``(ne, 2 nq, 3)`` and shape ``(ne, 2 nq, 3, 36)`` of the mass."""
+    def _samples(self) -> NodalFunctions:
+        """Samples of the surface of the mass, then of the thickness about it."""
         s, N, dx = shell_section(self.section), shapes(CELL, DEGREE)[0], self._points(DEGREE).dx
         height = self._height
-        thick = np.zeros((len(dx), len(N), 3, 6, 6))
-        thick[..., 3:] = np.einsum("qi,eiab->eqaib", N, -skew(self.normal))
-        surface = height[:, None, None, None, None] * thick
-        for a in range(3):
-            surface[:, :, a, :, a] += N
+        thick = np.zeros((*dx.shape, 6, 10))
+        thick[..., :9] = N[..., None] * -skew(self.normal).reshape(-1, 1, 6, 9)
+        surface = height[:, None, None, None] * thick
+        surface[..., 9] = N
         at = N @ (self.x + (height - self.offset)[:, None, None] * self.normal)
-        weight = np.concatenate([s.mass * dx, (s.second - s.first**2 / s.mass) * dx], axis=1)
-        shape = np.concatenate([surface, thick], axis=1).reshape(*weight.shape, 3, 36)
-        return weight, np.concatenate([at, N @ self.normal], axis=1), shape
+        return NodalFunctions(
+            weight=np.concatenate([s.mass * dx, (s.second - s.first**2 / s.mass) * dx], axis=1),
+            unit=np.repeat([1.0, 0.0], len(N)),
+            position=np.concatenate([at, N @ self.normal], axis=1),
+            values=np.concatenate([surface, thick], axis=1),
+        )
 
     def _points(self, degree: int) -> Points:
         return surface_points(self.x, self.normal, self.frame, degree)

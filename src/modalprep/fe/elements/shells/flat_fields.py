@@ -1,23 +1,19 @@
-"""Strain fields of flat three- and four-node shells in their own plane: membrane, bending, shear, drilling.
+"""Fields of flat three- and four-node shells in their own plane, on which their stress does work when they rotate.
 
-Local DOFs per node: ``u, v, w, tx, ty, tz``. Bending and shear are DKMT/DKMQ (Katili 1993): the rotation field
-``b = (ty, -tx)`` is linear plus one edge function per side, whose size follows from the side's shear strain.
-Membrane: OPT, Felippa's optimal triangle with drilling freedoms (2003), or constant strain; QM6 (Wilson, Taylor)
-for quads. Constant strain and QM6 tie the drilling rotation to the membrane's (Hughes and Brezzi).
+Local DOFs per node: ``u, v, w, tx, ty, tz``. The rotation field ``b = (ty, -tx)`` is linear plus one edge function per
+side (`flat_kernels`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
-from modalprep.fe.elements.shells.laminate import rotated_moduli, rotated_shear
+from modalprep.fe.elements.shells.flat_kernels import Rule
 from modalprep.fe.mesh.reference_cells import shapes
 
-DRILLING = {"quad": 0.05, "triangle": 1e-2}  # much less is too soft, much more stiffens curved shells (theory 7.4)
-OPT_ALPHA = 1.5  # of the OPT triangle: drilling rotations bow its sides so many times as cubic shapes would
 W, TX, TY, TZ = 2, 3, 4, 5
 
 
@@ -57,20 +53,33 @@ class FlatCells:
 
     def bubbles(self) -> tuple[np.ndarray, np.ndarray]:
         """Edge functions ``P (nq, n)``, 1 at the middle of their side, and gradients ``(ne, nq, n, 2)``."""
-        N, dN, _ = shapes(self.kind, self.degree)
-        if self.kind == "triangle":
-            after, dafter = np.roll(N, -1, axis=1), np.roll(dN, -1, axis=1)
-            P, dP = 4 * N * after, 4 * (N[..., None] * dafter + after[..., None] * dN)
-        else:
-            X, Y = N[:, 1] + N[:, 2], N[:, 2] + N[:, 3]
-            along, across = [X, Y, X, Y], [1 - Y, X, Y, 1 - X]
-            slope = [-1.0, 1.0, 1.0, -1.0]
-            P = np.stack([4 * s * (1 - s) * c for s, c in zip(along, across, strict=True)], axis=1)
-            dP = np.zeros((*P.shape, 2))
-            for k in range(4):
-                dP[:, k, k % 2] = 4 * (1 - 2 * along[k]) * across[k]
-                dP[:, k, 1 - k % 2] = 4 * along[k] * (1 - along[k]) * slope[k]
-        return P, _pull_back(dP, self.mapped[2])
+        own = rule(self.kind, self.degree)
+        return own.P, _pull_back(own.dP, self.mapped[2])
+
+
+@cache
+def rule(kind: str, degree: int) -> Rule:
+    """Return shapes and edge functions of a cell at a quadrature of `degree`, or at its nodes.
+
+    Examples
+    --------
+    >>> rule("triangle", 1).P.round(3)
+    array([[0.444, 0.444, 0.444]])
+    """
+    N, dN, weight = shapes(kind, degree)
+    if kind == "triangle":
+        after, dafter = np.roll(N, -1, axis=1), np.roll(dN, -1, axis=1)
+        P, dP = 4 * N * after, 4 * (N[..., None] * dafter + after[..., None] * dN)
+    else:
+        X, Y = N[:, 1] + N[:, 2], N[:, 2] + N[:, 3]
+        along, across = [X, Y, X, Y], [1 - Y, X, Y, 1 - X]
+        slope = [-1.0, 1.0, 1.0, -1.0]
+        P = np.stack([4 * s * (1 - s) * c for s, c in zip(along, across, strict=True)], axis=1)
+        dP = np.zeros((*P.shape, 2))
+        for k in range(4):
+            dP[:, k, k % 2] = 4 * (1 - 2 * along[k]) * across[k]
+            dP[:, k, 1 - k % 2] = 4 * along[k] * (1 - along[k]) * slope[k]
+    return Rule(*(np.ascontiguousarray(x) for x in (N, dN, P, dP, weight)))
 
 
 def _pull_back(slope: np.ndarray, inverse: np.ndarray) -> np.ndarray:
@@ -157,122 +166,3 @@ def side_weights(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
         W[:, k, mean + 1], W[:, k, mean] = pull[:, k, 0], -pull[:, k, 1]
         W[:, mean, change + 1], W[:, mean + 1, change] = size[:, k], -size[:, k]
     return W + W.transpose(0, 2, 1)
-
-
-def edge_rotation(cells: FlatCells, D: np.ndarray, S: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows ``(ne, n, 6n)``: size of each edge function, and shear strain along each side.
-
-    ``(2/3) L (1 + phi) db = w_i - w_j - (L/2)(bs_i + bs_j)``, ``g = -(2/3) phi db``,
-    ``phi = 12 D_s / (S_s L^2)`` with the bending and shear stiffness along the side.
-    """
-    n = cells.xy.shape[1]
-    length, t = cells.sides
-    angle = np.arctan2(t[..., 1], t[..., 0])
-    D_s = rotated_moduli(D[:, None], -angle)[..., 0, 0]
-    S_s = rotated_shear(S[:, None], -angle)[..., 0, 0]
-    phi = 12 * D_s / (S_s * length**2)
-    rows = -length[..., None] / 2 * side_rotation(cells).sum(axis=2)
-    for k in range(n):
-        rows[:, k, 6 * k + W] += 1
-        rows[:, k, 6 * ((k + 1) % n) + W] -= 1
-    size = rows / (2 / 3 * length * (1 + phi))[..., None]
-    return size, -(2 / 3 * phi)[..., None] * size
-
-
-def bending(cells: FlatCells, size: np.ndarray) -> np.ndarray:
-    """Curvatures ``bx,x by,y bx,y+by,x`` ``(ne, nq, 3, 6n)``."""
-    grad, dx, _ = cells.mapped
-    n = cells.xy.shape[1]
-    _, dP = cells.bubbles()
-    _, t = cells.sides
-    x, y = dP[..., 0], dP[..., 1]
-    c, s = t[:, None, :, 0], t[:, None, :, 1]
-    B = np.stack([x * c, y * s, y * c + x * s], axis=2) @ size[:, None]
-    B = B.reshape(*dx.shape, 3, n, 6)
-    B[..., 0, :, TY] += grad[..., 0]
-    B[..., 1, :, TX] -= grad[..., 1]
-    B[..., 2, :, TY] += grad[..., 1]
-    B[..., 2, :, TX] -= grad[..., 0]
-    return B.reshape(*dx.shape, 3, 6 * n)
-
-
-def shear(cells: FlatCells, side: np.ndarray) -> np.ndarray:
-    """Transverse shear ``xz, yz`` ``(ne, nq, 2, 6n)`` from the strains along the sides ``(ne, n, 6n)``."""
-    N = cells.N
-    length, t = cells.sides
-    if cells.kind == "triangle":  # two sides meet at each node
-        pair = np.stack([t, np.roll(t, 1, axis=1)], axis=2)
-        nodal = np.linalg.solve(pair, np.stack([side, np.roll(side, 1, axis=1)], axis=2))
-        return np.einsum("qi,eiaj->eqaj", N, nodal, optimize=True)
-    X, Y = N[:, 1] + N[:, 2], N[:, 2] + N[:, 3]
-    covariant = length[..., None] * side
-    zero = 0 * X
-    along = np.stack([np.stack([1 - Y, zero, -Y, zero], 1), np.stack([zero, X, zero, X - 1], 1)], axis=1)
-    inverse = cells.mapped[2]
-    return np.swapaxes(inverse, 2, 3) @ (along[None] @ covariant[:, None])
-
-
-def membrane(cells: FlatCells) -> np.ndarray:
-    """Strains ``xx, yy, xy`` and drilling ``(v,x - u,y)/2 - tz`` ``(ne, nq, 4, 6n)`` of linear displacements."""
-    grad, dx, _ = cells.mapped
-    n = cells.xy.shape[1]
-    B = np.zeros((*dx.shape, 4, n, 6))
-    B[..., 0, :, 0] = B[..., 2, :, 1] = grad[..., 0]
-    B[..., 1, :, 1] = B[..., 2, :, 0] = grad[..., 1]
-    B[..., 3, :, 1], B[..., 3, :, 0] = grad[..., 0] / 2, -grad[..., 1] / 2
-    B[..., 3, :, TZ] = -cells.N
-    return B.reshape(*dx.shape, 4, 6 * n)
-
-
-def incompatible_membrane(cells: FlatCells) -> np.ndarray:
-    """Strains ``(ne, nq, 3, 4)`` of QM6's internal displacements, gradients mapped from the centre."""
-    X = np.stack([cells.N[:, 1] + cells.N[:, 2], cells.N[:, 2] + cells.N[:, 3]])
-    dx = cells.mapped[1]
-    weight = shapes(cells.kind, cells.degree)[2]
-    J = np.einsum("eia,ib->eab", cells.xy, np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]]))
-    scale = np.linalg.det(J)[:, None] / (dx / weight)
-    slope = np.einsum("kq,eka->eqka", 4 - 8 * X, np.linalg.inv(J)) * scale[..., None, None]
-    B = np.zeros((*dx.shape, 3, 4))
-    for k in range(2):
-        B[..., 0, 2 * k] = B[..., 2, 2 * k + 1] = slope[..., k, 0]
-        B[..., 1, 2 * k + 1] = B[..., 2, 2 * k] = slope[..., k, 1]
-    return B
-
-
-def optimal_membrane(cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
-    """Basic strains ``(ne, 3, 18)`` and higher-order strains ``(ne, nq, 3, 18)`` of the OPT triangle."""
-    x, y = cells.xy[..., 0], cells.xy[..., 1]
-    dx = x[:, [2, 0, 1]] - x[:, [1, 2, 0]]  # x32, x13, x21: opposite side of each node
-    dy = y[:, [1, 2, 0]] - y[:, [2, 0, 1]]  # y23, y31, y12
-    area = cells.mapped[1].sum(axis=1)
-    return _basic(dx, dy, area), _higher(cells, dx, dy, area)
-
-
-def _basic(dx: np.ndarray, dy: np.ndarray, area: np.ndarray, alpha: float = OPT_ALPHA) -> np.ndarray:
-    B = np.zeros((len(dx), 3, 3, 6))
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        B[:, 0, i, 0] = B[:, 2, i, 1] = dy[:, i]
-        B[:, 1, i, 1] = B[:, 2, i, 0] = dx[:, i]
-        B[:, 0, i, TZ] = alpha / 6 * dy[:, i] * (dy[:, k] - dy[:, j])
-        B[:, 1, i, TZ] = alpha / 6 * dx[:, i] * (dx[:, k] - dx[:, j])
-        B[:, 2, i, TZ] = alpha / 3 * (dx[:, j] * dy[:, j] - dx[:, k] * dy[:, k])
-    return (B / (2 * area[:, None, None, None])).reshape(-1, 3, 18)
-
-
-def _higher(cells: FlatCells, dx: np.ndarray, dy: np.ndarray, area: np.ndarray) -> np.ndarray:
-    side = np.stack([dx[:, [2, 0, 1]], -dy[:, [2, 0, 1]]], axis=2)  # from node 1 to 2, 2 to 3, 3 to 1
-    square = np.einsum("eka,eka->ek", side, side)
-    natural = np.stack([side[..., 0] ** 2, side[..., 1] ** 2, side[..., 0] * side[..., 1]], axis=2)
-    to_cartesian = np.linalg.inv(natural / square[..., None])
-    beta = np.array([[1, 2, 1], [0, 1, -1], [-1, -1, -2]]) * 2 / 3
-    Q = np.empty((len(dx), 3, 3, 3))
-    for m in range(3):
-        Q[:, m] = np.roll(beta, (m, m), axis=(0, 1)) * area[:, None, None] / square[..., None]
-    hierarchical = np.zeros((len(dx), 3, 3, 6))
-    opposite_x, opposite_y = dx, -dy  # x32, y32
-    hierarchical[..., 0] = opposite_x[:, None] / (4 * area)[:, None, None]
-    hierarchical[..., 1] = opposite_y[:, None] / (4 * area)[:, None, None]
-    hierarchical[:, range(3), range(3), TZ] = 1.0
-    field = np.einsum("qm,emab->eqab", cells.N, Q)
-    return to_cartesian[:, None] @ (field @ hierarchical.reshape(-1, 1, 3, 18))

@@ -6,7 +6,6 @@ import numpy as np
 
 from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.shells.flat_fields import (
-    OPT_ALPHA,
     FlatCells,
     mean_rotation,
     nodal_rotations,
@@ -14,6 +13,7 @@ from modalprep.fe.elements.shells.flat_fields import (
     side_weights,
     slopes,
 )
+from modalprep.fe.elements.shells.flat_kernels import OPT_ALPHA
 from modalprep.fe.elements.shells.laminate import strain_rotation
 
 STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}

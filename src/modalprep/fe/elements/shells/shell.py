@@ -1,5 +1,10 @@
 """Flat three-node and warped four-node shells: the plane strain fields in space, with eccentricity.
 
+Bending and shear are DKMT/DKMQ (Katili 1993): the rotation field ``b = (ty, -tx)`` is linear plus one edge function per
+side, whose size follows from the side's shear strain. Membrane: OPT, Felippa's optimal triangle with drilling freedoms
+(2003), or constant strain; QM6 (Wilson, Taylor) for quads. Constant strain and QM6 tie the drilling rotation to the
+membrane's (Hughes and Brezzi).
+
 Every field is built per nodal DOF in mesh axes. A node at a height over the mean plane, or a mid-surface at a distance
 from the nodes, is connected by a rigid arm along the normal: without it a warped quad would resist rigid rotation. The
 drilling rotation carries no mass.
@@ -12,24 +17,12 @@ from functools import cached_property
 
 import numpy as np
 
-from modalprep.fe.elements.arms import RotatingArms, mass_arms, nodal_arms, node_transformation, section_arms
+from modalprep.fe.elements.arms import RotatingArms, mass_arms, nodal_arms, section_arms
 from modalprep.fe.elements.block import NodalStress
-from modalprep.fe.elements.kernels import in_threads, quadratic
-from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
-from modalprep.fe.elements.shells.flat_fields import (
-    DRILLING,
-    TX,
-    TY,
-    FlatCells,
-    bending,
-    edge_rotation,
-    incompatible_membrane,
-    linked,
-    membrane,
-    nodal_rotations,
-    optimal_membrane,
-    shear,
-)
+from modalprep.fe.elements.kernels import in_threads
+from modalprep.fe.elements.mass import MassObjects, NodalFunctions
+from modalprep.fe.elements.shells.flat_fields import FlatCells, rule
+from modalprep.fe.elements.shells.flat_kernels import Geometry, Moduli, mass_samples, stiffness, strain_rows
 from modalprep.fe.elements.shells.frames import given, material_angle, refuse_bad_shape, shell_frames
 from modalprep.fe.elements.shells.laminate import (
     ShellSection,
@@ -44,6 +37,7 @@ from modalprep.fe.mesh.reference_cells import NODES
 from modalprep.fe.properties.properties import Shell
 
 MASS_DEGREE = {"triangle": (4, 2), "quad": (4, 3)}  # of the displacement, quadratic across, and of the rotation
+DRILLING = {"quad": 0.05, "triangle": 1e-2}  # much less is too soft, much more stiffens curved shells (theory 7.4)
 OPT_BETA = 0.01  # lower bound of the OPT triangle's beta_0, which vanishes at nu = 1/2
 
 
@@ -61,13 +55,16 @@ class ShellBlock(ShellInside):
         Mean of the nodes in the model's frame, m.
     xy : (ne, n, 2)
         Nodes in the mean plane, m.
-    arm : (ne, n, 3)
-        From the nodes to the mid-surface, mesh axes, m.
+    height : (ne, n)
+        From the nodes to the mid-surface along the normal, m.
+    offset : (ne,)
+        From the mean plane of the nodes to the mid-surface, m.
     angle : (ne,)
         From e1 to axis 1 of the material, rad.
     """
 
     alike = (2,)
+    tensor = "functions"
     components = 6
     kind: str
     section: Shell
@@ -75,7 +72,7 @@ class ShellBlock(ShellInside):
     frame: np.ndarray
     centre: np.ndarray
     xy: np.ndarray
-    arm: np.ndarray
+    height: np.ndarray
     offset: np.ndarray
     angle: np.ndarray
 
@@ -96,17 +93,22 @@ class ShellBlock(ShellInside):
         local = np.einsum("eka,eia->eik", frame, corners - centre[:, None])
         refuse_bad_shape(local[..., :2], centre)
         offset = given(data, "offset", section.offset, len(nodes))
-        arm = (offset[:, None] - local[..., 2])[..., None] * frame[:, None, 2]
+        height = offset[:, None] - local[..., 2]
         angle = material_angle(corners, frame, section, data)
-        return cls(kind, section, nodes, frame, centre - origin, local[..., :2], arm, offset, angle)
+        return cls(kind, section, nodes, frame, centre - origin, local[..., :2].copy(), height, offset, angle)
+
+    @cached_property
+    def arm(self) -> np.ndarray:
+        """(ne, n, 3) from the nodes to the mid-surface, mesh axes, m."""
+        return self.height[..., None] * self.frame[:, None, 2]
 
     @cached_property
     def _section(self) -> ShellSection:
         return shell_section(self.section)
 
-    @cached_property
-    def _to_local(self) -> np.ndarray:
-        return node_transformation(self.frame, self.arm)
+    @property
+    def _geometry(self) -> Geometry:
+        return Geometry(self.xy, self.frame, self.height)
 
     @cached_property
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
@@ -119,42 +121,44 @@ class ShellBlock(ShellInside):
 
         Rows: membrane 3, curvature 3, shear 2, then drilling (1) or the OPT triangle's higher-order strains (3).
         """
-        cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
-        B, moduli = self._compatible(cells)
-        if self.kind == "quad":
-            B[:, :, :3] += incompatible_membrane(cells) @ _condensed(cells, B, moduli)[:, None]
-        return self._of_nodes(B), moduli, cells.mapped[1]
+        B, dx = self._strain_rows(STIFFNESS_DEGREE[self.kind])
+        plane, bend, coupling = self._row_moduli
+        membrane, moduli = slice(0, 3), np.zeros((len(plane), *2 * B.shape[2:3]))
+        rows = np.r_[membrane, 8 : B.shape[2]]
+        moduli[:, rows[:, None], rows], moduli[:, 3:8, 3:8] = plane, bend
+        moduli[:, membrane, 3:6] = moduli[:, 3:6, membrane] = coupling
+        return B, moduli, dx
 
-    def _compatible(self, cells: FlatCells) -> tuple[np.ndarray, np.ndarray]:
-        """Strain rows per local DOF, without the internal displacements of quads, and moduli."""
+    def _strain_rows(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
+        """Strain rows ``B (ne, nq, ns, 6n)`` and ``dx (ne, nq)`` at the points of a rule."""
+        own, at, (ne, n) = rule(self.kind, STIFFNESS_DEGREE[self.kind]), rule(self.kind, degree), self.nodes.shape
+        nq, ns = len(at.weight), 5 + self._row_moduli.plane.shape[1]
+        B, dx = np.empty((ne, nq, ns, 6 * n)), np.empty((ne, nq))
+        in_threads(strain_rows, ne, self._geometry, self._row_moduli, self._optimal, own, at, B, dx)
+        return B, dx
+
+    @property
+    def _optimal(self) -> bool:
+        return self.kind == "triangle" and self.section.membrane == "opt"
+
+    @cached_property
+    def _row_moduli(self) -> Moduli:
+        """Moduli of the rows of `strain`."""
         C, S = self.moduli
-        size, side = edge_rotation(cells, C[:, 3:, 3:], S)
-        first, last, extra = self._membrane(cells, C)
-        B = np.concatenate([first, bending(cells, size), shear(cells, side), last], axis=2)
-        moduli = np.zeros((len(C), B.shape[2], B.shape[2]))
-        moduli[:, :6, :6], moduli[:, 6:8, 6:8], moduli[:, 8:, 8:] = C, S, extra
-        return B, moduli
-
-    def _of_nodes(self, B: np.ndarray) -> np.ndarray:
-        """Rows ``(ne, nq, ns, 6n)`` per local DOF, per nodal DOF in mesh axes."""
-        ne, nq, ns, nl = B.shape
-        return (B.reshape(ne, nq * ns, nl) @ self._to_local).reshape(B.shape)
-
-    def _membrane(self, cells: FlatCells, C: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Membrane strains, the rows that stabilise drilling, and the moduli of these."""
-        if self.kind == "triangle" and self.section.membrane == "opt":
-            basic, higher = optimal_membrane(cells)
+        extra = DRILLING[self.kind] * C[:, 2:3, 2:3]
+        if self._optimal:
             nu2 = C[:, 0, 1] ** 2 / (C[:, 0, 0] * C[:, 1, 1])
-            beta = np.maximum((1 - 4 * nu2) / 2, OPT_BETA)
-            return np.repeat(basic[:, None], len(cells.N), axis=1), higher, 9 / 4 * beta[:, None, None] * C[:, :3, :3]
-        B = membrane(cells)
-        return B[:, :, :3], B[:, :, 3:], DRILLING[self.kind] * C[:, 2:3, 2:3]
+            extra = 9 / 4 * np.maximum((1 - 4 * nu2) / 2, OPT_BETA)[:, None, None] * C[:, :3, :3]
+        plane, bend = np.zeros((len(C), *[3 + extra.shape[1]] * 2)), np.zeros((len(C), 5, 5))
+        plane[:, :3, :3], plane[:, 3:, 3:] = C[:, :3, :3], extra
+        bend[:, :3, :3], bend[:, 3:, 3:] = C[:, 3:, 3:], S
+        return Moduli(plane, bend, np.ascontiguousarray(C[:, :3, 3:]))
 
     def stiffness(self) -> np.ndarray:
         """Elastic stiffness ``(ne, 6n, 6n)``."""
-        B, C, dx = self.strain
-        K = np.zeros((len(dx), B.shape[3], B.shape[3]))
-        in_threads(quadratic, len(dx), B, C, dx, K)
+        ne, n = self.nodes.shape
+        K, at = np.empty((ne, 6 * n, 6 * n)), rule(self.kind, STIFFNESS_DEGREE[self.kind])
+        in_threads(stiffness, ne, self._geometry, self._row_moduli, self._optimal, at, K)
         return K
 
     def forces(self, d: np.ndarray) -> np.ndarray:
@@ -168,11 +172,7 @@ class ShellBlock(ShellInside):
 
         Of the membrane strains and curvatures that make `forces`; the top is towards +e3.
         """
-        own, nodes = (FlatCells(self.kind, self.xy, degree) for degree in (STIFFNESS_DEGREE[self.kind], NODES))
-        B = self._compatible(nodes)[0]
-        if self.kind == "quad":
-            B[:, :, :3] += incompatible_membrane(nodes) @ _condensed(own, *self._compatible(own))[:, None]
-        strain = self._of_nodes(B)[:, :, :6] @ d[:, None]
+        strain = self._strain_rows(NODES)[0][:, :, :6] @ d[:, None]
         at = {}
         for face, (stretched, bent) in faces(self.section).items():
             Q = np.concatenate([rotated_moduli(Q, self.angle) for Q in (stretched, bent)], axis=2)
@@ -181,82 +181,54 @@ class ShellBlock(ShellInside):
 
     def piece(self, some: slice | np.ndarray) -> ShellBlock:
         """Return the block of `some` of the elements."""
-        names = ("nodes", "frame", "centre", "xy", "arm", "offset", "angle")
+        names = ("nodes", "frame", "centre", "xy", "height", "offset", "angle")
         return replace(self, **{name: getattr(self, name)[some] for name in names})
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1: samples of the mid-surface, and of the thickness."""
-        s = self._section
-        surface, sheet = (FlatCells(self.kind, self.xy, degree) for degree in MASS_DEGREE[self.kind])
-        z = s.first / s.mass
-        middle, thick = self._translation(surface), self._rotation(sheet)
-        if z:
-            middle += z * self._rotation(surface)
-        at = self._surface_points(surface, z)
-        shape = self._mesh_axes(np.concatenate([middle, thick], axis=1))
-        normal = np.repeat(self.frame[:, None, 2], len(sheet.N), axis=1)
-        dx = surface.mapped[1], sheet.mapped[1]
-        weight = np.concatenate([s.mass * dx[0], (s.second - s.mass * z**2) * dx[1]], axis=1)
-        unit = np.repeat([1.0, 0.0], [len(surface.N), len(sheet.N)])
-        return mass_from_samples(MassSamples(weight, unit, np.concatenate([at, normal], axis=1), shape))
+        return self._mass_samples.mass()
 
     def rotating_arms(self) -> RotatingArms:
         """Mass off the surface of the nodes: through the thickness, of unsymmetric laminates, of eccentric elements."""
-        s, mass = self._section, self.mass()
-        surface, sheet = (FlatCells(self.kind, self.xy, degree) for degree in MASS_DEGREE[self.kind])
-        z = s.first / s.mass
-        normal = self.frame[:, None, 2]
-        parts = [nodal_arms(mass, self.arm)] if np.any(self.arm) else []
-        thick = (s.second - s.mass * z**2) * sheet.mapped[1]
-        parts.append(section_arms(thick, normal, self._rotations(sheet)))
-        if z:
-            shape = self._mesh_axes(self._translation(surface) + z * self._rotation(surface))
-            at = self._surface_points(surface, z)
-            parts.append(mass_arms(s.mass * surface.mapped[1], at, shape, z * normal, self._rotations(surface)))
+        at, count = self._mass_samples, self._counts[0]
+        normal, (surface, sheet) = self.frame[:, None, 2], MASS_DEGREE[self.kind]
+        parts = [nodal_arms(at.mass(), self.arm)] if np.any(self.arm) else []
+        parts.append(section_arms(at.weight[:, count:], normal, self._rotations(sheet)))
+        if self._lift:
+            own = at.weight[:, :count], at.position[:, :count], at.shape()[:, :count]
+            parts.append(mass_arms(*own, self._lift * normal, self._rotations(surface)))
         return RotatingArms.joined(parts)
 
-    def _rotations(self, cells: FlatCells) -> np.ndarray:
+    @property
+    def _lift(self) -> float:
+        """Height of the mass over the mid-surface, m."""
+        return self._section.first / self._section.mass
+
+    @property
+    def _counts(self) -> list[int]:
+        """Numbers of samples of the surface of the mass, and of the thickness."""
+        return [len(rule(self.kind, degree).weight) for degree in MASS_DEGREE[self.kind]]
+
+    @property
+    def _mass_samples(self) -> NodalFunctions:
+        """Samples of the surface of the mass, then of the thickness about it."""
+        (ne, n), ns, rules = self.nodes.shape, sum(self._counts), [rule(self.kind, k) for k in MASS_DEGREE[self.kind]]
+        dx, position, values = np.empty((ne, ns)), np.empty((ne, ns, 3)), np.empty((ne, ns, n, 10))
+        middle = self.centre + self.offset[:, None] * self.frame[:, 2]
+        in_threads(mass_samples, ne, self._geometry, middle, self._lift, *rules, dx, position, values)
+        s = self._section
+        weight = dx * np.repeat([s.mass, s.second - s.mass * self._lift**2], self._counts)
+        return NodalFunctions(weight, np.repeat([1.0, 0.0], self._counts), position, values)
+
+    def _rotations(self, degree: int) -> np.ndarray:
         """Rotation ``(ne, nq, 3, 6n)`` per nodal DOF, mesh axes."""
-        return self._mesh_axes(nodal_rotations(cells)[0])
-
-    def _mesh_axes(self, rows: np.ndarray) -> np.ndarray:
-        """Vectors ``(ne, nq, 3, 6n)`` in the element's axes per local DOF, in mesh axes per nodal DOF."""
-        turned = np.swapaxes(self.frame, 1, 2)[:, None] @ rows
-        return (turned.reshape(len(rows), -1, rows.shape[3]) @ self._to_local).reshape(rows.shape)
-
-    def _surface_points(self, cells: FlatCells, z: float) -> np.ndarray:
-        """Points ``(ne, nq, 3)`` at the distance z from the mid-surface, model frame, m."""
-        at = (cells.N @ self.xy) @ self.frame[:, :2] + self.centre[:, None]
-        return at + ((self.offset + z)[:, None] * self.frame[:, 2])[:, None]
-
-    def _translation(self, cells: FlatCells) -> np.ndarray:
-        """Mid-surface displacement ``(ne, nq, 3, 6n)``; w is linked to the rotations by its edge functions."""
-        n, (ne, nq) = self.xy.shape[1], cells.mapped[1].shape
-        u = np.zeros((ne, nq, 3, n, 6))
+        N, (ne, n) = rule(self.kind, degree).N, self.nodes.shape
+        t = np.zeros((ne, len(N), 3, n, 6))
         for a in range(3):
-            u[:, :, a, :, a] = cells.N
-        u = u.reshape(ne, nq, 3, 6 * n)
-        u[:, :, 2] += cells.bubbles()[0] @ linked(cells)
-        return u
-
-    def _rotation(self, cells: FlatCells) -> np.ndarray:
-        """Displacement ``(ty, -tx, 0)`` per unit distance from the mid-surface ``(ne, nq, 3, 6n)``."""
-        n, (ne, nq) = self.xy.shape[1], cells.mapped[1].shape
-        b = np.zeros((ne, nq, 3, n, 6))
-        b[:, :, 0, :, TY], b[:, :, 1, :, TX] = cells.N, -cells.N
-        return b.reshape(ne, nq, 3, 6 * n)
+            t[:, :, a, :, 3 + a] = N
+        return t.reshape(ne, len(N), 3, 6 * n)
 
     def volume(self) -> np.ndarray:
         """Area times thickness ``(ne,)``, m^3."""
         area = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
         return total_thickness(self.section) * area
-
-
-def _condensed(cells: FlatCells, B: np.ndarray, C: np.ndarray) -> np.ndarray:
-    """Internal displacements of QM6 per local DOF ``(ne, 4, 24)``."""
-    inner, dx = incompatible_membrane(cells), cells.mapped[1]
-    weighted = np.swapaxes(inner, 2, 3) @ (C[:, None, :3] * dx[..., None, None])  # (ne, nq, 4, ns)
-    ne, nq, m, ns = weighted.shape
-    K_bb = (weighted[..., :3] @ inner).sum(axis=1)
-    K_ba = weighted.transpose(0, 2, 1, 3).reshape(ne, m, nq * ns) @ B.reshape(ne, nq * ns, -1)
-    return -np.linalg.solve(K_bb, K_ba)
