@@ -161,13 +161,11 @@ class Evaluator:
 
     def gaps(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return what the loops leave open (m,), lengths by the size of the system, and its rate (m,)."""
-        self._track(y, self.loading.prescribe(self.t, self.data))
-        unit = self.loops.work.unit
-        return unit * self.loops.work.phi, unit * self.loops.work.rate
-
-    def _track(self, y: np.ndarray, motion: np.ndarray) -> None:
+        motion = self.loading.prescribe(self.t, self.data)
         kernel.outward(self.packed.model, self.data, y, motion)
         self.loops.residual(self.data, y, motion, self.t)
+        unit = self.loops.work.unit
+        return unit * self.loops.work.phi, unit * self.loops.work.rate
 
     def jacobian(self, y: np.ndarray) -> np.ndarray:
         """Return the derivatives of the gaps' rates by the speeds (m, nu), exactly: they are linear."""
@@ -175,12 +173,7 @@ class Evaluator:
             return np.zeros((0, self.nu))
         motion = self.loading.prescribe(self.t, self.data)
         motion[:, 1:] = 0.0
-        state, rows = y.copy(), []
-        for speeds in np.eye(self.nu):
-            state[self.nx :] = speeds
-            self._track(state, motion)
-            rows.append(self.loops.work.rate + self.loops.work.push)
-        return self.loops.work.unit[:, None] * np.column_stack(rows)
+        return self.loops.work.unit[:, None] * self.loops.rate_slopes(self.data, y, motion, self.t)
 
     def kept_rows(self, y: np.ndarray) -> np.ndarray:
         """Return which conditions of the loops do not follow from others at a state (int)."""

@@ -88,6 +88,12 @@ class Loops:
         world(self.packed.model, data)
         constraints.constraint_residual(self.arrays, self.packed.model, data, y, motion, t, self.work)
 
+    def rate_slopes(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
+        """Return the derivatives of the rates of all rows by the speeds (m, nu); prescribed hinges stand still."""
+        out = np.empty((len(self.arrays.rows), self.packed.nu))
+        projection.rate_slopes(self.arrays, self.packed.model, data, y.copy(), motion, t, self.work, out)
+        return out
+
     def forward(
         self, data: Data, tau: np.ndarray, udot: np.ndarray, baumgarte: tuple[float, float] = (0.0, 0.0)
     ) -> None:

@@ -122,3 +122,19 @@ def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance
         moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, factored)
         steps = steps + 1 if moves else -1
     return steps
+
+
+@compile_kernel
+def rate_slopes(cons, model, data, y, motion, t, work, out):
+    """Write the derivatives of the rows' rates by the speeds to ``out (m, nu)``, exactly, as rates are linear in them.
+
+    The prescribed `motion` must stand still; the speeds of y are overwritten.
+    """
+    for u in range(out.shape[1]):
+        y[model.nx :] = 0.0
+        y[model.nx + u] = 1.0
+        outward(model, data, y, motion)
+        world(model, data)
+        constraint_residual(cons, model, data, y, motion, t, work)
+        for i in range(out.shape[0]):
+            out[i, u] = work.rate[i] + work.push[i]
