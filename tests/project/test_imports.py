@@ -7,7 +7,9 @@ import sys
 
 import pytest
 
-BASE = {"errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook"}
+BASE = {
+    "errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook", "workers",
+}  # fmt: skip
 MAY_IMPORT = {
     "linalg": BASE,
     "fe": BASE | {"linalg"},
