@@ -229,11 +229,17 @@ def share_threads(threads: int) -> None:
     >>> os.environ.update(before)
     """
     for name in THREADS:
-        os.environ[name] = str(min(threads, _exported(name)))
+        os.environ[name] = str(min(threads, exported_threads(name)))
 
 
-def _exported(name: str) -> float:
-    """Return the number of threads that the user's environment allows; a share of the processors may be less."""
+def exported_threads(name: str) -> float:
+    """Return the number of threads that the user's environment allows; a share of the processors may be less.
+
+    Examples
+    --------
+    >>> exported_threads("NO_SUCH_NAME")
+    inf
+    """
     text = os.environ.get(name, "")
     return max(1, int(text)) if text.isdecimal() else math.inf
 
