@@ -2,13 +2,13 @@
 
     python benchmarks/ensemble.py [--quick]
 
-Two ensembles: 2 s of a double pendulum, whose set-up in Python takes most of a run, and 0.2 s of a chain of six flexible
-links of 12 modes, which spends its time in compiled code. Each is run one by one (`simulate` of every changed system),
-by `simulate_many` in one thread and in two, in turn; ratios are of medians. The last line is JSON: `ensemble_speedup`
-(two threads over one by one, of the chain), `ensemble_speedup_small` (of the pendulum), `overhead_small` (one thread of
-`simulate_many` over one by one, of the pendulum), `us_per_small_case` (in two threads), and `machine_speedup` (two
-threads of a plain compiled loop over one after the other), which is 2 on two free processors, and 1 where other
-programs take one of them: the first number means nothing then.
+Two ensembles: 2 s of a double pendulum, whose set-up in Python takes most of a run, and 0.2 s of a chain of six
+flexible links of 12 modes, which spends its time in compiled code. Each is run one by one (`simulate` of every changed
+system), by `simulate_many` in one thread and in two, in turn; ratios are of medians. The last line is JSON:
+`ensemble_speedup` (two threads over one by one, of the chain), `ensemble_speedup_small` (of the pendulum),
+`overhead_small` (one thread of `simulate_many` over one by one, of the pendulum), `us_per_small_case` (in two threads),
+and `machine_speedup` (two threads of a plain compiled loop over one after the other), which is 2 on two free
+processors, and 1 where other programs take one of them: the first number means nothing then.
 """
 
 from __future__ import annotations

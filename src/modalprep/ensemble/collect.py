@@ -24,7 +24,8 @@ class Collected:
 
     def __init__(self, task: CaseTask) -> None:
         count, times = len(task.values), len(task.times)
-        self._task, self.status, self.message = task, [WAITING] * count, [""] * count
+        self._task, self.status = task, [WAITING] * count
+        self.message, self.audit = [""] * count, [""] * count
         numbers = count * times * sum(int(np.prod(shape)) for shape in task.shapes.values())
         try:
             self._channels = {name: np.full((count, times, *shape), np.nan) for name, shape in task.shapes.items()}
@@ -49,7 +50,7 @@ class Collected:
         """Write the outcome of a case."""
         case = ended.case
         self.status[case], self.message[case] = ended.status, ended.message
-        self._end[case], self._energy_error[case] = ended.end, ended.energy_error
+        self._end[case], self._energy_error[case], self.audit[case] = ended.end, ended.energy_error, ended.audit
         for found, given in ((self._events, ended.events), (self._channels, ended.channels)):
             for name, values in given.items():
                 found[name][case] = values
@@ -61,12 +62,13 @@ class Collected:
                 tables = ({name: values[case] for name, values in table.items()}
                           for table in (before.events, before.channels))  # fmt: skip
                 self.take(Ended(case, before.status[case], before.message[case], 0.0, before.end[case],
-                                before.energy_error[case], *tables))  # fmt: skip
+                                before.energy_error[case], before.audit[case], *tables))  # fmt: skip
 
     def record(self) -> Ensemble:
         """Return the ensemble as it is now."""
         return Ensemble(
             cases=self._task.cases, time=self._task.times, channels=self._channels, status=tuple(self.status),
-            message=tuple(self.message), end=self._end.copy(), energy_error=self._energy_error.copy(),
+            message=tuple(self.message), audit=tuple(self.audit), end=self._end.copy(),
+            energy_error=self._energy_error.copy(),
             events={name: values.copy() for name, values in self._events.items()},
         )  # fmt: skip

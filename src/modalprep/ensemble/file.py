@@ -67,7 +67,7 @@ def write_ensemble(
         file.attrs.update({f"{IDENTITY}{name}": value for name, value in (identity or {}).items()})
         for name in ("time", "end", "energy_error"):
             file[name] = getattr(ensemble, name)
-        for name in ("status", "message"):
+        for name in ("status", "message", "audit"):
             file[name] = np.array(getattr(ensemble, name), dtype=object)
         for table in TABLES:
             group = file.create_group(table, track_order=True)
@@ -106,7 +106,7 @@ def _read(path: Path, identity: Mapping[str, str]) -> Ensemble:
             if file.attrs.get(f"{IDENTITY}{what}") != value:
                 raise OtherEnsembleError(f"it holds an ensemble of {OTHER.get(what, f'another {what}')}")
         tables = {table: {name: data[()] for name, data in file[table].items()} for table in TABLES}
-        texts = {name: tuple(file[name].asstr()[()].tolist()) for name in ("status", "message")}
+        texts = {name: tuple(file[name].asstr()[()].tolist()) for name in ("status", "message", "audit")}
         numbers = {name: file[name][()] for name in ("time", "end", "energy_error")}
         found = Ensemble(**tables, **texts, **numbers)
         _check(found)
@@ -115,7 +115,7 @@ def _read(path: Path, identity: Mapping[str, str]) -> Ensemble:
 
 def _check(found: Ensemble) -> None:
     count, times = len(found), len(found.time)
-    rows = [found.end, found.energy_error, found.message, *found.cases.values(), *found.events.values()]
+    rows = [found.end, found.energy_error, found.message, found.audit, *found.cases.values(), *found.events.values()]
     shapes = [values.shape[:2] for values in found.channels.values()]
     if any(len(values) != count for values in rows) or any(shape != (count, times) for shape in shapes):
         raise InputError(f"its tables do not have {count} cases and {times} times")

@@ -44,6 +44,8 @@ class Ensemble(Record):
         s, where the run ended: the last time, or that of a terminal event or a divergence.
     energy_error : (n,) float
         Error of the energy balance relative to the largest energy.
+    audit : tuple of str
+        Why the energy balance of a case is not trusted, "" where it is; empty when it was not looked at.
     events : dict of (n,) float
         s, first time of each event; NaN where it did not occur.
 
@@ -63,6 +65,7 @@ class Ensemble(Record):
     message: tuple[str, ...]
     end: np.ndarray
     energy_error: np.ndarray
+    audit: tuple[str, ...] = ()
     events: dict[str, np.ndarray] = field(default_factory=dict)
 
     def __len__(self) -> int:
@@ -173,15 +176,16 @@ class Ensemble(Record):
 
     @property
     def failures(self) -> tuple[str, ...]:
-        """A sentence for every case that did not reach its end: its number from 0, its values, its message.
+        """A sentence for every case that did not reach its end or failed its audit: number from 0, values, cause.
 
         Returns
         -------
         tuple of str
             Empty when all cases are done.
         """
-        return tuple(self.describe(k, f"{self.status[k]}: {self.message[k]}")
-                     for k in range(len(self)) if self.status[k] != DONE)  # fmt: skip
+        unfinished = {k: f"{status}: {self.message[k]}" for k, status in enumerate(self.status) if status != DONE}
+        doubtful = {k: f"failed its audit: {why}" for k, why in enumerate(self.audit) if why}
+        return tuple(self.describe(k, what) for k, what in sorted((doubtful | unfinished).items()))
 
     def describe(self, case: int, what: str) -> str:
         """Return a sentence about a case, with its values.

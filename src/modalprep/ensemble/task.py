@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from modalprep.ensemble.parameters import Parameters
-from modalprep.ensemble.record import FAILED, WAITING
+from modalprep.ensemble.record import DONE, FAILED, WAITING
 from modalprep.errors import ModalprepError
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
+from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
 
 Block = tuple[int, ...]  # numbers of cases that a worker runs at once
@@ -31,6 +32,7 @@ class Ended(NamedTuple):
     seconds: float
     end: float = np.nan
     energy_error: float = np.nan
+    audit: str = ""
     events: Mapping[str, float] = {}
     channels: Mapping[str, np.ndarray] = {}
 
@@ -59,6 +61,7 @@ class CaseTask:
         self.parameters, self.cases, self.shapes = parameters, dict(cases), dict(shapes)
         self.times, self.options = times, dict(options)
         self.values = np.column_stack(list(cases.values()))
+        self._mass = sum(body.m for body in parameters.system.bodies.values())
         self.stopped = False
 
     def run(self, job: Block) -> list[Ended]:
@@ -93,7 +96,8 @@ class CaseTask:
         except Exception as error:  # a fault of the program or of a user's function fails this case only
             return self._failed(case, f"{type(error).__name__}: {' '.join(str(error).split())}", begin)
         spent, worst = time.perf_counter() - begin, run.stats["energy_error"]
-        return Ended(case, run.status, run.message, spent, float(run.time[-1]), worst, events, histories)
+        audit = "; ".join(failures(run, self.options["rtol"], self._mass)) if run.status == DONE else ""
+        return Ended(case, run.status, run.message, spent, float(run.time[-1]), worst, audit, events, histories)
 
     def _failed(self, case: int, message: str, begin: float) -> Ended:
         return Ended(case, FAILED, message, time.perf_counter() - begin)
