@@ -115,7 +115,7 @@ def statistics_table(
     >>> statistics_table(some, Console(width=80, color_system=None), [50])
     Statistics of 2 cases
     channel   value      mean   deviation   p50
-     ────────────────────────────────────────────
+    ───────────────────────────────────────────
     x         final         2       1.414     2
               smallest      0           0     0
               largest       2       1.414     2

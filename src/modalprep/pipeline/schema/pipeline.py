@@ -7,13 +7,12 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.formats.export import EXPORTS
-from modalprep.pipeline.schema.analysis import AnalysisTable
+from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.depletion import DepletionTable, JetTable
 from modalprep.pipeline.schema.deployment import DeploymentTable
-from modalprep.pipeline.schema.ensemble import EnsembleTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.events import EventTable
 from modalprep.pipeline.schema.fe import ConnectionTable, InterfaceTable, MatricesTable, MeshTable, StressTable
