@@ -100,7 +100,8 @@ def _place(system: System, name: str) -> Place:
 
 def _record(system: System, name: str) -> tuple[str, int, Any]:
     """Return table, row and record of a name; names of records may have dots."""
-    records = [(table, row, r) for table in TABLES for row, r in enumerate(getattr(system, table))]
+    listed = [(table, row, r) for table in TABLES for row, r in enumerate(getattr(system, table))]
+    records = [each for each in listed if hasattr(each[2], "name")]  # the field of a planet has none
     found = [each for each in records if name.startswith(f"{each[2].name}.")]
     longest = max((len(record.name) for _, _, record in found), default=0)
     found = [each for each in found if len(each[2].name) == longest]
