@@ -6,7 +6,7 @@ import time
 import h5py
 import numpy as np
 import pytest
-from ensemble_systems import MASS, STIFFNESS, oscillator, pendulums
+from ensemble_systems import MASS, STIFFNESS, end_process, oscillator, pendulums
 
 import modalprep as mp
 from modalprep.ensemble import Ensemble, draw_cases, read_ensemble, write_ensemble
@@ -107,6 +107,29 @@ def test_a_case_that_fails_is_reported():
         "case 2 (slide.displacement = 0.2, slide.stiffness = -1) failed: stiffness = -1 must not be negative"
     )
     assert np.isfinite(found.percentiles()["slide.displacement"]).all()  # of the first
+
+
+def test_a_process_that_dies_fails_its_own_case_only():
+    """Others of its block are run again."""
+    system = oscillator(loads=(mp.multibody.Callback(name="fault", function=end_process),))
+    start = np.full(12, 0.1)
+    start[9] = 0.6
+    found = mp.simulate_many(system, {"slide.displacement": start}, t_end=0.01, pool="processes", workers=1)
+    assert [k for k, status in enumerate(found.status) if status != "done"] == [9]
+    assert found.message[9] == "its process ended by itself with exit code 3"
+    assert multiprocessing.active_children() == []
+
+
+def test_a_cluster_gives_the_same():
+    distributed = pytest.importorskip("distributed")
+    cases = {"slide.displacement": [0.1, 0.2, 0.3]}
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+    ) as cluster:
+        found = mp.simulate_many(oscillator(), cases, t_end=0.1, scheduler=cluster.scheduler_address)
+    alone = mp.simulate_many(oscillator(), cases, t_end=0.1)
+    assert found.status == ("done",) * 3
+    assert np.array_equal(found["slide.displacement"], alone["slide.displacement"])
 
 
 def test_a_terminal_event_ends_its_case():
@@ -241,6 +264,17 @@ def test_files_keep_everything(three, tmp_path):
     with h5py.File(tmp_path / "three.h5") as file:
         assert file["percentiles"].attrs["levels"].tolist() == [10, 90]
         assert np.array_equal(file["percentiles/elbow.angle"][()], three.percentiles([10, 90])["elbow.angle"])
+
+
+def test_energy_that_does_not_balance_is_a_failure():
+    """The audit of `modalprep simulate` for every case: 500 rad/s by explicit steps of the loosest tolerance."""
+    cases = {"slide.stiffness": [50.0, 5e5]}
+    found = mp.simulate_many(oscillator(), cases, t_end=2.0, rtol=1e-2, method="explicit")
+    assert found.energy_error[0] < 0.1 < found.energy_error[1]  # the limit of `modalprep simulate` at this tolerance
+    assert found.status == ("done", "done")
+    assert found.audit[0] == ""
+    (why,) = found.failures
+    assert why.startswith("case 1 (slide.stiffness = 500000) failed its audit: the energy balances to 2e-01 only")
 
 
 def test_components_and_tables(three):

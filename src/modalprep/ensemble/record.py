@@ -45,7 +45,7 @@ class Ensemble(Record):
     energy_error : (n,) float
         Error of the energy balance relative to the largest energy.
     audit : tuple of str
-        Why the energy balance of a case is not trusted, "" where it is; empty when it was not looked at.
+        Why the energy balance of a case is not trusted, "" where it is; none is "" for all.
     events : dict of (n,) float
         s, first time of each event; NaN where it did not occur.
 
@@ -67,6 +67,11 @@ class Ensemble(Record):
     energy_error: np.ndarray
     audit: tuple[str, ...] = ()
     events: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Give every case an entry of the audit."""
+        object.__setattr__(self, "audit", self.audit or ("",) * len(self.status))
+        super().__post_init__()
 
     def __len__(self) -> int:
         """Number of cases."""

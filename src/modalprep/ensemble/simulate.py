@@ -186,16 +186,16 @@ def _team(task: CaseTask, workers: int, pool: str, scheduler: str | None) -> Tea
 def _dispatch(
     task: CaseTask, collected: Collected, keeper: Keeper, team: Team, progress: Callable[[int], None] | None
 ) -> None:
-    """Give blocks of cases to the workers until all have ended; a block takes about a tenth of a second."""
-    waiting, running, seconds, count = deque(collected.waiting), 0, 0.0, 0
-    while waiting or running:
-        while waiting and team.free > 0 and running < 2 * team.size:
-            share = -(-len(waiting) // (2 * team.size))
-            size = max(1, min(share, int(BLOCK * count / seconds) if seconds else 1))
-            team.submit(tuple(waiting.popleft() for _ in range(size)))
+    """Give blocks of cases to the workers until all have ended."""
+    waiting, alone, running, seconds, count = deque(collected.waiting), [], 0, 0.0, 0
+    while waiting or alone or running:
+        while (waiting or alone) and team.free > 0 and running < 2 * team.size:
+            size = _block(len(waiting), team.size, seconds / count if count else 0.0)
+            team.submit((alone.pop(),) if alone else tuple(waiting.popleft() for _ in range(size)))
             running += 1
-        for _, block in team.collect(TICK):
+        for job, block in team.collect(TICK):
             running -= 1
+            alone += [] if block else job  # their worker has died: one by one, only the cause fails
             for ended in block:
                 collected.take(ended)
                 seconds, count = seconds + ended.seconds, count + 1
@@ -203,3 +203,15 @@ def _dispatch(
                 progress(collected.finished)
         if keeper.due:
             keeper.write(collected.record())
+
+
+def _block(waiting: int, workers: int, seconds: float) -> int:
+    """Return how many cases of so many seconds each a worker gets at once; one as long as that is not known.
+
+    Examples
+    --------
+    >>> _block(1000, 2, 0.002), _block(1000, 2, 3.0), _block(10, 2, 0.002), _block(1000, 2, 0.0)
+    (50, 1, 3, 1)
+    """
+    share = -(-waiting // (2 * workers))
+    return max(1, min(share, int(BLOCK / seconds))) if seconds > 0 else 1

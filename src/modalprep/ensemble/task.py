@@ -69,8 +69,8 @@ class CaseTask:
         return [self._run(case) for case in job]
 
     def lost(self, job: Block, cause: str) -> list[Ended]:
-        """Return the outcomes of a block whose worker has died."""
-        return [Ended(case, FAILED, cause, 0.0) for case in job]
+        """Return the outcome of a case whose worker has died; none of a block, whose cases are run again one by one."""
+        return [Ended(case, FAILED, cause, 0.0) for case in job] if len(job) == 1 else []
 
     def tidy(self, job: Block, process: int) -> None:
         """Nothing is left of a case."""

@@ -161,9 +161,8 @@ def write_cases(ensemble: Ensemble, path: str | Path) -> Path:
 
 
 def _causes(ensemble: Ensemble) -> list[str]:
-    audit = ensemble.audit or ("",) * len(ensemble)
-    pairs = zip(ensemble.status, ensemble.message, audit, strict=True)
-    return [why if status == "done" else message for status, message, why in pairs]
+    rows = zip(ensemble.status, ensemble.message, ensemble.audit, strict=True)
+    return [why if status == "done" else message for status, message, why in rows]
 
 
 def _write(path: str | Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
