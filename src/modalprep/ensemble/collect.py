@@ -38,8 +38,8 @@ class Collected:
 
     @property
     def waiting(self) -> list[int]:
-        """Cases that are to be run: also those that failed before."""
-        return [case for case, status in enumerate(self.status) if status not in (DONE, DIVERGED)]
+        """Cases that are to be run."""
+        return [case for case, status in enumerate(self.status) if status == WAITING]
 
     @property
     def finished(self) -> int:
@@ -56,7 +56,7 @@ class Collected:
                 found[name][case] = values
 
     def adopt(self, before: Ensemble | None) -> None:
-        """Take the finished cases of an earlier call."""
+        """Take the finished cases of an earlier call; those that failed are to be run again."""
         for case in range(len(before) if before is not None else 0):
             if before.status[case] in (DONE, DIVERGED):
                 tables = ({name: values[case] for name, values in table.items()}
