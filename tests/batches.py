@@ -11,7 +11,6 @@ import numpy as np
 from bad.good import BEAM
 
 import modalprep as mp
-from modalprep.pipeline.batch.work import work
 
 ENTRY = "from modalprep.cli import entry; entry()"
 
@@ -72,11 +71,11 @@ class Inline:
 
     size = free = 1
 
-    def __init__(self, size, setting):
-        self.setting, self.done = setting, []
+    def __init__(self, size, task):
+        self.task, self.done = task, []
 
     def submit(self, job):
-        self.done.append((job, work(job, self.setting)))
+        self.done.append((job, self.task.run(job)))
 
     def collect(self, seconds):
         done, self.done = self.done, []

@@ -1,7 +1,7 @@
 """modalprep: finite-element meshes to flexible bodies for multibody dynamics, and their simulation.
 
-The names of the tour stand here, the others in `modalprep.fe`, `reduction`, `body`, `multibody`, `formats`, `report`
-and `linalg`. A name is loaded on first use, so that ``import modalprep`` costs nothing.
+The names of the tour stand here, the others in `modalprep.fe`, `reduction`, `body`, `multibody`, `ensemble`, `formats`,
+`report` and `linalg`. A name is loaded on first use, so that ``import modalprep`` costs nothing.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from modalprep.lazy import lazy
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
     from modalprep import body as body
+    from modalprep import ensemble as ensemble
     from modalprep import fe as fe
     from modalprep import formats as formats
     from modalprep import linalg as linalg
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from modalprep.body.build import flexible_body as flexible_body
     from modalprep.body.checks import check_body as check_body
     from modalprep.body.rigid import rigid_body as rigid_body
+    from modalprep.ensemble.simulate import simulate_many as simulate_many
     from modalprep.errors import AccuracyError as AccuracyError
     from modalprep.errors import InputError as InputError
     from modalprep.errors import MechanismError as MechanismError
@@ -77,6 +79,7 @@ _NAMES = {
     "multibody.model.loads": "PointForce",
     "multibody.model.events": "Event",
     "multibody.simulate": "simulate",
+    "ensemble.simulate": "simulate_many",
     "multibody.results.result": "Result",
     "multibody.analysis.equilibrium": "static_equilibrium",
     "multibody.analysis.linearise": "linearise",

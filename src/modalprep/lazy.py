@@ -9,7 +9,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from typing import Any
 
-PACKAGES = ("fe", "reduction", "body", "multibody", "formats", "report", "linalg")  # those with public names
+# those with public names
+PACKAGES = ("fe", "reduction", "body", "multibody", "ensemble", "formats", "report", "linalg")
 
 
 def lazy(package: str, names: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:

@@ -21,11 +21,12 @@ from modalprep.pipeline.batch.console import Progress
 from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import Job, Setting
 from modalprep.pipeline.batch.manifest import input_digests
+from modalprep.pipeline.batch.task import JobTask
 from modalprep.pipeline.batch.work import work
-from modalprep.pipeline.batch.workers import THREADS, Processes, share_threads
 from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.workers import THREADS, Processes, share_threads
 
 
 @pytest.fixture
@@ -58,8 +59,8 @@ def test_a_resumed_batch_shares_the_processors_as_the_first(project, tmp_path, c
     sizes = []
 
     class Counted(Inline):
-        def __init__(self, size, setting):
-            super().__init__(size, setting)
+        def __init__(self, size, task):
+            super().__init__(size, task)
             sizes.append(size)
 
     monkeypatch.setattr("modalprep.pipeline.batch.batch.Processes", Counted)
@@ -198,7 +199,7 @@ def test_exported_threads_do_not_overrule_the_share_of_a_job(monkeypatch, export
 
 def test_a_process_that_dies_fails_its_own_job_only(job, setting):
     """As when the machine runs out of memory: the cause is told, and another process takes the next job."""
-    team = Processes(1, setting)
+    team = Processes(1, JobTask(setting))
     try:
         team.submit(job)
         assert team.free == 0

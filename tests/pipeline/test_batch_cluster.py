@@ -122,7 +122,7 @@ def test_an_assembly_in_components(project, tmp_path, scheduler, workers):
 
 
 def test_no_scheduler(project, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("modalprep.pipeline.batch.workers.ANSWER", "1s")
+    monkeypatch.setattr("modalprep.workers.ANSWER", "1s")
     file = write_grid(project, tmp_path / "beam.toml", reduction__modes=[2])
     assert main(["batch", str(file), "--scheduler", "tcp://127.0.0.1:9"]) == 2
     error = capsys.readouterr().err

@@ -7,7 +7,9 @@ import sys
 
 import pytest
 
-BASE = {"errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook"}
+BASE = {
+    "errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook", "workers",
+}  # fmt: skip
 MAY_IMPORT = {
     "linalg": BASE,
     "fe": BASE | {"linalg"},
@@ -15,8 +17,9 @@ MAY_IMPORT = {
     "body": BASE | {"linalg", "fe", "reduction"},
     "multibody": BASE | {"body"},
     "formats": BASE | {"linalg", "fe", "body", "reduction", "multibody"},
-    "report": BASE | {"fe", "body", "reduction", "multibody", "formats"},
-    "pipeline": BASE | {"body", "fe", "formats", "linalg", "multibody", "reduction", "report"},
+    "ensemble": BASE | {"multibody", "formats"},
+    "report": BASE | {"fe", "body", "reduction", "multibody", "formats", "ensemble"},
+    "pipeline": BASE | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
@@ -29,7 +32,8 @@ LAYERS = {
         "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "mac", "plots", "summary", "scene", "analysis", "synthesis", "page",
+        "tables", "pictures", "check_tables", "mac", "plots", "summary", "scene", "analysis", "synthesis", "ensemble",
+        "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch"),
 }  # fmt: skip

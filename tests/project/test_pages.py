@@ -11,7 +11,9 @@ from scipy.io import mmwrite
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.cli.commands import app
+from modalprep.ensemble.cases import DISTRIBUTIONS
 from modalprep.examples import uniform_beam
+from modalprep.pipeline.schema.analysis import DistributionTable
 from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.properties import Section
@@ -83,6 +85,36 @@ def test_loop_block_is_valid(page):
     hinges = {name: {"type": "revolute", "child": f"{name}.root"} for name in ("pinion", "wheel")}
     bodies = {name: {"file": f"{name}.h5"} for name in ("rocker", "coupler", "pinion", "wheel")}
     Pipeline.model_validate({"bodies": bodies, "joints": hinges, "simulation": {"t_end": 1.0}, **loop})
+
+
+def test_ensemble_block_runs(page, tmp_path, capsys):
+    """With the satellite of the page and some of its cases; its Python runs too."""
+    text = page("reference/simulation.md")
+    system, _, ensemble = blocks(text, "toml")
+    places = {"root": [0, 0, 0], "side": [0.5, 0, 0], "nozzle": [0, 0, -0.5]}
+    bus = mp.rigid_body(
+        "bus", mass=200.0, centre=np.zeros(3), inertia=40 * np.eye(3),
+        interfaces={name: np.array(place, dtype=float) for name, place in places.items()},
+    )  # fmt: skip
+    mp.write_body(bus, tmp_path / "bus.h5")
+    mp.write_body(uniform_beam(modes=2), tmp_path / "boom.h5")
+    few = ensemble.replace("cases = 256", "cases = 2")
+    (tmp_path / "job.toml").write_text(system.replace("t_end = 5.0", "t_end = 0.1") + few)
+    assert main(["simulate", str(tmp_path / "job.toml")]) == 0
+    listed = set(re.findall(r"`X(-ensemble[\w.-]+)`", text))
+    made = {file.name.removeprefix("job") for file in (tmp_path / "output/job").glob("*-ensemble*")}
+    assert made == listed - {"-ensemble.png"} | {"-ensemble-1.png", "-ensemble-2.png"}
+    scope: dict = {}
+    for block in blocks(text, "python"):
+        exec(compile(block, "simulation.md", "exec"), scope)
+    assert scope["found"].status == ("done",) * 16
+
+
+def test_simulation_page_names_every_distribution(page):
+    told = re.findall(
+        r"^\| `(\w+)` \| [^|]*\|$", page("reference/simulation.md").split("## Ensembles")[1], re.MULTILINE
+    )
+    assert set(told) == set(DISTRIBUTIONS) == set(DistributionTable.model_fields)
 
 
 def test_simulation_page_names_every_joint_and_table(page):

@@ -18,6 +18,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "system": outcome.synthesised.summary() if outcome.synthesised else {},
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},
+        "ensemble": ensemble(simulated.ensemble) if simulated else {},
         "notes": outcome.notes,
         "failures": list(outcome.failures),
     }
@@ -34,7 +35,16 @@ def runs(simulated: Any) -> dict[str, Any]:
 def simulation(simulated: Any, reporter: Any) -> dict[str, Any]:
     """Return the runs of a simulation, its files, and why its audit failed."""
     files = [str(f) for f in reporter.files]
-    return {"runs": runs(simulated), "files": files, "failures": list(simulated.failures)}
+    found = {"ensemble": ensemble(simulated.ensemble)} if simulated.ensemble is not None else {}
+    return {"runs": runs(simulated), **found, "files": files, "failures": list(simulated.failures)}
+
+
+def ensemble(found: Any) -> dict[str, Any]:
+    """Return the counts of the cases of an ensemble by status, and a sentence for each that failed; empty without."""
+    if found is None:
+        return {}
+    counts = {status: found.status.count(status) for status in dict.fromkeys(("done", *found.status))}
+    return {"cases": len(found), **counts, "failures": list(found.failures)}
 
 
 def mode_rows(table: Any) -> list[dict[str, Any]]:

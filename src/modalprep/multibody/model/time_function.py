@@ -161,9 +161,28 @@ class TimeFunction:
         value, rate, acceleration = checked(piece, np.array([t]))[:, 0].tolist()
         return value, rate, acceleration
 
+    def __reduce__(self) -> tuple:
+        """Copies in other processes are made anew: what evaluates a piece cannot be sent."""
+        return TimeFunction, (self.source,)
+
     def __neg__(self) -> TimeFunction:
         """Return the function with the opposite sign."""
         return TimeFunction([(until, _minus(what)) for until, what in self.given])
+
+    def scaled(self, factor: float) -> TimeFunction:
+        """Return the function times a number.
+
+        Returns
+        -------
+        TimeFunction
+            Of as many pieces.
+
+        Examples
+        --------
+        >>> TimeFunction("t**2").scaled(2.0)(3.0)
+        (18.0, 12.0, 4.0)
+        """
+        return TimeFunction([(until, _times(what, float(factor))) for until, what in self.given])
 
     @property
     def given(self) -> list[tuple]:
@@ -207,6 +226,12 @@ def _minus(what: Any) -> Any:
     if isinstance(what, PPoly):
         return PPoly(-what.c, what.x)
     return f"-({what})" if isinstance(what, str) else -what
+
+
+def _times(what: Any, factor: float) -> Any:
+    if isinstance(what, PPoly):
+        return PPoly(factor * what.c, what.x)
+    return f"({factor!r})*({what})" if isinstance(what, str) else factor * what
 
 
 def _piece(until: float, what: Any) -> Piece:

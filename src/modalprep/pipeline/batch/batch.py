@@ -16,11 +16,12 @@ from modalprep.pipeline.batch.console import Progress, jobs_table
 from modalprep.pipeline.batch.grid import find_jobs
 from modalprep.pipeline.batch.job import DONE, Job, Record, Setting
 from modalprep.pipeline.batch.manifest import finished
-from modalprep.pipeline.batch.workers import Cluster, Processes, Team
+from modalprep.pipeline.batch.task import JobTask
 from modalprep.pipeline.build.program import program
 from modalprep.pipeline.build.sources import body_pipelines, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.workers import Cluster, Processes, Team
 
 TICK = 0.5  # s, refresh interval of the progress bar
 
@@ -119,7 +120,8 @@ def list_batch(batch: Batch, reporter: Reporter) -> dict[str, Any]:
 
 @contextmanager
 def _team(jobs: int, scheduler: str | None, setting: Setting) -> Iterator[Team]:
-    team = Cluster(scheduler, setting) if scheduler else Processes(jobs, setting)
+    task = JobTask(setting)
+    team = Cluster(scheduler, task) if scheduler else Processes(jobs, task)
     try:
         yield team
     finally:

@@ -1,6 +1,6 @@
 """Jobs of a batch and their records.
 
-Light to import, like `workers`: a worker process sets its threads before numpy is loaded.
+Light to import, like `modalprep.workers`: a worker process sets its threads before numpy is loaded.
 """
 
 from __future__ import annotations

@@ -1,15 +1,18 @@
-"""Analyses in pipeline files: equilibrium, modes, linear equations, frequency response, inverse dynamics."""
+"""Analyses and ensembles in pipeline files: equilibrium, modes, linear equations, responses, forces; many cases."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.formats.statespace import WRITERS
-from modalprep.pipeline.schema.base import ReferenceTable, Table
+from modalprep.pipeline.schema.base import Angle, ReferenceTable, Table
 from modalprep.pipeline.schema.system import EACH, THEORY, Theory
-from modalprep.pipeline.schema.time import TIME, Time
+from modalprep.pipeline.schema.time import TIME, Time, form
+
+ANGLES = ("angle", "free_position", "lower", "upper", "rotation")  # fields that may be given in degrees
+Numbers = list[Angle]
 
 
 class ResponseTable(Table):
@@ -73,3 +76,74 @@ class AnalysisTable(Table):
         if self.response is not None and not (self.inputs and self.outputs):
             raise ValueError("a response needs both 'inputs' and 'outputs'")
         return self
+
+
+class DistributionTable(Table):
+    """A distribution; exactly one of its keys."""
+
+    normal: Numbers | None = Field(None, description="[mean, standard deviation]")
+    uniform: Numbers | None = Field(None, description="[lower, upper]")
+    lognormal: Numbers | None = Field(None, description="[median, standard deviation of the logarithm]")
+    triangular: Numbers | None = Field(None, description="[lower, mode, upper]")
+
+    @model_validator(mode="after")
+    def _one(self) -> DistributionTable:
+        if len(self.given) != 1:
+            raise ValueError(f"a distribution needs exactly one of {', '.join(type(self).model_fields)}")
+        return self
+
+    @property
+    def given(self) -> dict[str, Numbers]:
+        """The distribution by its name."""
+        return {name: numbers for name, numbers in self if numbers is not None}
+
+
+Values = Annotated[Annotated[Numbers, Tag("list")] | Annotated[DistributionTable, Tag("table")], Discriminator(form)]
+
+
+class EnsembleTable(Table):
+    """Many runs of the [simulation] that differ in start values, parameters of joints and loads, or gravity."""
+
+    parameters: Annotated[dict[str, Values], Field(min_length=1)] = Field(
+        description='by name in quotes, such as "hinge.angle", "stay.stiffness", "push.amplitude", "gravity.y": a '
+        "distribution such as { normal = [0.0, 0.1] }, or a list with a value for each case"
+    )
+    cases: Annotated[int, Field(ge=1, le=1_000_000)] | None = Field(
+        None, description="number of cases; not needed where a parameter has a list"
+    )
+    seed: Annotated[int, Field(ge=0)] = Field(0, description="equal seeds draw equal cases")
+    sampling: Literal["random", "latin_hypercube", "sobol"] = Field(
+        "random", description="sobol: best with a power of two cases"
+    )
+    channels: Annotated[list[str], Field(min_length=1)] = Field(description="that are kept, plotted and tabulated")
+    percentiles: Annotated[list[Annotated[float, Field(ge=0, le=100)]], Field(min_length=1)] = Field(
+        [5.0, 50.0, 95.0], description="of the bands and tables, %"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _degrees_are_angles(cls, data: Any) -> Any:
+        parameters = data.get("parameters") if isinstance(data, dict) else None
+        for name, given in parameters.items() if isinstance(parameters, dict) else ():
+            lists = given.values() if isinstance(given, dict) else [given]
+            texts = [x for numbers in lists if isinstance(numbers, list) for x in numbers if isinstance(x, str)]
+            if texts and not set(name.split(".")[1:]) & set(ANGLES):
+                raise ValueError(f"{name!r} is no angle, but {texts[0]!r} is text; write the number in SI units")
+        return data
+
+    @model_validator(mode="after")
+    def _counted(self) -> EnsembleTable:
+        lengths = {name: len(values) for name, values in self.parameters.items() if isinstance(values, list)}
+        if self.cases is None and not lengths:
+            raise ValueError("an ensemble of distributions needs the number of 'cases'")
+        for name, length in lengths.items():
+            if length != self.count:
+                raise ValueError(f"{name!r} has {length} values, but there are {self.count} cases; give one for each")
+        return self
+
+    @property
+    def count(self) -> int:
+        """Number of cases."""
+        if self.cases is not None:
+            return self.cases
+        return next(len(values) for values in self.parameters.values() if isinstance(values, list))

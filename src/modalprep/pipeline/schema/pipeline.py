@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.formats.export import EXPORTS
-from modalprep.pipeline.schema.analysis import AnalysisTable
+from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
@@ -105,6 +105,7 @@ class Pipeline(ForceElements):
     events: dict[str, EventTable] = Field({}, description="zero crossings of channels and their effects")
     environment: EnvironmentTable = Field(EnvironmentTable())
     simulation: SimulationTable | None = None
+    ensemble: EnsembleTable | None = None
     analysis: AnalysisTable | None = None
     plots: list[PlotTable] = Field([])
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
@@ -175,6 +176,12 @@ class Pipeline(ForceElements):
     def _events_have_a_run(self) -> Pipeline:
         if self.events and (self.simulation is None or self.simulation.variables != "joint"):
             raise ValueError("[events] need a [simulation] in joint variables; add one, or leave them out")
+        return self
+
+    @model_validator(mode="after")
+    def _ensemble_has_a_run(self) -> Pipeline:
+        if self.ensemble and (self.simulation is None or self.simulation.variables != "joint" or self.deployments):
+            raise ValueError("[ensemble] needs a [simulation] in joint variables without [deployments]")
         return self
 
     @field_validator("loads")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from modalprep.ensemble.parameters import Parameters
 from modalprep.multibody.analysis.inputs_outputs import Input, output
 from modalprep.multibody.deploying.simulate import deployment_channels
 from modalprep.multibody.deploying.system import DeployingSystem
@@ -80,20 +81,23 @@ def _waits(name: str, made: set[str]) -> bool:
 def refuse_channels(
     pipeline: Pipeline, system: System | DeployingSystem, path: Path, made: set[str] = frozenset()
 ) -> None:
-    """Refuse outputs and plots of channels that a run does not have; those of the modes of stand-ins are not looked at.
+    """Refuse channels and parameters that a run does not have; channels of the modes of stand-ins are not looked at.
 
     Raises
     ------
     InputError
-        Which names the channel.
+        Which names the channel or the parameter.
     """
     with naming(path):
         known = _channels(pipeline.simulation, system)
         plotted = [name for plot in pipeline.plots for name in plot.channels]
         plotted += [f"{plot.relative_to}.origin" for plot in pipeline.plots if plot.relative_to is not None]
-        for name in [*pipeline.simulation.output, *plotted]:
+        kept = pipeline.ensemble.channels if pipeline.ensemble else []
+        for name in [*pipeline.simulation.output, *plotted, *kept]:
             if not _waits(name, made):
                 known[name]
+        if pipeline.ensemble is not None:
+            Parameters(system, list(pipeline.ensemble.parameters))
 
 
 def _channels(table: SimulationTable, system: System | DeployingSystem) -> Result:

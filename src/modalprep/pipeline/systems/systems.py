@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from modalprep.atomic import refuse_folder
+from modalprep.ensemble.record import Ensemble
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.multibody.deploying.simulate import simulate_deployment
@@ -21,6 +22,7 @@ from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.events import read_events
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
 
@@ -33,12 +35,13 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """The system, its runs by label (the main one first), the files written, and why the main run failed its audit."""
+    """The system, its runs by label (the main one first), files, why the main run or a case failed, the ensemble."""
 
     system: System | DeployingSystem
     runs: dict[str, Result]
     files: list[Path]
     failures: tuple[str, ...] = ()
+    ensemble: Ensemble | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -56,7 +59,7 @@ def simulate_pipeline(
     geometric_stiffness: bool = True,
     reference: bool = False,
 ) -> Simulated:
-    """Run the simulation part of a pipeline file; write HDF5 and CSV.
+    """Run the simulation part of a pipeline file, then its ensemble; write HDF5 and CSV.
 
     Raises
     ------
@@ -69,7 +72,9 @@ def simulate_pipeline(
     if pipeline.simulation is None:
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
-    refuse_overwriting((target, _csv_beside(target)), [*needed_files(path), *made_bodies(path, output)])
+    stem = target.with_name(path.stem)
+    written = (target, _csv_beside(target), *ensemble_files(pipeline.ensemble, stem))
+    refuse_overwriting(written, [*needed_files(path), *made_bodies(path, output)])
     refuse_before_work(pipeline, path)
     system = read_system(pipeline, path, output, reporter)
     refuse_channels(pipeline, system, path)
@@ -89,7 +94,11 @@ def simulate_pipeline(
         reporter.wrote(file)
     weight = sum(body.m for body in system.bodies.values())
     found = failures(main, pipeline.simulation.rtol, weight)
-    return Simulated(system, runs, files, tuple(f"{path}: {why}" for why in found))
+    ensemble = None
+    if pipeline.ensemble is not None:
+        ensemble = simulate_ensemble(path, pipeline, next(iter(variants.values())), main, stem, reporter)
+        found += ensemble_failures(ensemble)
+    return Simulated(system, runs, files, tuple(f"{path}: {why}" for why in found), ensemble)
 
 
 def _csv_beside(target: Path) -> Path:

@@ -1,4 +1,4 @@
-"""Workers of a batch: local processes or a Dask cluster.
+"""Workers that run the jobs of a task: threads, local processes or a Dask cluster.
 
 Light to import: a worker process sets its threads before numpy is loaded.
 """
@@ -11,21 +11,32 @@ import os
 import signal
 import threading
 from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager, suppress
 from multiprocessing import connection, resource_tracker
 from typing import Any, Protocol
 
-from modalprep.atomic import remove_temporary
 from modalprep.errors import InputError
-from modalprep.pipeline.batch.job import Job, Record, Setting, failure
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 ANSWER = "30s"  # s, timeout of a scheduler
 
 
+class Task(Protocol):
+    """What workers do with a job; it is sent to processes and clusters, and must be light to import."""
+
+    def run(self, job: Any) -> Any:
+        """Return the outcome of a job; nothing is raised."""
+
+    def lost(self, job: Any, cause: str) -> Any:
+        """Return the outcome of a job whose worker has died."""
+
+    def tidy(self, job: Any, process: int) -> None:
+        """Remove what a process that was stopped has left of a job."""
+
+
 class Team(Protocol):
-    """Workers of a batch.
+    """Workers of a task.
 
     Attributes
     ----------
@@ -39,14 +50,46 @@ class Team(Protocol):
     def free(self) -> int:
         """Jobs that may be submitted now."""
 
-    def submit(self, job: Job) -> None:
+    def submit(self, job: Any) -> None:
         """Start a job, or queue it."""
 
-    def collect(self, seconds: float) -> list[tuple[Job, Record]]:
+    def collect(self, seconds: float) -> list[tuple[Any, Any]]:
         """Wait at most so long for a job to end; return those that did."""
 
     def close(self) -> None:
         """Release the workers and stop running jobs."""
+
+
+class Threads:
+    """Threads of this process, for jobs that spend most of their time in compiled code.
+
+    Parameters
+    ----------
+    size : int
+    task : Task
+    """
+
+    def __init__(self, size: int, task: Task) -> None:
+        self.size, self._task = size, task
+        self._executor, self._running = ThreadPoolExecutor(size), {}
+
+    @property
+    def free(self) -> int:
+        """Jobs that may be submitted now: each thread has the next one waiting."""
+        return 2 * self.size - len(self._running)
+
+    def submit(self, job: Any) -> None:
+        """Queue a job."""
+        self._running[self._executor.submit(self._task.run, job)] = job
+
+    def collect(self, seconds: float) -> list[tuple[Any, Any]]:
+        """Wait at most so long for a job to end; return those that did."""
+        done = wait(self._running, seconds, return_when=FIRST_COMPLETED).done
+        return [(self._running.pop(future), future.result()) for future in done]
+
+    def close(self) -> None:
+        """Wait for the jobs that run; those that have not begun are left out."""
+        self._executor.shutdown(cancel_futures=True)
 
 
 class Processes:
@@ -57,66 +100,63 @@ class Processes:
     Parameters
     ----------
     size : int
-    setting : Setting
+    task : Task
     """
 
-    def __init__(self, size: int, setting: Setting) -> None:
-        self.size, self._setting = size, setting
+    def __init__(self, size: int, task: Task) -> None:
+        self.size, self._task = size, task
         self._idle: list[_Process] = []
-        self._busy: dict[_Process, Job] = {}
+        self._busy: dict[_Process, Any] = {}
 
     @property
     def free(self) -> int:
         """Jobs that may be submitted now."""
         return self.size - len(self._busy)
 
-    def submit(self, job: Job) -> None:
+    def submit(self, job: Any) -> None:
         """Give a job to an idle process, or to a new one."""
-        process = self._idle.pop() if self._idle else _Process(max(1, processors() // self.size))
+        process = self._idle.pop() if self._idle else _Process(max(1, processors() // self.size), self._task)
         self._busy[process] = job
-        process.start(job, self._setting)
+        process.send(job)
 
-    def collect(self, seconds: float) -> list[tuple[Job, Record]]:
+    def collect(self, seconds: float) -> list[tuple[Any, Any]]:
         """Wait at most so long for a job to end; return those that did."""
         ended = connection.wait([process.pipe for process in self._busy], seconds)
         return [self._end(process) for process in list(self._busy) if process.pipe in ended]
 
-    def _end(self, process: _Process) -> tuple[Job, Record]:
+    def _end(self, process: _Process) -> tuple[Any, Any]:
         job = self._busy.pop(process)
         try:
-            record = process.pipe.recv()
+            outcome = process.pipe.recv()
             self._idle.append(process)
         except (EOFError, OSError):
-            record = failure(job, process.exit_report())
-            self._tidy(process, job)
-        return job, record
+            outcome = self._task.lost(job, process.exit_report())
+            self._task.tidy(job, process.pid)
+        return job, outcome
 
     def close(self) -> None:
         """Stop the processes."""
         for process in (*self._idle, *self._busy):
             process.stop()
         for process, job in self._busy.items():
-            self._tidy(process, job)
-
-    def _tidy(self, process: _Process, job: Job) -> None:
-        for folder in {job.folder.parent, self._setting.cache} - {None}:
-            remove_temporary(folder, process.pid)
+            self._task.tidy(job, process.pid)
 
 
 class _Process:
-    """A spawned process and the pipe to it: jobs go in, records come out."""
+    """A spawned process and the pipe to it: the task and then jobs go in, outcomes come out."""
 
-    def __init__(self, threads: int) -> None:
+    def __init__(self, threads: int, task: Task) -> None:
         context = multiprocessing.get_context("spawn")
         self.pipe, other = context.Pipe()
         self._process = context.Process(target=_serve, args=(other, threads), daemon=True)
         with _ignore_interrupts():
             self._process.start()
         other.close()  # so that the pipe closes with the process
+        self.send(task)
 
-    def start(self, job: Job, setting: Setting) -> None:
+    def send(self, what: Any) -> None:
         with suppress(OSError):  # it died: `collect` finds the pipe closed
-            self.pipe.send((job, setting))
+            self.pipe.send(what)
 
     def exit_report(self) -> str:
         """Report how the process ended."""
@@ -171,11 +211,10 @@ def _serve(pipe: connection.Connection, threads: int) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
     share_threads(threads)
-    from modalprep.pipeline.batch.work import work
-
     with suppress(EOFError, OSError):
+        task = pipe.recv()
         while True:
-            pipe.send(work(*pipe.recv()))
+            pipe.send(task.run(pipe.recv()))
 
 
 def share_threads(threads: int) -> None:
@@ -190,11 +229,17 @@ def share_threads(threads: int) -> None:
     >>> os.environ.update(before)
     """
     for name in THREADS:
-        os.environ[name] = str(min(threads, _exported(name)))
+        os.environ[name] = str(min(threads, exported_threads(name)))
 
 
-def _exported(name: str) -> float:
-    """Return the number of threads that the user's environment allows; a share of the processors may be less."""
+def exported_threads(name: str) -> float:
+    """Return the number of threads that the user's environment allows; a share of the processors may be less.
+
+    Examples
+    --------
+    >>> exported_threads("NO_SUCH_NAME")
+    inf
+    """
     text = os.environ.get(name, "")
     return max(1, int(text)) if text.isdecimal() else math.inf
 
@@ -214,7 +259,7 @@ class Cluster:
     ----------
     address : str
         Of the scheduler, such as ``tcp://host:8786``.
-    setting : Setting
+    task : Task
 
     Raises
     ------
@@ -222,11 +267,11 @@ class Cluster:
         When `distributed` is not installed, no scheduler answers, or it has no workers.
     """
 
-    def __init__(self, address: str, setting: Setting) -> None:
+    def __init__(self, address: str, task: Task) -> None:
         try:
             from distributed import Client
         except ImportError:
-            raise InputError("--scheduler needs Dask: pip install 'modalprep[cluster]'") from None
+            raise InputError("a scheduler needs Dask: pip install 'modalprep[cluster]'") from None
         try:
             self._client = Client(address, timeout=ANSWER, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:
@@ -235,35 +280,32 @@ class Cluster:
         if not self.size:
             self._client.close()
             raise InputError(f"the Dask scheduler at {address} has no workers; start some with: dask worker {address}")
-        self._setting = setting
+        self._task = task
         self._executor = self._client.get_executor(pure=False)
-        self._running: dict[Future, Job] = {}
+        self._running: dict[Future, Any] = {}
 
     @property
     def free(self) -> int:
         """Jobs that may be submitted now: any number, because the scheduler has a queue."""
         return 2**31
 
-    def submit(self, job: Job) -> None:
+    def submit(self, job: Any) -> None:
         """Queue a job at the scheduler."""
-        from modalprep.pipeline.batch.work import work
+        self._running[self._executor.submit(self._task.run, job)] = job
 
-        self._running[self._executor.submit(work, job, self._setting)] = job
-
-    def collect(self, seconds: float) -> list[tuple[Job, Record]]:
+    def collect(self, seconds: float) -> list[tuple[Any, Any]]:
         """Wait at most so long for a job to end; return those that did."""
         done = wait(self._running, seconds, return_when=FIRST_COMPLETED).done
         ended = [(self._running.pop(future), future) for future in done]
-        return [(job, _result(job, future)) for job, future in ended]
+        return [(job, self._outcome(job, future)) for job, future in ended]
+
+    def _outcome(self, job: Any, future: Future) -> Any:
+        error: Any = future.exception() if not future.cancelled() else "the scheduler has let go of it"
+        if error is None:
+            return future.result()
+        return self._task.lost(job, f"lost by the cluster: {' '.join(str(error).split())}")
 
     def close(self) -> None:
         """Disconnect from the cluster; its workers keep running."""
         self._executor.shutdown(wait=False)
         self._client.close()
-
-
-def _result(job: Job, future: Future) -> Record:
-    error: Any = future.exception() if not future.cancelled() else "the scheduler has let go of it"
-    if error is None:
-        return future.result()
-    return failure(job, f"lost by the cluster: {' '.join(str(error).split())}")

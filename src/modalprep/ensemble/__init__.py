@@ -1,0 +1,20 @@
+"""Ensembles: one system, many cases."""
+
+from __future__ import annotations
+
+from modalprep.lazy import lazy
+
+TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
+if TYPE_CHECKING:
+    from modalprep.ensemble.cases import draw_cases as draw_cases
+    from modalprep.ensemble.file import read_ensemble as read_ensemble
+    from modalprep.ensemble.file import write_ensemble as write_ensemble
+    from modalprep.ensemble.record import Ensemble as Ensemble
+
+_NAMES = {
+    "record": "Ensemble",
+    "cases": "draw_cases",
+    "file": "write_ensemble read_ensemble",
+}
+if not TYPE_CHECKING:  # to which other names are mistakes
+    __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

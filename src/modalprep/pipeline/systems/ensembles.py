@@ -1,0 +1,108 @@
+"""The [ensemble] of a pipeline file: its cases, its files, its tables and plots."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modalprep.ensemble.cases import draw_cases
+from modalprep.ensemble.collect import Collected
+from modalprep.ensemble.file import Keeper, write_ensemble
+from modalprep.ensemble.record import Ensemble
+from modalprep.ensemble.simulate import identity, plan, run_cases
+from modalprep.ensemble.task import CaseTask
+from modalprep.errors import InputError
+from modalprep.multibody.model.system import System
+from modalprep.multibody.results.result import Result
+from modalprep.pipeline.build.program import program
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.analysis import EnsembleTable
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.report.ensemble import band_plot, statistics_table, write_cases, write_statistics
+
+TOLD = 5  # cases that failed and are named on the console
+
+
+def ensemble_files(table: EnsembleTable | None, stem: Path) -> list[Path]:
+    """Return the files that an ensemble writes, those with numbers first; `stem` is the folder and the file's name."""
+    if table is None:
+        return []
+    names = [".h5", ".csv", "-cases.csv", *(f"{suffix}.png" for suffix in _suffixes(len(table.channels)))]
+    return [stem.with_name(f"{stem.name}-ensemble{name}") for name in names]
+
+
+def _suffixes(count: int) -> list[str]:
+    return [""] if count == 1 else [f"-{number + 1}" for number in range(count)]
+
+
+def simulate_ensemble(
+    path: Path, pipeline: Pipeline, system: System, nominal: Result, stem: Path, reporter: Reporter
+) -> Ensemble:
+    """Run the cases of an ensemble, write its files, and print its table.
+
+    Finished cases of an interrupted ensemble, and of one that had failed cases, are taken from its file.
+
+    Raises
+    ------
+    InputError
+        When a distribution cannot be used.
+    """
+    table, files = pipeline.ensemble, ensemble_files(pipeline.ensemble, stem)
+    with naming(path), naming("[ensemble]"):
+        task = plan(system, _cases(table), table.channels, _options(pipeline))
+    whose = identity(task) | {"program": program()["sources_sha256"]}
+    collected = _begun(task, Keeper(files[0], whose), reporter)
+    with reporter.progress(f"{path.name}: ensemble of {table.count} cases", table.count) as progress:
+        found = run_cases(task, collected, Keeper(files[0], whose), progress=progress)
+    _tell(found, table, reporter)
+    reporter.wrote(write_ensemble(found, files[0], levels=table.percentiles, identity=whose))
+    reporter.wrote(write_statistics(found, files[1], table.percentiles))
+    reporter.wrote(write_cases(found, files[2]))
+    for channel, file in zip(table.channels, files[3:], strict=True):
+        reporter.wrote(band_plot(found, channel, file, levels=table.percentiles, nominal=nominal))
+    return found
+
+
+def _cases(table: EnsembleTable) -> dict[str, np.ndarray]:
+    """Return the values of each parameter, those drawn and those listed."""
+    laws = {name: values.given for name, values in table.parameters.items() if not isinstance(values, list)}
+    drawn = draw_cases(laws, table.count, seed=table.seed, sampling=table.sampling) if laws else {}
+    return {name: drawn[name] if name in drawn else np.array(values) for name, values in table.parameters.items()}
+
+
+def _options(pipeline: Pipeline) -> dict[str, Any]:
+    s = pipeline.simulation
+    names = ("t_end", "output_step", "rtol", "atol", "method")
+    return {name: getattr(s, name) for name in names} | {"events": read_events(pipeline.events)}
+
+
+def _begun(task: CaseTask, keeper: Keeper, reporter: Reporter) -> Collected:
+    """Return the cases with those finished before; a file of another ensemble is replaced."""
+    collected = Collected(task)
+    try:
+        collected.adopt(keeper.read())
+    except InputError:
+        return collected
+    if collected.finished:
+        reporter.say(f"  {collected.finished} cases were finished before")
+    return collected
+
+
+def _tell(found: Ensemble, table: EnsembleTable, reporter: Reporter) -> None:
+    counts = ", ".join(f"{found.status.count(name)} {name}" for name in sorted(set(found.status)))
+    reporter.say(f"  {len(found)} cases: {counts}")
+    for sentence in found.failures[:TOLD]:
+        reporter.say(f"  {sentence}")
+    if len(found.failures) > TOLD:
+        reporter.say(f"  and {len(found.failures) - TOLD} more, see the file of cases")
+    statistics_table(found, reporter.console, table.percentiles)
+
+
+def ensemble_failures(found: Ensemble) -> tuple[str, ...]:
+    """Return a sentence when cases failed or diverged, or their energy does not balance."""
+    why = found.failures
+    return (f"{len(why)} of {len(found)} cases of the ensemble failed, the first: {why[0]}",) if why else ()
