@@ -71,8 +71,8 @@ def four_bar(kind: str) -> mp.System:
     """Return three bars on the ground, the last pinned there by a closure of a type."""
     rod, names, angles = bar("rod", 0.0), "abc", (1.2, -1.0, -1.4)
     joints = tuple(
-        mp.Joint(name=f"j{k}", type="revolute", parent=f"{names[k - 1]}.top" if k else "ground", child=names[k], angle=a)
-        for k, a in enumerate(angles)
+        mp.Joint(name=f"j{k}", type="revolute", parent=parent, child=names[k], angle=angles[k])
+        for k, parent in enumerate(("ground", "a.top", "b.top"))
     )
     pin = Closure(name="pin", type=kind, a="ground", b="c.top", position=np.array([1.3, 0, 0]))
     return mp.System(bodies=dict.fromkeys(names, rod), joints=joints, closures=(pin,), gravity=np.array([0, -9.81, 0]))

@@ -91,7 +91,7 @@ def _act_on_end(cons, model, data, work, i, side, k, f, torque):
 
 @compile_inline
 def _through_one(model, data, work, i, begin, end, tau):
-    """Let the joint of link i, of one axis at most, yield to the forces of its rows, and hand the rest to the parent."""
+    """Let a joint of one axis, or of none, yield to the forces of its link's rows, and hand the rest to the parent."""
     link, own, entries = model.links[i], data.links[i], work.paths.entries
     f, t = column(link, get6(own.M), get9(own.H), get6(own.J))
     g, speed, held = 0.0, 0.0, (f[0], f[1], f[2], t[0], t[1], t[2])
