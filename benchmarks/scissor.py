@@ -1,4 +1,4 @@
-"""How does one evaluation of the accelerations grow with closed loops, and with the bodies of one loop?
+"""How does one evaluation of the accelerations grow with closed loops, and what do loops add to that of their tree?
 
     python benchmarks/scissor.py [--quick]
 
@@ -6,19 +6,23 @@ Prints the CPU time of an evaluation over that of the shortest scissor mast and 
 then one line of JSON: `scissor_32_vs_4`, the ratio of masts of 32 and 4 bays, and `scissor_slope`, the exponent of the
 time over the bays between them, redundant conditions included; `pinned_chain_slope`, the exponent over the bodies of a
 chain whose end is pinned, from 60 to 540. The loops of the mast are not independent of each other: one more is one more
-row and column of a full matrix.
+row and column of a full matrix. `loop_over_tree` is the time of closed systems over that of the same bodies without
+their closures, in compiled code, rigid and flexible: of each system, their median and the largest.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import statistics
 from collections.abc import Callable
 
 import numpy as np
-from chains import medians
+from chains import chain, medians
 
 import modalprep as mp
+from modalprep.jit import compile_kernel
+from modalprep.multibody.evaluation.evaluate import build_equations, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.model.constraints import Closure
 
@@ -63,6 +67,65 @@ def pinned(n: int) -> mp.System:
     return mp.System(bodies=dict.fromkeys(names, rod), joints=joints, closures=(pin,), gravity=np.array([0, -9.81, 0]))
 
 
+def four_bar(kind: str) -> mp.System:
+    """Return three bars on the ground, the last pinned there by a closure of a type."""
+    rod, names, angles = bar("rod", 0.0), "abc", (1.2, -1.0, -1.4)
+    joints = tuple(
+        mp.Joint(name=f"j{k}", type="revolute", parent=parent, child=names[k], angle=angles[k])
+        for k, parent in enumerate(("ground", "a.top", "b.top"))
+    )
+    pin = Closure(name="pin", type=kind, a="ground", b="c.top", position=np.array([1.3, 0, 0]))
+    return mp.System(bodies=dict.fromkeys(names, rod), joints=joints, closures=(pin,), gravity=np.array([0, -9.81, 0]))
+
+
+def held(count: int, modes: int, kind: str) -> mp.System:
+    """Return a chain of hinged links whose tip a closure holds: `spherical`, or at a `distance` from a point."""
+    open_chain, length = chain(count, modes), 10.0 if modes else 1.0
+    place = np.array([count * length, 0, length if kind == "distance" else 0.0])
+    hold = Closure(name="hold", type=kind, a="ground", b=f"l{count - 1}.tip", position=place)
+    return open_chain.with_(closures=(hold,))
+
+
+CLOSED = {
+    "four bars, pinned": four_bar("spherical"),
+    "four bars, hinged": four_bar("revolute"),
+    "chain of 10 on a rod": held(10, 0, "distance"),
+    "chain of 60, pinned": pinned(60),
+    "mast of 4 bays": mast(4),
+    "3 flexible links on a rod": held(3, 6, "distance"),
+    "3 flexible links, pinned": held(3, 6, "spherical"),
+    "10 flexible links, pinned": held(10, 12, "spherical"),
+}
+
+
+@compile_kernel
+def repeat(count, equations, y, ydot):
+    """Evaluate the equations `count` times without returning to Python."""
+    status = -1
+    for _ in range(count):
+        status = max(status, evaluate(equations, 0.0, y, ydot))
+    return status
+
+
+def compiled(system: mp.System) -> Callable[[int], None]:
+    """Return a call that evaluates the equations of a run a number of times at the start, in compiled code."""
+    evaluator = Evaluator(system)
+    equations = build_equations(system, evaluator.packed, evaluator.loading)
+    y = np.append(evaluator.start, 0.0)
+    ydot = np.zeros(evaluator.nx + evaluator.nu + 1)
+    return lambda count: repeat(count, equations, y, ydot)
+
+
+def over_trees(rounds: int) -> dict[str, float]:
+    """Return, and print, the time of closed systems over that of the same bodies without closures."""
+    calls = [compiled(each) for system in CLOSED.values() for each in (system, system.with_(closures=()))]
+    spent = medians(calls, rounds)
+    found = {name: round(spent[2 * k] / spent[2 * k + 1], 2) for k, name in enumerate(CLOSED)}
+    for name, ratio in found.items():
+        print(f"{name}: {ratio:.2f} times the open tree")
+    return {**found, "median": round(statistics.median(found.values()), 2), "worst": max(found.values())}
+
+
 def evaluation(system: mp.System) -> Callable[[int], None]:
     """Return a call that evaluates the accelerations a number of times at the start."""
     evaluator = Evaluator(system)
@@ -94,11 +157,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="fewer rounds")
     rounds = 7 if parser.parse_args().quick else 31
-    figures = {}
+    figures: dict[str, object] = {}
     masts = growth({f"mast of {bays} bays": mast(bays) for bays in BAYS}, rounds)
     figures["scissor_32_vs_4"] = round(masts[-1] / masts[0], 1)
     figures["scissor_slope"] = slope(masts, BAYS)
     figures["pinned_chain_slope"] = slope(growth({f"chain of {n}": pinned(n) for n in LENGTHS}, rounds), LENGTHS)
+    figures["loop_over_tree"] = over_trees(rounds)
     print(json.dumps(figures))
 
 

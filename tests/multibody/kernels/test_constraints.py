@@ -2,8 +2,16 @@
 
 import numpy as np
 import pytest
+from compare import assert_close
 from multibody.closed_trees import TYPES, Evaluation, closed_tree
+from multibody.mechanisms import slider_crank
+from multibody.spatial_loops import bricard, rod, spatial_loop
 
+from modalprep.multibody.evaluation.evaluate import build_equations, close, evaluate
+from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.kernels.multipliers import violation
+from modalprep.multibody.kernels.projection import CLOSED
+from modalprep.multibody.kernels.responses import yield_to_multipliers
 from modalprep.multibody.reference.constraints import closed_accelerations, dense_constraints, reduced_accelerations
 from modalprep.multibody.reference.equations import mass_and_force
 
@@ -56,3 +64,56 @@ def test_independent_speeds_give_the_same_accelerations(seed):
         found = run.solve()
     expected = reduced_accelerations(system, run.loops, y, motion, run.t)
     assert np.abs(found - expected).max() <= 1e-8 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("seed", range(33))
+def test_free_motion_and_responses_equal_the_dense_ones(seed):
+    """What the pass along the paths of the rows leaves: ``G u'`` without multipliers, and their ``M^-1 G^T``."""
+    system, y, motion = closed_tree(seed)
+    run = Evaluation(system, y, motion)
+    run.solve()
+    rows, work = dense_constraints(system, run.packed, run.loops, y, motion, run.t), run.loops.work
+    M, f = mass_and_force(system, y, motion)
+    # two eliminations of mass matrices of condition 1e5 or less
+    assert_close(work.free + work.bias, rows.G @ np.linalg.solve(M, f) + rows.bias, 1e-10)
+    work.multiplier[:] = np.random.default_rng(seed).standard_normal(len(work.multiplier))
+    yield_to_multipliers(run.packed.model, run.data, work)
+    assert_close(work.step, np.linalg.solve(M, rows.G.T @ work.multiplier), 1e-10)
+    assert not np.any(work.tau)
+
+
+LOOPS = {"bricard": spatial_loop(bricard(1.2), rod, rates=[3.0]), "slider crank": slider_crank()[0]}
+SMALL = 1e-7  # a stray of a step
+
+
+def strayed(name):
+    """Equations of a loop, evaluated at a state that has strayed from it in coordinates and speeds."""
+    evaluator = Evaluator(LOOPS[name])
+    equations = build_equations(LOOPS[name], evaluator.packed, evaluator.loading)
+    y = np.append(evaluator.start, 0.0)
+    y[:-1] += SMALL * np.random.default_rng(1).standard_normal(len(y) - 1)
+    evaluate(equations, 0.0, y, np.zeros(evaluator.nx + evaluator.nu + 1))
+    return equations, y
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_projection_with_the_factor_of_the_evaluation(name):
+    """It ends where Newton's method with new factors does, which differs by the square of the stray."""
+    found = []
+    for factored in (True, False):
+        equations, y = strayed(name)
+        assert close(equations, 0.0, y, 0.0, factored) > 0
+        found.append(y)
+        evaluate(equations, 0.0, y, np.zeros(len(y)))
+        work = equations.work
+        assert max(violation(work, work.phi), violation(work, work.rate)) < CLOSED
+    assert_close(*found, 100 * SMALL**2, scale=1.0)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_projection_does_not_trust_a_factor_that_leaves_out_a_row(name):
+    equations, y = strayed(name)
+    equations.work.rank[0] -= 1  # as if it were redundant where the loop is open
+    assert close(equations, 0.0, y, 0.0, True) > 0
+    evaluate(equations, 0.0, y, np.zeros(len(y)))
+    assert max(violation(equations.work, values) for values in (equations.work.phi, equations.work.rate)) < CLOSED

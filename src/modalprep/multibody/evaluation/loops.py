@@ -165,7 +165,7 @@ class Loops:
 
     def _project_velocities(self, data, y, motion, hinge, stiff) -> bool:
         args = (self.arrays, self.packed.model, data, y, motion, self.work, hinge, stiff)
-        return projection.project_velocities(*args, False)
+        return projection.project_velocities(*args, 0.0, False)
 
     def _other_way_round(self) -> bool:
         """Whether the axes of a closure agree but point against each other: ``ea.eb = 0`` holds both ways."""

@@ -170,7 +170,7 @@ def take_loads(modal, model, i):
 
 @compile_inline
 def condense_rows(modal, model, i, begin, end, work):
-    """Condense the modal forces of unit multipliers at link i with the pivots of `eliminate_modes`; see responses.py."""
+    """Condense the modal forces of multipliers at link i (responses.py) with the pivots of `eliminate_modes`."""
     if modal is not None:
         if model.links[i].slot >= 0:
             _condense_rows(modal, model.links[i].slot, model.links[i].modes, begin, end, work)
@@ -237,7 +237,7 @@ def add_bias_to_modes(modal, model, i, force, torque):
 
 @compile_inline
 def add_row_to_modes(modal, model, i, force, torque, out):
-    """Add the generalised forces of link i's wrench, parent link's axes, to those of the parent's modes, ``out (N,)``."""
+    """Add the generalised forces of link i's wrench, parent link's axes, to those of its modes, ``out (N,)``."""
     if modal is not None:
         slot = model.links[i].phi
         if slot >= 0:

@@ -73,15 +73,32 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
 
 
 @compile_kernel
-def project_velocities(cons, model, data, y, motion, work, hinge, stiff, factored):
-    """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `project_positions`; False on failure."""
-    factored = factored and work.sine[0] > REGULAR
+def project_velocities(cons, model, data, y, motion, work, hinge, stiff, tolerance, factored):
+    """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `project_positions`; False on failure.
+
+    `factored` as there, but the factor is made anew where it leaves more than `tolerance` of a row: of one that was
+    redundant where the loops were open.
+    """
+    if factored:
+        copy(work.rate, work.wanted)
+        solve(work)
+        factored = work.sine[0] > REGULAR and _rest(work) <= tolerance
     if not factored and not _factor(cons, model, data, y, motion, work, hinge, stiff):
         return False
     _correct(cons, model, data, work, work.rate)
     for k in range(len(work.step)):
         y[model.nx + k] += work.step[k]
     return True
+
+
+@compile_kernel
+def _rest(work):
+    """Return what the multipliers of the last `solve` leave of its rows, see `violation`."""
+    for i in range(len(work.goal)):
+        work.goal[i] = work.wanted[i]
+        for j in range(len(work.goal)):
+            work.goal[i] += work.S[i, j] * work.multiplier[j]
+    return violation(work, work.goal)
 
 
 @compile_kernel
@@ -117,9 +134,9 @@ def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance
     steps = project_positions(
         cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored
     )  # fmt: skip
-    if steps >= 0 and violation(work, work.rate) > FINE_RATE * tolerance:
-        factored = factored or steps > 0
-        moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, factored)
+    fine = FINE_RATE * tolerance
+    if steps >= 0 and violation(work, work.rate) > fine:
+        moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, fine, factored)
         steps = steps + 1 if moves else -1
     return steps
 

@@ -38,6 +38,8 @@ from modalprep.multibody.kernels.modal import (
     push_bias_of_modes,
 )
 
+WIDE = 16  # rows at a link from which on vector instructions pay
+
 
 @compile_kernel
 def respond(cons, model, data, work, tau):
@@ -89,7 +91,7 @@ def _act_on_end(cons, model, data, work, i, side, k, f, torque):
 
 @compile_inline
 def _through_one(model, data, work, i, begin, end, tau):
-    """Let the joint of link i, of one axis at most, yield to the forces of its rows, and hand the rest to the parent."""
+    """Let a joint of one axis, or of none, yield to the forces of its link's rows, and hand the rest to the parent."""
     link, own, entries = model.links[i], data.links[i], work.paths.entries
     f, t = column(link, get6(own.M), get9(own.H), get6(own.J))
     g, speed, held = 0.0, 0.0, (f[0], f[1], f[2], t[0], t[1], t[2])
@@ -103,8 +105,14 @@ def _through_one(model, data, work, i, begin, end, tau):
         drive[p - begin] = e
         _hand_on(model, data, work, i, p, axpy6(force, -g * e, held), e * speed, turn, arm, bias)
     if g > 0.0:
-        for p in range(begin, end):
-            _add_to_row(work, p, begin, g * drive[p - begin], drive)
+        first, many = entries[begin].row, end - begin
+        if many >= WIDE and entries[end - 1].row - first == many - 1:  # none between them is missing
+            for p in range(many):
+                _add_to_row(work.S[first + p, first : first + p + 1], g * drive[p], drive)
+        else:
+            for p in range(begin, end):
+                for q in range(begin, p + 1):
+                    work.S[entries[p].row, entries[q].row] += g * work.drive[p] * work.drive[q]
 
 
 @compile_kernel
@@ -137,17 +145,10 @@ def _hand_on(model, data, work, i, p, force, free, turn, arm, bias):
 
 
 @compile_inline
-def _add_to_row(work, p, begin, f, e):
-    """Add ``f e`` of a link's entries up to p to the row of `S` of entry p; e begins with entry `begin`."""
-    entries = work.paths.entries
-    row, first = entries[p].row, entries[begin].row
-    if row - first == p - begin:  # none between them is missing
-        square = work.S[row, first : row + 1]
-        for q in range(len(square)):
-            square[q] += f * e[q]
-    else:
-        for q in range(begin, p + 1):
-            work.S[row, entries[q].row] += f * e[q - begin]
+def _add_to_row(row, f, e):
+    """Add ``f e`` to the beginning of a row of `S`."""
+    for q in range(len(row)):
+        row[q] += f * e[q]
 
 
 @compile_kernel
@@ -158,10 +159,11 @@ def push(model, data, work):
         total = get6(data.links[i].force)
         for p in range(work.paths.first[i], work.paths.first[i + 1]):
             f = work.multiplier[entries[p].row]
-            total = axpy6(total, -f, get6(work.force[p]))
-            push_bias_of_modes(data.modal, model, i, f, work.modal[p])
-            if entries[p].factor != 0.0:
-                work.tau[model.links[i].u] += f * entries[p].factor
+            if f != 0.0:  # that of redundant rows is zero
+                total = axpy6(total, -f, get6(work.force[p]))
+                push_bias_of_modes(data.modal, model, i, f, work.modal[p])
+                if entries[p].factor != 0.0:
+                    work.tau[model.links[i].u] += f * entries[p].factor
         put6(data.links[i].force, total)
 
 

@@ -185,7 +185,7 @@ def _paths(arrays: Constraints, links: np.ndarray) -> Paths:
     for term in terms[terms["x"] >= 0]:
         through[term["link"]][term["row"]] += term["factor"]
     first = np.cumsum([0, *(len(found) for found in through)])
-    number = [dict(zip(found, range(begin, begin + len(found)), strict=True)) for found, begin in zip(through, first, strict=False)]
+    number = [{i: first[k] + n for n, i in enumerate(found)} for k, found in enumerate(through)]
     entries = [
         (i, number[parent[k]][i] if parent[k] < len(links) else -1, factor)
         for k, found in enumerate(through)
