@@ -122,10 +122,15 @@ def test_chunks_change_round_off_only(kind, monkeypatch):
 
 
 def stored(model: mp.fe.FEModel) -> int:
-    """Bytes of K, M and M_ab; a shared array counts once."""
-    tensor = [model.M_ab._scalar] if model.M_ab._scalar is not None else list(model.M_ab._pairs.values())
-    arrays = [x for A in (model.K, model.M, *tensor) for x in (A.data, A.indices, A.indptr)]
-    return sum({id(x): x.nbytes for x in arrays}.values())
+    """Bytes of K, M, M_ab, g, h and the rigid motions; a shared array counts once."""
+    tensor = model.M_ab
+    arrays = [model.g, model.h, model.rigid_body()]
+    arrays += [x for A in (model.K, model.M) for x in (A.data, A.indices, A.indptr)]
+    if tensor._scalar is not None:
+        arrays += [tensor._scalar.data, tensor._scalar.indices]
+    if tensor._functions is not None:
+        arrays += [tensor._functions.data, tensor._functions.graph.indices]
+    return sum({x.__array_interface__["data"][0]: x.nbytes for x in arrays}.values())
 
 
 @pytest.mark.parametrize("kind", ["tetra10", "quad"])

@@ -24,6 +24,7 @@ from structured import (
 )
 
 import modalprep as mp
+from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.properties.properties import Shell
 
 KINDS = ("triangle", "quad")
@@ -95,6 +96,25 @@ def test_offset_only_moves_the_nodes(kind):
 
 
 # --- statics ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("kind", "membrane"), FAMILIES)
+def test_stiffness_is_the_energy_of_the_strains(kind, membrane):
+    """``K = sum dx B^T C B``: of an unsymmetric laminate beside warped elements, whose fibres turn from cell to cell.
+
+    The two are summed in different axes, with the internal displacements condensed before and after.
+    """
+    ply = mp.fe.Orthotropic(E1=135e9, E2=9e9, nu12=0.31, G12=4.7e9, G13=4.4e9, G23=3.1e9, rho=1580.0)
+    plies = (mp.fe.Ply(material=ply, thickness=2e-3, angle=0.3), mp.fe.Ply(material=ALUMINIUM, thickness=4e-3))
+    points, cells = random_surface(kind, 5)
+    data = {"angle": np.linspace(0.0, 1.0, len(cells))}
+    section = Shell(plies=plies, offset=0.02, membrane=membrane)
+    block = ShellBlock.build(kind, points, cells, section, data, np.zeros(3))
+    B, C, dx = block.strain
+    wanted = np.einsum("eqsi,est,eqtj,eq->eij", B, C, B, dx, optimize=True)
+    K = block.stiffness()
+    np.testing.assert_allclose(K, wanted, rtol=0, atol=1e-13 * np.abs(K).max())
+    np.testing.assert_array_equal(K, K.transpose(0, 2, 1))
 
 
 def on(values, target):

@@ -44,7 +44,8 @@ class NodeProducts:
         """Return ``M_ab (n, n)`` over the DOFs."""
         (left, right), m = (self._pick(c, n) for c in (a, b)), self.graph.shape[0]
         values = self.data[:, _rows(a)][:, :, _rows(b)]
-        return (left.T @ bsr_array((values, self.graph.indices, self.graph.indptr), shape=(4 * m, 4 * m)) @ right).tocsr()
+        products = bsr_array((values, self.graph.indices, self.graph.indptr), shape=(4 * m, 4 * m))
+        return (left.T @ products @ right).tocsr()
 
     def project(self, Phi: np.ndarray, columns: list[slice]) -> np.ndarray:
         """Return ``P (3, 3, n, n)``, ``P[a, b] = Phi^T M_ab Phi`` for a <= b, some columns of Phi at a time."""

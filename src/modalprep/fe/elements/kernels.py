@@ -223,7 +223,7 @@ def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
 
 @compile_allocating
 def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
-    """Add element matrices ``values (ne, k, nl, nl)`` to the rows of the nodes ``lo <= node < hi`` of ``data (k, nnz)``.
+    """Add element matrices ``values (ne, k, nl, nl)`` to rows of ``data (k, nnz)``, of the nodes ``lo <= node < hi``.
 
     Node I has its neighbours ``neighbour[indptr[I]:indptr[I + 1]]`` sorted; ``column`` holds, at the same place,
     where the neighbour's DOFs start within a row, and ``row[I, c]`` where row c of node I starts in `data`.

@@ -1,7 +1,7 @@
 """Fields of flat three- and four-node shells in their own plane, on which their stress does work when they rotate.
 
 Local DOFs per node: ``u, v, w, tx, ty, tz``. The rotation field ``b = (ty, -tx)`` is linear plus one edge function per
-side (`flat_kernels`).
+side (`flat_strains`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from functools import cache, cached_property
 
 import numpy as np
 
-from modalprep.fe.elements.shells.flat_kernels import Rule
+from modalprep.fe.elements.shells.flat_strains import Rule
 from modalprep.fe.mesh.reference_cells import shapes
 
 W, TX, TY, TZ = 2, 3, 4, 5

@@ -1,8 +1,7 @@
 """Compiled loops over flat shells: strain rows, stiffness, and samples of the mass (theory 7.3, 7.4).
 
-Strains are taken per local DOF of the cell, separately per ``u, v, tz`` (membrane, drilling) and ``w, tx, ty`` (bending,
-shear) of each node. Bending and shear are combinations of the sizes of the edge functions, one per side. A node at the
-height z under the mid-surface moves it by ``u + z t x e3``; axes are rotated last. Arrays only.
+The strains of `flat_strains` are per DOF in the element's axes. A node at the height z under the mid-surface moves it
+by ``u + z t x e3``; axes are rotated last. Arrays only.
 """
 
 from __future__ import annotations
@@ -11,136 +10,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.fe.elements.kernels import invert
+from modalprep.fe.elements.shells.flat_strains import Moduli, Sides, Strains, compatible, measure_sides, set_map
 from modalprep.jit import compile_allocating
-
-OPT_ALPHA = 1.5  # of the OPT triangle: drilling rotations bow its sides so many times as cubic shapes would
-OPT_BETA = ((2 / 3, 4 / 3, 2 / 3), (0.0, 2 / 3, -2 / 3), (-2 / 3, -2 / 3, -4 / 3))  # of its higher-order strains
-
-
-class Rule(NamedTuple):
-    """Shapes of a cell at the points of a quadrature.
-
-    Attributes
-    ----------
-    N : (nq, n)
-        Shape functions.
-    dN : (nq, n, 2)
-        Their gradients on the reference cell.
-    P : (nq, n)
-        Edge functions, 1 at the middle of their side.
-    dP : (nq, n, 2)
-        Their gradients on the reference cell.
-    weight : (nq,)
-    """
-
-    N: np.ndarray
-    dN: np.ndarray
-    P: np.ndarray
-    dP: np.ndarray
-    weight: np.ndarray
 
 
 class Geometry(NamedTuple):
-    """Flat cells: ``xy (ne, n, 2)`` in the plane, axes ``frame (ne, 3, 3)`` by rows, ``height (ne, n)`` over the nodes."""
+    """Flat cells: ``xy (ne, n, 2)`` in the plane, axes ``frame (ne, 3, 3)`` by rows, ``height (ne, n)``, m."""
 
     xy: np.ndarray
     frame: np.ndarray
     height: np.ndarray
-
-
-class Sides(NamedTuple):
-    """Sides of one cell, each from a node to the next.
-
-    Attributes
-    ----------
-    length : (n,)
-        m.
-    along : (n, 2)
-        Direction.
-    size : (n,)
-        Size of the edge function per ``w_i - w_j - (L/2)(bs_i + bs_j)``, 1/m.
-    sheared : (n,)
-        Shear strain along the side per size.
-    """
-
-    length: np.ndarray
-    along: np.ndarray
-    size: np.ndarray
-    sheared: np.ndarray
-
-
-class Moduli(NamedTuple):
-    """Moduli of the rows of strain, each ``(ne or 1, ., .)``.
-
-    Attributes
-    ----------
-    plane : (., m, m)
-        Membrane strains 3, then drilling (1) or the higher-order strains of the OPT triangle (3).
-    bend : (., 5, 5)
-        Curvatures 3, shear 2.
-    coupling : (., 3, 3)
-        Membrane forces per curvature; zero for symmetric sections.
-    """
-
-    plane: np.ndarray
-    bend: np.ndarray
-    coupling: np.ndarray
-
-
-class Strains(NamedTuple):
-    """Strains of one cell at the points of a rule: ``plane (nq, m, 3n)``, ``bend (nq, 5, 3n)``, and ``dx (nq,)``."""
-
-    plane: np.ndarray
-    bend: np.ndarray
-    dx: np.ndarray
-
-
-@compile_allocating
-def stiffness(lo, hi, cells, moduli, optimal, rule, K):
-    """Elastic stiffness ``K (ne, 6n, 6n)`` per nodal DOF in mesh axes, exactly symmetric."""
-    n = cells.xy.shape[1]
-    sides, at, inner, held = _sides(n), _strains(len(rule.weight), moduli, n), np.empty((4, 6 * n)), np.empty((4, 6 * n))
-    P, D, X, CB = np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((6, 3 * n))
-    for e in range(lo, hi):
-        x, C = cells.xy[e], _moduli_of(moduli, e)
-        _measure_sides(x, C.bend, sides)
-        _compatible(x, optimal, rule, sides, at)
-        P[:], D[:], X[:] = 0.0, 0.0, 0.0
-        for q in range(len(at.dx)):
-            _add_square(at.plane[q], C.plane, at.dx[q], CB, P)
-            _add_square(at.bend[q], C.bend, at.dx[q], CB, D)
-            _add_product(at.plane[q], C.coupling, at.bend[q], at.dx[q], X)
-        if n == 4:
-            _condense(x, C, rule, at, inner, held)
-            _add_condensed(held, inner, P, D, X)
-        _to_nodes(P, D, X, cells.frame[e], cells.height[e], K[e])
-
-
-@compile_allocating
-def strain_rows(lo, hi, cells, moduli, optimal, own, rule, B, dx):
-    """Strain rows ``B (ne, nq, ns, 6n)`` per nodal DOF in mesh axes and measure ``dx (ne, nq)`` at the points of `rule`.
-
-    Rows as in `shell.ShellBlock.strain`. The internal displacements of quads are condensed at the points of `own`.
-    """
-    n = cells.xy.shape[1]
-    sides, inner, held = _sides(n), np.empty((4, 6 * n)), np.empty((4, 6 * n))
-    there, at = _strains(len(own.weight), moduli, n), _strains(len(rule.weight), moduli, n)
-    for e in range(lo, hi):
-        x, R, z, C = cells.xy[e], cells.frame[e], cells.height[e], _moduli_of(moduli, e)
-        _measure_sides(x, C.bend, sides)
-        _compatible(x, optimal, rule, sides, at)
-        B[e] = 0.0
-        dx[e] = at.dx
-        if n == 4:
-            _compatible(x, optimal, own, sides, there)
-            _condense(x, C, own, there, inner, held)
-            _add_internal(x, rule, inner, R, at, B[e])
-        for q in range(len(at.dx)):
-            for s in range(at.plane.shape[1]):
-                _add_plane(at.plane[q, s], R, z, B[e, q, s if s < 3 else s + 5])
-            for s in range(5):
-                _add_bend(at.bend[q, s], R, B[e, q, 3 + s])
 
 
 @compile_allocating
@@ -160,172 +39,6 @@ def _moduli_of(moduli, e):
 
 
 @compile_allocating
-def _measure_sides(x, C, sides):
-    """Set what `Sides` holds: ``(2/3) L (1 + phi) db = w_i - w_j - (L/2)(bs_i + bs_j)``, ``g = -(2/3) phi db``.
-
-    ``phi = 12 D_s / (S_s L^2)`` with the bending and shear stiffness along the side.
-    """
-    for k in range(len(x)):
-        after = (k + 1) % len(x)
-        L = np.hypot(x[after, 0] - x[k, 0], x[after, 1] - x[k, 1])
-        c, s = (x[after, 0] - x[k, 0]) / L, (x[after, 1] - x[k, 1]) / L
-        strain = (c * c, s * s, 2 * c * s)
-        D = 0.0
-        for a in range(3):
-            for b in range(3):
-                D += strain[a] * C[a, b] * strain[b]
-        S = c * c * C[3, 3] + c * s * (C[3, 4] + C[4, 3]) + s * s * C[4, 4]
-        phi = 12 * D / (S * L * L)
-        sides.length[k], sides.along[k, 0], sides.along[k, 1] = L, c, s
-        sides.size[k], sides.sheared[k] = 1.5 / (L * (1 + phi)), -2 / 3 * phi
-
-
-@compile_allocating
-def _map(x, dN, weight, q, inverse):
-    """Set the inverse Jacobian ``dX/dx (2, 2)`` at a point, and return its measure."""
-    a = b = c = d = 0.0
-    for i in range(len(x)):
-        a += x[i, 0] * dN[q, i, 0]
-        b += x[i, 0] * dN[q, i, 1]
-        c += x[i, 1] * dN[q, i, 0]
-        d += x[i, 1] * dN[q, i, 1]
-    det = a * d - b * c
-    inverse[0, 0], inverse[0, 1], inverse[1, 0], inverse[1, 1] = d / det, -b / det, -c / det, a / det
-    return weight[q] * det
-
-
-@compile_allocating
-def _pull_back(slope, inverse):
-    """Gradient in x, y of a function with a gradient on the reference cell."""
-    return (
-        slope[0] * inverse[0, 0] + slope[1] * inverse[1, 0],
-        slope[0] * inverse[0, 1] + slope[1] * inverse[1, 1],
-    )
-
-
-@compile_allocating
-def _compatible(x, optimal, rule, sides, at):
-    """Set the strains at the points of a rule, without internal displacements."""
-    inverse = np.empty((2, 2))
-    at.plane[:] = 0.0
-    at.bend[:] = 0.0
-    for q in range(len(at.dx)):
-        at.dx[q] = _map(x, rule.dN, rule.weight, q, inverse)
-        if optimal:
-            _optimal_plane(x, rule.N[q], at.plane[q])
-        else:
-            _linear_plane(rule, q, inverse, at.plane[q])
-        _add_linear_bending(rule.dN[q], inverse, at.bend[q])
-        _add_edge_functions(rule, q, inverse, sides, at.bend[q])
-
-
-@compile_allocating
-def _linear_plane(rule, q, inverse, plane):
-    """Coefficients of the strains ``xx, yy, xy`` and of drilling ``(v,x - u,y)/2 - tz`` of linear displacements."""
-    for i in range(rule.N.shape[1]):
-        x, y = _pull_back(rule.dN[q, i], inverse)
-        _set(plane, 0, i, x, 0.0, 0.0)
-        _set(plane, 1, i, 0.0, y, 0.0)
-        _set(plane, 2, i, y, x, 0.0)
-        _set(plane, 3, i, -y / 2, x / 2, -rule.N[q, i])
-
-
-@compile_allocating
-def _set(plane, row, i, u, v, t):
-    plane[row, 3 * i], plane[row, 3 * i + 1], plane[row, 3 * i + 2] = u, v, t
-
-
-@compile_allocating
-def _optimal_plane(x, N, plane):
-    """Coefficients of the basic and of the higher-order strains of the OPT triangle, three each."""
-    dx, dy = np.empty(3), np.empty(3)  # opposite side of each node: x32, x13, x21 and y23, y31, y12
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        dx[i], dy[i] = x[k, 0] - x[j, 0], x[j, 1] - x[k, 1]
-    area = (dx[2] * dy[1] - dx[1] * dy[2]) / 2
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        x_i, y_i = dx[i] / (2 * area), dy[i] / (2 * area)
-        turned = OPT_ALPHA / (6 * area) * (dx[j] * dy[j] - dx[k] * dy[k])
-        _set(plane, 0, i, y_i, 0.0, OPT_ALPHA / 6 * y_i * (dy[k] - dy[j]))
-        _set(plane, 1, i, 0.0, x_i, OPT_ALPHA / 6 * x_i * (dx[k] - dx[j]))
-        _set(plane, 2, i, x_i, y_i, turned)
-    _higher_plane(dx, dy, area, N, plane)
-
-
-@compile_allocating
-def _higher_plane(dx, dy, area, N, plane):
-    natural, cartesian, field = np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
-    for a in range(3):
-        x, y = dx[(a + 2) % 3], -dy[(a + 2) % 3]  # from node 1 to 2, 2 to 3, 3 to 1
-        square = x * x + y * y
-        natural[a, 0], natural[a, 1], natural[a, 2] = x * x / square, y * y / square, x * y / square
-        for b in range(3):
-            for m in range(3):
-                field[a, b] += N[m] * OPT_BETA[(a - m) % 3][(b - m) % 3] * area / square
-    invert(natural, cartesian)
-    for a in range(3):
-        for i in range(3):
-            turned = total = 0.0
-            for b in range(3):
-                turned += cartesian[a, b] * field[b, i]
-                total += cartesian[a, b] * (field[b, 0] + field[b, 1] + field[b, 2])
-            _set(plane, 3 + a, i, total * dx[i] / (4 * area), -total * dy[i] / (4 * area), turned)
-
-
-@compile_allocating
-def _add_linear_bending(dN, inverse, bend):
-    """Curvatures ``bx,x by,y bx,y+by,x`` of linear rotations ``b = (ty, -tx)``."""
-    for i in range(len(dN)):
-        x, y = _pull_back(dN[i], inverse)
-        bend[0, 3 * i + 2] += x
-        bend[1, 3 * i + 1] -= y
-        bend[2, 3 * i + 2] += y
-        bend[2, 3 * i + 1] -= x
-
-
-@compile_allocating
-def _add_edge_functions(rule, q, inverse, sides, bend):
-    """Curvatures of the edge functions, and transverse shear ``xz, yz`` from the strains along the sides."""
-    n = rule.N.shape[1]
-    for k in range(n):
-        c, s, size, i, j = sides.along[k, 0], sides.along[k, 1], sides.size[k], 3 * k, 3 * ((k + 1) % n)
-        x, y = _pull_back(rule.dP[q, k], inverse)
-        xz, yz = _shear(rule.N[q], k, inverse, sides)
-        strain = (size * x * c, size * y * s, size * (y * c + x * s), size * xz, size * yz)
-        for row in range(5):  # per w_i - w_j - (L/2)(bs_i + bs_j)
-            half = strain[row] * sides.length[k] / 2
-            bend[row, i] += strain[row]
-            bend[row, j] -= strain[row]
-            bend[row, i + 1] += half * s
-            bend[row, j + 1] += half * s
-            bend[row, i + 2] -= half * c
-            bend[row, j + 2] -= half * c
-
-
-@compile_allocating
-def _shear(N, k, inverse, sides):
-    """Transverse shear ``xz, yz`` per size of the edge function of a side."""
-    if len(N) == 3:  # interpolated from the nodes, where two sides meet
-        x, y = _shear_of_node(sides.along[(k + 2) % 3], sides.along[k], 1)
-        x2, y2 = _shear_of_node(sides.along[k], sides.along[(k + 1) % 3], 0)
-        i, j = N[k] * sides.sheared[k], N[(k + 1) % 3] * sides.sheared[k]
-        return i * x + j * x2, i * y + j * y2
-    X, Y = N[1] + N[2], N[2] + N[3]
-    along = sides.length[k] * sides.sheared[k] * (1 - Y, X, -Y, X - 1)[k]
-    return inverse[k % 2, 0] * along, inverse[k % 2, 1] * along
-
-
-@compile_allocating
-def _shear_of_node(before, after, which):
-    """Shear ``xz, yz`` at the node between two sides per strain along the first (0) or the second (1)."""
-    det = before[0] * after[1] - before[1] * after[0]
-    if which == 0:
-        return after[1] / det, -after[0] / det
-    return -before[1] / det, before[0] / det
-
-
-@compile_allocating
 def _internal_slopes(x, rule, q, dx, slope):
     """Gradients ``(2, 2)`` of QM6's internal shapes, mapped by the Jacobian of the centre (row: shape)."""
     a, b = (x[1, 0] + x[2, 0] - x[0, 0] - x[3, 0]) / 2, (x[2, 0] + x[3, 0] - x[0, 0] - x[1, 0]) / 2
@@ -334,6 +47,24 @@ def _internal_slopes(x, rule, q, dx, slope):
     X = scale * (4 - 8 * (rule.N[q, 1] + rule.N[q, 2]))
     Y = scale * (4 - 8 * (rule.N[q, 2] + rule.N[q, 3]))
     slope[0, 0], slope[0, 1], slope[1, 0], slope[1, 1] = X * d, -X * b, -Y * c, Y * a
+
+
+@compile_allocating
+def _solve(K, right):
+    """Replace ``right (m, k)`` by ``K^-1 right``, K symmetric and positive definite."""
+    m = len(K)
+    for p in range(m):
+        for r in range(p + 1, m):
+            factor = K[r, p] / K[p, p]
+            for t in range(p, m):
+                K[r, t] -= factor * K[p, t]
+            for j in range(right.shape[1]):
+                right[r, j] -= factor * right[p, j]
+    for p in range(m - 1, -1, -1):
+        for j in range(right.shape[1]):
+            for r in range(p + 1, m):
+                right[p, j] -= K[p, r] * right[r, j]
+            right[p, j] /= K[p, p]
 
 
 @compile_allocating
@@ -369,26 +100,27 @@ def _condense(x, C, rule, at, inner, held):
 
 
 @compile_allocating
-def _solve(K, right):
-    """Replace ``right (m, k)`` by ``K^-1 right``, K symmetric and positive definite."""
-    m = len(K)
-    for p in range(m):
-        for r in range(p + 1, m):
-            factor = K[r, p] / K[p, p]
-            for t in range(p, m):
-                K[r, t] -= factor * K[p, t]
-            for j in range(right.shape[1]):
-                right[r, j] -= factor * right[p, j]
-    for p in range(m - 1, -1, -1):
-        for j in range(right.shape[1]):
-            for r in range(p + 1, m):
-                right[p, j] -= K[p, r] * right[r, j]
-            right[p, j] /= K[p, p]
+def _add_bend(local, R, row):
+    """Add what a row per ``w, tx, ty`` of the nodes is per nodal DOF in mesh axes."""
+    for i in range(len(local) // 3):
+        for c in range(3):
+            row[6 * i + c] += local[3 * i] * R[2, c]
+            row[6 * i + 3 + c] += local[3 * i + 1] * R[0, c] + local[3 * i + 2] * R[1, c]
+
+
+@compile_allocating
+def _add_plane(local, R, z, row):
+    """Add what a row per ``u, v, tz`` of the nodes is per nodal DOF in mesh axes."""
+    for i in range(len(z)):
+        u, v, t = local[3 * i], local[3 * i + 1], local[3 * i + 2]
+        for c in range(3):
+            row[6 * i + c] += u * R[0, c] + v * R[1, c]
+            row[6 * i + 3 + c] += z[i] * (u * R[1, c] - v * R[0, c]) + t * R[2, c]
 
 
 @compile_allocating
 def _add_internal(x, rule, inner, R, at, B):
-    """Add the strains of the internal displacements: of ``u, v, tz`` to those of the cell, of ``w, tx, ty`` to the rows."""
+    """Add the strains of the internal displacements: per ``u, v, tz`` to `at`, per ``w, tx, ty`` to the rows B."""
     slope, m = np.empty((2, 2)), at.plane.shape[2]
     row = np.empty((3, m))
     for q in range(len(at.dx)):
@@ -409,22 +141,29 @@ def _add_internal(x, rule, inner, R, at, B):
 
 
 @compile_allocating
-def _add_plane(local, R, z, row):
-    """Add what a row per ``u, v, tz`` of the nodes is per nodal DOF in mesh axes."""
-    for i in range(len(z)):
-        u, v, t = local[3 * i], local[3 * i + 1], local[3 * i + 2]
-        for c in range(3):
-            row[6 * i + c] += u * R[0, c] + v * R[1, c]
-            row[6 * i + 3 + c] += z[i] * (u * R[1, c] - v * R[0, c]) + t * R[2, c]
+def strain_rows(lo, hi, cells, moduli, optimal, own, rule, B, dx):
+    """Strain rows ``B (ne, nq, ns, 6n)`` per nodal DOF in mesh axes and measure ``dx (ne, nq)`` at points of `rule`.
 
-
-@compile_allocating
-def _add_bend(local, R, row):
-    """Add what a row per ``w, tx, ty`` of the nodes is per nodal DOF in mesh axes."""
-    for i in range(len(local) // 3):
-        for c in range(3):
-            row[6 * i + c] += local[3 * i] * R[2, c]
-            row[6 * i + 3 + c] += local[3 * i + 1] * R[0, c] + local[3 * i + 2] * R[1, c]
+    Rows as in `shell.ShellBlock.strain`. The internal displacements of quads are condensed at the points of `own`.
+    """
+    n = cells.xy.shape[1]
+    sides, inner, held = _sides(n), np.empty((4, 6 * n)), np.empty((4, 6 * n))
+    there, at = _strains(len(own.weight), moduli, n), _strains(len(rule.weight), moduli, n)
+    for e in range(lo, hi):
+        x, R, z, C = cells.xy[e], cells.frame[e], cells.height[e], _moduli_of(moduli, e)
+        measure_sides(x, C.bend, sides)
+        compatible(x, optimal, rule, sides, at)
+        B[e] = 0.0
+        dx[e] = at.dx
+        if n == 4:
+            compatible(x, optimal, own, sides, there)
+            _condense(x, C, own, there, inner, held)
+            _add_internal(x, rule, inner, R, at, B[e])
+        for q in range(len(at.dx)):
+            for s in range(at.plane.shape[1]):
+                _add_plane(at.plane[q, s], R, z, B[e, q, s if s < 3 else s + 5])
+            for s in range(5):
+                _add_bend(at.bend[q, s], R, B[e, q, 3 + s])
 
 
 @compile_allocating
@@ -467,9 +206,12 @@ def _add_condensed(held, inner, P, D, X):
         for i in range(m):
             for j in range(i + 1):
                 P[i, j] += held[p, i] * inner[p, j]
-                D[i, j] += held[p, m + i] * inner[p, m + j]
-            for j in range(m):
-                X[i, j] += held[p, i] * inner[p, m + j]
+            moment = held[p, m + i]
+            if moment != 0.0:
+                for j in range(i + 1):
+                    D[i, j] += moment * inner[p, m + j]
+                for j in range(m):
+                    X[j, i] += inner[p, j] * moment
 
 
 @compile_allocating
@@ -507,34 +249,38 @@ def _to_nodes(P, D, X, R, z, K):
 
 
 @compile_allocating
-def mass_samples(lo, hi, cells, middle, lift, surface, sheet, dx, position, values):
-    """Samples of the mass at the points of `surface`, then those of the thickness at the points of `sheet`.
-
-    ``middle (ne, 3)`` is the point of the mid-surface over the mean of the nodes, `lift` the height of the mass over
-    the mid-surface, m. Sets ``dx (ne, ns)``, ``position (ne, ns, 3)``, the normal for the thickness, and
-    ``values (ne, ns, nn, 10)`` as in `mass.NodalFunctions`: of the displacement of the mass, and of its change per
-    height.
-    """
-    n, count, inverse, bowed = cells.xy.shape[1], len(surface.weight), np.empty((2, 2)), np.empty((4, 3))
+def stiffness(lo, hi, cells, moduli, optimal, rule, K):
+    """Elastic stiffness ``K (ne, 6n, 6n)`` per nodal DOF in mesh axes, exactly symmetric."""
+    n = cells.xy.shape[1]
+    sides, at = _sides(n), _strains(len(rule.weight), moduli, n)
+    inner, held = np.empty((4, 6 * n)), np.empty((4, 6 * n))
+    P, D, X, CB = np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((6, 3 * n))
     for e in range(lo, hi):
-        x, R, z = cells.xy[e], cells.frame[e], cells.height[e]
-        for q in range(count):
-            dx[e, q] = _map(x, surface.dN, surface.weight, q, inverse)
-            _bow(x, R, surface.P[q], bowed)
-            for c in range(3):
-                position[e, q, c] = middle[e, c] + lift * R[2, c]
-            for i in range(n):
-                N = surface.N[q, i]
-                for c in range(3):
-                    position[e, q, c] += N * (x[i, 0] * R[0, c] + x[i, 1] * R[1, c])
-                _set_lever(N * (z[i] + lift), R[2], bowed[i], N, values[e, q, i])
-        bowed[:] = 0.0
-        for q in range(len(sheet.weight)):
-            dx[e, count + q] = _map(x, sheet.dN, sheet.weight, q, inverse)
-            for c in range(3):
-                position[e, count + q, c] = R[2, c]
-            for i in range(n):
-                _set_lever(sheet.N[q, i], R[2], bowed[i], 0.0, values[e, count + q, i])
+        x, C = cells.xy[e], _moduli_of(moduli, e)
+        measure_sides(x, C.bend, sides)
+        compatible(x, optimal, rule, sides, at)
+        P[:], D[:], X[:] = 0.0, 0.0, 0.0
+        for q in range(len(at.dx)):
+            _add_square(at.plane[q], C.plane, at.dx[q], CB, P)
+            _add_square(at.bend[q], C.bend, at.dx[q], CB, D)
+            _add_product(at.plane[q], C.coupling, at.bend[q], at.dx[q], X)
+        if n == 4:
+            _condense(x, C, rule, at, inner, held)
+            _add_condensed(held, inner, P, D, X)
+        _to_nodes(P, D, X, cells.frame[e], cells.height[e], K[e])
+
+
+@compile_allocating
+def _bow(x, R, P, bowed):
+    """Deflection ``bowed (n, 3)`` of the edge functions ``(L/8)(bs_j - bs_i)`` of all sides per rotation of a node."""
+    bowed[:] = 0.0
+    for k in range(len(x)):
+        after = (k + 1) % len(x)
+        c, s = (x[after, 0] - x[k, 0]) / 8, (x[after, 1] - x[k, 1]) / 8
+        for a in range(3):
+            turned = P[k] * (c * R[1, a] - s * R[0, a])
+            bowed[after, a] += turned
+            bowed[k, a] -= turned
 
 
 @compile_allocating
@@ -549,13 +295,31 @@ def _set_lever(height, normal, bowed, N, values):
 
 
 @compile_allocating
-def _bow(x, R, P, bowed):
-    """Deflection ``bowed (n, 3)`` of the edge functions ``(L/8)(bs_j - bs_i)`` of all sides per rotation of a node."""
-    bowed[:] = 0.0
-    for k in range(len(x)):
-        after = (k + 1) % len(x)
-        c, s = (x[after, 0] - x[k, 0]) / 8, (x[after, 1] - x[k, 1]) / 8
-        for a in range(3):
-            turned = P[k] * (c * R[1, a] - s * R[0, a])
-            bowed[after, a] += turned
-            bowed[k, a] -= turned
+def mass_samples(lo, hi, cells, middle, lift, surface, sheet, dx, position, values):
+    """Samples of the mass at the points of `surface`, then those of the thickness at the points of `sheet`.
+
+    ``middle (ne, 3)`` is the point of the mid-surface over the mean of the nodes, `lift` the height of the mass over
+    the mid-surface, m. Sets ``dx (ne, ns)``, ``position (ne, ns, 3)``, the normal for the thickness, and
+    ``values (ne, ns, nn, 10)`` as in `mass.NodalFunctions`: of the displacement of the mass, and of its change per
+    height.
+    """
+    n, count, inverse, bowed = cells.xy.shape[1], len(surface.weight), np.empty((2, 2)), np.empty((4, 3))
+    for e in range(lo, hi):
+        x, R, z = cells.xy[e], cells.frame[e], cells.height[e]
+        for q in range(count):
+            dx[e, q] = set_map(x, surface.dN, surface.weight, q, inverse)
+            _bow(x, R, surface.P[q], bowed)
+            for c in range(3):
+                position[e, q, c] = middle[e, c] + lift * R[2, c]
+            for i in range(n):
+                N = surface.N[q, i]
+                for c in range(3):
+                    position[e, q, c] += N * (x[i, 0] * R[0, c] + x[i, 1] * R[1, c])
+                _set_lever(N * (z[i] + lift), R[2], bowed[i], N, values[e, q, i])
+        bowed[:] = 0.0
+        for q in range(len(sheet.weight)):
+            dx[e, count + q] = set_map(x, sheet.dN, sheet.weight, q, inverse)
+            for c in range(3):
+                position[e, count + q, c] = R[2, c]
+            for i in range(n):
+                _set_lever(sheet.N[q, i], R[2], bowed[i], 0.0, values[e, count + q, i])

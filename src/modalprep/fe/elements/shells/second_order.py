@@ -13,7 +13,7 @@ from modalprep.fe.elements.shells.flat_fields import (
     side_weights,
     slopes,
 )
-from modalprep.fe.elements.shells.flat_kernels import OPT_ALPHA
+from modalprep.fe.elements.shells.flat_strains import OPT_ALPHA
 from modalprep.fe.elements.shells.laminate import strain_rotation
 
 STIFFNESS_DEGREE = {"triangle": 2, "quad": 3}

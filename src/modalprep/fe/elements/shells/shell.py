@@ -22,7 +22,8 @@ from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.kernels import in_threads
 from modalprep.fe.elements.mass import MassObjects, NodalFunctions
 from modalprep.fe.elements.shells.flat_fields import FlatCells, rule
-from modalprep.fe.elements.shells.flat_kernels import Geometry, Moduli, mass_samples, stiffness, strain_rows
+from modalprep.fe.elements.shells.flat_kernels import Geometry, mass_samples, stiffness, strain_rows
+from modalprep.fe.elements.shells.flat_strains import Moduli
 from modalprep.fe.elements.shells.frames import given, material_angle, refuse_bad_shape, shell_frames
 from modalprep.fe.elements.shells.laminate import (
     ShellSection,
