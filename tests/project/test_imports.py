@@ -28,8 +28,8 @@ LAYERS = {
         "readers", "generation", "assembly", "external",
     ),
     "multibody": (
-        "model", "kernels.algebra", "kernels", "kernels.loads", "packing", "elements", "evaluation", "reference",
-        "integration", "results", "simulate", "free_body", "analysis", "deploying",
+        "model", "kernels.algebra", "kernels", "kernels.closed_loops", "kernels.loads", "packing", "elements",
+        "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
         "tables", "pictures", "check_tables", "mac", "plots", "summary", "scene", "analysis", "synthesis", "ensemble",

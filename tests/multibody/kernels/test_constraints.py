@@ -9,9 +9,9 @@ from multibody.spatial_loops import bricard, rod, spatial_loop
 
 from modalprep.multibody.evaluation.evaluate import build_equations, close, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.multipliers import violation
-from modalprep.multibody.kernels.projection import CLOSED
-from modalprep.multibody.kernels.responses import yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.multipliers import violation
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED
+from modalprep.multibody.kernels.closed_loops.responses import yield_to_multipliers
 from modalprep.multibody.reference.constraints import closed_accelerations, dense_constraints, reduced_accelerations
 from modalprep.multibody.reference.equations import mass_and_force
 

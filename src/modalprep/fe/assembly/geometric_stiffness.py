@@ -9,10 +9,11 @@ from functools import partial
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
+from modalprep.fe.assembly.sparse_kernels import products
 from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.corotation import Corotational
-from modalprep.fe.elements.kernels import ahead, products
+from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.links.multipoint import PlacedLink, followed, transferred
 from modalprep.linalg.blas import inner_alone

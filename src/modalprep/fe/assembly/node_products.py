@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.sparse import bsr_array, coo_array, csr_array
 
+from modalprep.fe.assembly.sparse_kernels import add_functions, scatter_functions
 from modalprep.fe.assembly.sparsity import Pattern
-from modalprep.fe.elements.kernels import add_functions, in_threads, scatter_functions
+from modalprep.fe.elements.kernels import in_threads
 
 ROWS = 1024  # nodes at a time
 COUNT, N = 10, 9  # functions of a node: R (3, 3) by rows, then N

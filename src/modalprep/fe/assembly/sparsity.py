@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.elements.kernels import column_numbers, diagonal, in_threads, scatter, scatter_scalar, spread_scalar
+from modalprep.fe.assembly.sparse_kernels import column_numbers, diagonal, scatter, scatter_scalar, spread_scalar
+from modalprep.fe.elements.kernels import in_threads
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.fe.assembly.node_products import NodeProducts
+from modalprep.fe.assembly.sparse_kernels import scatter_rows
 from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.block import Block
-from modalprep.fe.elements.kernels import scatter_rows
 from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
 
 ROWS = 2048  # of the basis at a time

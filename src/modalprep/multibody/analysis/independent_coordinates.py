@@ -14,7 +14,7 @@ from scipy.linalg import qr
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
-from modalprep.multibody.kernels.projection import CLOSED
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED
 
 TIGHT = 1e-15  # of gaps over the size of the system, and of angles: at round-off
 SLOW = 0.3  # reduction of the gap by a step, above which the Jacobian is renewed

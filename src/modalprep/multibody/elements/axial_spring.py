@@ -15,7 +15,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     dot3,
     get3,
 )
-from modalprep.multibody.kernels.constraints import DISTANCE
+from modalprep.multibody.kernels.closed_loops.constraints import DISTANCE
 from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.kernels.time_tables import value
 from modalprep.multibody.model.loads import AxialSpring

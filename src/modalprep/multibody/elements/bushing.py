@@ -25,7 +25,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get3,
     get9,
 )
-from modalprep.multibody.kernels.constraints import (
+from modalprep.multibody.kernels.closed_loops.constraints import (
     ABOUT,
     POINT,
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.multibody.elements.registry import KINDS, Loads
-from modalprep.multibody.kernels.constraints import (
+from modalprep.multibody.kernels.closed_loops.constraints import (
     END,
     ROW,
     TERM,

@@ -41,7 +41,7 @@ class Environment(NamedTuple):
 class ImplicitRow:
     """Stiffness and damping along a line or about an axis of the first end, which an implicit step knows."""
 
-    kind: int  # DISTANCE, POINT or ABOUT of `kernels.constraints`
+    kind: int  # DISTANCE, POINT or ABOUT of `kernels.closed_loops.constraints`
     axis: np.ndarray  # (3,) in the axes of the first end
     stiffness: float
     damping: float

@@ -32,7 +32,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get3,
     get9,
 )
-from modalprep.multibody.kernels.constraints import ABOUT
+from modalprep.multibody.kernels.closed_loops.constraints import ABOUT
 from modalprep.multibody.kernels.interfaces import add_wrench
 from modalprep.multibody.kernels.time_tables import quintic
 from modalprep.multibody.model.rotational_spring import RotationalSpring

@@ -31,24 +31,24 @@ from modalprep.multibody.kernels.articulated_body import (
     outward,
 )
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.compliance import aim, follow, implicit_accelerations, restrain
-from modalprep.multibody.kernels.constraints import (
+from modalprep.multibody.kernels.closed_loops.compliance import aim, follow, implicit_accelerations, restrain
+from modalprep.multibody.kernels.closed_loops.constraints import (
     Constraints,
     Work,
     any_rows,
     constraint_residual,
 )
+from modalprep.multibody.kernels.closed_loops.multipliers import (
+    constraint_accelerations,
+    constraint_power,
+)
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
-from modalprep.multibody.kernels.multipliers import (
-    constraint_accelerations,
-    constraint_power,
-)
-from modalprep.multibody.kernels.projection import CLOSED, settle
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.packed import Packed

@@ -6,11 +6,11 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
-from modalprep.multibody.kernels import constraints, multipliers, projection
-from modalprep.multibody.kernels.constraints import ANGLE, COUPLER, DISTANCE, POINT
+from modalprep.multibody.kernels.closed_loops import constraints, multipliers, projection
+from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, COUPLER, DISTANCE, POINT
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
 from modalprep.multibody.kernels.interfaces import world
-from modalprep.multibody.kernels.projection import CLOSED
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, pack_constraints

@@ -22,12 +22,12 @@ from modalprep.multibody.integration.stepping import (
 )
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.joints import normalise
-from modalprep.multibody.kernels.multipliers import (
+from modalprep.multibody.kernels.closed_loops.multipliers import (
     free_rank,
     hold_rank,
     near_singular,
 )
+from modalprep.multibody.kernels.joints import normalise
 
 EXPLICIT, ROSENBROCK, ALPHA = range(3)
 ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.multibody.kernels.constraints import (
+from modalprep.multibody.kernels.closed_loops.constraints import (
     ANGLE,
     COUPLER,
     DISTANCE,

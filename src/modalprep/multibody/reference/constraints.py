@@ -10,13 +10,13 @@ from scipy.linalg import qr
 
 from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.evaluation.loops import Loops
-from modalprep.multibody.kernels.constraints import (
+from modalprep.multibody.kernels.closed_loops.constraints import (
     ANGLE,
     COUPLER,
     POINT,
     SLIP,
 )
-from modalprep.multibody.kernels.multipliers import MOST_FRICTION_STEPS
+from modalprep.multibody.kernels.closed_loops.multipliers import MOST_FRICTION_STEPS
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import pack

@@ -25,11 +25,11 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get_angular,
 )
 from modalprep.multibody.kernels.articulated_body import outward, reactions
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
 from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.modal_interfaces import deflection
-from modalprep.multibody.kernels.projection import CLOSED, settle
 from modalprep.multibody.results.channels import (
     ACCELERATION,
     ANGULAR,

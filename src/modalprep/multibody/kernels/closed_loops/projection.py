@@ -11,11 +11,11 @@ import numpy as np
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward
-from modalprep.multibody.kernels.constraints import constraint_residual
+from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
+from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR, factorize, solve, violation
+from modalprep.multibody.kernels.closed_loops.responses import respond, yield_to_multipliers
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
-from modalprep.multibody.kernels.multipliers import REGULAR, factorize, solve, violation
-from modalprep.multibody.kernels.responses import respond, yield_to_multipliers
 
 CLOSED = 1e-11  # of lengths by the size of the system, and of angles: what Newton reaches in double precision
 FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify what is left, so it should be round-off

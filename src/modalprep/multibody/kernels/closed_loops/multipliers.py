@@ -14,8 +14,8 @@ import numpy as np
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import forward
-from modalprep.multibody.kernels.constraints import SLIP
-from modalprep.multibody.kernels.responses import push, respond
+from modalprep.multibody.kernels.closed_loops.constraints import SLIP
+from modalprep.multibody.kernels.closed_loops.responses import push, respond
 
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones

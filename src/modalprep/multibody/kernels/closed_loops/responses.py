@@ -27,7 +27,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     sub6,
 )
 from modalprep.multibody.kernels.articulated_body import forward_bias
-from modalprep.multibody.kernels.constraints import COUPLER
+from modalprep.multibody.kernels.closed_loops.constraints import COUPLER
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import carried
 from modalprep.multibody.kernels.joints import along_axis, column, speeds_from_bias

@@ -10,15 +10,15 @@ import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.articulated_body import forward, spread
-from modalprep.multibody.kernels.constraints import (
+from modalprep.multibody.kernels.closed_loops.constraints import (
     along,
     observe_ends,
 )
-from modalprep.multibody.kernels.multipliers import (
+from modalprep.multibody.kernels.closed_loops.multipliers import (
     act,
     solve,
 )
-from modalprep.multibody.kernels.responses import respond, yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import respond, yield_to_multipliers
 
 
 @compile_inline

@@ -1,0 +1,163 @@
+"""Compiled loops that add blocks of elements to sparse matrices, and read these."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.jit import compile_allocating
+
+
+@compile_allocating
+def column_numbers(lo, hi, dof, count, indptr, neighbour, column, row, indices):
+    """Column numbers of the rows of nodes ``lo <= node < hi``: the DOFs of each neighbour; arrays as in `scatter`."""
+    for node in range(lo, hi):
+        for c in range(count[node]):
+            for k in range(indptr[node], indptr[node + 1]):
+                at, first = row[node, c] + column[k], dof[neighbour[k], 0]
+                for d in range(count[neighbour[k]]):
+                    indices[at + d] = first + d
+
+
+@compile_allocating
+def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
+    """Add element matrices ``values (ne, k, nl, nl)`` to rows of ``data (k, nnz)``, of the nodes ``lo <= node < hi``.
+
+    Node I has its neighbours ``neighbour[indptr[I]:indptr[I + 1]]`` sorted; ``column`` holds, at the same place,
+    where the neighbour's DOFs start within a row, and ``row[I, c]`` where row c of node I starts in `data`.
+    """
+    nn = nodes.shape[1]
+    width = values.shape[2] // nn
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if node < lo or node >= hi:
+                continue
+            for j in range(nn):
+                place = column[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
+                for k in range(values.shape[1]):
+                    if width == 3:  # known lengths unroll
+                        for a in range(3):
+                            for b in range(3):
+                                data[k, row[node, a] + place + b] += values[e, k, 3 * i + a, 3 * j + b]
+                    else:
+                        for a in range(6):
+                            for b in range(6):
+                                data[k, row[node, a] + place + b] += values[e, k, 6 * i + a, 6 * j + b]
+
+
+@compile_allocating
+def scatter_functions(lo, hi, values, nodes, indptr, neighbour, data):
+    """Add ``values (ne, 10 nn, 10 nn)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, 10, 10)``."""
+    nn = nodes.shape[1]
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if lo <= node < hi:
+                for j in range(nn):
+                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
+                    for a in range(10):
+                        for b in range(10):
+                            data[place, a, b] += values[e, 10 * i + a, 10 * j + b]
+
+
+@compile_allocating
+def add_functions(lo, hi, indptr, neighbour, products, place, data):
+    """Add the mass matrix to rows of nodes of `data`, from ``products (nnz, 10, 10)`` of `mass.NodalFunctions`.
+
+    `indptr` and `neighbour` belong to the products, and `place` holds those of `data`, `column` and `row` (`scatter`).
+    Exactly symmetric.
+    """
+    B = np.empty((10, 10))
+    starts, others, column, row = place
+    for i in range(lo, hi):
+        for k in range(indptr[i], indptr[i + 1]):
+            j = neighbour[k]
+            back = _find(neighbour, indptr[j], indptr[j + 1], i)
+            start = column[_find(others, starts[i], starts[i + 1], j)]
+            for a in range(10):
+                for b in range(10):
+                    B[a, b] = (products[k, a, b] + products[back, b, a]) / 2
+            for c in range(3):
+                at, turned = row[i, c] + start, row[i, 3 + c] + start
+                data[at + c] += B[9, 9]
+                for d in range(3):
+                    data[at + 3 + d] += B[9, 3 * c + d]
+                    data[turned + d] += B[3 * d + c, 9]
+                    data[turned + 3 + d] += B[c, d] + B[3 + c, 3 + d] + B[6 + c, 6 + d]
+
+
+@compile_allocating
+def products(lo, hi, first, indptr, indices, data, X, force):
+    """Add the rows `first + lo` ... of ``A_k X`` to ``force (rows, w, k, b)``.
+
+    ``data (nnz, k)`` of matrices of one CSR pattern, ``X (m, w, b)``. Four entries of a row at a time, so that each
+    sum is loaded and stored a quarter as often.
+    """
+    for r in range(lo, hi):
+        start, end = indptr[first + r], indptr[first + r + 1]
+        fours = start + (end - start) // 4 * 4
+        for p in range(start, fours, 4):
+            x0, x1, x2, x3 = X[indices[p]], X[indices[p + 1]], X[indices[p + 2]], X[indices[p + 3]]
+            for w in range(X.shape[1]):
+                for k in range(data.shape[1]):
+                    a0, a1, a2, a3 = data[p, k], data[p + 1, k], data[p + 2, k], data[p + 3, k]
+                    for b in range(X.shape[2]):
+                        force[r, w, k, b] += a0 * x0[w, b] + a1 * x1[w, b] + a2 * x2[w, b] + a3 * x3[w, b]
+        for p in range(fours, end):
+            x = X[indices[p]]
+            for w in range(X.shape[1]):
+                for k in range(data.shape[1]):
+                    for b in range(X.shape[2]):
+                        force[r, w, k, b] += data[p, k] * x[w, b]
+
+
+@compile_allocating
+def scatter_rows(rows, values, data):
+    """Add ``values (k, m)`` to the `rows (k,)` of ``data (n, m)``, one after the other."""
+    for k in range(len(rows)):
+        for m in range(values.shape[1]):
+            data[rows[k], m] += values[k, m]
+
+
+@compile_allocating
+def scatter_scalar(lo, hi, values, nodes, indptr, neighbour, data):
+    """Add ``values (ne, nn, nn, k)`` to k matrices whose rows are nodes, ``data (nnz, k)``."""
+    nn = nodes.shape[1]
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if lo <= node < hi:
+                for j in range(nn):
+                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
+                    for k in range(data.shape[1]):
+                        data[place, k] += values[e, i, j, k]
+
+
+@compile_allocating
+def spread_scalar(lo, hi, scalar, indptr, column, row, data):
+    """Add a matrix whose rows are nodes to the three displacement components of a matrix whose rows are DOFs."""
+    for node in range(lo, hi):
+        for k in range(indptr[node], indptr[node + 1]):
+            for c in range(3):
+                data[row[node, c] + column[k] + c] += scalar[k]
+
+
+@compile_allocating
+def diagonal(lo, hi, indptr, neighbour, column, row, width, data, out):
+    """Diagonal ``out (n_nodes, 6)`` of a matrix whose rows are DOFs, 0 where a node has none."""
+    for node in range(lo, hi):
+        if indptr[node] < indptr[node + 1]:
+            place = column[_find(neighbour, indptr[node], indptr[node + 1], node)]
+            for a in range(width[node]):
+                out[node, a] = data[row[node, a] + place + a]
+
+
+@compile_allocating
+def _find(sorted_array, lo, hi, wanted):
+    while hi - lo > 1:
+        middle = (lo + hi) // 2
+        if sorted_array[middle] <= wanted:
+            lo = middle
+        else:
+            hi = middle
+    return lo

@@ -1,0 +1,1 @@
+"""Compiled closed loops and motion constraints: rows, responses to their multipliers, projection."""
