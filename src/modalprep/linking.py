@@ -60,14 +60,26 @@ class LinkedCode(CompileResultCacheImpl):
         if not all(key in KERNELS for _, key, _ in called):
             return None
         for name, key, args in called:
-            KERNELS[key].compile(args)
-            _alias(name, KERNELS[key].overloads[args])
+            _alias(name, _loaded(KERNELS[key], args))
             _compiled[name] = key, args
         descriptor = reduced[1]
         _compiled[descriptor.llvm_func_name] = own
         known = {descriptor.llvm_func_name, descriptor.llvm_cpython_wrapper_name}
         target_context.codegen()._engine._defined_symbols |= known  # of a library that holds a declaration
         return super().rebuild(target_context, reduced)
+
+
+def _loaded(kernel: Any, args: tuple) -> CompileResult:
+    """Return a kernel for its types of arguments, as numba's `compile`, which times each step once a level of calls."""
+    if args not in kernel.overloads:
+        found = kernel._cache.load_overload(args, kernel.targetctx)
+        if found is None:
+            kernel.compile(args)
+        else:
+            kernel._cache_hits[args] += 1
+            kernel.targetctx.insert_user_function(found.entry_point, found.fndesc, [found.library])
+            kernel.add_overload(found)
+    return kernel.overloads[args]
 
 
 def _alias(symbol: str, kernel: CompileResult) -> None:

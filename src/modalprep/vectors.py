@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.errors import InputError
 
@@ -60,7 +60,7 @@ def rotation_matrix(vector: np.ndarray) -> np.ndarray:
     >>> rotation_matrix(np.array([0, 0, np.pi / 2])).round(12) @ [1.0, 0, 0]
     array([0., 1., 0.])
     """
-    return Rotation.from_rotvec(vector.reshape(-1, 3)).as_matrix().reshape(*vector.shape, 3)
+    return scipy.spatial.transform.Rotation.from_rotvec(vector.reshape(-1, 3)).as_matrix().reshape(*vector.shape, 3)
 
 
 def as_rotation(value: Any, what: str) -> np.ndarray:
@@ -99,7 +99,7 @@ def as_rotation(value: Any, what: str) -> np.ndarray:
     except (TypeError, ValueError):
         found = np.zeros(0)
     if found.shape == (4,) and abs(np.linalg.norm(found) - 1) < PROPER:
-        return Rotation.from_quat(found, scalar_first=True).as_matrix()
+        return scipy.spatial.transform.Rotation.from_quat(found, scalar_first=True).as_matrix()
     if not _proper(found):
         raise InputError(
             f"{what} is no rotation: give an orthonormal matrix of 3 x 3, a quaternion (w, x, y, z) of length 1, or an "
@@ -121,4 +121,4 @@ def _about_axis(axis: Any, angle: float, what: str) -> np.ndarray:
     axis = np.asarray(axis, dtype=float)
     if axis.shape != (3,) or not 0 < np.linalg.norm(axis) < np.inf or not np.isfinite(angle):
         raise InputError(f"{what}: axis {axis.tolist()} with angle {angle} has no direction")
-    return Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
+    return scipy.spatial.transform.Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()

@@ -176,6 +176,15 @@ def test_records_of_users_need_no_compiler(module):
     assert not {"numba", "skfem", *solver} & set(loaded)
 
 
+def test_systems_of_ready_bodies_need_no_meshes():
+    """What `modalprep simulate` imports before it finds that a body must be built."""
+    code = "import sys, modalprep.pipeline.systems.systems; print(*sys.modules)"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert "modalprep.multibody.integration.run" in loaded
+    meshes = {"skfem", "modalprep.fe.assembly.model", "modalprep.pipeline.build.compute"}
+    assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", "matplotlib", *meshes} & set(loaded)
+
+
 def test_base_modules_know_only_each_other(graph):
     for module, imported in graph.items():
         if module in BASE:

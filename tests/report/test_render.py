@@ -179,3 +179,16 @@ def test_view_of_the_axial_mode_and_of_a_point():
     for points, shape in ((point, None), (point, point), (line, line), (line, None)):
         towards, up = view(points, shape)
         np.testing.assert_allclose([towards @ towards, up @ up, towards @ up], [1, 1, 0], atol=1e-12)
+
+
+def test_test_of_vtk_that_was_started_ahead_is_the_only_one(probe, monkeypatch, tmp_path):
+    started = tmp_path / "started"
+    monkeypatch.setattr(render, "PROBE", f"open({str(started)!r}, 'a').write('x')")
+    monkeypatch.delenv(render.WINDOW, raising=False)
+    render.drawing_problem.cache_clear()
+    render.try_ahead()
+    render.try_ahead()
+    assert render.drawing_problem() is None
+    assert started.read_text() == "x"
+    render.try_ahead()
+    assert not render._started

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import mass_matrix, rigid_mass_matrix
-from modalprep.fe.assembly.model import FEModel
 from modalprep.records import Record
 from modalprep.suggest import refuse_other
+
+if TYPE_CHECKING:
+    from modalprep.fe.assembly.model import FEModel
 
 IDENTITY = 1e-9  # relative; sums over 1e5..1e6 entries lose up to six of sixteen digits
 ORTHOGONAL = 1e-7  # the modes are orthonormal to 1e-8
@@ -104,6 +106,8 @@ def check_model(model: FEModel) -> list[Check]:
     >>> all(check.passed for check in check_model(cantilever_model()))
     True
     """
+    from modalprep.fe.assembly.model import FEModel  # not where a modal file is read
+
     refuse_other("check_model: the model", FEModel, model)
     R, r = model.rigid_body(), model.rigid
     T = R[:, :3]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from scipy.io import savemat
+import scipy
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
@@ -17,7 +17,7 @@ from modalprep.suggest import refuse_other, suggestion
 
 def _mat(path: Path, data: dict[str, np.ndarray]) -> None:
     cells = {name: values.astype(object) if values.dtype.kind == "U" else values for name, values in data.items()}
-    savemat(path, cells, appendmat=False)
+    scipy.io.savemat(path, cells, appendmat=False)
 
 
 def _npz(path: Path, data: dict[str, np.ndarray]) -> None:

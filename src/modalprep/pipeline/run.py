@@ -29,6 +29,7 @@ class Outcome:
     synthesised: Synthesised | None = None
     analysed: Analysed | None = None
     simulated: Simulated | None = None
+    mass_plot: Path | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
 
@@ -65,6 +66,10 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
         refuse_before_work(pipeline, path)
     outcome = Outcome(folder=output_folder(path, output))
     if pipeline.has_body:
+        if pipeline.output.pictures not in ("none", 0):
+            from modalprep.report.pictures.render import try_ahead
+
+            try_ahead()
         _body(path, pipeline, outcome, reporter, cache)
     if pipeline.synthesis is not None:
         _synthesis(path, pipeline, output, outcome, reporter)
@@ -95,9 +100,8 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
         target = outcome.built.file.with_suffix(known_export(name).suffix)
         reporter.wrote(export_body(body, name, target))
         _tell((f"{target.name}: {text}" for text in lost_in(body, name)), outcome.notes, reporter)
-    chart = outcome.folder / f"{path.stem}-effective-mass.png"
-    effective_mass_plot(body.modes, chart)
-    reporter.wrote(chart)
+    outcome.mass_plot = effective_mass_plot(body.modes, outcome.folder / f"{path.stem}-effective-mass.png")
+    reporter.wrote(outcome.mass_plot)
 
 
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
@@ -181,6 +185,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         checks=built.checks,
         notes=outcome.notes,
         errors=built.error_curves or None,
+        mass_plot=outcome.mass_plot,
     )
     reporter.wrote(page)
 

@@ -39,6 +39,7 @@ def write_page(
     notes: Sequence[str] = (),
     errors: Mapping[str, tuple[Any, Any]] | None = None,
     error_axes: tuple[str, str] = ("frequency (Hz)", "relative error"),
+    mass_plot: Path | None = None,
     nodal_mass: np.ndarray | None = None,
 ) -> Path:
     """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
@@ -56,6 +57,8 @@ def write_page(
         Curves of a section on errors; without, there is no such section.
     error_axes : (str, str)
         Labels of its axes.
+    mass_plot : Path or None
+        The chart of `effective_mass_plot`, where it is drawn already.
     nodal_mass : (n_points,), optional
         Weights of the nodes where modes are compared; default: equal weights.
 
@@ -78,7 +81,7 @@ def write_page(
     """
     text = _template().render(
         **_static(),
-        **_selection(body.modes),
+        **_selection(body.modes, mass_plot),
         **_shapes(body, pictures or {}, nodal_mass),
         body=body,
         summary=summary_rows(body),
@@ -108,7 +111,7 @@ def _static() -> dict[str, Any]:
     return {"style": Markup(_part("page.css")), "script": Markup(_part("page.js") + _part("viewer.js"))}
 
 
-def _selection(table: ModeTable) -> dict[str, Any]:
+def _selection(table: ModeTable, mass_plot: Path | None) -> dict[str, Any]:
     return {
         "table": table,
         "directions": DIRECTIONS,
@@ -116,7 +119,7 @@ def _selection(table: ModeTable) -> dict[str, Any]:
         "kinds": list(dict.fromkeys(table.kind)),
         "held": HELD if is_held_elsewhere(table) else "",
         "sums": [percent(value) for value in kept_fraction(table)],
-        "mass_plot": _drawn(effective_mass_plot, table),
+        "mass_plot": _embedded(mass_plot) if mass_plot else _drawn(effective_mass_plot, table),
     }
 
 

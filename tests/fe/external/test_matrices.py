@@ -348,7 +348,7 @@ def test_pipeline_run(job, capsys):
 
 
 def test_pipeline_builds_again_when_a_matrix_changes(job):
-    from modalprep.pipeline.build.build import inputs
+    from modalprep.pipeline.build.inputs import inputs
     from modalprep.pipeline.schema.load import load_pipeline
 
     before = inputs(job, load_pipeline(job))

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import DOP853
 from scipy.special import ellipk
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
-from modalprep.multibody.integration import driver
+from modalprep.multibody.integration import dop853_table, driver
 
 GRAVITY = np.array([0, -9.81, 0])
 METHODS = ("explicit", "generalised_alpha", "rosenbrock")
@@ -321,3 +322,11 @@ def test_a_body_at_rest_is_let_go(method):
     hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="rod", elements=(spring,), angle=0.2)
     system = mp.System(bodies={"rod": uniform_beam(modes=1)}, joints=(hinge,))
     assert mp.simulate(system, method=method, rtol=1e-2, t_end=100.0, output_step=100.0).time[-1] == 100.0
+
+
+def test_coefficients_of_dop853_are_those_of_scipy():
+    names = {"A": "A", "B": "B", "C": "C", "FIFTH": "E5", "THIRD": "E3", "A_DENSE": "A_EXTRA", "C_DENSE": "C_EXTRA",
+             "DENSE": "D"}  # fmt: skip
+    assert dop853_table.STAGES == DOP853.n_stages
+    for own, theirs in names.items():
+        np.testing.assert_array_equal(getattr(dop853_table, own), getattr(DOP853, theirs))

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import codecs
-import hashlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,9 +22,10 @@ from modalprep.fe.external.model import model_from_matrices, unit_factors
 from modalprep.fe.external.output4 import read_output4
 from modalprep.fe.links.interface import Interface
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.digest import NASTRAN, matrices_digest
 from modalprep.fe.readers.nastran.cards import read_cards
 from modalprep.fe.readers.nastran.grids import Grids
-from modalprep.fe.readers.read import NASTRAN, mesh_digest, read_mesh
+from modalprep.fe.readers.read import read_mesh
 from modalprep.suggest import refuse_missing
 
 DECK = NASTRAN | {".pch", ".dmig"}
@@ -140,11 +140,6 @@ def read_matrices(
         dof=found.dof if rows is None else _pairs(rows, mesh),
         units=(length_unit, mass_unit),
     )
-
-
-def matrices_digest(paths: Iterable[str | Path]) -> str:
-    """Return one SHA-256 of all files; a missing file counts as empty."""
-    return hashlib.sha256(" ".join(mesh_digest(Path(path)) for path in paths).encode()).hexdigest()
 
 
 def _sources(file, stiffness, mass) -> dict[str, tuple[Path, Found]]:

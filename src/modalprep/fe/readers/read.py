@@ -16,7 +16,7 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
-from modalprep.fe.readers.nastran.cards import read_cards
+from modalprep.fe.readers.digest import NASTRAN
 from modalprep.fe.readers.nastran.deck import read_nastran
 from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
 from modalprep.suggest import refuse_missing, suggestion
@@ -32,7 +32,6 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
-NASTRAN = {".bdf", ".dat", ".nas", ".blk"}
 
 
 def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = None) -> Mesh:
@@ -101,15 +100,6 @@ def refuse_units(length_unit: str, mass_unit: str | None) -> None:
     for name, unit, known in (("length_unit", length_unit, LENGTH_UNITS), ("mass_unit", mass_unit, MASS_UNITS)):
         if unit is not None and unit not in known:
             raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
-
-
-def mesh_digest(path: Path) -> str:
-    """Return the SHA-256 of a mesh file, of a deck with its includes; empty when the file is not there."""
-    if not path.is_file():
-        return ""
-    if path.suffix.lower() in NASTRAN:
-        return read_cards(path).sha256
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def _read_deck(path: Path, length_unit: str, mass_unit: str | None) -> Mesh:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.linalg import qr
+import scipy
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.evaluator import Evaluator
@@ -63,7 +63,7 @@ class Chart:
         self.kept = evaluator.kept_rows(y)
         G = self._jacobian(y)
         scaled = G * evaluator.scale
-        order = qr(scaled / np.linalg.norm(scaled, axis=1)[:, None], mode="r", pivoting=True)[1]
+        order = scipy.linalg.qr(scaled / np.linalg.norm(scaled, axis=1)[:, None], mode="r", pivoting=True)[1]
         self.dependent, self.independent = np.sort(order[: len(G)]), np.sort(order[len(G) :])
         self.inverse = np.linalg.inv(G[:, self.dependent])
         self.R = self.tangent(y)

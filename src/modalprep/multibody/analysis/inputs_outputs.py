@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.errors import InputError
 from modalprep.multibody.evaluation.evaluator import Evaluator
@@ -143,7 +143,8 @@ def _motion(
     evaluator.load(y)
     world(model, data)
     start = np.reshape(state()[1], (3, 3))
-    return lambda y: Rotation.from_matrix(np.reshape(state()[1], (3, 3)) @ start.T).as_rotvec()[axis]
+    from_matrix = scipy.spatial.transform.Rotation.from_matrix
+    return lambda y: from_matrix(np.reshape(state()[1], (3, 3)) @ start.T).as_rotvec()[axis]
 
 
 def _acceleration(evaluator: Evaluator, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.multibody.deploying.histories import Histories
 from modalprep.multibody.deploying.system import DeployingSystem
@@ -128,11 +128,11 @@ class Phase:
         kind = self.packed.types[i]
         if kind == SPHERICAL:
             position, rate = self.hinge(name)
-            return Rotation.from_quat(position, scalar_first=True).as_matrix(), rate
+            return scipy.spatial.transform.Rotation.from_quat(position, scalar_first=True).as_matrix(), rate
         if kind == WELD:
             return self.stages[self.number(name)].rotation, np.zeros(3)
         angle, rate = self.loading.prescribe(self.t)[i, :2] if kind == PRESCRIBED else np.ravel(self.hinge(name))
-        return Rotation.from_euler("z", angle).as_matrix(), np.array([0.0, 0.0, rate])
+        return scipy.spatial.transform.Rotation.from_euler("z", angle).as_matrix(), np.array([0.0, 0.0, rate])
 
     def release_innermost(self, d: Deployment, stage: Stage) -> tuple[np.ndarray, np.ndarray, float]:
         """Return rotation, angular velocity (own axes) and sliding speed of the next rod, the innermost one removed.

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.multibody.deploying.histories import Histories
 from modalprep.multibody.deploying.phase import Phase, RunSettings
@@ -227,7 +227,7 @@ def _lock(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:
 def _hinge_coordinates(d: Deployment, turn: np.ndarray) -> np.ndarray:
     """Return the coordinates of a hinge at a relative rotation (3, 3)."""
     if d.spatial:
-        return Rotation.from_matrix(turn).as_quat(scalar_first=True)
+        return scipy.spatial.transform.Rotation.from_matrix(turn).as_quat(scalar_first=True)
     return np.array([np.arctan2(turn[1, 0], turn[0, 0])])
 
 

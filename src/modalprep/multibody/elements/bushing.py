@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import expm
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.dense import DenseLoads, Scene
@@ -143,8 +142,8 @@ def dense(load: Bushing, scene: Scene) -> DenseLoads:
     Ra = a.frame.rotation
     r = Ra.T @ (b.frame.position - a.frame.position)
     d = r - load.free_position
-    x = Rotation.from_matrix(Ra.T @ b.frame.rotation @ load.free_rotation.T).as_rotvec()
-    left = expm(np.block([[skew(x), np.eye(3)], [np.zeros((3, 6))]]))[:3, 3:]
+    x = scipy.spatial.transform.Rotation.from_matrix(Ra.T @ b.frame.rotation @ load.free_rotation.T).as_rotvec()
+    left = scipy.linalg.expm(np.block([[skew(x), np.eye(3)], [np.zeros((3, 6))]]))[:3, 3:]
     linear = Ra.T @ (b.J[:3] - a.J[:3]) + skew(r) @ Ra.T @ a.J[3:]
     angular = Ra.T @ (b.J[3:] - a.J[3:])
     v = Ra.T @ (b.frame.velocity - a.frame.velocity) + np.cross(r, Ra.T @ a.frame.angular_velocity)

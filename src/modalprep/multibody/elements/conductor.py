@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.by_address import by_address
 from modalprep.jit import compile_kernel
@@ -84,9 +84,9 @@ def dense(load: Conductor, scene: Scene) -> DenseLoads:
     """Return the forces, the dipole's field by rotations from the planet's axes: the reference implementation."""
     orbit, total = scene.system.orbit, scene.nothing
     d, u = orbit.dipole, orbit.argument_of_latitude + orbit.rate * scene.t
-    to_orbit = Rotation.from_euler("ZXZ", [0.0, orbit.inclination, u])
+    to_orbit = scipy.spatial.transform.Rotation.from_euler("ZXZ", [0.0, orbit.inclination, u])
     turn = d.longitude + orbit.planet_spin * scene.t
-    north = to_orbit.inv().apply(Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
+    north = to_orbit.inv().apply(scipy.spatial.transform.Rotation.from_euler("ZY", [turn, d.tilt]).apply([0, 0, 1.0]))
     for ends in load.segments:
         a, b = (scene.end(end) for end in ends)
         r = (a.frame.position + b.frame.position) / 2 + [orbit.radius, 0, 0]

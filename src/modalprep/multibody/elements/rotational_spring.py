@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import PPoly
+import scipy
 
 from modalprep.by_address import by_address
 from modalprep.jit import compile_kernel
@@ -176,7 +176,7 @@ def _law(knots: np.ndarray, x: float) -> tuple[float, float]:
     at, energy, torque, slope = knots.T
     inside = float(np.clip(x, at[0], at[-1]))
     h, rise = np.diff(at), np.diff(torque) / np.diff(at)
-    cubic = PPoly([
+    cubic = scipy.interpolate.PPoly([
         (slope[:-1] + slope[1:] - 2 * rise) / h**2, (3 * rise - 2 * slope[:-1] - slope[1:]) / h,
         slope[:-1], torque[:-1],
     ], at)  # fmt: skip

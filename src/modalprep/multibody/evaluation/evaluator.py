@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.errors import SimulationError
 from modalprep.multibody.evaluation.loading import Loading
@@ -44,7 +44,7 @@ def start_state(packed: Packed) -> np.ndarray:
             y[x : x + 3], y[u : u + 3] = joint.position, joint.velocity
             x, u = x + 3, u + 3
         if kind in (FREE, SPHERICAL):
-            y[x : x + 4] = Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
+            y[x : x + 4] = scipy.spatial.transform.Rotation.from_matrix(joint.rotation).as_quat(scalar_first=True)
             y[u : u + 3] = joint.angular_velocity
     return y
 

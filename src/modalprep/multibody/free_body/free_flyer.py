@@ -25,9 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.linalg import cho_factor, cho_solve
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import affine_part, assembled, deflected, mass_matrix, partial_rates
@@ -168,9 +166,8 @@ def simulate_free_body(
     q0 = np.zeros(n) if q is None else np.asarray(q, dtype=float)
     u = np.concatenate([np.zeros(3) if a is None else np.asarray(a, dtype=float) for a in (velocity, angular_velocity)])
     momenta = (_Momentum if variables == "momentum" else _Efficient)(body)
-    turn = Rotation.from_matrix(as_rotation(np.eye(3) if rotation is None else rotation, "the rotation")).as_quat(
-        scalar_first=True
-    )
+    given = as_rotation(np.eye(3) if rotation is None else rotation, "the rotation")
+    turn = scipy.spatial.transform.Rotation.from_matrix(given).as_quat(scalar_first=True)
     place = np.zeros(3) if position is None else np.asarray(position, dtype=float)
     start = np.concatenate([place, turn, q0, momenta.of(q0, np.concatenate([u, np.zeros(n)])), [0.0]])
     g = np.zeros(3) if gravity is None else np.asarray(gravity, dtype=float)
@@ -179,7 +176,7 @@ def simulate_free_body(
         return _rate(momenta, y, g)
 
     options = {"method": "DOP853", "t_eval": times, "rtol": rtol, "atol": 1e-3 * rtol, "dense_output": True}
-    run = solve_ivp(rate, times[[0, -1]], start, **options)
+    run = scipy.integrate.solve_ivp(rate, times[[0, -1]], start, **options)
     if not run.success:
         raise SimulationError(f"free flight stopped at t = {run.t[-1]:g} s: {run.message}")
     return _motion(momenta, times, run.y.T, g, len(run.sol.ts) - 1)
@@ -258,7 +255,7 @@ class _Efficient:
     def __init__(self, body: FlexibleBody) -> None:
         self.body, self.part, self.G = body, affine_part(body), coriolis(body)
         self.M0 = mass_matrix(body, np.zeros(body.n))
-        self.factor = cho_factor(self.M0)
+        self.factor = scipy.linalg.cho_factor(self.M0)
 
     def of(self, q: np.ndarray, u: np.ndarray) -> np.ndarray:
         """Momenta of speeds ``u = (v, w, q')``."""
@@ -270,7 +267,7 @@ class _Efficient:
         """Speeds (v, w, q') of momenta."""
         bare = P.copy()
         bare[3:6] -= (self.G @ q) @ P[6:]
-        u = cho_solve(self.factor, bare)
+        u = scipy.linalg.cho_solve(self.factor, bare)
         u[6:] -= np.einsum("c,cij,j->i", u[3:6], self.G, q)
         return u
 

@@ -6,19 +6,11 @@ DOP853 of Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I 
 
 from __future__ import annotations
 
-from scipy.integrate import DOP853
-
 from modalprep.jit import compile_kernel
 from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate
+from modalprep.multibody.integration.dop853_table import A_DENSE, C_DENSE, DENSE, FIFTH, STAGES, THIRD, A, B, C
 from modalprep.multibody.integration.stepping import set_weights
 from modalprep.multibody.kernels.algebra.tuples import copy
-
-STAGES = DOP853.n_stages
-A_ = DOP853.A.copy()
-B_ = DOP853.B.copy()
-C_ = DOP853.C.copy()
-FIFTH, THIRD = DOP853.E5.copy(), DOP853.E3.copy()
-A_DENSE, C_DENSE, DENSE = DOP853.A_EXTRA.copy(), DOP853.C_EXTRA.copy(), DOP853.D.copy()
 
 
 @compile_kernel
@@ -27,12 +19,12 @@ def explicit_step(eq, run, t, h):
     K = run.K
     copy(run.ydot, K[0])
     for s in range(1, STAGES):
-        _combine(run.y, K, A_[s], s, h, run.new)
+        _combine(run.y, K, A[s], s, h, run.new)
         run.count[0].evaluations += 1
-        status = evaluate(eq, t + C_[s] * h, run.new, K[s])
+        status = evaluate(eq, t + C[s] * h, run.new, K[s])
         if status != GOOD:
             return status, 0.0
-    _combine(run.y, K, B_, STAGES, h, run.new)
+    _combine(run.y, K, B, STAGES, h, run.new)
     run.count[0].evaluations += 1
     status = evaluate(eq, t + h, run.new, K[STAGES])
     if status != GOOD:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from modalprep.errors import InputError
 from modalprep.multibody.model.deployment import EXACT, IN, OUT, Change, Deployment, Stage
@@ -112,7 +112,8 @@ def next_exit(d: Deployment, k: int, bounds: tuple[float, float], t: float, samp
     sides = [d.deployed_length(s)[0] - bound for s in (a, b)]
     if sides[0] * sides[1] >= 0:
         return Change(float(a), k, what)
-    return Change(float(brentq(lambda s: d.deployed_length(s)[0] - bound, a, b, xtol=1e-15 * times[-1])), k, what)
+    end = scipy.optimize.brentq(lambda s: d.deployed_length(s)[0] - bound, a, b, xtol=1e-15 * times[-1])
+    return Change(float(end), k, what)
 
 
 def alignment_angle(t: float, angle: float, rate: float, within: float) -> TimeFunction | None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
+import scipy
 
 from modalprep.errors import InputError
 from modalprep.multibody.model.loads import TwoEnded
@@ -101,7 +101,7 @@ class RotationalSpring(TwoEnded):
         """
         table = self.characteristic if constant == "stiffness" else self.damping_characteristic
         x, torque = ([-1.0, 1.0], [-getattr(self, constant), getattr(self, constant)]) if table is None else table
-        law = PchipInterpolator(x, torque)
+        law = scipy.interpolate.PchipInterpolator(x, torque)
         energy = law.antiderivative()
         return np.column_stack([x, energy(x) - energy(np.clip(0.0, x[0], x[-1])), torque, law.derivative()(x)])
 

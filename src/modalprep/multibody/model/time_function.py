@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
+import scipy
 
 from modalprep.errors import InputError
 from modalprep.multibody.model.safe_expression import FUNCTIONS, read_expression
@@ -59,7 +59,7 @@ class TimeFunction:
         ends = [until for until, _ in given]
         if not ends or not all(a < b for a, b in pairwise(ends)):
             raise InputError(f"function of time: the pieces must end at increasing times, got {ends}")
-        if not isinstance(given[-1][1], PPoly) and ends[-1] != FOREVER:
+        if not _is_table(given[-1][1]) and ends[-1] != FOREVER:
             raise InputError("function of time: the last piece must have no 'until'")
         object.__setattr__(self, "pieces", tuple(_piece(float(until), what) for until, what in given))
 
@@ -111,7 +111,7 @@ class TimeFunction:
                 "table of time: needs two points or more at increasing times; a jump repeats its time once, and has "
                 "two points or more on either side"
             )
-        return cls([(t[b - 1], CubicSpline(t[a:b], values[a:b])) for a, b in pairwise(cuts)])
+        return cls([(t[b - 1], scipy.interpolate.CubicSpline(t[a:b], values[a:b])) for a, b in pairwise(cuts)])
 
     @classmethod
     def sampled(cls, function: Callable[[float], float], until: float) -> TimeFunction:
@@ -140,9 +140,10 @@ class TimeFunction:
             values = np.array([float(function(x)) for x in t])
             if not np.all(np.isfinite(values)):
                 raise InputError(f"function of time: not finite at t = {t[~np.isfinite(values)][0]:g} s")
-            coarse = make_interp_spline(t[::2], values[::2], k=5)
+            coarse = scipy.interpolate.make_interp_spline(t[::2], values[::2], k=5)
             if np.abs(coarse(t) - values).max() <= 2**6 * SAMPLED * np.abs(values).max():  # order 6: t is finer by 2
-                return cls([(float(until), PPoly.from_spline(make_interp_spline(t, values, k=5)))])
+                fine = scipy.interpolate.make_interp_spline(t, values, k=5)
+                return cls([(float(until), scipy.interpolate.PPoly.from_spline(fine))])
             intervals *= 2
         raise InputError(
             f"function of time: {largest} samples up to t = {until:g} s do not resolve it; it must be smooth: give "
@@ -222,9 +223,14 @@ def checked(piece: Piece, t: np.ndarray) -> np.ndarray:
     return found
 
 
+def _is_table(what: Any) -> bool:
+    """Whether a piece is a spline; its class is not imported where there is none, which takes a fifth of a second."""
+    return hasattr(what, "derivative")
+
+
 def _minus(what: Any) -> Any:
-    if isinstance(what, PPoly):
-        return PPoly(-what.c, what.x)
+    if _is_table(what):
+        return scipy.interpolate.PPoly(-what.c, what.x)
     return f"-({what})" if isinstance(what, str) else -what
 
 
@@ -235,7 +241,7 @@ def _times(what: Any, factor: float) -> Any:
 
 
 def _piece(until: float, what: Any) -> Piece:
-    if isinstance(what, PPoly):
+    if _is_table(what):
         first, second = what.derivative(), what.derivative(2)
         return Piece(until, lambda t: np.array([what(t), first(t), second(t)]), np.unique(what.x), "a table")
     if isinstance(what, str):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import qr
+import scipy
 
 from modalprep.multibody.elements.dense import BodyState
 from modalprep.multibody.evaluation.loops import Loops
@@ -203,7 +203,7 @@ def null_space(G: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     (array([-0.5,  1. ]), array([2., 0.]))
     """
     n = G.shape[1]
-    Q, T, order = qr(G, mode="economic", pivoting=True)
+    Q, T, order = scipy.linalg.qr(G, mode="economic", pivoting=True)
     sizes = np.abs(np.diag(T))
     rank = int(np.sum(sizes > DEPENDENT * sizes.max(initial=0.0)))
     dependent, independent = order[:rank], order[rank:]

@@ -8,7 +8,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+import scipy
 
 from modalprep.errors import InputError
 from modalprep.notebook import html_table
@@ -153,7 +153,8 @@ class Result(Record):
         >>> run.relative_to("hub")["arm.tip.position"].round(9) + 0.0
         array([[2., 0., 0.]])
         """
-        origin, rotation = self[f"{body}.origin"], Rotation.from_quat(self[f"{body}.orientation"], scalar_first=True)
+        from_quaternion = scipy.spatial.transform.Rotation.from_quat
+        origin, rotation = self[f"{body}.origin"], from_quaternion(self[f"{body}.orientation"], scalar_first=True)
         positions = {name: a for name, a in self.channels.items() if name.endswith((".position", ".origin"))}
         relative = {name: rotation.inv().apply(a - origin) for name, a in positions.items()}
         return self.with_(channels=self.channels | relative)

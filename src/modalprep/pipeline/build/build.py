@@ -2,43 +2,27 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-from modalprep import __version__
-from modalprep.body.build import flexible_body
-from modalprep.body.checks import check_body, check_model
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.rigid import rigid_body
-from modalprep.body.second_order import SECOND_ORDER
-from modalprep.body.verify import check_projection
-from modalprep.errors import AccuracyError, InputError
+from modalprep.errors import InputError
 from modalprep.formats.export import EXPORTS
-from modalprep.formats.modalfile import read_body, write_body
+from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.build.built import Built, body_key, recall_body, store_body
 from modalprep.pipeline.build.cache import Cache
-from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh, source_digest
-from modalprep.pipeline.build.reduce import reduce_model, target_damping
+from modalprep.pipeline.build.inputs import inputs
 from modalprep.pipeline.build.sources import pipelines_of, refuse_overwriting, source_files
-from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.depletion import LevelTable
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
 from modalprep.pipeline.schema.system import inertia_tensor
-from modalprep.reduction.damping import modal_damping
-
-# plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
-LIGHT, HEAVY = 1e-6, 2.3e4
-GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m has 1e9 times its mass
-SHORT, LONG = 1e-3, 100.0  # m
-SLOW, FAST = 0.1, 1e5  # m/s, first frequency times size: from a film to a block of diamond
 
 
 def output_folder(path: Path, output: Path | None) -> Path:
@@ -62,11 +46,13 @@ def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None
     AccuracyError
         When a physics check fails; nothing is written then.
     """
+    from modalprep.pipeline.build.compute import compute_body  # what computes is not imported where a body is read
+
     pipeline, file = _body_pipeline(path), folder / f"{path.stem}.h5"
     exports = (file.with_suffix(EXPORTS[name].suffix) for name in set(pipeline.output.export))
     refuse_overwriting({file, *exports}, source_files(path, pipeline))
     if cache is None:
-        return _build(path, pipeline, file, reporter, None)
+        return compute_body(path, pipeline, file, reporter, None)
     with naming(path):
         given = inputs(path, pipeline)
         key = body_key(cache, pipeline.name or path.stem, given)
@@ -76,37 +62,9 @@ def build_body(path: Path, folder: Path, reporter: Reporter, cache: Cache | None
         reporter.wrote(file)
         return found
     start = time.perf_counter()
-    built = _build(path, pipeline, file, reporter, cache)
+    built = compute_body(path, pipeline, file, reporter, cache)
     store_body(cache, key, built, time.perf_counter() - start)
     return built
-
-
-def _build(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
-    with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
-        mesh = read_pipeline_mesh(path, pipeline)
-        done(1)
-        model = assemble_pipeline(pipeline, mesh)
-        done(2)
-        reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache))
-        done(4)
-        name = pipeline.name or path.stem
-        stress = pipeline_stress(pipeline, mesh, model)
-        wanted = {"stress": stress, "second_order_mass": pipeline.reduction.second_order_mass}
-        body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
-        body = body.with_(D=modal_damping(body, target_damping(pipeline.reduction.damping)))
-        done(5)
-    checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
-    failed = [check for check in checks if not check.passed]
-    if failed:
-        first = failed[0]
-        raise AccuracyError(
-            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
-            "very stiff parts on soft ones, bad elements and mixed units lose the digits: see 'modalprep quality', and "
-            "use rbe2 for stiff parts"
-        )
-    reporter.wrote(write_body(body, file))
-    said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_unit_warnings(body)), error)
 
 
 def made_bodies(path: Path, output: Path | None) -> list[Path]:
@@ -187,33 +145,3 @@ def read_rigid(name: str, table: BodyTable | LevelTable, interfaces: dict[str, V
     positions = {key: np.array(x) for key, x in interfaces.items()}
     inertia = inertia_tensor(table.inertia)
     return rigid_body(name, mass=table.mass, centre=table.centre, inertia=inertia, interfaces=positions)
-
-
-def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
-    """Return what determines the body: hash of the mesh, of the body's options, program version."""
-    made_of = ("mesh", "matrices", "materials", "properties", "connections")
-    parts = {"name", *made_of, "interfaces", "stress", "loads", "reduction"}
-    options = json.dumps(pipeline.model_dump(include=parts), sort_keys=True)
-    return {
-        "pipeline": path.name,
-        "mesh_sha256": source_digest(path, pipeline),
-        "options_sha256": hashlib.sha256(options.encode()).hexdigest(),
-        "program": f"modalprep {__version__}",
-    }
-
-
-def _unit_warnings(body: FlexibleBody) -> tuple[str, ...]:
-    """Return warnings of values that suggest a wrong unit."""
-    size = np.ptp(body.points, axis=0).max()
-    what = (
-        f"for a body of {size:.3g} m and {body.m:.3g} kg: check length_unit, mass_unit and the SI units of [materials]"
-    )
-    warnings = []
-    if not (LIGHT < body.m / size**3 < HEAVY and 1 / GIANT < body.m < GIANT):
-        warnings.append(f"its mass is implausible {what}")
-    elastic = body.frequency[body.frequency > 0]
-    if not SHORT <= size <= LONG:
-        warnings.append(f"its size is implausible {what}")
-    if len(elastic) and not SLOW < elastic[0] * size < FAST:
-        warnings.append(f"first frequency {elastic[0]:.3g} Hz is implausible {what}")
-    return tuple(warnings)

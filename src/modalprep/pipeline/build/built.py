@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from modalprep.atomic import atomic_path
-from modalprep.body.checks import Check
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.formats.modalfile import read_body, write_body
 from modalprep.pipeline.build.cache import Cache
-from modalprep.reduction.error import ReductionError
+
+if TYPE_CHECKING:
+    from modalprep.body.checks import Check
+    from modalprep.reduction.error import ReductionError
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,8 @@ def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
 
 def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) -> Built | None:
     """Write the modal file of an entry as `file`, with its own provenance; None when there is no entry."""
+    from modalprep.body.checks import Check
+
     found = cache.read(key)
     if found is None:
         return None
@@ -68,5 +73,7 @@ def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) 
 
 
 def _error(found: dict[str, np.ndarray]) -> ReductionError | None:
+    from modalprep.reduction.error import ReductionError
+
     values = {name.removeprefix("error_"): array for name, array in found.items() if name.startswith("error_")}
     return ReductionError(**values | {"up_to": float(values["up_to"])}) if values else None

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
-from scipy.sparse import issparse
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import OutputError
@@ -153,7 +152,7 @@ def _checksum(key: str, file: BinaryIO) -> bytes:
 
 def _pieces(part: Any) -> list[Any]:
     """Return what to hash of a part: its kind and shape before its bytes, so that different parts never hash alike."""
-    if issparse(part):
+    if not isinstance(part, np.ndarray) and hasattr(part, "tocsr"):
         matrix = part.tocsr()
         matrix = matrix if matrix.has_sorted_indices else matrix.sorted_indices()
         return [

@@ -12,12 +12,13 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.assemble import assemble
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
-from modalprep.fe.external.files import Matrices, matrices_digest, read_matrices
+from modalprep.fe.external.files import Matrices, read_matrices
 from modalprep.fe.links.interface import Connection, Interface, connect
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
-from modalprep.fe.readers.read import mesh_digest, read_mesh
+from modalprep.fe.readers.read import read_mesh
+from modalprep.pipeline.build.inputs import matrix_files
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -27,22 +28,10 @@ def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
     """Read the mesh, or the nodes with their matrices, that the pipeline file at `path` names."""
     table = pipeline.mesh
     if pipeline.matrices is not None:
-        return read_matrices(**pipeline.matrices.model_dump() | _matrix_files(path, pipeline))
+        return read_matrices(**pipeline.matrices.model_dump() | matrix_files(path, pipeline))
     if table is None:
         raise InputError(f"{path} has no [mesh]: there is no body to build")
     return read_mesh(path.parent / table.file, table.length_unit, table.mass_unit)
-
-
-def source_digest(path: Path, pipeline: Pipeline) -> str:
-    """Return the hash of the files that define the body; empty without a body."""
-    if pipeline.matrices is not None:
-        return matrices_digest(_matrix_files(path, pipeline).values())
-    return mesh_digest(path.parent / pipeline.mesh.file) if pipeline.mesh else ""
-
-
-def _matrix_files(path: Path, pipeline: Pipeline) -> dict[str, Path]:
-    given = pipeline.matrices.model_dump(include={"file", "stiffness", "mass", "nodes", "dof"}, exclude_none=True)
-    return {key: path.parent / name for key, name in given.items()}
 
 
 def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:

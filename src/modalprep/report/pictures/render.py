@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -17,15 +18,30 @@ from modalprep.report.pictures.colour import WORDS, node_colour
 from modalprep.report.pictures.motion import largest_displacement
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
+EGL = "vtkEGLRenderWindow"
 PROBE = """
 import sys
+from importlib.util import find_spec
+if find_spec("pyvista") is None:
+    sys.exit("import: No module named 'pyvista'")
 try:
-    import pyvista
+    import vtkmodules.vtkRenderingOpenGL2
+    from vtkmodules.vtkFiltersSources import vtkSphereSource
+    from vtkmodules import vtkRenderingCore as vtk
 except ImportError as error:
     sys.exit(f"import: {error}")
-plotter = pyvista.Plotter(off_screen=True, window_size=(32, 32))
-plotter.add_mesh(pyvista.Sphere())
-sys.exit(0 if plotter.screenshot(return_img=True).std() > 0 else "blank")
+source, mapper, actor = vtkSphereSource(), vtk.vtkPolyDataMapper(), vtk.vtkActor()
+mapper.SetInputConnection(source.GetOutputPort())
+actor.SetMapper(mapper)
+renderer, window, image = vtk.vtkRenderer(), vtk.vtkRenderWindow(), vtk.vtkWindowToImageFilter()
+renderer.AddActor(actor)
+window.SetOffScreenRendering(True)
+window.SetSize(32, 32)
+window.AddRenderer(renderer)
+image.SetInput(window)
+image.Update()
+low, high = image.GetOutput().GetScalarRange()
+sys.exit(0 if high > low else "blank")
 """
 PATIENCE = 120  # s; the first import of VTK from a network disk takes most of a minute
 ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
@@ -43,34 +59,61 @@ def drawing_problem() -> str | None:
     A VTK without EGL terminates the process, so that a subprocess tries first; its working setup is used here. The
     result is kept for the lifetime of the process.
     """
-    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # otherwise Mesa writes its device search to the terminal
     problem = ""
-    for window in ("vtkEGLRenderWindow", None):
+    for window in (EGL, None):
         problem = _attempt(window)
         if not problem:
             if window:
                 os.environ[WINDOW] = window
-            return None
+            return _import_problem()
     return f"{problem} ({ADVICE})"
 
 
-def _attempt(window: str | None) -> str:
-    """Draw a sphere in a subprocess with this kind of window; return the error."""
+def try_ahead() -> None:
+    """Start the test of `drawing_problem` beside other work."""
+    if not _started and not drawing_problem.cache_info().currsize:
+        with suppress(OSError):
+            _started[EGL] = _start(EGL)
+
+
+_started: dict[str | None, subprocess.Popen] = {}  # tests by their kind of window
+
+
+def _start(window: str | None) -> subprocess.Popen:
+    """Start a subprocess that draws a sphere with this kind of window."""
+    os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # otherwise Mesa writes its device search to the terminal
     environment = os.environ | ({WINDOW: window} if window else {})
+    pipes = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE}
+    return subprocess.Popen([sys.executable, "-c", PROBE], env=environment, text=True, **pipes)
+
+
+def _attempt(window: str | None) -> str:
+    """Let a subprocess draw a sphere with this kind of window; return the error."""
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", PROBE], env=environment, capture_output=True, text=True, timeout=PATIENCE
-        )
-    except subprocess.TimeoutExpired:
-        return f"VTK did not draw a test picture within {PATIENCE} s"
+        test = _started.pop(window, None) or _start(window)
     except OSError as error:
         return f"the test of VTK did not start: {error}"
-    if done.returncode == 0:
+    with test:
+        try:
+            _, said = test.communicate(timeout=PATIENCE)
+        except subprocess.TimeoutExpired:
+            return f"VTK did not draw a test picture within {PATIENCE} s"
+        finally:
+            test.kill()
+    if test.returncode == 0:
         return ""
-    cause = done.stderr.strip().rpartition("\n")[2]
+    cause = said.strip().rpartition("\n")[2]
     if cause.startswith("import: "):
         return f"pyvista cannot be imported: {cause.removeprefix('import: ')}"
     return "VTK finds no OpenGL that works without a display"
+
+
+def _import_problem() -> str | None:
+    try:
+        import pyvista  # noqa: F401
+    except ImportError as error:
+        return f"pyvista cannot be imported: {error}"
+    return None
 
 
 def render_mode(
