@@ -235,8 +235,8 @@ def _minus(what: Any) -> Any:
 
 
 def _times(what: Any, factor: float) -> Any:
-    if isinstance(what, PPoly):
-        return PPoly(factor * what.c, what.x)
+    if _is_table(what):
+        return scipy.interpolate.PPoly(factor * what.c, what.x)
     return f"({factor!r})*({what})" if isinstance(what, str) else factor * what
 
 

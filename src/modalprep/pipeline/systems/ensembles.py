@@ -27,10 +27,8 @@ from modalprep.report.ensemble import band_plot, statistics_table, write_cases, 
 TOLD = 5  # cases that failed and are named on the console
 
 
-def ensemble_files(table: EnsembleTable | None, stem: Path) -> list[Path]:
+def ensemble_files(table: EnsembleTable, stem: Path) -> list[Path]:
     """Return the files that an ensemble writes, those with numbers first; `stem` is the folder and the file's name."""
-    if table is None:
-        return []
     names = [".h5", ".csv", "-cases.csv", *(f"{suffix}.png" for suffix in _suffixes(len(table.channels)))]
     return [stem.with_name(f"{stem.name}-ensemble{name}") for name in names]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from modalprep.atomic import refuse_folder
-from modalprep.ensemble.record import Ensemble
 from modalprep.errors import InputError
 from modalprep.formats.resultfile import write_csv, write_result
 from modalprep.multibody.deploying.simulate import simulate_deployment
@@ -22,9 +22,11 @@ from modalprep.pipeline.console import Reporter, says_compiling
 from modalprep.pipeline.schema.events import read_events
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
+
+if TYPE_CHECKING:
+    from modalprep.ensemble.record import Ensemble
 
 LABELS = {
     "consistent": "with geometric stiffness",
@@ -73,7 +75,11 @@ def simulate_pipeline(
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
     stem = target.with_name(path.stem)
-    written = (target, _csv_beside(target), *ensemble_files(pipeline.ensemble, stem))
+    written = (target, _csv_beside(target))
+    if pipeline.ensemble is not None:  # what it imports takes as long as a short run
+        from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
+
+        written += tuple(ensemble_files(pipeline.ensemble, stem))
     refuse_overwriting(written, [*needed_files(path), *made_bodies(path, output)])
     refuse_before_work(pipeline, path)
     system = read_system(pipeline, path, output, reporter)
