@@ -31,7 +31,6 @@ from modalprep.multibody.kernels.articulated_body import (
     outward,
 )
 from modalprep.multibody.kernels.callbacks import call_address
-from modalprep.multibody.kernels.compliance import aim, follow, implicit_accelerations, restrain
 from modalprep.multibody.kernels.constraints import (
     Constraints,
     Work,
@@ -41,6 +40,7 @@ from modalprep.multibody.kernels.constraints import (
 from modalprep.multibody.kernels.data import PRESCRIBED, Data, Model
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import along_axis
+from modalprep.multibody.kernels.loads.compliance import aim, follow, implicit_accelerations, restrain
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
