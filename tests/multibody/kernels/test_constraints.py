@@ -74,10 +74,11 @@ def test_free_motion_and_responses_equal_the_dense_ones(seed):
     run.solve()
     rows, work = dense_constraints(system, run.packed, run.loops, y, motion, run.t), run.loops.work
     M, f = mass_and_force(system, y, motion)
-    # two eliminations of mass matrices of condition 1e5 or less
-    assert_close(work.free + work.bias, rows.G @ np.linalg.solve(M, f) + rows.bias, 1e-10)
+    # second derivatives of tabulated functions of time are good to 4e-10
+    assert_close(work.free + work.bias, rows.G @ np.linalg.solve(M, f) + rows.bias, 1e-9)
     work.multiplier[:] = np.random.default_rng(seed).standard_normal(len(work.multiplier))
     yield_to_multipliers(run.packed.model, run.data, work)
+    # two eliminations of mass matrices of condition 1e5 or less
     assert_close(work.step, np.linalg.solve(M, rows.G.T @ work.multiplier), 1e-10)
     assert not np.any(work.tau)
 
@@ -107,7 +108,7 @@ def test_projection_with_the_factor_of_the_evaluation(name):
         evaluate(equations, 0.0, y, np.zeros(len(y)))
         work = equations.work
         assert max(violation(work, work.phi), violation(work, work.rate)) < CLOSED
-    assert_close(*found, 100 * SMALL**2, scale=1.0)
+    assert_close(*found, 100 * SMALL**2)
 
 
 @pytest.mark.parametrize("name", LOOPS)
