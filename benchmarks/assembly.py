@@ -19,9 +19,10 @@ where a program has them; the programs alternate, medians. Where other work shar
     instead of six matrices), no warping, one fixed plane.
 
 The last line is JSON: `tet_vs_skfem`, `tet_vs_ngsolve`, `small_vs_ngsolve` (384 tetrahedra), `quad_vs_skfem` (their
-time over ours; null where NGSolve is not installed) and `peak_mib` (growth of resident memory over case (a) in a process of its own: VmHWM after minus VmRSS
-before, kernels compiled and mesh in memory; null where there is no /proc). `--million` assembles a tetrahedral box of
-1 million DOFs in the same way: `million_per_dof` (time per DOF over that of case (a)) and `million_peak_gib`.
+time over ours; null where NGSolve is not installed) and `peak_mib` (growth of resident memory over case (a) in a
+process of its own: VmHWM after minus VmRSS before, kernels compiled and mesh in memory; null where there is no /proc).
+`--million` assembles a tetrahedral box of 1 million DOFs in the same way: `million_per_dof` (time per DOF over that of
+case (a)) and `million_peak_gib`.
 """
 
 from __future__ import annotations
