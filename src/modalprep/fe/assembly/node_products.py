@@ -8,7 +8,8 @@ import numpy as np
 from scipy.sparse import bsr_array, coo_array, csr_array
 
 from modalprep.fe.assembly.sparsity import Pattern
-from modalprep.fe.elements.kernels import add_functions, in_threads, scatter_functions
+from modalprep.fe.elements.kernels import find, in_threads
+from modalprep.jit import compile_allocating
 
 ROWS = 1024  # nodes at a time
 COUNT, N = 10, 9  # functions of a node: R (3, 3) by rows, then N
@@ -33,12 +34,12 @@ class NodeProducts:
     def add(self, nodes: np.ndarray, values: np.ndarray) -> None:
         """Add the products ``values (ne, 10 nn, 10 nn)`` of elements ``nodes (ne, nn)``."""
         span = range(int(nodes.min()), int(nodes.max()) + 1)
-        in_threads(scatter_functions, span, values, nodes, self.graph.indptr, self.graph.indices, self.data)
+        in_threads(_scatter, span, values, nodes, self.graph.indptr, self.graph.indices, self.data)
 
     def add_mass(self, pattern: Pattern, M: np.ndarray) -> None:
         """Add the mass matrix to the data of a pattern that contains the graph."""
         graph = self.graph
-        in_threads(add_functions, graph.shape[0], graph.indptr, graph.indices, self.data, pattern.place, M)
+        in_threads(_add_mass, graph.shape[0], graph.indptr, graph.indices, self.data, pattern.place, M)
 
     def matrix(self, a: int, b: int, n: int) -> csr_array:
         """Return ``M_ab (n, n)`` over the DOFs."""
@@ -84,3 +85,45 @@ class NodeProducts:
 
 def _rows(b: int) -> np.ndarray:
     return np.array([3 * b, 3 * b + 1, 3 * b + 2, N])
+
+
+@compile_allocating
+def _scatter(lo, hi, values, nodes, indptr, neighbour, data):
+    """Add ``values (ne, 10 nn, 10 nn)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, 10, 10)``."""
+    nn = nodes.shape[1]
+    for e in range(nodes.shape[0]):
+        for i in range(nn):
+            node = nodes[e, i]
+            if lo <= node < hi:
+                for j in range(nn):
+                    place = find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
+                    for a in range(10):
+                        for b in range(10):
+                            data[place, a, b] += values[e, 10 * i + a, 10 * j + b]
+
+
+@compile_allocating
+def _add_mass(lo, hi, indptr, neighbour, products, place, data):
+    """Add the mass matrix to rows of nodes of `data`, from ``products (nnz, 10, 10)`` of `mass.NodalFunctions`.
+
+    `indptr` and `neighbour` belong to the products; `place` holds those of `data`, `column` and `row` (see
+    `kernels.scatter`).
+    Exactly symmetric.
+    """
+    B = np.empty((10, 10))
+    starts, others, column, row = place
+    for i in range(lo, hi):
+        for k in range(indptr[i], indptr[i + 1]):
+            j = neighbour[k]
+            back = find(neighbour, indptr[j], indptr[j + 1], i)
+            start = column[find(others, starts[i], starts[i + 1], j)]
+            for a in range(10):
+                for b in range(10):
+                    B[a, b] = (products[k, a, b] + products[back, b, a]) / 2
+            for c in range(3):
+                at, turned = row[i, c] + start, row[i, 3 + c] + start
+                data[at + c] += B[9, 9]
+                for d in range(3):
+                    data[at + 3 + d] += B[9, 3 * c + d]
+                    data[turned + d] += B[3 * d + c, 9]
+                    data[turned + 3 + d] += B[c, d] + B[3 + c, 3 + d] + B[6 + c, 6 + d]

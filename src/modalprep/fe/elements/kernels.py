@@ -236,7 +236,7 @@ def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
             if node < lo or node >= hi:
                 continue
             for j in range(nn):
-                place = column[_find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
+                place = column[find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])]
                 for k in range(values.shape[1]):
                     if width == 3:  # known lengths unroll
                         for a in range(3):
@@ -246,47 +246,6 @@ def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
                         for a in range(6):
                             for b in range(6):
                                 data[k, row[node, a] + place + b] += values[e, k, 6 * i + a, 6 * j + b]
-
-
-@compile_allocating
-def scatter_functions(lo, hi, values, nodes, indptr, neighbour, data):
-    """Add ``values (ne, 10 nn, 10 nn)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, 10, 10)``."""
-    nn = nodes.shape[1]
-    for e in range(nodes.shape[0]):
-        for i in range(nn):
-            node = nodes[e, i]
-            if lo <= node < hi:
-                for j in range(nn):
-                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
-                    for a in range(10):
-                        for b in range(10):
-                            data[place, a, b] += values[e, 10 * i + a, 10 * j + b]
-
-
-@compile_allocating
-def add_functions(lo, hi, indptr, neighbour, products, place, data):
-    """Add the mass matrix to rows of nodes of `data`, from ``products (nnz, 10, 10)`` of `mass.NodalFunctions`.
-
-    `indptr` and `neighbour` belong to the products, and `place` holds those of `data`, `column` and `row` (`scatter`).
-    Exactly symmetric.
-    """
-    B = np.empty((10, 10))
-    starts, others, column, row = place
-    for i in range(lo, hi):
-        for k in range(indptr[i], indptr[i + 1]):
-            j = neighbour[k]
-            back = _find(neighbour, indptr[j], indptr[j + 1], i)
-            start = column[_find(others, starts[i], starts[i + 1], j)]
-            for a in range(10):
-                for b in range(10):
-                    B[a, b] = (products[k, a, b] + products[back, b, a]) / 2
-            for c in range(3):
-                at, turned = row[i, c] + start, row[i, 3 + c] + start
-                data[at + c] += B[9, 9]
-                for d in range(3):
-                    data[at + 3 + d] += B[9, 3 * c + d]
-                    data[turned + d] += B[3 * d + c, 9]
-                    data[turned + 3 + d] += B[c, d] + B[3 + c, 3 + d] + B[6 + c, 6 + d]
 
 
 @compile_allocating
@@ -331,7 +290,7 @@ def scatter_scalar(lo, hi, values, nodes, indptr, neighbour, data):
             node = nodes[e, i]
             if lo <= node < hi:
                 for j in range(nn):
-                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
+                    place = find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
                     for k in range(data.shape[1]):
                         data[place, k] += values[e, i, j, k]
 
@@ -350,13 +309,14 @@ def diagonal(lo, hi, indptr, neighbour, column, row, width, data, out):
     """Diagonal ``out (n_nodes, 6)`` of a matrix whose rows are DOFs, 0 where a node has none."""
     for node in range(lo, hi):
         if indptr[node] < indptr[node + 1]:
-            place = column[_find(neighbour, indptr[node], indptr[node + 1], node)]
+            place = column[find(neighbour, indptr[node], indptr[node + 1], node)]
             for a in range(width[node]):
                 out[node, a] = data[row[node, a] + place + a]
 
 
 @compile_allocating
-def _find(sorted_array, lo, hi, wanted):
+def find(sorted_array, lo, hi, wanted):
+    """Place of a number in ``sorted_array[lo:hi]``."""
     while hi - lo > 1:
         middle = (lo + hi) // 2
         if sorted_array[middle] <= wanted:
