@@ -6,7 +6,7 @@ import numpy as np
 
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.materials import Material
-from modalprep.fe.properties.properties import Beam
+from modalprep.fe.properties.properties import Beam, Shell
 
 
 def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:
@@ -41,6 +41,28 @@ def cantilever_model(elements: int = 10, tip: str = "free"):
         "tip": Interface(group="tip", kind="node", boundary=tip),
     }
     return assemble(beam_mesh(elements), {"beam": spinup_section()}, ends)
+
+
+def sheet_model():
+    """Return the model of a square sheet of steel, 1 m long and 10 mm thick, fixed at one corner: one shell.
+
+    Examples
+    --------
+    >>> sheet_model()
+    FEModel(4 nodes, 24 DOFs, m=78 kg; interfaces root)
+    """
+    from modalprep.fe.assembly.assemble import assemble
+    from modalprep.fe.links.interface import Interface
+
+    mesh = Mesh(
+        points=np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]),
+        cells={"quad": np.arange(4)[None], "vertex": np.zeros((1, 1), dtype=int)},
+        groups={"sheet": {"quad": np.zeros(1, dtype=int)}, "root": {"vertex": np.zeros(1, dtype=int)}},
+    )
+    steel = Material(E=2.1e11, nu=0.3, rho=7800.0)
+    return assemble(
+        mesh, {"sheet": Shell(material=steel, thickness=0.01)}, {"root": Interface(group="root", kind="node")}
+    )
 
 
 def small_systems():

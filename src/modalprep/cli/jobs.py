@@ -156,16 +156,19 @@ def _end_with(failures: tuple[str, ...]) -> None:
 
 @app.command()
 def warmup() -> None:
-    """Compile the solver for all kinds of systems."""
+    """Compile the solver for all kinds of systems, and the assembly of shells."""
     import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
+    from modalprep.examples import sheet_model
     from modalprep.pipeline.console import Reporter
 
     interrupts = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}  # end without a traceback
     with ProcessPoolExecutor(2, mp_context=get_context("spawn"), **interrupts) as pool:
-        list(pool.map(compile_solver, ("flexible", "rigid")))
+        jobs = [pool.submit(compile_solver, "flexible"), pool.submit(compile_solver, "rigid"), pool.submit(sheet_model)]
+        for job in jobs:
+            job.result()
     Reporter().say("the solver is compiled")
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.fe.elements.shells.flat_strains import Moduli, Sides, Strains, compatible, measure_sides, set_map
-from modalprep.jit import compile_allocating
+from modalprep.jit import compile_allocating, compile_inline
 
 
 class Geometry(NamedTuple):
@@ -38,7 +38,7 @@ def _moduli_of(moduli, e):
     return Moduli(moduli.plane[k], moduli.bend[k], moduli.coupling[k])
 
 
-@compile_allocating
+@compile_inline
 def _internal_slopes(x, rule, q, dx, slope):
     """Gradients ``(2, 2)`` of QM6's internal shapes, mapped by the Jacobian of the centre (row: shape)."""
     a, b = (x[1, 0] + x[2, 0] - x[0, 0] - x[3, 0]) / 2, (x[2, 0] + x[3, 0] - x[0, 0] - x[1, 0]) / 2
@@ -99,7 +99,7 @@ def _condense(x, C, rule, at, inner, held):
     _solve(K, inner)
 
 
-@compile_allocating
+@compile_inline
 def _add_bend(local, R, row):
     """Add what a row per ``w, tx, ty`` of the nodes is per nodal DOF in mesh axes."""
     for i in range(len(local) // 3):
@@ -108,7 +108,7 @@ def _add_bend(local, R, row):
             row[6 * i + 3 + c] += local[3 * i + 1] * R[0, c] + local[3 * i + 2] * R[1, c]
 
 
-@compile_allocating
+@compile_inline
 def _add_plane(local, R, z, row):
     """Add what a row per ``u, v, tz`` of the nodes is per nodal DOF in mesh axes."""
     for i in range(len(z)):
@@ -186,7 +186,7 @@ def _add_square(rows, C, dx, CB, K):
                     K[i, j] += b * CB[s, j]
 
 
-@compile_allocating
+@compile_inline
 def _add_product(left, C, right, dx, K):
     """Add ``dx A^T C B`` of the first three rows A and B to K."""
     for s in range(3):
@@ -270,7 +270,7 @@ def stiffness(lo, hi, cells, moduli, optimal, rule, K):
         _to_nodes(P, D, X, cells.frame[e], cells.height[e], K[e])
 
 
-@compile_allocating
+@compile_inline
 def _bow(x, R, P, bowed):
     """Deflection ``bowed (n, 3)`` of the edge functions ``(L/8)(bs_j - bs_i)`` of all sides per rotation of a node."""
     bowed[:] = 0.0
@@ -283,7 +283,7 @@ def _bow(x, R, P, bowed):
             bowed[k, a] -= turned
 
 
-@compile_allocating
+@compile_inline
 def _set_lever(height, normal, bowed, N, values):
     """Set the functions of a node: ``N u``, ``t x normal`` times the height, and ``bowed . t`` along the normal."""
     for a in range(3):

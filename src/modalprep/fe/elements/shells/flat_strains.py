@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.fe.elements.kernels import invert
-from modalprep.jit import compile_allocating
+from modalprep.jit import compile_allocating, compile_inline
 
 OPT_ALPHA = 1.5  # of the OPT triangle: drilling rotations bow its sides so many times as cubic shapes would
 OPT_BETA = ((2 / 3, 4 / 3, 2 / 3), (0.0, 2 / 3, -2 / 3), (-2 / 3, -2 / 3, -4 / 3))  # of its higher-order strains
@@ -108,7 +108,7 @@ def measure_sides(x, C, sides):
         sides.size[k], sides.sheared[k] = 1.5 / (L * (1 + phi)), -2 / 3 * phi
 
 
-@compile_allocating
+@compile_inline
 def set_map(x, dN, weight, q, inverse):
     """Set the inverse Jacobian ``dX/dx (2, 2)`` at a point, and return its measure."""
     a = b = c = d = 0.0
@@ -122,7 +122,7 @@ def set_map(x, dN, weight, q, inverse):
     return weight[q] * det
 
 
-@compile_allocating
+@compile_inline
 def _pull_back(slope, inverse):
     """Gradient in x, y of a function with a gradient on the reference cell."""
     return (
@@ -131,12 +131,12 @@ def _pull_back(slope, inverse):
     )
 
 
-@compile_allocating
+@compile_inline
 def _set(plane, row, i, u, v, t):
     plane[row, 3 * i], plane[row, 3 * i + 1], plane[row, 3 * i + 2] = u, v, t
 
 
-@compile_allocating
+@compile_inline
 def _linear_plane(rule, q, inverse, plane):
     """Coefficients of the strains ``xx, yy, xy`` and of drilling ``(v,x - u,y)/2 - tz`` of linear displacements."""
     for i in range(rule.N.shape[1]):
@@ -185,7 +185,7 @@ def _optimal_plane(x, N, plane):
     _higher_plane(dx, dy, area, N, plane)
 
 
-@compile_allocating
+@compile_inline
 def _add_linear_bending(dN, inverse, bend):
     """Curvatures ``bx,x by,y bx,y+by,x`` of linear rotations ``b = (ty, -tx)``."""
     for i in range(len(dN)):
@@ -196,7 +196,7 @@ def _add_linear_bending(dN, inverse, bend):
         bend[2, 3 * i + 1] -= x
 
 
-@compile_allocating
+@compile_inline
 def _shear_of_node(before, after, which):
     """Shear ``xz, yz`` at the node between two sides per strain along the first (0) or the second (1)."""
     det = before[0] * after[1] - before[1] * after[0]
@@ -205,7 +205,7 @@ def _shear_of_node(before, after, which):
     return -before[1] / det, before[0] / det
 
 
-@compile_allocating
+@compile_inline
 def _shear(N, k, inverse, sides):
     """Transverse shear ``xz, yz`` per size of the edge function of a side."""
     if len(N) == 3:  # interpolated from the nodes, where two sides meet
