@@ -156,7 +156,7 @@ def _end_with(failures: tuple[str, ...]) -> None:
 
 @app.command()
 def warmup() -> None:
-    """Compile the solver for all kinds of systems, and the assembly of shells."""
+    """Compile the solver and the assembly of shells in advance."""
     import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context

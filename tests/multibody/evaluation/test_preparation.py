@@ -28,9 +28,12 @@ class Name(str):
 
 
 def chain(count, springs=False, closed=False):
-    """Links in a row; with a spring to the ground at each tip, or with each tip on a plane."""
+    """Links in a row, with each tip on a plane; or each on the ground, with a spring to it.
+
+    A spring acts on all links between it and the ground: in a row, these are as many as the square of the links.
+    """
     names = [Name(f"l{i}") for i in range(count)]
-    parents = ["ground", *(f"{name}.tip" for name in names[:-1])]
+    parents = ["ground"] * count if springs else ["ground", *(f"{name}.tip" for name in names[:-1])]
     joints = [
         mp.Joint(name=Name(f"j{name}"), type="revolute", parent=parent, child=name)
         for name, parent in zip(names, parents, strict=True)

@@ -70,7 +70,13 @@ class Coordinates:
         ))  # fmt: skip
 
     def at(self, place: Place) -> Any:
-        """Return the number (...) at a place that `Packed.places_of` names."""
+        """Return the number at a place that `Packed.places_of` names.
+
+        Returns
+        -------
+        (...) float
+            m or rad, m/s or rad/s; of a quaternion one of its numbers.
+        """
         return self._y[..., place] if isinstance(place, int) else self._motion[..., place[0], place[1]]
 
     def _link(self, body: str) -> int:

@@ -60,7 +60,13 @@ class State(Coordinates):
         return self.frame(*found)
 
     def frame(self, body: str, interface: int) -> Frame:
-        """Return the motion of an interface of a body by its number."""
+        """Return the motion of an interface of a body by its number.
+
+        Returns
+        -------
+        Frame
+            As of ``state["body.interface"]``.
+        """
         found = self._seen.get((body, interface))
         if found is None:
             found = self._seen[body, interface] = self._frame(body, interface)

@@ -74,7 +74,7 @@ def simulate_pipeline(
     if pipeline.simulation is None:
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
-    stem = target.with_name(path.stem)
+    stem = target.parent / path.stem
     written = (target, _csv_beside(target))
     if pipeline.ensemble is not None:  # what it imports takes as long as a short run
         from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
