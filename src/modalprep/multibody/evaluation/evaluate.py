@@ -108,8 +108,10 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
     implicit = with_force_elements(loops.arrays if loops else None, loading.arrays)
     cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)
     work = loops.work if loops else None if cons is None else constraint_work(cons, packed)
+    data = packed.data()
+    trial = loops.trial if loops else data
     return Equations(
-        packed.model, packed.data(), packed.data(), loading.arrays, loading.motion, loading.tau, loading.slope,
+        packed.model, data, trial, loading.arrays, loading.motion, loading.tau, loading.slope,
         np.zeros(nu), linear, rows(FLAGS, [(loading.active, 0, 0)]), np.zeros(packed.nx + nu), np.zeros(nu),
         rows(SHARED, [(0.0, 0.0, 0.0, 0.0, 0.0)]), cons, work, implicit,
         constraint_work(implicit, packed, size=loops.closing.size if loops else 1.0) if implicit else None,
