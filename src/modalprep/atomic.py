@@ -146,8 +146,8 @@ def write_json(data: dict[str, Any], path: Path) -> Path:
     return path
 
 
-def write_table(header: Iterable[str], rows: Iterable[Sequence[float]], path: str | Path) -> Path:
-    """Write numbers to ten digits as a CSV file; the file is written completely or not at all.
+def write_table(header: Iterable[str], rows: Iterable[Sequence[float | str]], path: str | Path) -> Path:
+    """Write numbers to ten digits, and texts, as a CSV file; the file is written completely or not at all.
 
     Raises
     ------
@@ -160,8 +160,8 @@ def write_table(header: Iterable[str], rows: Iterable[Sequence[float]], path: st
     >>> write_table(["t", "x"], [(0.5, 1 / 3)], Path(tempfile.mkdtemp()) / "a.csv").read_text().split()
     ['t,x', '0.5,0.3333333333']
     """
-    with atomic_path(path) as temporary, temporary.open("w", newline="") as file:
+    with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(header)
-        writer.writerows([f"{number:.10g}" for number in row] for row in rows)
+        writer.writerows([entry if isinstance(entry, str) else f"{entry:.10g}" for entry in row] for row in rows)
     return Path(path)

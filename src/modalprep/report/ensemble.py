@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from modalprep.atomic import atomic_path
+from modalprep.atomic import write_table
 from modalprep.ensemble.record import PERCENTILES, Ensemble, statistics_head
 from modalprep.multibody.results.result import Result
 from modalprep.report import plots
@@ -142,7 +140,7 @@ def write_statistics(ensemble: Ensemble, path: str | Path, levels: Iterable[floa
         The file.
     """
     levels = list(levels)
-    return _write(path, statistics_head(levels), ensemble.statistics(levels))
+    return write_table(statistics_head(levels), ensemble.statistics(levels), path)
 
 
 def write_cases(ensemble: Ensemble, path: str | Path) -> Path:
@@ -157,17 +155,9 @@ def write_cases(ensemble: Ensemble, path: str | Path) -> Path:
     head = ["case", *ensemble.cases, "status", "message", "end", "energy_error"]
     columns = [*ensemble.cases.values(), ensemble.status, _causes(ensemble), ensemble.end, ensemble.energy_error]
     rows = zip(range(len(ensemble)), *columns, *outcomes.values(), strict=True)
-    return _write(path, [*head, *(f"{name} {kind}" for name, kind in outcomes)], rows)
+    return write_table([*head, *(f"{name} {kind}" for name, kind in outcomes)], rows, path)
 
 
 def _causes(ensemble: Ensemble) -> list[str]:
     rows = zip(ensemble.status, ensemble.message, ensemble.audit, strict=True)
     return [why if status == "done" else message for status, message, why in rows]
-
-
-def _write(path: str | Path, head: Sequence[str], rows: Iterable[Sequence[Any]]) -> Path:
-    with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(head)
-        writer.writerows([f"{x:.10g}" if isinstance(x, float) else x for x in row] for row in rows)
-    return Path(path)

@@ -85,9 +85,8 @@ class Integration:
         self.equations = build_equations(system, packed, loading)
         self.changes = Changes(system, self.events, loading, self.equations)
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
-        for i in np.flatnonzero(
-            packed.model.links["modes"]
-        ):  # deflections count by a share of the body's size at least
+        flexible = np.flatnonzero(packed.model.links["modes"])
+        for i in flexible:  # deflections count by a share of the body's size at least
             reach = size[packed.modes_of(packed.links[i].body)].max(initial=0.0)
             self.steps.modal_size[i, 0] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
         self.pointers = {

@@ -168,7 +168,7 @@ class TimeFunction:
 
     def __neg__(self) -> TimeFunction:
         """Return the function with the opposite sign."""
-        return TimeFunction([(until, _minus(what)) for until, what in self.given])
+        return self.scaled(-1.0)
 
     def scaled(self, factor: float) -> TimeFunction:
         """Return the function times a number.
@@ -226,12 +226,6 @@ def checked(piece: Piece, t: np.ndarray) -> np.ndarray:
 def _is_table(what: Any) -> bool:
     """Whether a piece is a spline; its class is not imported where there is none, which takes a fifth of a second."""
     return hasattr(what, "derivative")
-
-
-def _minus(what: Any) -> Any:
-    if _is_table(what):
-        return scipy.interpolate.PPoly(-what.c, what.x)
-    return f"-({what})" if isinstance(what, str) else -what
 
 
 def _times(what: Any, factor: float) -> Any:

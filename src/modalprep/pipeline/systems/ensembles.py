@@ -53,9 +53,10 @@ def simulate_ensemble(
     with naming(path), naming("[ensemble]"):
         task = plan(system, _cases(table), table.channels, _options(pipeline))
     whose = identity(task) | {"program": program()["sources_sha256"]}
-    collected = _begun(task, Keeper(files[0], whose), reporter)
+    keeper = Keeper(files[0], whose)
+    collected = _begun(task, keeper, reporter)
     with reporter.progress(f"{path.name}: ensemble of {table.count} cases", table.count) as progress:
-        found = run_cases(task, collected, Keeper(files[0], whose), progress=progress)
+        found = run_cases(task, collected, keeper, progress=progress)
     _tell(found, table, reporter)
     reporter.wrote(write_ensemble(found, files[0], levels=table.percentiles, identity=whose))
     reporter.wrote(write_statistics(found, files[1], table.percentiles))
