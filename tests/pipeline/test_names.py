@@ -23,9 +23,8 @@ from modalprep.multibody import (
     feedback,
 )
 from modalprep.pipeline.schema import (
+    changing,
     constraints,
-    depletion,
-    deployment,
     environment,
     events,
     fe,
@@ -69,8 +68,8 @@ PAIRS = {
     "dipole": (Dipole, environment.DipoleTable, set(), set()),
     "conductor": (Conductor, force_elements.ConductorTable, set(), set()),
     "water": (Water, environment.WaterTable, set(), set()),
-    "jet": (ExpelledGas, depletion.JetTable, {"source"}, {"depletion"}),
-    "deployment": (Deployment, deployment.DeploymentTable, set(), set()),
+    "jet": (ExpelledGas, changing.JetTable, {"source"}, {"depletion"}),
+    "deployment": (Deployment, changing.DeploymentTable, set(), set()),
 }
 LABELS = {"name", "type"}
 

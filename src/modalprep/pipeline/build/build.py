@@ -19,7 +19,7 @@ from modalprep.pipeline.build.inputs import inputs
 from modalprep.pipeline.build.sources import pipelines_of, refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import Vector, naming
-from modalprep.pipeline.schema.depletion import LevelTable
+from modalprep.pipeline.schema.changing import LevelTable
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import BodyTable, Pipeline
 from modalprep.pipeline.schema.system import inertia_tensor

@@ -10,9 +10,8 @@ from modalprep.formats.export import EXPORTS
 from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
+from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, JetTable
 from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
-from modalprep.pipeline.schema.depletion import DepletionTable, JetTable
-from modalprep.pipeline.schema.deployment import DeploymentTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.events import EventTable
 from modalprep.pipeline.schema.fe import ConnectionTable, InterfaceTable, MatricesTable, MeshTable, StressTable

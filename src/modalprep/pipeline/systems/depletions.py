@@ -14,7 +14,7 @@ from modalprep.multibody.model.depletion import Depletion, ExpelledGas, deplete
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.pipeline.build.build import read_rigid
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.depletion import DepletionTable, JetTable, LevelTable
+from modalprep.pipeline.schema.changing import DepletionTable, JetTable, LevelTable
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import BodyTable
 from modalprep.pipeline.schema.time import pieces, time_function

@@ -17,7 +17,7 @@ from modalprep.multibody.model.joint_types import ROTATIONS, SCALARS, TRANSLATIO
 from modalprep.multibody.model.loads import Load
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.deployment import DeploymentTable
+from modalprep.pipeline.schema.changing import DeploymentTable
 from modalprep.pipeline.schema.environment import CentralTable, ControlTable, OrbitTable
 from modalprep.pipeline.schema.force_elements import Scope
 from modalprep.pipeline.schema.pipeline import Pipeline
