@@ -51,7 +51,7 @@ def simulate_ensemble(
     """
     table, files = pipeline.ensemble, ensemble_files(pipeline.ensemble, stem)
     with naming(path), naming("[ensemble]"):
-        task = plan(system, _cases(table), table.channels, _options(pipeline))
+        task = plan(system, ensemble_cases(table), table.channels, _options(pipeline))
     whose = identity(task) | {"program": program()["sources_sha256"]}
     keeper = Keeper(files[0], whose)
     collected = _begun(task, keeper, reporter)
@@ -66,8 +66,14 @@ def simulate_ensemble(
     return found
 
 
-def _cases(table: EnsembleTable) -> dict[str, np.ndarray]:
-    """Return the values of each parameter, those drawn and those listed."""
+def ensemble_cases(table: EnsembleTable) -> dict[str, np.ndarray]:
+    """Return the values of each parameter, those drawn and those listed.
+
+    Raises
+    ------
+    InputError
+        When a distribution cannot be used.
+    """
     laws = {name: values.given for name, values in table.parameters.items() if not isinstance(values, list)}
     drawn = draw_cases(laws, table.count, seed=table.seed, sampling=table.sampling) if laws else {}
     return {name: drawn[name] if name in drawn else np.array(values) for name, values in table.parameters.items()}

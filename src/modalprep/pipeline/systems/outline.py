@@ -30,7 +30,7 @@ OF_MODES = ("modal", "stress", "mass")  # channels of a body that its stand-in d
 
 
 def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
-    """Refuse a wrong time span, and what names no body, interface, joint or channel, before any body is built.
+    """Refuse a wrong time span or distribution, and names of what is not there, before any body is built.
 
     Raises
     ------
@@ -41,6 +41,11 @@ def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
     with naming(path):
         if s is not None:
             check_span(s.t_end, s.output_step, s.rtol, s.atol, s.method)
+        if pipeline.ensemble is not None:
+            from modalprep.pipeline.systems.ensembles import ensemble_cases  # only here, as it imports what draws
+
+            with naming("[ensemble]"):
+                ensemble_cases(pipeline.ensemble)
         made = _made(pipeline, path)
         if made or pipeline.synthesis is not None:
             system = system_of(_without_modes(pipeline, made), path, read_bodies(pipeline, path, stand_in))
