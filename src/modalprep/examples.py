@@ -58,7 +58,7 @@ def block_model():
 
     corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     mesh = Mesh(
-        points=np.vstack([corners, corners + [0, 0, 1]]),
+        points=np.vstack([corners, corners + np.array([0, 0, 1])]),
         cells={
             "hexahedron": np.arange(8)[None],
             "quad": np.array([[4, 5, 6, 7]]),
