@@ -15,9 +15,13 @@ if TYPE_CHECKING:
     from modalprep.fe.external.files import read_matrices as read_matrices
     from modalprep.fe.external.model import model_from_matrices as model_from_matrices
     from modalprep.fe.links.interface import InterfaceFrame as InterfaceFrame
+    from modalprep.fe.mesh.mesh import Equation as Equation
     from modalprep.fe.mesh.mesh import Link as Link
     from modalprep.fe.mesh.mesh import Mesh as Mesh
+    from modalprep.fe.mesh.mesh import SupportSet as SupportSet
+    from modalprep.fe.properties.materials import Anisotropic as Anisotropic
     from modalprep.fe.properties.materials import Orthotropic as Orthotropic
+    from modalprep.fe.properties.materials import Orthotropic3D as Orthotropic3D
     from modalprep.fe.properties.properties import Ply as Ply
     from modalprep.fe.properties.properties import Property as Property
     from modalprep.fe.properties.sections import beam_section as beam_section
@@ -26,8 +30,8 @@ if TYPE_CHECKING:
     from modalprep.fe.quality.quality import Quality as Quality
 
 _NAMES = {
-    "mesh.mesh": "Mesh Link",
-    "properties.materials": "Orthotropic",
+    "mesh.mesh": "Mesh Link Equation SupportSet",
+    "properties.materials": "Anisotropic Orthotropic Orthotropic3D",
     "properties.properties": "Ply Property",
     "properties.sections": "beam_section",
     "quality.quality": "Quality",
