@@ -131,6 +131,7 @@ class Deck:
 
     def members(self, kind: str, scope: str, name: str) -> list:
         """Return the list of a set, NSET or ELSET, to add to; capitals do not count."""
+        self.resolved.clear()
         key = (scope, name.upper())
         self.spelled.setdefault((kind, key), name)
         return self.sets[kind].setdefault(key, [])
