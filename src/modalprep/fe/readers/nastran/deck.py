@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran import elements as nastran_elements
+from modalprep.fe.readers.nastran import equations as nastran_equations
 from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
@@ -29,7 +30,17 @@ FAMILY = {
     **dict.fromkeys(("PBEAM", "PBEAML"), "beam"),
     **{"GRID": "grid", "PROD": "rod", "PSOLID": "solid", "PBUSH": "bush", "PELAS": "elas"},
 }
-LISTS = ("GRDSET", "BAROR", "BEAMOR", "PARAM", "SPOINT", "SPCADD", *nastran_links.SUPPORTS, *nastran_links.NODE_SETS)
+LISTS = (
+    "GRDSET",
+    "BAROR",
+    "BEAMOR",
+    "PARAM",
+    "SPOINT",
+    "SPCADD",
+    *nastran_equations.LISTS,
+    *nastran_links.SUPPORTS,
+    *nastran_links.NODE_SETS,
+)
 SKIPPED = re.compile(
     r"PLOTEL|FORCE\d?|MOMENT\d?|PLOAD\d?|GRAV|ACCEL1?|RFORCE|[DT]?LOAD\d?|[RT]LOAD\d|DAREA|TABLE\w*|TABD\w*|EIG\w+|TSTEP\w*"
     r"|FREQ\d?|SET\d|TEMP\w*|DPHASE|DELAY|D(RESP|ESVAR|CONSTR|VPREL|OPTPRM)\w*|MDLPRM|NLPARM|SPCD|CSUPEXT|OMIT1?|ECHO\w*"
@@ -90,6 +101,7 @@ def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
     for card in deck.cards:
         if handler := HANDLERS.get(card.name):
             builder.add(card, handler)
+    nastran_equations.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
     return builder.mesh(path, deck.sha256, notes)
 
@@ -105,7 +117,7 @@ def _filed(cards: list[Card]) -> tuple[Tables, list[str]]:
                 known = tables.setdefault(family, {}).setdefault(entry.id, entry)
                 if known.fields != entry.fields or known.name != entry.name:
                     raise entry.error(f"another {known.name} in line {known.line} has this id; keep one of the two")
-        elif card.name in LISTS:
+        elif card.name in (*LISTS, *nastran_equations.LISTS):
             table = tables.setdefault(card.name, {})
             table[len(table)] = card
         elif card.name == "BEGIN":
