@@ -194,7 +194,7 @@ BAD = [
         GOOD.replace(PBAR, "PBARL,5,7,,TUBE,,,,,+\n+,1.+200,1.\n"),
         "CBAR 9: its numbers or those of its property overflow",
     ),
-    (GOOD.replace(PBAR, "PBARL,5,7,,HAT,,,,,+\n+,1.,1.\n"), "section 'HAT' is not known"),
+    (GOOD.replace(PBAR, "PBARL,5,7,,HUT,,,,,+\n+,1.,1.\n"), "section 'HUT' is not known"),
     (GOOD.replace(PBAR, "PBARL,5,7,,BOX,,,,,+\n+,1.,1.\n"), "PBARL 5: DIM3 is missing"),
     (GOOD.replace("2.,1.,0.", "2.+308,1.,0."), "GRID 3: X1 is '2.+308', not a number that can be used"),
     (GOOD.replace("GRID,2,,2.", "GRID,2,,1.+300"), "CBAR 9: its numbers or those of its property overflow"),

@@ -17,6 +17,10 @@ class MeshTable(Table):
     mass_unit: str | None = Field(
         None, description="of a Nastran deck's own materials: kg, g, t, lbm, slug, slinch (lbf s^2/in)"
     )
+    mass: Literal["coupled", "lumped", "nastran"] = Field(
+        "coupled",
+        description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",
+    )
 
 
 class MatricesTable(Table):

@@ -107,5 +107,12 @@ class Builder:
             properties=self.properties,
             links=tuple(self.links),
             data=data,
+            coupled_mass=_coupled(self.tables),
             notes=(*notes, *self.conversion.notes),
         )
+
+
+def _coupled(tables: Tables) -> bool:
+    """Whether the deck asks for coupled masses; lumped is Nastran's default."""
+    asked = [card.integer(1, "COUPMASS", -1) for card in tables.get("PARAM", {}).values() if card.text(0) == "COUPMASS"]
+    return bool(asked) and asked[-1] > 0

@@ -43,6 +43,7 @@ def bar(conversion: Conversion, card: Card, section: Section) -> Beam | Truss:
         nsm=nsm,
         theory="timoshenko" if k1 or k2 else "euler-bernoulli",
         fibres=tuple((y * m, z * m) for y, z in section.fibres),
+        bar=card.name in ("PBAR", "PBARL"),
     )
 
 

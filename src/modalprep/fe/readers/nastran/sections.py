@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import Conversion
+from modalprep.fe.readers.nastran.shapes import SHAPES
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,102 +86,33 @@ def pbeam(conversion: Conversion, card: Card) -> Section:
     return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=points)
 
 
-def _strips(J: float, *rectangles: tuple[float, float, float, float]) -> tuple[float, ...]:
-    """Return A, I1, I2, I12, J of rectangles (width along z, height along y, centre z, centre y); width < 0 cuts."""
-    b, h, z, y = np.array(rectangles).T
-    area = b * h
-    A = area.sum()
-    z, y = z - area @ z / A, y - area @ y / A
-    own = area * h**2 / 12, area * np.abs(b) ** 2 / 12
-    I1, I2, I12 = (own[0] + area * y**2).sum(), (own[1] + area * z**2).sum(), area @ (y * z)
-    return float(A), float(I1), float(I2), float(I12) if abs(I12) > 1e-12 * (I1 + I2) else 0.0, J
-
-
-def _open(*walls: tuple[float, float]) -> float:
-    """Torsion constant of thin open walls (length, thickness)."""
-    return sum(length * thickness**3 for length, thickness in walls) / 3
-
-
-def _ring(outer: float, inner: float) -> tuple[float, ...]:
-    second = math.pi * (outer**4 - inner**4) / 4
-    return math.pi * (outer**2 - inner**2), second, second, 0.0, 2 * second
-
-
-def _bar(b: float, h: float) -> tuple[float, ...]:
-    s, t = max(b, h), min(b, h)
-    return _strips(s * t**3 * (1 / 3 - 0.21 * t / s * (1 - t**4 / (12 * s**4))), (b, h, 0, 0))  # Roark, table 10.7
-
-
-def _box(b: float, h: float, t1: float, t2: float) -> tuple[float, ...]:
-    """Walls t1 above and below, t2 at the sides; torsion after Bredt."""
-    J = 2 * t1 * t2 * (b - t2) ** 2 * (h - t1) ** 2 / ((b - t2) * t2 + (h - t1) * t1)
-    return _strips(J, (b, h, 0, 0), (-(b - 2 * t2), h - 2 * t1, 0, 0))
-
-
-def _i(h: float, b1: float, b2: float, tw: float, t1: float, t2: float) -> tuple[float, ...]:
-    J = _open((b1, t1), (b2, t2), (h - (t1 + t2) / 2, tw))
-    return _strips(J, (b1, t1, 0, t1 / 2), (b2, t2, 0, h - t2 / 2), (tw, h - t1 - t2, 0, (h + t1 - t2) / 2))
-
-
-def _i1(outstands: float, tw: float, inside: float, h: float) -> tuple[float, ...]:
-    return _i(h, outstands + tw, outstands + tw, tw, (h - inside) / 2, (h - inside) / 2)
-
-
-def _t(b: float, h: float, tf: float, tw: float) -> tuple[float, ...]:
-    return _strips(_open((b, tf), (h - tf / 2, tw)), (b, tf, 0, h - tf / 2), (tw, h - tf, 0, (h - tf) / 2))
-
-
-def _l(b: float, h: float, t1: float, t2: float) -> tuple[float, ...]:
-    """Lower leg of thickness t1 towards +z, upright leg of thickness t2."""
-    J = _open((b - t2 / 2, t1), (h - t1 / 2, t2))
-    return _strips(J, (b, t1, b / 2, t1 / 2), (t2, h - t1, t2 / 2, (h + t1) / 2))
-
-
-def _chan(b: float, h: float, tw: float, tf: float) -> tuple[float, ...]:
-    J = _open((b - tw / 2, tf), (b - tw / 2, tf), (h - tf, tw))
-    flange = (b, tf, b / 2)
-    return _strips(J, (*flange, tf / 2), (*flange, h - tf / 2), (tw, h - 2 * tf, tw / 2, h / 2))
-
-
-def _h(inside: float, legs: float, h: float, tw: float) -> tuple[float, ...]:
-    leg, z = legs / 2, (inside + legs / 2) / 2
-    J = _open((h, leg), (h, leg), (inside + leg, tw))
-    return _strips(J, (leg, h, -z, 0), (leg, h, z, 0), (inside, tw, 0, 0))
-
-
-SHAPES: dict[str, tuple[int, Callable[..., tuple[float, ...]]]] = {
-    "ROD": (1, lambda r: _ring(r, 0.0)),
-    "TUBE": (2, _ring),
-    "TUBE2": (2, lambda r, t: _ring(r, r - t)),
-    "BAR": (2, _bar),
-    "BOX": (4, _box),
-    "I": (6, _i),
-    "I1": (4, _i1),
-    "T": (4, _t),
-    "L": (4, _l),
-    "CHAN": (4, _chan),
-    "H": (4, _h),
-}
-
-
 def shape(conversion: Conversion, card: Card) -> Section:
-    """PBARL and PBEAML: a section by its dimensions; PBARL is rigid in shear, PBEAML has K1 = K2 = 1."""
+    """PBARL and PBEAML: a section by its dimensions, with the shear factors of its shape."""
     kind = card.text(3)
     if kind not in SHAPES:
         raise card.error(f"section {kind!r} is not known ({', '.join(SHAPES)}); use PBAR with its area and moments")
     count, law = SHAPES[kind]
-    values = law(*(card.real(8 + k, f"DIM{k + 1}") for k in range(count)))
-    if card.name == "PBEAML" and kind in ("T", "L", "CHAN", "I"):
+    sizes = [card.real(8 + k, f"DIM{k + 1}") for k in range(count)]
+    found = law(*sizes)
+    if min(sizes) < 0 or not all(value > 0 for value in (found.A, found.I1, found.I2, found.J, found.k1, found.k2)):
+        raise card.error(f"the dimensions {', '.join(f'{size:g}' for size in sizes)} make no {kind}; correct them")
+    if card.name == "PBEAML":
+        _note_beam(conversion, card, kind, sizes)
+    if kind != "ROD":
+        conversion.note(
+            f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape "
+            f"(K1 = {found.k1:.3g}, K2 = {found.k2:.3g}); Nastran's own may differ"
+        )
+    return Section(**found._asdict(), nsm=card.real(8 + count, "NSM", 0.0))
+
+
+def _note_beam(conversion: Conversion, card: Card, kind: str, sizes: list[float]) -> None:
+    count = len(sizes)
+    if kind in ("T", "T1", "T2", "L", "CHAN", "CHAN1", "CHAN2", "I", "HAT", "HAT1", "BOX1"):
         conversion.note(f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran")
-    shear = "K1 = K2 = 1" if card.name == "PBEAML" else "no shear flexibility"
-    conversion.note(
-        f"{card.name}: sections by their shape have {shear} here, where Nastran may take factors of the shape; "
-        f"give {card.name[:-1]} with K1 and K2 where shear matters"
-    )
-    A, I1, I2, I12, J = values
-    # A beam without K1, K2 in Nastran takes 1; for PBARL we keep PBAR's default, no shear flexibility.
-    k = 1.0 if card.name == "PBEAML" else 0.0
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=card.real(8 + count, "NSM", 0.0), k1=k, k2=k)
+    there = [text for text in card.fields[9 + count :] if text]
+    if there:
+        conversion.note(f"PBEAML {kind}: the section at end A holds along the whole element")
 
 
 SECTIONS = {"PBAR": pbar, "PBEAM": pbeam, "PBARL": shape, "PBEAML": shape}
