@@ -72,28 +72,30 @@ def test_components_of_supports_are_digits(read):
         read(GOOD.replace("GRID,1,,0.,0.,0.", "GRID,1,,0.,0.,0.,,7"))
 
 
-@pytest.mark.parametrize(
-    "line",
-    [
-        "=,*1,=,*1.",
-        "=3",
-        "=(3)",
-        "=             *(1)       =   *(1.)",
-        "GRID,5,=,*1.",
-        "GRID,5,==",
-        "GRID*,5,=,*-1.5+1",
-    ],
-)
-def test_replication_is_refused(read, line):
-    with pytest.raises(InputError, match="line 5: = and .* repeat the card before; export the deck with every card"):
-        read(GRIDS + line + "\n" + BAR + PBAR + STEEL)
-
-
 def test_what_is_left_out_has_its_first_line_and_a_remedy(read):
-    mesh = read(GOOD + "MPC,1,1,1,1.,2,1,-1.\nCMASS2,3,1.,1,1\nMPC,1,1,2,1.,2,2,-1.\n")
+    mesh = read(GOOD + "CDAMP2,1,1.,1,1\nFOO,3\nCVISC,4,1,1,2\nFOO,1\n")
     assert mesh.notes == (
-        "left out: 2 MPC (first in deck.bdf line 8), 1 CMASS2 (deck.bdf line 9); replace by cards that are read, "
-        "such as RBE2, RBE3, CONM2, CBUSH, what of these carries mass, stiffness or constraints",
+        "left out: 2 FOO (first in deck.bdf line 9); the reader does not know these cards; replace by cards that are "
+        "read, such as RBE2, RBE3, CONM2, CBUSH, what of these carries mass, stiffness or constraints",
+        "left out: 1 CDAMP2 (deck.bdf line 8), 1 CVISC (deck.bdf line 10); they carry no stiffness, mass or "
+        "constraints",
+    )
+
+
+def test_what_carries_stiffness_is_refused_unless_it_is_named(read):
+    text = GOOD + "CGAP,3,1,1,2\nRROD,4,1,2\nCGAP,4,1,1,2\nGENEL,5\n"
+    message = (
+        r"deck.bdf line 8: CGAP 3: This element has no counterpart here. The deck has 2 CGAP, 1 GENEL, 1 RROD; replace "
+        r"them, or leave them out by ignore = \['CGAP', 'GENEL', 'RROD'\]"
+    )
+    with pytest.raises(InputError, match=message):
+        read(text)
+    with pytest.raises(InputError, match=r"GENEL 5: .*The deck has 1 GENEL; .*ignore = \['GENEL'\]"):
+        read(text, ignore=["cgap", "RROD"])
+    mesh = read(text, ignore=["cgap", "RROD", "GENEL"])
+    assert mesh.notes == (
+        "left out: 2 CGAP (first in deck.bdf line 8), 1 RROD (deck.bdf line 9), 1 GENEL (deck.bdf line 11); the ignore "
+        "of this mesh names them",
     )
 
 

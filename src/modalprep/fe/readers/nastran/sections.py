@@ -9,7 +9,7 @@ import numpy as np
 
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import Conversion
-from modalprep.fe.readers.nastran.shapes import SHAPES
+from modalprep.fe.readers.nastran.shapes import SHAPES, Shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,22 +68,45 @@ def pbar(conversion: Conversion, card: Card) -> Section:
 
 
 def pbeam(conversion: Conversion, card: Card) -> Section:
-    """PBEAM: the section at end A; K1, K2 default to 1."""
-    A, I1, I2, I12, J, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "I12", "J", "NSM"), 2))
-    row, ends, known = 1, ("YES", "YESA", "NO"), (A, I1, I2, I12, J)
-    points = () if card.row(1)[0] in ends else _points(card)  # of end A
-    row += card.row(1)[0] not in ends
+    """PBEAM: the mean of the sections along the beam; K1, K2 default to 1."""
+    ends, first = ("YES", "YESA", "NO"), _station(card, 2, (0.0,) * 6)
+    row = 1 + (card.row(1)[0] not in ends)
+    points = () if row == 1 else _points(card)  # of end A
+    stations = {0.0: first}
     while card.row(row)[0] in ends:
-        there = [card.real(8 * row + k, "a station's value", value) for k, value in enumerate(known, 2)]
-        if not np.allclose(there, known, rtol=1e-3):
-            conversion.note("tapered PBEAM: the section at end A holds along the whole element")
+        at = card.real(8 * row + 1, "X/XB", 1.0)
+        if not 0 <= at <= 1:
+            raise card.error(f"X/XB = {at:g} is not between 0 and 1; give the fraction of the length")
+        if at == 1 or any(card.row(row)[2:]):  # a station without values lies on the line between the ends
+            stations[at] = _station(card, 8 * row + 2, first)
         row += 2 if card.row(row)[0] == "YES" else 1
     k1, k2 = (card.real(8 * row + k, name, 1.0) for k, name in enumerate(("K1", "K2")))
     if any(card.real(8 * (row + 1) + k, "N1, N2 or M1, M2", 0.0) for k in range(8)) or any(
         card.real(8 * row + k, "S1 to CW", 0.0) for k in range(2, 8)
     ):
         conversion.note("PBEAM: shear relief, warping, and offsets of neutral axis and nsm are left out")
+    A, I1, I2, I12, J, nsm = _mean(conversion, card, stations)
     return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=points)
+
+
+def _station(card: Card, k: int, default: tuple[float, ...]) -> tuple[float, ...]:
+    """Return A, I1, I2, I12, J and nsm from field k on."""
+    names = ("A", "I1", "I2", "I12", "J", "NSM")
+    return tuple(card.real(k + i, name, default[i]) for i, name in enumerate(names))
+
+
+def _mean(conversion: Conversion, card: Card, stations: dict[float, tuple[float, ...]]) -> tuple[float, ...]:
+    """Return the mean of values that are linear between the stations; the last holds to the end."""
+    at = sorted(stations)
+    values = np.array([stations[x] for x in at])
+    at, values = np.append(at, 1.0), np.vstack([values, values[-1]])
+    mean = np.sum(np.diff(at)[:, None] * (values[1:] + values[:-1]) / 2, axis=0)
+    if not np.allclose(values, mean, rtol=1e-3, atol=1e-12 * np.abs(mean).max()):
+        conversion.note(
+            f"{card.name}: a tapered beam has the mean of its sections along the whole element; the mass is right, the "
+            "stiffness is that of many elements only where the taper of each is small"
+        )
+    return tuple(mean.tolist())
 
 
 def shape(conversion: Conversion, card: Card) -> Section:
@@ -91,28 +114,44 @@ def shape(conversion: Conversion, card: Card) -> Section:
     kind = card.text(3)
     if kind not in SHAPES:
         raise card.error(f"section {kind!r} is not known ({', '.join(SHAPES)}); use PBAR with its area and moments")
-    count, law = SHAPES[kind]
-    sizes = [card.real(8 + k, f"DIM{k + 1}") for k in range(count)]
-    found = law(*sizes)
-    if min(sizes) < 0 or not all(value > 0 for value in (found.A, found.I1, found.I2, found.J, found.k1, found.k2)):
-        raise card.error(f"the dimensions {', '.join(f'{size:g}' for size in sizes)} make no {kind}; correct them")
-    if card.name == "PBEAML":
-        _note_beam(conversion, card, kind, sizes)
+    count = SHAPES[kind][0]
+    found, nsm = _by_dimensions(card, kind, 8, [None] * count), card.real(8 + count, "NSM", 0.0)
     if kind != "ROD":
         conversion.note(
             f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape "
             f"(K1 = {found.k1:.3g}, K2 = {found.k2:.3g}); Nastran's own may differ"
         )
-    return Section(**found._asdict(), nsm=card.real(8 + count, "NSM", 0.0))
+    mean = (*found[:5], nsm)
+    if card.name == "PBEAML":
+        if kind in ("T", "T1", "T2", "L", "CHAN", "CHAN1", "CHAN2", "I", "HAT", "HAT1", "BOX1"):
+            conversion.note(
+                f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran"
+            )
+        mean = _mean(conversion, card, _stations(card, kind, count, mean))
+    A, I1, I2, I12, J, nsm = mean
+    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=found.k1, k2=found.k2)
 
 
-def _note_beam(conversion: Conversion, card: Card, kind: str, sizes: list[float]) -> None:
-    count = len(sizes)
-    if kind in ("T", "T1", "T2", "L", "CHAN", "CHAN1", "CHAN2", "I", "HAT", "HAT1", "BOX1"):
-        conversion.note(f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran")
-    there = [text for text in card.fields[9 + count :] if text]
-    if there:
-        conversion.note(f"PBEAML {kind}: the section at end A holds along the whole element")
+def _by_dimensions(card: Card, kind: str, first: int, default: list[float | None]) -> Shape:
+    sizes = [card.real(first + k, f"DIM{k + 1}", value) for k, value in enumerate(default)]
+    found = SHAPES[kind][1](*sizes)
+    if min(sizes) < 0 or not all(value > 0 for value in (found.A, found.I1, found.I2, found.J, found.k1, found.k2)):
+        raise card.error(f"the dimensions {', '.join(f'{size:g}' for size in sizes)} make no {kind}; correct them")
+    return found
+
+
+def _stations(card: Card, kind: str, count: int, first: tuple[float, ...]) -> dict[float, tuple[float, ...]]:
+    """Return the sections of PBEAML along the beam: behind those of end A, each SO, X/XB, dimensions and nsm."""
+    stations, k = {0.0: first}, 9 + count
+    sizes = [card.real(8 + i, "DIM") for i in range(count)]
+    while card.text(k) or card.text(k + 1) or any(card.fields[k + 2 : k + 3 + count]):
+        at = card.real(k + 1, "X/XB", 1.0)
+        if not 0 <= at <= 1:
+            raise card.error(f"X/XB = {at:g} is not between 0 and 1; give the fraction of the length")
+        there = _by_dimensions(card, kind, k + 2, sizes)
+        stations[at] = (*there[:5], card.real(k + 2 + count, "NSM", first[5]))
+        k += 3 + count
+    return stations
 
 
 SECTIONS = {"PBAR": pbar, "PBEAM": pbeam, "PBARL": shape, "PBEAML": shape}
