@@ -136,6 +136,8 @@ class Mesh(Record):
         Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
         beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
         rows e1, e2, e3 of a spring or of a solid's material.
+    coupled_mass : bool
+        Whether a Nastran deck asks for coupled masses (``PARAM,COUPMASS``), which ``mass = "nastran"`` follows.
     notes : tuple of str
         Messages for the user about content that the reader left out.
 
@@ -159,6 +161,7 @@ class Mesh(Record):
     equations: tuple[Equation, ...] = ()
     supports: dict[str, SupportSet] = field(default_factory=dict)
     data: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    coupled_mass: bool = False
     notes: tuple[str, ...] = ()
 
     def group(self, name: str) -> dict[str, np.ndarray]:

@@ -49,6 +49,8 @@ class Beam(Property):
     fibres : tuple of tuples of 2 or 3 floats
         Points of the section where stress is recovered: y, z from the centroid along e2 and e3 (m) and, where it is
         known, the shear stress of a unit torque there (1/m^3).
+    bar : bool
+        Whether it is a CBAR, which has no inertia about its own axis where the mass is distributed as in Nastran.
 
     Raises
     ------
@@ -78,6 +80,7 @@ class Beam(Property):
     nsm: float = 0.0
     theory: BeamTheory = "timoshenko"
     fibres: tuple[tuple[float, ...], ...] = ()
+    bar: bool = False
 
     def __post_init__(self) -> None:
         """Refuse sections without area or stiffness."""

@@ -48,9 +48,8 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
         return mesh.model(interfaces, pipeline.reduction.root)
     if not {**mesh.properties, **sections}:
         raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
-    model = assemble(
-        mesh, sections, interfaces, pipeline.reduction.root, connections, pipeline_supports(pipeline, mesh)
-    )
+    held = pipeline_supports(pipeline, mesh)
+    model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections, held, pipeline.mesh.mass)
     return model.with_(notes=(*model.notes, *_defects(mesh, sections, {**interfaces, **connections})))
 
 

@@ -20,6 +20,10 @@ class MeshTable(Table):
     ignore: list[str] = Field(
         default_factory=list, description='keywords of an .inp deck to leave out, such as "*TIE"; a note counts them'
     )
+    mass: Literal["coupled", "lumped", "nastran"] = Field(
+        "coupled",
+        description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",
+    )
 
 
 class MatricesTable(Table):

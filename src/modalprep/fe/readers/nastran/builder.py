@@ -16,7 +16,7 @@ from modalprep.fe.readers.nastran.materials import Conversion, Units
 from modalprep.fe.readers.nastran.properties import BUILDERS, bar
 from modalprep.fe.readers.nastran.sections import SECTIONS
 
-SECTION_FAMILIES = ("shell", "bar", "beam", "rod", "solid", "bush", "elas")
+SECTION_FAMILIES = ("shell", "bar", "beam", "rod", "tube", "shear", "solid", "bush", "elas")
 
 
 class Builder:
@@ -36,6 +36,7 @@ class Builder:
         self.seen: dict[tuple[str, int], Card] = {}
         self.built: dict[tuple[str, int], str] = {}
         self.twist: dict[str, float] = {}
+        self.scalar_masses: dict[int, tuple[Card, np.ndarray]] = {}  # by row of the grid: first card, six sums
         self.fluid = 0  # elements of the fluid, which are left out
 
     def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
@@ -111,5 +112,12 @@ class Builder:
             equations=tuple(self.equations),
             supports=self.supports,
             data=data,
+            coupled_mass=_coupled(self.tables),
             notes=(*notes, *self.conversion.notes),
         )
+
+
+def _coupled(tables: Tables) -> bool:
+    """Whether the deck asks for coupled masses; lumped is Nastran's default."""
+    asked = [card.integer(1, "COUPMASS", -1) for card in tables.get("PARAM", {}).values() if card.text(0) == "COUPMASS"]
+    return bool(asked) and asked[-1] > 0

@@ -1,4 +1,4 @@
-"""Nastran solids, shells, bars, springs and masses to cells."""
+"""Nastran solids, shells, panels, bars and bushings to cells."""
 
 from __future__ import annotations
 
@@ -9,12 +9,10 @@ import numpy as np
 
 from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import CELLS, Cell
-from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Property, Shell, Solid
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.materials import made
-from modalprep.fe.readers.nastran.properties import bush, rod, spring
+from modalprep.fe.readers.nastran.properties import bush, flange, rod
 
 SHELLS = {card: cell for cell in CELLS.values() for card in cell.nastran if cell.dimension == 2}
 SOLIDS: dict[str, dict[int, Cell]] = {}  # by name of the card and number of grids
@@ -184,64 +182,30 @@ def _bush_axes(b: Builder, card: Card, nodes: list[int]) -> np.ndarray:
     return frame / np.linalg.norm(frame, axis=1, keepdims=True)
 
 
-def _elas(b: Builder, card: Card) -> None:
-    """CELAS1 and CELAS2: one component of one or two grids, in basic axes."""
-    ends = [(k, card.integer(k + 1, "C", 0)) for k in (2, 4) if card.text(k) not in ("", "0")]
-    nodes = [b.grids.node(card, k, f"G{k // 2}") for k, _ in ends]
-    components = {c for _, c in ends}
-    if len(components) != 1 or not components <= set(range(1, 7)):
-        raise card.error("it joins no grid or unlike components; use one component from 1 to 6 for both ends")
-    if any(not np.allclose(b.grids.displacement(i), np.eye(3), atol=1e-9) for i in nodes):
-        raise card.error("its grids have a displacement system CD; use CBUSH with its CID")
-    c = components.pop() - 1
-    along = np.ptp(b.grids.points[nodes], axis=0)
-    if np.delete(along, c % 3).any() or (c > 2 and along.any()):
-        b.conversion.note(
-            "CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation"
-        )
-    kind, name = ("vertex", "line")[len(nodes) - 1], f"{card.name.lower()}_{card.id}"
-    k = [0.0] * 6
-    k[c] = _stiffness(b, card)
-    if k[c]:
-        b.put("frame", kind, b.cell(card, kind, nodes, name), np.eye(3))
-        b.properties[name] = spring(b.conversion, card, k)
+def _tube(b: Builder, card: Card) -> None:
+    b.cell(card, "line", [b.grids.node(card, k, f"G{k - 1}") for k in (2, 3)], b.section(card, "tube"))
 
 
-def _stiffness(b: Builder, card: Card) -> float:
-    if card.name == "CELAS2":
-        return card.real(1, "K")
-    number = card.integer(1, "PID", card.id, lowest=1)
-    if number not in b.tables.get("elas", {}):
-        raise card.error(f"property {number} is not in the deck; add its PELAS card")
-    return b.tables["elas"][number].real(1, "K")
-
-
-def _mass(b: Builder, card: Card) -> None:
-    node, cid = b.grids.node(card, 1, "G"), card.integer(2, "CID", 0)
-    point, offset = b.grids.points[node], card.reals(4, 3, "X")
-    I11, I21, I22, I31, I32, I33 = card.reals(8, 6, "inertia ")
-    tensor = np.array([[I11, -I21, -I31], [-I21, I22, -I32], [-I31, -I32, I33]])
-    axes = b.grids.system(card, max(cid, 0)).at(point)
-    offset = offset - point if cid == -1 else offset @ axes
-    tensor = axes.T @ tensor @ axes * b.units.inertial * b.units.length**2
-    name = f"conm2_{card.id}"
-    b.cell(card, "vertex", [node], name)
-    b.properties[name] = made(
-        card,
-        PointMass,
-        mass=card.real(3, "M") * b.units.inertial,
-        inertia=tuple(tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()),
-        offset=tuple((offset * b.units.length).tolist()),
-    )
-
-
-def _conm1(b: Builder, card: Card) -> None:
-    raise card.error("a full mass matrix has no counterpart here; give mass, offset and inertia as CONM2")
+def _panel(b: Builder, card: Card) -> None:
+    """CSHEAR: a sheet for the shear, and rods along its edges where PSHEAR has F1 or F2."""
+    nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(4)]
+    b.cell(card, "quad", nodes, b.section(card, "shear"))
+    if b.bare:
+        return
+    source = b.tables["shear"][card.integer(1, "PID", card.id, lowest=1)]
+    x = b.grids.points[nodes]
+    sides = np.linalg.norm(np.roll(x, -1, axis=0) - x, axis=1)
+    for k in (0, 1):  # F1 of the sides 1-2 and 3-4, F2 of the others
+        if factor := source.real(4 + k, f"F{k + 1}", 0.0):
+            name = f"cshear_{card.id}_f{k + 1}"
+            b.properties[name] = flange(b.conversion, source, factor, (sides[1 - k] + sides[3 - k]) / 2)
+            for i in (k, k + 2):
+                b.cell(card, "line", [nodes[i], nodes[(i + 1) % 4]], name)
 
 
 HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
     **dict.fromkeys(SOLIDS, _solid),
     **dict.fromkeys(SHELLS, _shell),
-    **{"CBAR": _bar, "CBEAM": _bar, "CROD": _rod, "CONROD": _conrod, "CBUSH": _bush},
-    **{"CELAS1": _elas, "CELAS2": _elas, "CONM2": _mass, "CONM1": _conm1},
+    **{"CBAR": _bar, "CBEAM": _bar, "CROD": _rod, "CONROD": _conrod, "CTUBE": _tube, "CSHEAR": _panel},
+    "CBUSH": _bush,
 }

@@ -11,8 +11,8 @@ DAMPING = {"MAT1": 7, "MAT2": 12, "MAT8": 16, "PCOMP": 6, "PCOMPG": 6, "PELAS": 
 PARAMETERS = ("G", "W3", "W4", "ALPHA1", "ALPHA2", "K6ROT", "SNORM", "COUPMASS")
 SEID = 7  # field of a grid
 ADVICE = (
-    "damping is given in the pipeline file, superelements are one structure here, and drilling stiffness, normals of "
-    "shells and the distribution of mass (consistent) are those of the elements"
+    "damping is given in the pipeline file, superelements are one structure here, drilling stiffness and normals of "
+    "shells are those of the elements, and the mass is consistent unless mass = 'nastran'"
 )
 
 
