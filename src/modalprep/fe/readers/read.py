@@ -56,7 +56,7 @@ def read_mesh(
         Unit of mass that makes a deck's units consistent with seconds (mm and t, in and slinch, m and kg).
         A deck in metres is taken to be in kg; with any other unit of length it must be given.
     ignore : collection of str
-        Keywords of an Abaqus or CalculiX deck that are left out, such as ``"*TIE"`` or ``"*ELEMENT, TYPE=CONN3D2"``; a
+        Keywords or cards of a deck that are left out, such as ``"*TIE"``, ``"*ELEMENT, TYPE=CONN3D2"`` or ``"CGAP"``; a
         note counts them.
 
     Returns
@@ -82,10 +82,10 @@ def read_mesh(
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
     if path.suffix.lower() == ABAQUS:
         return _deck(_checked(read_abaqus(path, *units, ignore), path), path, length_unit, mass_unit)
-    if ignore:
-        raise InputError(f"mesh file {path}: 'ignore' names keywords of {ABAQUS} decks; leave it out for other files")
     if path.suffix.lower() in NASTRAN:
-        return _deck(read_nastran(path, *units), path, length_unit, mass_unit)
+        return _deck(read_nastran(path, *units, ignore), path, length_unit, mass_unit)
+    if ignore:
+        raise InputError(f"mesh file {path}: 'ignore' names keywords of decks; leave it out for other files")
     content = path.read_bytes()
     raw = _read_with_meshio(path, content)
     cells, groups = _merge(raw)

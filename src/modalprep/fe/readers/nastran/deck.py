@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -30,7 +30,7 @@ HARMLESS = "they carry no stiffness, mass or constraints"
 IGNORED = "the ignore of this mesh names them"
 
 
-def read_nastran(path: Path, length: float, mass: float, ignore: Sequence[str] = ()) -> Mesh:
+def read_nastran(path: Path, length: float, mass: float, ignore: Collection[str] = ()) -> Mesh:
     r"""Read a Nastran deck with its sections, rigid elements and constraint sets.
 
     A deck without any property card gives groups without properties. Groups are ``pshell_4``, ``pbar_12``,
@@ -43,7 +43,7 @@ def read_nastran(path: Path, length: float, mass: float, ignore: Sequence[str] =
     path : Path
     length, mass : float
         m and kg per unit of length and mass of the deck; its time is in seconds, its force mass length / s^2.
-    ignore : sequence of str
+    ignore : collection of str
         Names of cards that are left out; those that carry stiffness, mass or constraints and cannot be read are
         refused otherwise.
 

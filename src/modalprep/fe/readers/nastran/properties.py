@@ -17,9 +17,9 @@ from modalprep.fe.readers.nastran.materials import (
     elastic,
     made,
     sheet_material,
+    solid_material,
 )
 from modalprep.fe.readers.nastran.sections import Section
-from modalprep.fe.readers.nastran.solids import solid_material
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
 RIGID = 1e6  # shear factor of a plane without shear flexibility
