@@ -126,7 +126,7 @@ class Orthotropic3D:
     --------
     >>> wood = Orthotropic3D(E1=11e9, E2=0.9e9, E3=0.5e9, nu12=0.4, nu13=0.4, nu23=0.5, G12=0.9e9, G13=0.7e9,
     ...                      G23=0.1e9, rho=500.0)
-    >>> round(1 / np.linalg.inv(wood.moduli())[0, 0] / 1e9, 6)  # E1
+    >>> round(float(1 / np.linalg.inv(wood.moduli())[0, 0]) / 1e9, 6)  # E1
     11.0
     """
 

@@ -12,7 +12,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.fe.readers.nastran import equations as nastran_equations
+from modalprep.fe.readers.nastran import constraints as nastran_constraints
 from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
@@ -20,6 +20,7 @@ from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.materials import Units
 from modalprep.fe.readers.nastran.points import add_scalar_masses
 from modalprep.fe.readers.nastran.registry import REGISTRY, Table
+from modalprep.fe.readers.nastran.superelements import read_parts, sections
 from modalprep.fe.readers.nastran.unused import unused
 
 ADVICE = (
@@ -67,9 +68,22 @@ def read_nastran(path: Path, length: float, mass: float, ignore: Collection[str]
     deck = read_cards(path)
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
-            return _mesh(path, deck, Units(length=length, mass=mass), {name.strip().upper() for name in ignore})
+            return _whole(path, deck, Units(length=length, mass=mass), {name.strip().upper() for name in ignore})
     except ArithmeticError:
         raise InputError(f"{path.name}: its numbers overflow; correct its coordinates and values") from None
+
+
+def _whole(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
+    parts = sections(deck.cards)
+    if len(parts) == 1:
+        mesh = _mesh(path, deck, units, ignore)
+    else:
+        mesh = read_parts(
+            parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units, ignore)
+        )
+    if all(kind == "vertex" for kind in mesh.cells):
+        raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
+    return mesh
 
 
 def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
@@ -82,7 +96,7 @@ def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
     for card in structure:
         builder.add(card, REGISTRY[card.name].handle)
     add_scalar_masses(builder)
-    nastran_equations.add_equations(builder, path)
+    nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
     return builder.mesh(path, deck.sha256, notes)
 
@@ -97,8 +111,6 @@ def _sorted(cards: list[Card], ignore: set[str]) -> tuple[Tables, list[Card], li
         entry, place = REGISTRY.get(card.name), (card.name[:16], f"{card.file} line {card.line}")
         if card.name in ignore:
             others[IGNORED].append(place)
-        elif card.name == "BEGIN":
-            raise card.error("superelements in one deck are not read; give each its own deck")
         elif entry is None:
             others[ADVICE].append(place)
         elif isinstance(entry.handle, Table):

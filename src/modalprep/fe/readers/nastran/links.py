@@ -10,8 +10,17 @@ import numpy as np
 from modalprep.fe.mesh.mesh import SupportSet
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.equations import mean_equations
-from modalprep.fe.readers.nastran.rigid import components_of, digits_of, made_link, pairs, rbar, rbe1, rigid_link, rrod
+from modalprep.fe.readers.nastran.constraints import (
+    components_of,
+    digits_of,
+    made_link,
+    mean_equations,
+    pairs,
+    rbar,
+    rbe1,
+    rigid_link,
+    rrod,
+)
 
 SUPPORTS = ("SPC", "SPC1")
 NODE_SETS = ("SUPORT", "SUPORT1", "ASET", "ASET1", "BSET", "BSET1", "CSET", "CSET1", "QSET", "QSET1")

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from modalprep.fe.readers.coverage import Entry
-from modalprep.fe.readers.nastran import elements, equations, links, points
+from modalprep.fe.readers.nastran import constraints, elements, links, points, superelements
 from modalprep.fe.readers.nastran.cards import Card
 
 
@@ -52,7 +52,17 @@ FAMILIES = {
     "elas": "PELAS",
     "mass": "PMASS",
 }
-LISTS = ("GRDSET", "BAROR", "BEAMOR", "PARAM", "SPOINT", "SPCADD", *equations.LISTS, *links.SUPPORTS, *links.NODE_SETS)
+LISTS = (
+    "GRDSET",
+    "BAROR",
+    "BEAMOR",
+    "PARAM",
+    "SPOINT",
+    "SPCADD",
+    *constraints.LISTS,
+    *links.SUPPORTS,
+    *links.NODE_SETS,
+)
 
 REMARKS = {
     "PBARL": "Area and moments are exact; torsion constant and, but for ROD, shear factors are those of the textbook.",
@@ -100,7 +110,8 @@ REFUSED = {
         "MPCY RJOINT RSPLINE RSSCON RTRPLT RTRPLT1 RBAR1 CYJOIN CYAX".split(),
         "This constraint is not read.",
     ),
-    **dict.fromkeys("SECONCT SEMPLN SELOC SEUPR SEDLINK".split(), "Superelements in one deck are not read."),
+    **{name: f"It cannot be read: {remark}." for name, remark in superelements.REFUSED.items()},
+    **dict.fromkeys("SEUPR SEDLINK".split(), "Trees of superelements are not read."),
     **dict.fromkeys("ACMODL CAABSF CHACAB CHACBR CHBDYE CHBDYG CHBDYP".split(), "Fluids and heat are not read."),
 }
 FLUIDS = {"CAABSF", "CHACAB", "CHACBR", "ACMODL", "CHBDYE", "CHBDYG", "CHBDYP"}
@@ -117,6 +128,7 @@ def _registry() -> dict[str, Entry]:
     found = {name: Entry("refused", remark) for name, remark in REFUSED.items()}
     found |= {name: Entry("no effect", "Fluids and heat are left out with a note.") for name in FLUIDS}
     found |= {name: Entry("no effect") for name in QUIET.split()}
+    found |= {name: Entry("read", "It belongs to the parts of a deck with BEGIN SUPER.") for name in superelements.OWN}
     found |= {
         name: Entry("no effect", "Damping and nonlinear laws are left out with a note.") for name in DAMPING.split()
     }
