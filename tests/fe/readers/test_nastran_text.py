@@ -235,7 +235,6 @@ BAD = [
     (GOOD + "RBE3,3,,1,123456,123,2,3\n", "RBE3 3: the weight before its components"),
     (GOOD + "SPC1,1,123,1,55\n", "SPC1 1: grid 55 is not in the deck"),
     (GOOD + "PARAM,WTMASS,0.\n", "PARAM: WTMASS = 0 must be positive"),
-    (GOOD + "BEGIN SUPER=1\n", "superelements in one deck are not read"),
     (GOOD + "INCLUDE 'none.inc'\n", "line 8: INCLUDE file 'none.inc' does not exist beside the deck"),
     (GOOD + "INCLUDE 'deck.bdf'\n", "INCLUDE goes round in circles"),
     ("+,1.\n" + GOOD, "line 1: a continuation without a card"),

@@ -19,6 +19,7 @@ from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.nastran.superelements import read_parts, sections
 from modalprep.fe.readers.nastran.unused import unused
 
 # Cards with an id share it within a family; every other card that is read stands for itself.
@@ -86,9 +87,20 @@ def read_nastran(path: Path, length: float, mass: float) -> Mesh:
     deck = read_cards(path)
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
-            return _mesh(path, deck, Units(length=length, mass=mass))
+            return _whole(path, deck, Units(length=length, mass=mass))
     except ArithmeticError:
         raise InputError(f"{path.name}: its numbers overflow; correct its coordinates and values") from None
+
+
+def _whole(path: Path, deck: Deck, units: Units) -> Mesh:
+    parts = sections(deck.cards)
+    if len(parts) == 1:
+        mesh = _mesh(path, deck, units)
+    else:
+        mesh = read_parts(parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units))
+    if all(kind == "vertex" for kind in mesh.cells):
+        raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
+    return mesh
 
 
 def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
@@ -120,8 +132,6 @@ def _filed(cards: list[Card]) -> tuple[Tables, list[str]]:
         elif card.name in (*LISTS, *nastran_equations.LISTS):
             table = tables.setdefault(card.name, {})
             table[len(table)] = card
-        elif card.name == "BEGIN":
-            raise card.error("superelements in one deck are not read; give each its own deck")
         elif card.name not in HANDLERS and not SKIPPED.fullmatch(card.name):
             unknown.append((card.name[:16], f"{card.file} line {card.line}"))
     return tables, list(left_out(unknown, ADVICE))
