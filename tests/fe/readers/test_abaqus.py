@@ -1,5 +1,7 @@
 """Abaqus input files: what is read, and one message for what cannot be."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -185,3 +187,50 @@ def test_masses_and_springs_without_values_are_noted(read):
     mesh = read(BEAMS + "*ELEMENT, TYPE=MASS, ELSET=m\n98, 1\n*ELEMENT, TYPE=SPRINGA, ELSET=s\n99, 1, 2\n")
     assert mesh.notes[0].startswith(f"1 elements of TYPE=MASS {rest}")
     assert mesh.notes[1].startswith(f"1 elements of TYPE=SPRINGA {rest}")
+
+
+# ---------------------------------------------------------------- notes where they explain
+
+APART = BEAMS + "*NODE\n8, 0, 1, 0\n9, 1, 1, 0\n*ELEMENT, TYPE=B31, ELSET=b\n3, 8, 9\n*MPC\nBEAM, 8, 1\n"
+APART += "*BEAM SECTION, ELSET=b, MATERIAL=m, SECTION=CIRC\n.01\n"
+APART += "*MATERIAL, NAME=m\n*ELASTIC\n2e11, .3\n*DENSITY\n7800.\n"
+
+
+def test_a_refusal_tells_what_the_reader_left_out(read, tmp_path, capsys):
+    """The rigid beam that is ignored is why the structure is in two parts."""
+    mesh = read(APART, "m")
+    root = {"root": mp.Interface(node=1)}
+    assert mp.assemble(mesh, {}, root).notes == ()
+    (tmp_path / "deck.toml").write_text(
+        '[mesh]\nfile = "deck.inp"\nignore = ["*MPC"]\n[interfaces.root]\nnode = 1\n[reduction]\nmodes = 2\n'
+    )
+    assert main(["modes", str(tmp_path / "deck.toml")]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "the structure is in 2 disconnected parts" in said
+    assert "(of deck.inp its reader noted: ignored: 1 *MPC)" in said
+
+
+def test_quality_prints_the_notes(tmp_path, capsys):
+    (tmp_path / "deck.inp").write_text(APART + "*FOO\n")
+    assert main(["quality", str(tmp_path / "deck.inp")]) == 0
+    assert "note: left out: 1 *FOO (line 22)" in " ".join(capsys.readouterr().out.split())
+    assert main(["quality", str(tmp_path / "deck.inp"), "--json"]) == 0
+    assert "left out: 1 *FOO" in json.loads(capsys.readouterr().out)["notes"][0]
+
+
+def test_a_deck_runs_with_file_unit_interfaces_and_reduction(tmp_path, capsys):
+    """The first bending of a cantilever of a round bar, 1.875104^2 / (2 pi) sqrt(E I / (rho A L^4)), in mm, t and s."""
+    n = 20
+    deck = "*NODE\n" + "".join(f"{k + 1}, {1000 * k / n}, 0, 0\n" for k in range(n + 1))
+    deck += f"*ELEMENT, TYPE=B33, ELSET=b\n1, 1, 2\n*ELGEN, ELSET=b\n1, {n}, 1, 1\n"
+    deck += "*BEAM SECTION, ELSET=b, MATERIAL=m, SECTION=CIRC\n5.\n"
+    deck += "*MATERIAL, NAME=m\n*ELASTIC\n2.1e5, .3\n*DENSITY\n7.8e-9\n"
+    (tmp_path / "rod.inp").write_text(deck)
+    lines = '[mesh]\nfile = "rod.inp"\nlength_unit = "mm"\nmass_unit = "t"\n'
+    lines += "[interfaces.root]\nnode = 1\n[reduction]\nmodes = 2\n"
+    (tmp_path / "rod.toml").write_text(lines + "[output]\npictures = 0\n")
+    assert main(["run", str(tmp_path / "rod.toml"), "--json"]) == 0
+    files = json.loads(capsys.readouterr().out)["files"]
+    body = mp.read_body(next(file for file in files if file.endswith(".h5")))
+    expected = 1.875104**2 / (2 * np.pi) * np.sqrt(2.1e11 * 0.005**2 / 4 / 7800.0)
+    assert body.frequency[0] == pytest.approx(expected, rel=1e-4)  # rotary inertia: (pi^2 / 2) (r / L)^2 of 6e-6

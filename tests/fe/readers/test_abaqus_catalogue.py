@@ -228,7 +228,8 @@ def test_instances_that_share_numbers_are_numbered_apart(read):
 
 def test_sets_of_the_assembly(read):
     more = "*NODE\n1, 9, 9, 9\n*NSET, NSET=ends, INSTANCE=left\n1\n*NSET, NSET=ends, INSTANCE=right\n1\n"
-    more += "*NSET, NSET=tips\nleft.end, right.3, 1\n*ELSET, ELSET=bars, INSTANCE=right\nbar\n*ELSET, ELSET=bars\nleft.bar\n"
+    more += "*NSET, NSET=tips\nleft.end, right.3, 1\n"
+    more += "*ELSET, ELSET=bars, INSTANCE=right\nbar\n*ELSET, ELSET=bars\nleft.bar\n"
     mesh = read(TWO + more + "*END ASSEMBLY\n")
     assert mesh.points[mesh.nodes("ends")].round(9).tolist() == [[0, 0, 0], [0, 5, 0]]
     assert mesh.points[mesh.nodes("tips")].round(9).tolist() == [[9, 9, 9], [2, 0, 0], [0, 7, 0]]

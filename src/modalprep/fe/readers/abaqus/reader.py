@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
-from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
 from modalprep.fe.readers.abaqus.constraints import ROTATING
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
@@ -23,6 +23,7 @@ from modalprep.suggest import suggestion
 
 ADVICE = "nobody knows whether they carry mass, stiffness or constraints; check the spelling, or model them otherwise"
 BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS"}  # belong to the keyword before
+BOUNDARY = "boundary"  # name of the set of supports, and of their group
 POINTS = ("mass", "rotary inertia", "spring")
 SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
 
@@ -149,13 +150,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
     turning = {n for e in deck.elements.values() if e.family in ROTATING for n in (*e.nodes, *e.extra)}
     turning |= {link.node for link in deck.links}
     tie_equations(deck, turning)
-    if deck.equations:
-        raise InputError(
-            f"mesh file {deck.path}: {deck.equations[0][1]} is not read; ignore the keyword to leave it out"
-        )
-    if deck.held:
-        nodes = sorted(deck.held)
-        deck.note(f"left out: *BOUNDARY holds {len(nodes)} nodes; give supports as interfaces")
+    _name_supports(deck)
     order, labels = _labels(deck)
     place = np.empty(len(order), dtype=int)
     place[order] = np.arange(len(order))
@@ -170,9 +165,42 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         scale=deck.units.length,
         properties={names[key]: section for key, section in deck.sections.items()},
         links=tuple(replace(link, node=int(place[link.node]), nodes=place[link.nodes]) for link in deck.links),
+        equations=tuple(_equations(deck, place, turning)),
+        supports=_supports(deck, place),
         data=_data(deck),
         notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
     )
+
+
+def _equations(deck: Deck, place: np.ndarray, turning: set[int]) -> Iterator[Equation]:
+    """Yield the equations between components that the nodes have: an equation between rotations of solids is none."""
+    for terms, name in deck.equations:
+        if all(c > 2 and node not in turning for node, c, _ in terms):
+            continue
+        axes = {int(place[node]): deck.axes[node] for node, _, _ in terms if node in deck.axes}
+        own = [(int(place[node]), c, factor) for node, c, factor in terms]
+        yield Equation.of_terms(own, length=deck.units.length, name=name, axes=axes)
+
+
+def _name_supports(deck: Deck) -> None:
+    """Make the nodes that are held a group, and say that they are free without a word of the user."""
+    if not deck.held:
+        return
+    keys = list(deck.nodes)
+    deck.members("NSET", "", BOUNDARY).extend((keys[node][0], keys[node][1]) for node in sorted(deck.held))
+    deck.note(
+        f"*BOUNDARY holds {len(deck.held)} nodes where a support names the set {BOUNDARY!r}, and nothing without it"
+    )
+
+
+def _supports(deck: Deck, place: np.ndarray) -> dict[str, SupportSet]:
+    """Return what the deck holds as the set `boundary`."""
+    if not deck.held:
+        return {}
+    held = sorted(deck.held, key=lambda node: int(place[node]))
+    components = np.array([[c in deck.held[node] for c in range(6)] for node in held])
+    axes = np.array([deck.axes.get(node, np.eye(3)) for node in held]) if deck.axes else np.zeros((0, 3, 3))
+    return {BOUNDARY: SupportSet(nodes=place[held], components=components, axes=axes)}
 
 
 def _labels(deck: Deck) -> tuple[np.ndarray, np.ndarray]:
