@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,7 @@ class Section:
     k1: float = 0.0
     k2: float = 0.0
     points: tuple[tuple[float, float], ...] = ()
+    stations: tuple[tuple[float, ...], ...] = ()  # of a taper: position, A, I1, I2, J, nsm
 
     @property
     def turned(self) -> tuple[float, float, float]:
@@ -68,7 +70,7 @@ def pbar(conversion: Conversion, card: Card) -> Section:
 
 
 def pbeam(conversion: Conversion, card: Card) -> Section:
-    """PBEAM: the mean of the sections along the beam; K1, K2 default to 1."""
+    """PBEAM: the sections along the beam; K1, K2 default to 1."""
     ends, first = ("YES", "YESA", "NO"), _station(card, 2, (0.0,) * 6)
     row = 1 + (card.row(1)[0] not in ends)
     points = () if row == 1 else _points(card)  # of end A
@@ -85,8 +87,7 @@ def pbeam(conversion: Conversion, card: Card) -> Section:
         card.real(8 * row + k, "S1 to CW", 0.0) for k in range(2, 8)
     ):
         conversion.note("PBEAM: shear relief, warping, and offsets of neutral axis and nsm are left out")
-    A, I1, I2, I12, J, nsm = _mean(conversion, card, stations)
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=points)
+    return Section(**_tapered(conversion, card, stations), k1=k1, k2=k2, points=points)
 
 
 def _station(card: Card, k: int, default: tuple[float, ...]) -> tuple[float, ...]:
@@ -95,18 +96,21 @@ def _station(card: Card, k: int, default: tuple[float, ...]) -> tuple[float, ...
     return tuple(card.real(k + i, name, default[i]) for i, name in enumerate(names))
 
 
-def _mean(conversion: Conversion, card: Card, stations: dict[float, tuple[float, ...]]) -> tuple[float, ...]:
-    """Return the mean of values that are linear between the stations; the last holds to the end."""
+def _tapered(conversion: Conversion, card: Card, stations: dict[float, tuple[float, ...]]) -> dict[str, Any]:
+    """Return the values of `Section`: the mean of those between the stations, and these; the last holds to the end."""
     at = sorted(stations)
     values = np.array([stations[x] for x in at])
-    at, values = np.append(at, 1.0), np.vstack([values, values[-1]])
+    if at[-1] < 1:
+        at, values = [*at, 1.0], np.vstack([values, values[-1]])
     mean = np.sum(np.diff(at)[:, None] * (values[1:] + values[:-1]) / 2, axis=0)
-    if not np.allclose(values, mean, rtol=1e-3, atol=1e-12 * np.abs(mean).max()):
-        conversion.note(
-            f"{card.name}: a tapered beam has the mean of its sections along the whole element; the mass is right, the "
-            "stiffness is that of many elements only where the taper of each is small"
-        )
-    return tuple(mean.tolist())
+    found = dict(zip(("A", "I1", "I2", "I12", "J", "nsm"), mean.tolist(), strict=True))
+    if np.allclose(values, mean, rtol=1e-6, atol=1e-12 * np.abs(mean).max()):
+        return found
+    if np.any(values[:, 3]):
+        conversion.note(f"{card.name}: a tapered beam with I12 has the mean of its sections along the whole element")
+        return found
+    rows = values[:, [0, 1, 2, 4, 5]]
+    return found | {"stations": tuple((x, *row) for x, row in zip(at, rows.tolist(), strict=True))}
 
 
 def shape(conversion: Conversion, card: Card) -> Section:
@@ -121,15 +125,14 @@ def shape(conversion: Conversion, card: Card) -> Section:
             f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape "
             f"(K1 = {found.k1:.3g}, K2 = {found.k2:.3g}); Nastran's own may differ"
         )
-    mean = (*found[:5], nsm)
+    stations, shear = {0.0: (*found[:5], nsm)}, {"k1": found.k1, "k2": found.k2}
     if card.name == "PBEAML":
         if kind in ("T", "T1", "T2", "L", "CHAN", "CHAN1", "CHAN2", "I", "HAT", "HAT1", "BOX1"):
             conversion.note(
                 f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran"
             )
-        mean = _mean(conversion, card, _stations(card, kind, count, mean))
-    A, I1, I2, I12, J, nsm = mean
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=found.k1, k2=found.k2)
+        stations = _stations(card, kind, count, stations[0.0])
+    return Section(**_tapered(conversion, card, stations | {1.0: stations.get(1.0, stations[0.0])}), **shear)
 
 
 def _by_dimensions(card: Card, kind: str, first: int, default: list[float | None]) -> Shape:
