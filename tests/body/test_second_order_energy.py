@@ -1,5 +1,7 @@
 """Geometric stiffness against finite differences of the nonlinear strain energy: elements, links, masses on arms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from structured import box, random_rotation, surface
@@ -20,6 +22,10 @@ METAL = mp.Material(E=1.0, nu=0.3, rho=1.0)
 STIFF = mp.Material(E=3.0, nu=0.2, rho=0.5)
 PLIES = tuple(mp.fe.Ply(material=m, thickness=0.05) for m in (METAL, STIFF))  # stretching bends it
 BOX = mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1)
+TAPER = tuple(
+    (x, f * BOX.A, f**3 * BOX.Iy, f * BOX.Iz, f**2 * BOX.J, 0.0) for x, f in ((0.0, 2.0), (0.4, 1.2), (1.0, 0.8))
+)
+DATA = {"beam on a hinge": {"pins": np.array([[0.0] * 10 + [1.0, 1.0]])}}
 LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
 CURVED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [0.5, 0, 0.1], [1.0, 0.5, 0.15], [0.5, 0.5, 0.2]])
 WARPED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [-0.1, 1.0, -0.1]])
@@ -50,6 +56,8 @@ ELEMENTS = {
     "eccentric beam": line(
         BeamBlock, mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1, offset=(0.1, -0.2))
     ),
+    "tapered beam": line(BeamBlock, replace(BOX, taper=TAPER, offset=(0.1, 0.0))),
+    "beam on a hinge": line(BeamBlock, BOX),
     "truss": line(TrussBlock, mp.Truss(material=METAL, A=0.1)),
     "truss with torque": line(TrussBlock, mp.Truss(material=METAL, A=0.1, J=0.02)),
     "spring": line(SpringBlock, mp.Spring(translation=(1.0, 2.0, 3.0), rotation=(0.4, 0.5, 0.6), location=0.3)),
@@ -68,7 +76,7 @@ ELEMENTS = {
 
 def built(name):
     family, kind, points, nodes, section = ELEMENTS[name]
-    return family.build(kind, points @ random_rotation(3).T, nodes, section, {}, np.zeros(3))
+    return family.build(kind, points @ random_rotation(3).T, nodes, section, DATA.get(name, {}), np.zeros(3))
 
 
 def motions(block, seed):
