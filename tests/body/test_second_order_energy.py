@@ -57,6 +57,7 @@ ELEMENTS = {
         BeamBlock, mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1, offset=(0.1, -0.2))
     ),
     "tapered beam": line(BeamBlock, replace(BOX, taper=TAPER, offset=(0.1, 0.0))),
+    "beam with a shear centre": line(BeamBlock, replace(BOX, shear_centre=(0.05, 0.1))),
     "beam on a hinge": line(BeamBlock, BOX),
     "truss": line(TrussBlock, mp.Truss(material=METAL, A=0.1)),
     "truss with torque": line(TrussBlock, mp.Truss(material=METAL, A=0.1, J=0.02)),

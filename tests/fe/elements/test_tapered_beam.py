@@ -132,6 +132,27 @@ def test_a_hinged_strut_buckles_as_euler_says():
     assert force == pytest.approx(np.pi**2 * 210e9 * 4e-8 / LENGTH**2, rel=1e-3)
 
 
+def test_a_force_beside_the_shear_centre_twists_the_beam():
+    """A cantilever with nodes at its centroid: u = F L^3 / 3 E I + F s^2 L / G J, twist F s L / G J of the arm s."""
+    section = Beam(
+        material=STEEL, A=8e-4, Iy=1e-7, Iz=4e-8, J=1e-9, shear_centre=(0.03, -0.02), theory="euler-bernoulli"
+    )
+    E, G, L = STEEL.E, STEEL.G, LENGTH
+    found = tip_flexibility(mp.assemble(line(3), {f"e{k}": section for k in range(3)}, ROOT))
+    assert found[1, 1] == pytest.approx(L**3 / (3 * E * 4e-8) + 0.02**2 * L / (G * 1e-9))
+    assert found[2, 2] == pytest.approx(L**3 / (3 * E * 1e-7) + 0.03**2 * L / (G * 1e-9))
+    # the centroid is at (-0.03, 0.02) of the shear centre; torque y Fz - z Fy
+    assert found[3, 1:4] == pytest.approx(np.array([-0.02, -0.03, 1]) * L / (G * 1e-9))
+
+
+def test_mass_of_a_beam_with_a_shear_centre_is_at_its_centroid():
+    section = Beam(material=STEEL, A=8e-4, Iy=1e-7, Iz=4e-8, J=1e-9, shear_centre=(0.03, -0.02), offset=(0.01, 0.0))
+    model = mp.assemble(line(3), {f"e{k}": section for k in range(3)}, ROOT)
+    assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
+    plain = mp.assemble(line(3), {f"e{k}": replace(section, shear_centre=(0.0, 0.0)) for k in range(3)}, ROOT)
+    np.testing.assert_allclose(model.rigid.s0, plain.rigid.s0)
+
+
 def test_tapers_that_are_none_are_refused():
     with pytest.raises(InputError, match="the positions .* do not increase from 0 to 1"):
         replace(wedge([0.0, 1.0]), taper=((0.0, *sections(0)), (0.5, *sections(1))))

@@ -189,6 +189,26 @@ def test_a_tapered_beam_by_its_dimensions(read):
     )
 
 
+def test_the_neutral_axis_of_a_beam_lies_beside_its_shear_centre(read):
+    """N1 along y (our e3), N2 along z (our -e2): the grids are at the shear centre. A tee hangs from its flange."""
+    text = (
+        GRIDS
+        + BAR.replace("CBAR", "CBEAM")
+        + "PBEAM,5,7,.01,3.-6,2.-6,,4.-6,,+\n+,.1,.2\n+,.8,.8,,,,,,,+\n+,,,,,.03,.04\n"
+    )
+    beam = read(text + STEEL).properties["pbeam_5"]
+    assert [*beam.offset, *beam.shear_centre] == pytest.approx([-0.04, 0.03, 0.04, -0.03])
+    assert beam.fibres[0] == pytest.approx((-0.16, 0.07))
+    for kind, sign in (
+        ("T", -1),
+        ("T2", 1),
+    ):  # flange 60 x 10, stem 60 x 10: the centroid is 17.5 from the flange's middle
+        text = GRIDS + BAR.replace("CBAR", "CBEAM") + f"PBEAML,5,7,,{kind},,,,,+\n+,.06,.07,.01,.01\n"
+        assert read(text + STEEL).properties["pbeaml_5"].offset == pytest.approx((0, sign * 0.0175))
+    text = GRIDS + BAR.replace("CBAR", "CBEAM") + "PBEAML,5,7,,I,,,,,+\n+,.1,.05,.05,.006,.01,.01\n"
+    assert read(text + STEEL).properties["pbeaml_5"].offset == pytest.approx((0, 0))
+
+
 def pinned(read, flags, axis="0.,1.,0."):
     """One bar of length 2 along x; section 3e-6, 2e-6, 4e-6."""
     mesh = read("GRID,1\nGRID,2,,2.\n" + f"CBAR,9,5,1,2,{axis},,+\n+,{flags}\n" + PBAR + STEEL)

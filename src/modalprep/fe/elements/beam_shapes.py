@@ -40,6 +40,8 @@ class Along(NamedTuple):
         m.
     A, Iy, Iz, J, nsm : (nq,)
         As in `Beam`.
+    shear_centre : tuple of 2 floats
+        As in `Beam`; the motions are those of the centroid.
     """
 
     value: np.ndarray
@@ -52,10 +54,11 @@ class Along(NamedTuple):
     Iz: np.ndarray
     J: np.ndarray
     nsm: np.ndarray
+    shear_centre: tuple[float, float] = (0.0, 0.0)
 
     def strain(self) -> np.ndarray:
-        """(ne, nq, 6, 12) strains (u', v' - tz, w' + ty, tx', ty', tz')."""
-        B = self.grad.copy()
+        """(ne, nq, 6, 12) strains (u', v' - tz, w' + ty, tx', ty', tz'), v and w of the shear centre."""
+        B = _to_shear_centre(self.shear_centre) @ self.grad
         B[:, :, 1] -= self.value[:, :, 5]
         B[:, :, 2] += self.value[:, :, 4]
         return B
@@ -78,7 +81,7 @@ class Along(NamedTuple):
 
     def piece(self, some: slice | np.ndarray) -> Along:
         """Return the fields of `some` of the elements."""
-        return Along(*(x[some] if x.ndim > 1 else x for x in self))
+        return Along(*(x[some] if np.ndim(x) > 1 else x for x in self))
 
     def transformed(self, T: np.ndarray) -> Along:
         """Return the fields per other DOFs, of which the present ones are ``T (ne, 12, n)``."""
@@ -120,10 +123,27 @@ def along(length: np.ndarray, section: Beam, pins: np.ndarray | None = None) -> 
     strain = ends[:, :, None] * np.swapaxes(rest, 2, 3) @ F[:, None]
     value = np.tile(np.eye(12).reshape(1, 2, 6, 12), (len(length), 1, 1, 1))
     outside = _fields(section, np.array([0.0, 1.0]), np.tile(length[:, None] / 2, 2), value, strain, F, ends)
-    if pins is None or not np.any(pins):
-        return inside, outside
-    T = released(inside.stiffness(section), pins, length)
-    return inside.transformed(T), outside.transformed(T)
+    if pins is not None and np.any(pins):
+        T = released(inside.stiffness(section), pins, length)
+        inside, outside = inside.transformed(T), outside.transformed(T)
+    if any(section.shear_centre):
+        inside, outside = (_at_centroid(fields, section.shear_centre) for fields in (inside, outside))
+    return inside, outside
+
+
+def _to_shear_centre(centre: tuple[float, float]) -> np.ndarray:
+    """Return the matrix (6, 6) from motions of the centroid to those with v and w of the shear centre."""
+    matrix = np.eye(6)
+    matrix[1, 3], matrix[2, 3] = -centre[1], centre[0]
+    return matrix
+
+
+def _at_centroid(fields: Along, centre: tuple[float, float]) -> Along:
+    """Return fields of shear centres per motions of shear centres as those of centroids."""
+    there = _to_shear_centre(centre)
+    back = np.linalg.inv(there)
+    moved = fields._replace(value=back @ fields.value, grad=back @ fields.grad, shear_centre=centre)
+    return moved.transformed(np.kron(np.eye(2), there)[None])
 
 
 def _panels(section: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

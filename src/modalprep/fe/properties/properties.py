@@ -49,6 +49,8 @@ class Beam(Property):
     fibres : tuple of tuples of 2 or 3 floats
         Points of the section where stress is recovered: y, z from the centroid along e2 and e3 (m) and, where it is
         known, the shear stress of a unit torque there (1/m^3).
+    shear_centre : tuple of 2 floats
+        From the centroid to the shear centre along e2 and e3, m.
     taper : tuple of tuples of 6 floats
         Sections of a tapered beam: position between 0 and 1, A, Iy, Iz, J and nsm, from the first node to the second;
         linear in between. Empty for a beam of one section.
@@ -83,6 +85,7 @@ class Beam(Property):
     nsm: float = 0.0
     theory: BeamTheory = "timoshenko"
     fibres: tuple[tuple[float, ...], ...] = ()
+    shear_centre: tuple[float, float] = (0.0, 0.0)
     taper: tuple[tuple[float, ...], ...] = ()
     bar: bool = False
 

@@ -65,6 +65,8 @@ def bar(conversion: Conversion, card: Card, section: Section) -> Beam | Truss:
             )
             for x, A, I1, I2, J, more in section.stations
         ),
+        offset=tuple(m * x for x in section.ours(*section.neutral)),
+        shear_centre=tuple(0.0 - m * x for x in section.ours(*section.neutral)),
         bar=card.name in ("PBAR", "PBARL"),
     )
 

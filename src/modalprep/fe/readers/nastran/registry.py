@@ -56,8 +56,8 @@ LISTS = ("GRDSET", "BAROR", "BEAMOR", "PARAM", "SPOINT", "SPCADD", *links.SUPPOR
 
 REMARKS = {
     "PBARL": "Area and moments are exact; torsion constant and, but for ROD, shear factors are those of the textbook.",
-    "PBEAML": "As PBARL; a taper is linear between its stations; the centroid lies on the element's axis.",
-    "PBEAM": "A taper is linear between its stations; warping and offsets of the neutral axis are left out.",
+    "PBEAML": "As PBARL; a taper is linear between its stations; the shear centre is that of Nastran for T, T2 and I.",
+    "PBEAM": "A taper is linear between its stations; warping, shear relief and the offset of nsm are left out.",
     "PSHELL": "MID4, the coupling of membrane and bending, is refused.",
     "PBUSH": "The K row is read; damping and other rows are left out with a note.",
     "PTUBE": "A taper is replaced by its mean.",
