@@ -112,7 +112,8 @@ def along(length: np.ndarray, section: Beam, pins: np.ndarray | None = None) -> 
     rest = np.eye(6) + (1 - at)[:, None, None] * L * TRANSPORT  # (ne, nq, 6, 6) from each point to the second end
     strain = flexibility[:, :, None] * np.swapaxes(rest, 2, 3)  # per force at the second end
     total = np.einsum("q,eqij,eqjk->eik", weight, rest, strain) * length[:, None, None]
-    F = np.linalg.inv(total) @ _apart(length)  # (ne, 6, 12)
+    size = 1 / np.sqrt(np.einsum("eii->ei", total))[..., None]
+    F = size * np.linalg.solve(size * total * np.swapaxes(size, 1, 2), size * _apart(length))  # (ne, 6, 12)
     first = _integrated(integral, strain) * L
     second = _integrated(integral, at[:, None, None] * strain) * L**2
     moved = first + TRANSPORT @ (at[:, None, None] * L * first - second)
@@ -151,8 +152,7 @@ def _panels(section: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     cuts = [place[0] for place in section.taper] or [0.0, 1.0]
     x, w = np.polynomial.legendre.leggauss(MORE_POINTS if section.taper else POINTS)
     x, w, n = (1 + x) / 2, w / 2, len(x)
-    powers = np.arange(n)
-    partial = (x[:, None] ** (powers + 1) / (powers + 1)) @ np.linalg.inv(x[:, None] ** powers)
+    partial = _integrals_to(x, w)
     whole = np.zeros((n * (len(cuts) - 1), n * (len(cuts) - 1)))
     for k, (a, b) in enumerate(pairwise(cuts)):
         own = slice(n * k, n * k + n)
@@ -160,6 +160,20 @@ def _panels(section: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         whole[n * k + n :, own] = (b - a) * w
     at = np.concatenate([a + (b - a) * x for a, b in pairwise(cuts)])
     return at, np.concatenate([(b - a) * w for a, b in pairwise(cuts)]), whole
+
+
+def _integrals_to(x: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Return ``(n, n)`` integrals from 0 to each of the points x of Lagrange's polynomials on them.
+
+    Examples
+    --------
+    >>> x = np.array([0.25, 0.75])
+    >>> _integrals_to(x, np.array([0.5, 0.5])) @ x  # of x itself
+    array([0.03125, 0.28125])
+    """
+    y, others = x[:, None] * x, ~np.eye(len(x), dtype=bool)  # (n, n): Gauss points up to each of the points
+    polynomials = [np.prod((y[..., None] - x[some]) / (x[j] - x[some]), axis=2) for j, some in enumerate(others)]
+    return x[:, None] * np.stack([p @ w for p in polynomials], axis=1)
 
 
 def _flexibility(section: Beam, at: np.ndarray) -> np.ndarray:
