@@ -10,6 +10,7 @@ import modalprep as mp
 from modalprep.body.verify import _third, check_geometric_stiffness
 from modalprep.cli import main
 from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
 from modalprep.fe.elements.point import SpringBlock
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.shell import ShellBlock
@@ -28,6 +29,7 @@ TAPER = tuple(
 DATA = {"beam on a hinge": {"pins": np.array([[0.0] * 10 + [1.0, 1.0]])}}
 LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
 CURVED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [0.5, 0, 0.1], [1.0, 0.5, 0.15], [0.5, 0.5, 0.2]])
+BENT = np.vstack([LINE, [0.4, 0.2, -0.2]])
 WARPED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [-0.1, 1.0, -0.1]])
 
 
@@ -59,6 +61,7 @@ ELEMENTS = {
     "tapered beam": line(BeamBlock, replace(BOX, taper=TAPER, offset=(0.1, 0.0))),
     "beam with a shear centre": line(BeamBlock, replace(BOX, shear_centre=(0.05, 0.1))),
     "beam on a hinge": line(BeamBlock, BOX),
+    "beam of three nodes": (ThreeNodeBeamBlock, "line3", BENT, np.array([[0, 1, 2]]), BOX),
     "truss": line(TrussBlock, mp.Truss(material=METAL, A=0.1)),
     "truss with torque": line(TrussBlock, mp.Truss(material=METAL, A=0.1, J=0.02)),
     "spring": line(SpringBlock, mp.Spring(translation=(1.0, 2.0, 3.0), rotation=(0.4, 0.5, 0.6), location=0.3)),

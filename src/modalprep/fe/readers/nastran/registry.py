@@ -86,10 +86,11 @@ DAMPING = (
 MATRICES = "DMIG DMIAX DMIJ DMIK DMI TF GENEL"
 REFUSED = {
     **dict.fromkeys(
-        "CGAP CFAST CWELD CSEAM CBEAM3 CBEND CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
+        "CGAP CFAST CWELD CSEAM CBEAM3 CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
         "CTWIST CTRAPRG CTRIARG CHEXA1 CHEXA2 CIHEX1 CIHEX2 CIHEX3 CELBOW".split(),
         "This element has no counterpart here.",
     ),
+    "CBEND": "A curved beam has no counterpart here; follow its arc with CBEAM elements.",
     **dict.fromkeys(
         "CELAS3 CELAS4 CMASS3 CMASS4".split(), "It acts on scalar points, which have no position in the body."
     ),
