@@ -1,5 +1,7 @@
 """Geometric stiffness against finite differences of the nonlinear strain energy: elements, links, masses on arms."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from structured import box, random_rotation, surface
@@ -8,6 +10,7 @@ import modalprep as mp
 from modalprep.body.verify import _third, check_geometric_stiffness
 from modalprep.cli import main
 from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
 from modalprep.fe.elements.point import SpringBlock
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.shell import ShellBlock
@@ -22,8 +25,13 @@ PLIES = tuple(mp.fe.Ply(material=m, thickness=0.05) for m in (METAL, STIFF))  # 
 BOX = mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1)
 MODULI = {"E1": 3.0, "E2": 0.5, "E3": 0.2, "nu12": 0.3, "nu13": 0.4, "nu23": 0.4, "G12": 0.3, "G13": 0.2, "G23": 0.05}
 WOOD = mp.fe.Orthotropic3D(**MODULI, rho=1.0)
+TAPER = tuple(
+    (x, f * BOX.A, f**3 * BOX.Iy, f * BOX.Iz, f**2 * BOX.J, 0.0) for x, f in ((0.0, 2.0), (0.4, 1.2), (1.0, 0.8))
+)
+DATA = {"beam on a hinge": {"pins": np.array([[0.0] * 10 + [1.0, 1.0]])}}
 LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
 CURVED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [0.5, 0, 0.1], [1.0, 0.5, 0.15], [0.5, 0.5, 0.2]])
+BENT = np.vstack([LINE, [0.4, 0.2, -0.2]])
 WARPED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [-0.1, 1.0, -0.1]])
 
 
@@ -52,6 +60,10 @@ ELEMENTS = {
     "eccentric beam": line(
         BeamBlock, mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1, offset=(0.1, -0.2))
     ),
+    "tapered beam": line(BeamBlock, replace(BOX, taper=TAPER, offset=(0.1, 0.0))),
+    "beam with a shear centre": line(BeamBlock, replace(BOX, shear_centre=(0.05, 0.1))),
+    "beam on a hinge": line(BeamBlock, BOX),
+    "beam of three nodes": (ThreeNodeBeamBlock, "line3", BENT, np.array([[0, 1, 2]]), BOX),
     "truss": line(TrussBlock, mp.Truss(material=METAL, A=0.1)),
     "truss with torque": line(TrussBlock, mp.Truss(material=METAL, A=0.1, J=0.02)),
     "spring": line(SpringBlock, mp.Spring(translation=(1.0, 2.0, 3.0), rotation=(0.4, 0.5, 0.6), location=0.3)),
@@ -73,7 +85,7 @@ ELEMENTS = {
 
 def built(name):
     family, kind, points, nodes, section = ELEMENTS[name]
-    return family.build(kind, points @ random_rotation(3).T, nodes, section, {}, np.zeros(3))
+    return family.build(kind, points @ random_rotation(3).T, nodes, section, DATA.get(name, {}), np.zeros(3))
 
 
 def motions(block, seed):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from modalprep.fe.elements.beam import BeamBlock
+from modalprep.fe.elements.beam3 import ThreeNodeBeamBlock
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.point import MassBlock, SpringBlock
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
@@ -16,7 +17,7 @@ from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Beam, Property, Shell, Solid, Truss
 
 FAMILIES: Mapping[type[Property], Mapping[str, type[Block]]] = {
-    Beam: {"line": BeamBlock},
+    Beam: {"line": BeamBlock, "line3": ThreeNodeBeamBlock},
     Truss: {"line": TrussBlock},
     Shell: {"triangle": ShellBlock, "quad": ShellBlock, "triangle6": CurvedShellBlock},
     Solid: dict.fromkeys(SOLID_CELLS, SolidBlock),

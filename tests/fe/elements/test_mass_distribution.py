@@ -14,6 +14,8 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Beam, Shell, Solid, Truss
 from modalprep.linalg.modes import lowest_modes
+from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.reduction.clamped import clamp
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
@@ -184,6 +186,17 @@ def test_the_body_of_a_lumped_model_has_its_integrals():
 def test_an_unknown_distribution_is_refused():
     with pytest.raises(InputError, match="assemble: mass 'consistent'"):
         mp.assemble(lines(), {"all": SECTION}, ROOT, mass="consistent")
+
+
+def test_a_pipeline_file_distributes_the_mass(tmp_path):
+    deck = "GRID,1\nGRID,2,,2.\nCBAR,9,5,1,2,0.,1.,0.\nPBAR,5,7,.01,3.-6,2.-6,4.-6\nMAT1,7,2.+11,,.3,8000.\nENDDATA\n"
+    (tmp_path / "bar.bdf").write_text(deck)
+    for how, share in (("coupled", 1 / 3), ("lumped", 1 / 2), ("nastran", 1 / 2)):
+        text = f'[mesh]\nfile = "bar.bdf"\nmass = "{how}"\n[interfaces.root]\nnode = 1\n'
+        (tmp_path / "job.toml").write_text(text)
+        pipeline = load_pipeline(tmp_path / "job.toml")
+        model = assemble_pipeline(pipeline, read_pipeline_mesh(tmp_path / "job.toml", pipeline))
+        assert model.M.diagonal()[6] == pytest.approx(share * 160)
 
 
 # ------------------------------------------------------------------ other programs

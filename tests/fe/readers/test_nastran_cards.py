@@ -171,20 +171,79 @@ def test_anisotropic_sheets(read):
 # ------------------------------------------------------------------ tapered beams
 
 
-def test_a_tapered_beam_has_the_mean_of_its_sections(read):
+def test_a_tapered_beam_has_its_stations(read):
     """From A = .01 to .03 with .04 in the middle: the mean is (.01 + 2 * .04 + .03) / 4."""
     text = (GRIDS + BAR.replace("CBAR", "CBEAM") + "PBEAM,5,7,.01,3.-6,2.-6,,4.-6,,+\n+,,,,,,,,,+\n"
-            "+,NO,1.,.03,5.-6,2.-6,,4.-6,,+\n+,NO,.5,.04,4.-6,2.-6,,4.-6\n" + STEEL)  # fmt: skip
-    mesh = read(text)
-    assert [mesh.properties["pbeam_5"].A, mesh.properties["pbeam_5"].Iy] == pytest.approx([0.03, 4e-6])
-    assert mesh.notes[0].startswith("PBEAM: a tapered beam has the mean of its sections along the whole element")
+            "+,NO,1.,.03,5.-6,2.-6,,4.-6,,+\n+,NO,.5,.04,4.-6,2.-6,,4.-6,.1\n" + STEEL)  # fmt: skip
+    beam = read(text).properties["pbeam_5"]
+    assert [beam.A, beam.Iy, beam.nsm] == pytest.approx([0.03, 4e-6, 0.05])
+    np.testing.assert_allclose(beam.taper, [[0, 0.01, 3e-6, 2e-6, 4e-6, 0], [0.5, 0.04, 4e-6, 2e-6, 4e-6, 0.1],
+                                            [1, 0.03, 5e-6, 2e-6, 4e-6, 0]])  # fmt: skip
 
 
 def test_a_tapered_beam_by_its_dimensions(read):
     text = "PBEAML,5,7,,ROD,,,,,+\n+,.1,.5,YES,1.,.2,.7\n"
-    mesh = read(GRIDS + BAR.replace("CBAR", "CBEAM") + text + STEEL)
-    beam = mesh.properties["pbeaml_5"]
-    assert [beam.A, beam.nsm, beam.kz] == pytest.approx([math.pi * (0.01 + 0.04) / 2, 0.6, 0.9])
+    beam = read(GRIDS + BAR.replace("CBAR", "CBEAM") + text + STEEL).properties["pbeaml_5"]
+    assert [beam.nsm, beam.kz, *beam.at(0)[:1], *beam.at(1)[:1]] == pytest.approx(
+        [0.6, 0.9, math.pi / 100, math.pi / 25]
+    )
+
+
+def test_the_neutral_axis_of_a_beam_lies_beside_its_shear_centre(read):
+    """N1 along y (our e3), N2 along z (our -e2): the grids are at the shear centre. A tee hangs from its flange."""
+    text = (
+        GRIDS
+        + BAR.replace("CBAR", "CBEAM")
+        + "PBEAM,5,7,.01,3.-6,2.-6,,4.-6,,+\n+,.1,.2\n+,.8,.8,,,,,,,+\n+,,,,,.03,.04\n"
+    )
+    beam = read(text + STEEL).properties["pbeam_5"]
+    assert [*beam.offset, *beam.shear_centre] == pytest.approx([-0.04, 0.03, 0.04, -0.03])
+    assert beam.fibres[0] == pytest.approx((-0.16, 0.07))
+    for kind, sign in (
+        ("T", -1),
+        ("T2", 1),
+    ):  # flange 60 x 10, stem 60 x 10: the centroid is 17.5 from the flange's middle
+        text = GRIDS + BAR.replace("CBAR", "CBEAM") + f"PBEAML,5,7,,{kind},,,,,+\n+,.06,.07,.01,.01\n"
+        assert read(text + STEEL).properties["pbeaml_5"].offset == pytest.approx((0, sign * 0.0175))
+    text = GRIDS + BAR.replace("CBAR", "CBEAM") + "PBEAML,5,7,,I,,,,,+\n+,.1,.05,.05,.006,.01,.01\n"
+    assert read(text + STEEL).properties["pbeaml_5"].offset == pytest.approx((0, 0))
+
+
+def pinned(read, flags, axis="0.,1.,0."):
+    """One bar of length 2 along x; section 3e-6, 2e-6, 4e-6."""
+    mesh = read("GRID,1\nGRID,2,,2.\n" + f"CBAR,9,5,1,2,{axis},,+\n+,{flags}\n" + PBAR + STEEL)
+    model = mp.assemble(mesh, {}, {"root": mp.Interface(node=1, kind="node")})
+    return model, model.K.toarray()
+
+
+def test_pin_flags_release_the_ends_of_bars(read):
+    """A bar held and propped: 3 E I / L^3 in plane 1, where PB = 6 releases the rotation about z; plane 2 stays."""
+    model, K = pinned(read, "0,6")
+    EI = 2e11 / 8  # over L^3
+    assert K[model.dof[1, 1], model.dof[1, 1]] == pytest.approx(3 * EI * 3e-6)
+    assert K[model.dof[1, 2], model.dof[1, 2]] == pytest.approx(12 * EI * 2e-6)
+    assert abs(K[model.dof[1, 5]]).max() < 1e-9 * abs(K).max()
+    model, K = pinned(read, "56,5")  # plane 2 hinged at both ends, plane 1 at the first
+    assert K[model.dof[1, 1], model.dof[1, 1]] == pytest.approx(3 * EI * 3e-6)
+    assert abs(K[model.dof[1, 2]]).max() < 1e-9 * abs(K).max()
+    model, K = pinned(read, ",1234")  # only moments act
+    assert K[model.dof[1, 5], model.dof[1, 5]] == pytest.approx(2e11 * 3e-6 / 2)
+    assert abs(K[model.dof[1, :4]]).max() < 1e-9 * abs(K).max()
+
+
+def test_pinned_bars_keep_the_mass_of_rigid_motions(read):
+    """The mass follows the released shapes: a hinged bar falls as (m / 3) at its end (theory 1.5 for all of it)."""
+    model, _ = pinned(read, "56,56")
+    assert model.M[[model.dof[1, 1]], [model.dof[1, 1]]][0] == pytest.approx(8000 * 0.01 * 2 / 3, rel=1e-3)
+    for check in mp.body.check_model(pinned(read, "4,56")[0]):
+        assert check.passed, check
+
+
+def test_pin_flags_that_make_a_mechanism_are_refused(read):
+    with pytest.raises(InputError, match="the pin flags of a beam let it move without strain"):
+        pinned(read, "4,4")
+    with pytest.raises(InputError, match="CBAR 9: pin flags 78 are not made of the digits 1 to 6"):
+        pinned(read, "78")
 
 
 # ------------------------------------------------------------------ registry and fuzz

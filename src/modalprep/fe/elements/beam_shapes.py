@@ -1,85 +1,28 @@
-"""Shapes of beams along their line: prismatic, tapered in segments, and with released ends (theory 7.1).
+"""Motion along beams whose section may vary, from the equilibrium of their section forces (theory 7.1).
 
-A tapered beam consists of prismatic segments, whose inner ends are eliminated statically; the released DOFs of its ends
-are eliminated likewise. Both are exact in statics for the segments.
+The section forces of a beam without load between its ends are known up to the six at its second end. They strain the
+section by its flexibility; strains integrated from the first end are the motion. The element is exact in statics for
+every taper, and has the interdependent cubic shapes where the section is constant.
+
+References
+----------
+E. Spacone, F. C. Filippou, F. F. Taucer, Fibre beam-column model for non-linear analysis of R/C frames, Earthquake
+Engineering and Structural Dynamics 25 (1996) 711: force-based elements.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from skfem import Basis, MeshLine1
-from skfem.element import DiscreteField, Element
-from skfem.refdom import RefLine
 
 from modalprep.errors import InputError
 from modalprep.fe.properties.properties import Beam
 
-QUADRATURE = 6  # degree: cubic shapes squared; 4 Gauss points
-GAUSS = 0.5 + np.array([-1, 1]) / np.sqrt(12)  # two points between 0 and 1
-SEGMENTS = 8  # of a tapered beam, besides its stations
-
-
-class ElementBeam(Element):
-    """scikit-fem element of the 12 beam shape functions; value, grad, hess of the six section motions."""
-
-    refdom = RefLine
-    nodal_dofs = 6
-    maxdeg = 3
-
-    def __init__(self, phi_y: np.ndarray, phi_z: np.ndarray) -> None:
-        self.phi_y, self.phi_z = phi_y, phi_z
-
-    def gbasis(self, mapping, X, i, tind=None):  # noqa: D102 - scikit-fem's protocol
-        length = mapping.detDF(X)
-        motion = np.zeros((3, 6, *length.shape))  # derivative order, component, element, point
-        node, component = divmod(i, 6)
-        if component in (0, 3):  # u, tx: linear
-            motion[0, component] = X[0] if node else 1 - X[0]
-            motion[1, component] = (2 * node - 1) / length
-        else:
-            self._bend(motion, X[0], length, node, component)
-        return (DiscreteField(value=motion[0], grad=motion[1][:, None], hess=motion[2][:, None, None]),)
-
-    def _bend(self, motion, s, L, node, component):
-        in_xy = component in (1, 5)
-        phi = (self.phi_y if in_xy else self.phi_z)[:, None]
-        rotational = component > 2
-        deflection, slope = _bending_shapes(s, L, phi, 2 * node + rotational)
-        lateral, angle, sign = (1, 5, 1.0) if in_xy else (2, 4, -1.0)  # in x-z the slope is -ty
-        own = sign if rotational else 1.0
-        motion[:, lateral] = own * deflection
-        motion[:, angle] = own * sign * slope
-
-
-def _bending_shapes(s, L, phi, k):
-    """Return the deflection and slope of shape k (w1, slope1, w2, slope2) and their first two derivatives."""
-    m = 1 / (1 + phi)
-    zero = 0 * L
-    if k % 2 == 0:
-        sign = 1 if k == 0 else -1
-        w = (1 - 3 * s**2 + 2 * s**3 + phi * (1 - s), -6 * s + 6 * s**2 - phi, -6 + 12 * s)
-        deflection = np.array([sign * m * w[0] + (k == 2), sign * m * w[1] / L, sign * m * w[2] / L**2])
-        slope = sign * 6 * m / L * np.array([s**2 - s + zero, (2 * s - 1) / L, 2 / L**2])
-    elif k == 1:
-        w = (
-            s - 2 * s**2 + s**3 + phi / 2 * (s - s**2),
-            1 - 4 * s + 3 * s**2 + phi / 2 * (1 - 2 * s),
-            -4 + 6 * s - phi,
-        )
-        deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
-        slope = m * np.array([1 - 4 * s + 3 * s**2 + phi * (1 - s), (-4 + 6 * s - phi) / L, 6 / L**2])
-    else:
-        w = (
-            -(s**2) + s**3 + phi / 2 * (s**2 - s),
-            -2 * s + 3 * s**2 + phi / 2 * (2 * s - 1),
-            -2 + 6 * s + phi,
-        )
-        deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
-        slope = m * np.array([3 * s**2 - 2 * s + phi * s, (6 * s - 2 + phi) / L, 6 / L**2])
-    return deflection, slope
+POINTS, MORE_POINTS = 4, 6  # of Gauss: cubic shapes squared; between two stations of a taper
+TRANSPORT = np.zeros((6, 6))  # of a rigid motion along e1, per length: v += tz, w -= ty
+TRANSPORT[1, 5], TRANSPORT[2, 4] = 1.0, -1.0
 
 
 class Along(NamedTuple):
@@ -87,19 +30,23 @@ class Along(NamedTuple):
 
     Attributes
     ----------
-    value, grad, hess : (ne, nq, 6, 12)
+    value, grad : (ne, nq, 6, 12)
         And their derivatives along e1.
+    rate : (ne, nq, 2, 12)
+        Shear forces along e3 and e2 over E Iy and -E Iz, which are ty'' and tz'' of a prismatic beam.
     at : (nq,)
         0 at the first end, 1 at the second.
     dx : (ne, nq)
         m.
     A, Iy, Iz, J, nsm : (nq,)
         As in `Beam`.
+    shear_centre : tuple of 2 floats
+        As in `Beam`; the motions are those of the centroid.
     """
 
     value: np.ndarray
     grad: np.ndarray
-    hess: np.ndarray
+    rate: np.ndarray
     at: np.ndarray
     dx: np.ndarray
     A: np.ndarray
@@ -107,10 +54,11 @@ class Along(NamedTuple):
     Iz: np.ndarray
     J: np.ndarray
     nsm: np.ndarray
+    shear_centre: tuple[float, float] = (0.0, 0.0)
 
     def strain(self) -> np.ndarray:
-        """(ne, nq, 6, 12) strains (u', v' - tz, w' + ty, tx', ty', tz')."""
-        B = self.grad.copy()
+        """(ne, nq, 6, 12) strains (u', v' - tz, w' + ty, tx', ty', tz'), v and w of the shear centre."""
+        B = _to_shear_centre(self.shear_centre) @ self.grad
         B[:, :, 1] -= self.value[:, :, 5]
         B[:, :, 2] += self.value[:, :, 4]
         return B
@@ -127,9 +75,17 @@ class Along(NamedTuple):
         shear = [shears * k * G * self.A for k in (section.ky, section.kz)]
         return np.stack([E * self.A, *shear, G * self.J, E * self.Iy, E * self.Iz], axis=1)
 
+    def ends(self) -> np.ndarray:
+        """(ne, 12, 12) motions of both ends, of fields at the ends: unit matrices but for released DOFs."""
+        return self.value.reshape(len(self.value), 12, -1)
+
+    def piece(self, some: slice | np.ndarray) -> Along:
+        """Return the fields of `some` of the elements."""
+        return Along(*(x[some] if np.ndim(x) > 1 else x for x in self))
+
     def transformed(self, T: np.ndarray) -> Along:
         """Return the fields per other DOFs, of which the present ones are ``T (ne, 12, n)``."""
-        return self._replace(**{name: getattr(self, name) @ T[:, None] for name in ("value", "grad", "hess")})
+        return self._replace(**{name: getattr(self, name) @ T[:, None] for name in ("value", "grad", "rate")})
 
 
 def along(length: np.ndarray, section: Beam, pins: np.ndarray | None = None) -> tuple[Along, Along]:
@@ -141,14 +97,111 @@ def along(length: np.ndarray, section: Beam, pins: np.ndarray | None = None) -> 
     ------
     InputError
         When the released ends let a beam move without strain.
+
+    Examples
+    --------
+    >>> from modalprep.fe.properties.materials import Material
+    >>> beam = Beam(material=Material(E=210e9, nu=0.3, rho=7800.0), A=6e-4, Iy=4.5e-8, Iz=2e-8, J=4.7e-8)
+    >>> inside, ends = along(np.array([2.0]), beam)
+    >>> bool(np.allclose(ends.value[0].reshape(12, 12), np.eye(12)))
+    True
     """
-    rules = (None, (np.array([[0.0, 1.0]]), np.full(2, 0.5)))
-    inside, ends = (_tapered(length, section, rule) if section.taper else _prismatic(length, section, rule)
-                    for rule in rules)  # fmt: skip
-    if pins is None or not np.any(pins):
-        return inside, ends
-    T = released(inside.stiffness(section), pins, length)
-    return inside.transformed(T), ends.transformed(T)
+    at, weight, integral = _panels(section)
+    flexibility, ends = (_flexibility(section, x) for x in (at, np.array([0.0, 1.0])))
+    L = length[:, None, None, None]
+    rest = np.eye(6) + (1 - at)[:, None, None] * L * TRANSPORT  # (ne, nq, 6, 6) from each point to the second end
+    strain = flexibility[:, :, None] * np.swapaxes(rest, 2, 3)  # per force at the second end
+    total = np.einsum("q,eqij,eqjk->eik", weight, rest, strain) * length[:, None, None]
+    size = 1 / np.sqrt(np.einsum("eii->ei", total))[..., None]
+    F = size * np.linalg.solve(size * total * np.swapaxes(size, 1, 2), size * _apart(length))  # (ne, 6, 12)
+    first = _integrated(integral, strain) * L
+    second = _integrated(integral, at[:, None, None] * strain) * L**2
+    moved = first + TRANSPORT @ (at[:, None, None] * L * first - second)
+    start = np.concatenate([np.eye(6) + at[:, None, None] * L * TRANSPORT, np.zeros((*moved.shape[:2], 6, 6))], axis=3)
+    dx = length[:, None] * weight
+    inside = _fields(section, at, dx, start + moved @ F[:, None], strain @ F[:, None], F, flexibility)
+    rest = np.stack([np.eye(6) + length[:, None, None] * TRANSPORT, np.broadcast_to(np.eye(6), (len(length), 6, 6))], 1)
+    strain = ends[:, :, None] * np.swapaxes(rest, 2, 3) @ F[:, None]
+    value = np.tile(np.eye(12).reshape(1, 2, 6, 12), (len(length), 1, 1, 1))
+    outside = _fields(section, np.array([0.0, 1.0]), np.tile(length[:, None] / 2, 2), value, strain, F, ends)
+    if pins is not None and np.any(pins):
+        T = released(inside.stiffness(section), pins, length)
+        inside, outside = inside.transformed(T), outside.transformed(T)
+    if any(section.shear_centre):
+        inside, outside = (_at_centroid(fields, section.shear_centre) for fields in (inside, outside))
+    return inside, outside
+
+
+def _to_shear_centre(centre: tuple[float, float]) -> np.ndarray:
+    """Return the matrix (6, 6) from motions of the centroid to those with v and w of the shear centre."""
+    matrix = np.eye(6)
+    matrix[1, 3], matrix[2, 3] = -centre[1], centre[0]
+    return matrix
+
+
+def _at_centroid(fields: Along, centre: tuple[float, float]) -> Along:
+    """Return fields of shear centres per motions of shear centres as those of centroids."""
+    there = _to_shear_centre(centre)
+    back = np.linalg.inv(there)
+    moved = fields._replace(value=back @ fields.value, grad=back @ fields.grad, shear_centre=centre)
+    return moved.transformed(np.kron(np.eye(2), there)[None])
+
+
+def _panels(section: Beam) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return Gauss points and weights between 0 and 1, panel by panel, and ``(nq, nq)`` integrals up to each."""
+    cuts = [place[0] for place in section.taper] or [0.0, 1.0]
+    x, w = np.polynomial.legendre.leggauss(MORE_POINTS if section.taper else POINTS)
+    x, w, n = (1 + x) / 2, w / 2, len(x)
+    partial = _integrals_to(x, w)
+    whole = np.zeros((n * (len(cuts) - 1), n * (len(cuts) - 1)))
+    for k, (a, b) in enumerate(pairwise(cuts)):
+        own = slice(n * k, n * k + n)
+        whole[own, own] = (b - a) * partial
+        whole[n * k + n :, own] = (b - a) * w
+    at = np.concatenate([a + (b - a) * x for a, b in pairwise(cuts)])
+    return at, np.concatenate([(b - a) * w for a, b in pairwise(cuts)]), whole
+
+
+def _integrals_to(x: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Return ``(n, n)`` integrals from 0 to each of the points x of Lagrange's polynomials on them.
+
+    Examples
+    --------
+    >>> x = np.array([0.25, 0.75])
+    >>> _integrals_to(x, np.array([0.5, 0.5])) @ x  # of x itself
+    array([0.03125, 0.28125])
+    """
+    y, others = x[:, None] * x, ~np.eye(len(x), dtype=bool)  # (n, n): Gauss points up to each of the points
+    polynomials = [np.prod((y[..., None] - x[some]) / (x[j] - x[some]), axis=2) for j, some in enumerate(others)]
+    return x[:, None] * np.stack([p @ w for p in polynomials], axis=1)
+
+
+def _flexibility(section: Beam, at: np.ndarray) -> np.ndarray:
+    """Return the flexibility ``(nq, 6)`` of the section against N, Vy, Vz, T, My, Mz."""
+    A, Iy, Iz, J, _ = np.array([section.at(float(x)) for x in at]).T
+    E, G = section.material.E, section.material.G
+    shears = section.theory == "timoshenko"
+    shear = [shears / (k * G * A) for k in (section.ky, section.kz)]
+    return np.stack([1 / (E * A), *shear, 1 / (G * J), 1 / (E * Iy), 1 / (E * Iz)], axis=1)
+
+
+def _apart(length: np.ndarray) -> np.ndarray:
+    """Return the motion ``(ne, 6, 12)`` of the second end less the rigid motion of the first."""
+    rigid = np.eye(6) + length[:, None, None] * TRANSPORT
+    return np.concatenate([-rigid, np.broadcast_to(np.eye(6), rigid.shape)], axis=2)
+
+
+def _integrated(integral: np.ndarray, fields: np.ndarray) -> np.ndarray:
+    return np.einsum("pq,eqij->epij", integral, fields)
+
+
+def _fields(section: Beam, at, dx, value, strain, F, flexibility) -> Along:
+    grad = strain.copy()  # of u', v' - tz, w' + ty, tx', ty', tz'
+    grad[:, :, 1] += value[:, :, 5]
+    grad[:, :, 2] -= value[:, :, 4]
+    bend = flexibility[:, 4:, None]
+    rate = np.stack([bend[:, 0] * F[:, None, 2], -bend[:, 1] * F[:, None, 1]], axis=2)
+    return Along(value, grad, rate, at, dx, *np.array([section.at(float(x)) for x in at]).T)
 
 
 def released(K: np.ndarray, pins: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -165,77 +218,6 @@ def released(K: np.ndarray, pins: np.ndarray, length: np.ndarray) -> np.ndarray:
             "the pin flags of a beam let it move without strain; hold what both ends release at one of them"
         )
     return T
-
-
-def _prismatic(length: np.ndarray, s: Beam, rule=None) -> Along:
-    basis = _basis(length, s, rule)
-    fields = [_stack(basis, name) for name in ("value", "grad", "hess")]
-    nq = basis.dx.shape[1]
-    return Along(*fields, basis.X[0], basis.dx, *(np.full(nq, x) for x in (s.A, s.Iy, s.Iz, s.J, s.nsm)))
-
-
-def _tapered(length: np.ndarray, section: Beam, rule=None) -> Along:
-    """Join prismatic segments; with a `rule` only the first and the last count, for the ends."""
-    cuts = np.unique(np.r_[np.linspace(0, 1, SEGMENTS + 1), [x for x, *_ in section.taper if 0 < x < 1]])
-    pieces = [(a, b, _segment(section, a, b)) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
-    T = _inner_motion(length, pieces)
-    parts = []
-    for k, (a, b, own) in enumerate(pieces):
-        piece = _prismatic((b - a) * length, own, rule).transformed(T[:, 6 * k : 6 * k + 12])
-        parts.append(piece._replace(at=a + (b - a) * piece.at))
-    if rule is not None:
-        first, last = parts[0], parts[-1]
-        parts = [_points(first, slice(0, 1)), _points(last, slice(1, 2))]
-        values = np.array([section.at(x) for x in (0.0, 1.0)])
-        parts = [part._replace(A=v[:1], Iy=v[1:2], Iz=v[2:3], J=v[3:4], nsm=v[4:])
-                 for part, v in zip(parts, values, strict=True)]  # fmt: skip
-    names = {name: 1 for name in ("value", "grad", "hess", "dx")}
-    return Along(
-        *(np.concatenate([getattr(p, name) for p in parts], axis=names.get(name, 0)) for name in Along._fields)
-    )
-
-
-def _points(fields: Along, some: slice) -> Along:
-    return Along(*(x[:, some] if x.ndim > 1 else x[some] for x in fields))
-
-
-def _segment(section: Beam, a: float, b: float) -> Beam:
-    """Return the prismatic section of a segment: mean mass, and the mean of the flexibilities."""
-    there = np.array([section.at(a + (b - a) * x) for x in GAUSS])
-    A, Iy, Iz, J, nsm = there.mean(axis=0)
-    soft = 1 / (1 / there[:, 1:4]).mean(axis=0)
-    return replace(
-        section, A=float(A), Iy=float(soft[0]), Iz=float(soft[1]), J=float(soft[2]), nsm=float(nsm), taper=()
-    )
-
-
-def _inner_motion(length: np.ndarray, pieces) -> np.ndarray:
-    """Return the motion of all ends of the segments ``(ne, 6 (n + 1), 12)`` per DOF of the two ends of the beam."""
-    n = 6 * (len(pieces) + 1)
-    K = np.zeros((len(length), n, n))
-    for k, (a, b, own) in enumerate(pieces):
-        rows = slice(6 * k, 6 * k + 12)
-        K[:, rows, rows] += _prismatic((b - a) * length, own).stiffness(own)
-    ends = np.r_[:6, n - 6 : n]
-    T = np.zeros((len(length), n, 12))
-    T[:, ends, np.arange(12)] = 1.0
-    T[:, 6 : n - 6] = -np.linalg.solve(K[:, 6 : n - 6, 6 : n - 6], K[:, 6 : n - 6][:, :, ends])
-    return T
-
-
-def _basis(length: np.ndarray, s: Beam, rule: tuple[np.ndarray, np.ndarray] | None = None) -> Basis:
-    """Disjoint flat line elements, so that scikit-fem sees one-dimensional geometry; at points and weights `rule`."""
-    ne, mat = len(length), s.material
-    ratio = 12 * mat.E / (mat.G * s.A * length**2) if s.theory == "timoshenko" else np.zeros(ne)
-    mesh = MeshLine1(np.stack([0 * length, length], 1).reshape(1, -1), np.arange(2 * ne).reshape(ne, 2).T)
-    element = ElementBeam(ratio * s.Iz / s.ky, ratio * s.Iy / s.kz)
-    return Basis(mesh, element, intorder=QUADRATURE, quadrature=rule, disable_doflocs=True)
-
-
-def _stack(basis: Basis, name: str) -> np.ndarray:
-    """Collect one field of all 12 shapes as (ne, nq, 6, 12)."""
-    fields = [np.asarray(shape[0] if name == "value" else getattr(shape[0], name)) for shape in basis.basis]
-    return np.moveaxis(np.array([f.reshape(6, *basis.dx.shape) for f in fields]), (0, 1), (3, 2))
 
 
 def contract(left: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.elements.arms import RotatingArms, mass_arms
+from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.mass import (
     MassObjects,
@@ -105,6 +106,8 @@ def nodal_masses(block: Block) -> np.ndarray:
     E. Hinton, T. Rock, O. C. Zienkiewicz, A note on mass lumping and related processes in the finite element method,
     Earthquake Engineering and Structural Dynamics 4 (1976) 245.
     """
+    if isinstance(block, BeamBlock):
+        return block.nodal_masses()
     mass, (ne, nn) = block.mass(), block.nodes.shape
     rows = mass.g.reshape(ne, nn, block.components, 3)[:, :, 0, 0]
     total = rows.sum(axis=1, keepdims=True)

@@ -84,9 +84,8 @@ class NastranMass:
     def _line(self) -> MassSamples:
         """The mass of a beam on its centroid line."""
         b = self.block
-        s = b.section
-        shape = np.einsum("eca,eqcj->eqaj", b.frame, b.motion[:, :, :3])
-        return MassSamples((s.material.rho * s.A + s.nsm) * b.dx, np.ones(b.dx.shape[1]), b.centre, shape)
+        shape = np.einsum("eca,eqcj->eqaj", b.frame, b.at_nodes.value[:, :, :3])
+        return MassSamples(b.line_mass, np.ones(b.dx.shape[1]), b.centre, shape)
 
     def _along(self) -> MassSamples:
         """The mass of a rod at two Gauss points of its line."""
@@ -104,17 +103,16 @@ class NastranMass:
         found = []
         if not self._has_axis_inertia():
             return found
-        b, s = self.block, self.block.section
-        Ip = s.material.rho * (s.Iy + s.Iz)
-        for rotation, length in zip(self._rotations(), self._lengths(), strict=True):
-            weight = Ip * length * ABOUT_AXIS
-            shape = -skew(b.frame) @ rotation
-            found.append(MassSamples(weight, np.zeros(3), b.frame, shape))
+        for rotation, inertia in zip(self._rotations(), self._axis_inertia(), strict=True):
+            shape = -skew(self.block.frame) @ rotation
+            found.append(MassSamples(inertia * ABOUT_AXIS, np.zeros(3), self.block.frame, shape))
         return found
 
-    def _lengths(self) -> list[np.ndarray]:
-        dx = self.block.dx
-        return list(np.moveaxis(dx, 1, 0)[..., None]) if self.coupled else [dx.sum(axis=1, keepdims=True) / 2] * 2
+    def _axis_inertia(self) -> list[np.ndarray]:
+        """Inertia ``(ne, 1)`` about the axis at each place, kg m^2."""
+        own = self.block.inside
+        inertia = self.block.section.material.rho * (own.Iy + own.Iz) * own.dx
+        return list(inertia.T[..., None]) if self.coupled else [inertia.sum(axis=1, keepdims=True) / 2] * 2
 
     def _rotations(self) -> list[np.ndarray]:
         """Rotation ``(ne, 1, 3, 12)`` in mesh axes at each place of the inertia about the axis."""
@@ -122,7 +120,7 @@ class NastranMass:
             return []
         if not self.coupled:
             return list(np.moveaxis(self.lumped.rotations(), 1, 0)[:, :, None])
-        rotation = np.swapaxes(self.block.frame, 1, 2)[:, None] @ self.block.motion[:, :, 3:]
+        rotation = np.swapaxes(self.block.frame, 1, 2)[:, None] @ self.block.at_nodes.value[:, :, 3:]
         return list(np.moveaxis(rotation, 1, 0)[:, :, None])
 
 

@@ -97,7 +97,7 @@ class Builder:
             notes.append(f"left out: {self.fluid} elements of the fluid; neither its mass nor its pressure acts")
         data: dict[str, dict[str, np.ndarray]] = {}
         for (name, kind), values in self.data.items():
-            blank = 0.0 if name == "ends" else np.nan
+            blank = 0.0 if name in ("ends", "pins") else np.nan
             table = np.full((len(self.cells[kind]), *next(iter(values.values())).shape), blank)
             table[list(values)] = list(values.values())
             data.setdefault(name, {})[kind] = table

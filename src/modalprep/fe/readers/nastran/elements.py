@@ -112,8 +112,24 @@ def _bar(b: Builder, card: Card) -> None:
     b.put("up", "line", row, _turned(card, axis, up, b.twist.get(name, 0.0)))
     if ends.any():
         b.put("ends", "line", row, ends * b.units.length)
-    if any(card.text(k) not in ("", "0") for k in (8, 9)):
-        b.conversion.note("pin flags PA, PB of bars are left out: the bars hold all six components at both ends")
+    if pins := [6 * end + int(c) - 1 for end in (0, 1) for c in _pin_flags(card, 8 + end)]:
+        across = [{pin % 6 % 3 for pin in pins if pin // 3 == part} for part in range(4)]
+        if b.twist.get(name) and any(len(some & {1, 2}) == 1 for some in across):
+            raise card.error("its pin flags act along axes that I12 turns; release both directions across the bar")
+        b.put("pins", "line", row, np.isin(np.arange(12), [_ours(pin) for pin in pins]).astype(float))
+
+
+def _pin_flags(card: Card, k: int) -> str:
+    """Return the components that an end of a bar releases, in its own axes."""
+    flags = card.text(k) if card.text(k) != "0" else ""
+    if set(flags) - set("123456"):
+        raise card.error(f"pin flags {flags} are not made of the digits 1 to 6; give such as 456")
+    return flags
+
+
+def _ours(pin: int) -> int:
+    """Return the DOF in our axes of a bar: along y of Nastran is e3, along z is -e2."""
+    return pin + (0, 1, -1)[pin % 3]
 
 
 def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Card]) -> np.ndarray:

@@ -31,7 +31,8 @@ def bar(conversion: Conversion, card: Card, section: Section) -> Beam | Truss:
     ``up`` is Nastran's y axis, so e3 = y and Iy = I1, kz = K1.
     """
     material, factor = bar_material(conversion, card, 1)
-    m, nsm = conversion.units.length, section.nsm * conversion.units.inertial / conversion.units.length
+    m, inertial = conversion.units.length, conversion.units.inertial
+    nsm = section.nsm * inertial / m
     I1, I2, _ = section.turned
     if not (I1 or I2):
         return made(card, Truss, material=material, A=section.A * m**2, J=section.J * factor * m**4, nsm=nsm)
@@ -54,6 +55,19 @@ def bar(conversion: Conversion, card: Card, section: Section) -> Beam | Truss:
         nsm=nsm,
         theory="timoshenko" if k1 or k2 else "euler-bernoulli",
         fibres=tuple((y * m, z * m) for y, z in section.fibres),
+        taper=tuple(
+            (
+                x,
+                A * m**2,
+                (I1 or slight) * m**4,
+                (I2 or slight) * m**4,
+                (J * factor or slight) * m**4,
+                more / m * inertial,
+            )
+            for x, A, I1, I2, J, more in section.stations
+        ),
+        offset=tuple(m * x for x in section.ours(*section.neutral)),
+        shear_centre=tuple(0.0 - m * x for x in section.ours(*section.neutral)),
         bar=card.name in ("PBAR", "PBARL"),
     )
 

@@ -66,8 +66,8 @@ LISTS = (
 
 REMARKS = {
     "PBARL": "Area and moments are exact; torsion constant and, but for ROD, shear factors are those of the textbook.",
-    "PBEAML": "As PBARL, with the mean of the sections along the beam; the centroid lies on the element's axis.",
-    "PBEAM": "A taper is replaced by the mean of the sections; warping and offsets of the neutral axis are left out.",
+    "PBEAML": "As PBARL; a taper is linear between its stations; the shear centre is that of Nastran for T, T2 and I.",
+    "PBEAM": "A taper is linear between its stations; warping, shear relief and the offset of nsm are left out.",
     "PSHELL": "MID4, the coupling of membrane and bending, is refused.",
     "PBUSH": "The K row is read; damping and other rows are left out with a note.",
     "PTUBE": "A taper is replaced by its mean.",
@@ -96,10 +96,11 @@ DAMPING = (
 MATRICES = "DMIG DMIAX DMIJ DMIK DMI TF GENEL"
 REFUSED = {
     **dict.fromkeys(
-        "CGAP CFAST CWELD CSEAM CBEAM3 CBEND CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
+        "CGAP CFAST CWELD CSEAM CBEAM3 CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
         "CTWIST CTRAPRG CTRIARG CHEXA1 CHEXA2 CIHEX1 CIHEX2 CIHEX3 CELBOW".split(),
         "This element has no counterpart here.",
     ),
+    "CBEND": "A curved beam has no counterpart here; follow its arc with CBEAM elements.",
     **dict.fromkeys(
         "CELAS3 CELAS4 CMASS3 CMASS4".split(), "It acts on scalar points, which have no position in the body."
     ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,8 @@ class Section:
     k1: float = 0.0
     k2: float = 0.0
     points: tuple[tuple[float, float], ...] = ()
+    neutral: tuple[float, float] = (0.0, 0.0)  # y, z from the shear centre, on the element's axis, to the centroid
+    stations: tuple[tuple[float, ...], ...] = ()  # of a taper: position, A, I1, I2, J, nsm
 
     @property
     def turned(self) -> tuple[float, float, float]:
@@ -50,8 +53,12 @@ class Section:
         >>> Section(A=2.0, I1=8 / 12, I2=2 / 12, I12=0.0, J=0.0, points=((1.0, 0.5),)).fibres
         ((-0.5, 1.0),)
         """
+        return tuple(self.ours(y - self.neutral[0], z - self.neutral[1]) for y, z in self.points)
+
+    def ours(self, y: float, z: float) -> tuple[float, float]:
+        """Return a position in the section along e2 and e3 of `Beam`."""
         c, s = math.cos(self.turned[2]), math.sin(self.turned[2])
-        return tuple((s * y - c * z, c * y + s * z) for y, z in self.points)
+        return s * y - c * z, c * y + s * z
 
 
 def _points(card: Card) -> tuple[tuple[float, float], ...]:
@@ -68,7 +75,7 @@ def pbar(conversion: Conversion, card: Card) -> Section:
 
 
 def pbeam(conversion: Conversion, card: Card) -> Section:
-    """PBEAM: the mean of the sections along the beam; K1, K2 default to 1."""
+    """PBEAM: the sections along the beam; K1, K2 default to 1."""
     ends, first = ("YES", "YESA", "NO"), _station(card, 2, (0.0,) * 6)
     row = 1 + (card.row(1)[0] not in ends)
     points = () if row == 1 else _points(card)  # of end A
@@ -81,12 +88,14 @@ def pbeam(conversion: Conversion, card: Card) -> Section:
             stations[at] = _station(card, 8 * row + 2, first)
         row += 2 if card.row(row)[0] == "YES" else 1
     k1, k2 = (card.real(8 * row + k, name, 1.0) for k, name in enumerate(("K1", "K2")))
-    if any(card.real(8 * (row + 1) + k, "N1, N2 or M1, M2", 0.0) for k in range(8)) or any(
+    if any(card.real(8 * (row + 1) + k, "M1 or M2", 0.0) for k in range(4)) or any(
         card.real(8 * row + k, "S1 to CW", 0.0) for k in range(2, 8)
     ):
-        conversion.note("PBEAM: shear relief, warping, and offsets of neutral axis and nsm are left out")
-    A, I1, I2, I12, J, nsm = _mean(conversion, card, stations)
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=points)
+        conversion.note("PBEAM: shear relief, warping, and the offset and inertia of nsm are left out")
+    N1, N2 = (card.real(8 * (row + 1) + k, name, 0.0) for k, name in ((4, "N1(A)"), (5, "N2(A)")))
+    if (N1, N2) != tuple(card.real(8 * (row + 1) + k, "N1, N2(B)", value) for k, value in ((6, N1), (7, N2))):
+        conversion.note("PBEAM: N1 and N2 of end A hold along the whole beam")
+    return Section(**_tapered(conversion, card, stations), k1=k1, k2=k2, points=points, neutral=(N1, N2))
 
 
 def _station(card: Card, k: int, default: tuple[float, ...]) -> tuple[float, ...]:
@@ -95,18 +104,21 @@ def _station(card: Card, k: int, default: tuple[float, ...]) -> tuple[float, ...
     return tuple(card.real(k + i, name, default[i]) for i, name in enumerate(names))
 
 
-def _mean(conversion: Conversion, card: Card, stations: dict[float, tuple[float, ...]]) -> tuple[float, ...]:
-    """Return the mean of values that are linear between the stations; the last holds to the end."""
+def _tapered(conversion: Conversion, card: Card, stations: dict[float, tuple[float, ...]]) -> dict[str, Any]:
+    """Return the values of `Section`: the mean of those between the stations, and these; the last holds to the end."""
     at = sorted(stations)
     values = np.array([stations[x] for x in at])
-    at, values = np.append(at, 1.0), np.vstack([values, values[-1]])
+    if at[-1] < 1:
+        at, values = [*at, 1.0], np.vstack([values, values[-1]])
     mean = np.sum(np.diff(at)[:, None] * (values[1:] + values[:-1]) / 2, axis=0)
-    if not np.allclose(values, mean, rtol=1e-3, atol=1e-12 * np.abs(mean).max()):
-        conversion.note(
-            f"{card.name}: a tapered beam has the mean of its sections along the whole element; the mass is right, the "
-            "stiffness is that of many elements only where the taper of each is small"
-        )
-    return tuple(mean.tolist())
+    found = dict(zip(("A", "I1", "I2", "I12", "J", "nsm"), mean.tolist(), strict=True))
+    if np.allclose(values, mean, rtol=1e-6, atol=1e-12 * np.abs(mean).max()):
+        return found
+    if np.any(values[:, 3]):
+        conversion.note(f"{card.name}: a tapered beam with I12 has the mean of its sections along the whole element")
+        return found
+    rows = values[:, [0, 1, 2, 4, 5]]
+    return found | {"stations": tuple((x, *row) for x, row in zip(at, rows.tolist(), strict=True))}
 
 
 def shape(conversion: Conversion, card: Card) -> Section:
@@ -121,15 +133,29 @@ def shape(conversion: Conversion, card: Card) -> Section:
             f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape "
             f"(K1 = {found.k1:.3g}, K2 = {found.k2:.3g}); Nastran's own may differ"
         )
-    mean = (*found[:5], nsm)
+    stations, shear = {0.0: (*found[:5], nsm)}, {"k1": found.k1, "k2": found.k2}
     if card.name == "PBEAML":
-        if kind in ("T", "T1", "T2", "L", "CHAN", "CHAN1", "CHAN2", "I", "HAT", "HAT1", "BOX1"):
+        if kind in ("T", "T2", "I"):
+            shear["neutral"] = (_below_shear_centre(kind, [card.real(8 + k, "DIM") for k in range(count)]), 0.0)
+        elif kind in ("T1", "L", "CHAN", "CHAN1", "CHAN2", "HAT", "HAT1", "BOX1"):
             conversion.note(
                 f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran"
             )
-        mean = _mean(conversion, card, _stations(card, kind, count, mean))
-    A, I1, I2, I12, J, nsm = mean
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=found.k1, k2=found.k2)
+        stations = _stations(card, kind, count, stations[0.0])
+    return Section(**_tapered(conversion, card, stations | {1.0: stations.get(1.0, stations[0.0])}), **shear)
+
+
+def _below_shear_centre(kind: str, sizes: list[float]) -> float:
+    """Return the height of the centroid over the shear centre of T, T2 (where flange and web meet) and I."""
+    if kind == "I":
+        h, b1, b2, tw, t1, t2 = sizes
+        parts, share = ((b1 * t1, t1 / 2), (b2 * t2, h - t2 / 2), (tw * (h - t1 - t2), (h + t1 - t2) / 2)), t2 * b2**3
+        centre = t1 / 2 + (h - (t1 + t2) / 2) * share / (share + t1 * b1**3)
+    else:
+        b, h, tf, tw = sizes
+        parts, centre = ((b * tf, h - tf / 2), (tw * (h - tf), (h - tf) / 2)), h - tf / 2
+    y = sum(area * at for area, at in parts) / sum(area for area, _ in parts) - centre
+    return -y if kind == "T2" else y
 
 
 def _by_dimensions(card: Card, kind: str, first: int, default: list[float | None]) -> Shape:
