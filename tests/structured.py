@@ -25,6 +25,8 @@ HEX_FACES = [
     (0, 1, 2, 3),
     (4, 5, 6, 7),
 ]  # VTK: -x +x -y +y -z +z
+QUAD_EDGES = [[0, 1], [1, 2], [2, 3], [3, 0]]
+MIDDLES = {"triangle6": [[0, 1], [1, 2], [2, 0]], "quad8": QUAD_EDGES, "quad9": [*QUAD_EDGES, [0, 1, 2, 3]]}
 TET_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
 
 
@@ -58,9 +60,9 @@ def surface(nx: int, ny: int, kind: str, shape: Map | None = None, **options) ->
     Mid-side nodes are in the middle of their side on the square, so that they lie on a curved surface too.
     """
     diagonal = options.pop("diagonal", "right")
-    flat, cells = unit_grid(nx, ny, **options), grid_cells(nx, ny, kind, diagonal=diagonal)
-    if kind == "triangle6":
-        flat, cells = _with_middles(flat, cells, [[0, 1], [1, 2], [2, 0]])
+    flat, cells = unit_grid(nx, ny, **options), grid_cells(nx, ny, kind.rstrip("689"), diagonal=diagonal)
+    if kind[-1] in "689":
+        flat, cells = _with_middles(flat, cells, MIDDLES[kind])
     s, t = flat.T
     points = np.stack(np.broadcast_arrays(*(shape(s, t) if shape else (s, t, 0.0 * s))), axis=-1)
     return points, cells
@@ -143,7 +145,7 @@ def _with_middles(points: np.ndarray, cells: np.ndarray, middles: list) -> tuple
 
 def shell_model(points: np.ndarray, cells: np.ndarray, section, corner: int = 0) -> mp.fe.FEModel:
     """Assemble a shell whose root is its node `corner`; no DOF is held."""
-    kind = {3: "triangle", 4: "quad", 6: "triangle6"}[cells.shape[1]]
+    kind = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}[cells.shape[1]]
     mesh = mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": np.array([[corner]])},

@@ -88,7 +88,7 @@ def test_sets_numbers_and_units(read):
     [
         ("10, 0, 0, 0", "10, 0, zero, 0", "line 4: node 10, 0, zero, 0 is not a number and coordinates"),
         ("10, 0, 0, 0", "10, 0, nan, 0", "the first is node 10"),
-        ("TYPE=B31", "TYPE=S8R", "line 15: element type 'S8R' has no counterpart here"),
+        ("TYPE=B31", "TYPE=CPE4", "line 15: element type 'CPE4' has no counterpart here"),
         ("3, 50, 30", "3, 50", "line 15: element 3, 50 of type B31 needs a number and 2 nodes"),
         ("3, 50, 30", "3, 50, 31", "line 15: element 3 refers to node 31, which is not there"),
         ("skin, 3", "skin, every", "set 'every' contains itself"),

@@ -152,8 +152,10 @@ _first(
     "quad", _SQUARE, [(0, 1), (1, 2), (2, 3), (3, 0)], ((0, 1, 2, 3),), reference="ElementQuad1", powers=_PLANE[:4],
     vtk=9, uff=(94, (0, 1, 2, 3)), abaqus="S4R?5?S?W?|M3D4R?|S4RT|DS4", nastran=("CQUAD4", "CQUADR"),
 )  # fmt: skip
-_second("quad", 8, powers=_PLANE[:8], vtk=23, nastran=("CQUAD8",))
-_second("quad", 9, powers=_PLANE, vtk=28)
+_second(
+    "quad", 8, reference="ElementQuadS2", powers=_PLANE[:8], vtk=23, abaqus="S8R?5?T?|DS8", nastran=("CQUAD8",)
+)  # fmt: skip
+_second("quad", 9, reference="ElementQuad2", powers=_PLANE, vtk=28, abaqus="S9R5")
 _first(
     "tetra", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
     ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)), regular=2**0.5, reference="ElementTetP1",
