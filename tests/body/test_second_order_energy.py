@@ -36,6 +36,11 @@ def shell(kind, **section):
     return ShellBlock, kind, WARPED, np.arange(4 if kind == "quad" else 3)[None], section
 
 
+def tapered(family, kind, points, nodes, section):
+    corners = 3 if kind.startswith("triangle") else 4
+    return family, kind, points, nodes, section, {"thickness": np.linspace(0.08, 0.15, corners)[None]}
+
+
 def curved(kind="triangle6", **section):
     section = mp.Shell(**({"material": METAL, "thickness": 0.1} | section))
     points = CURVED if kind == "triangle6" else BOWL[: int(kind[-1])]
@@ -68,13 +73,15 @@ ELEMENTS = {
     **{kind: curved(kind) for kind in ("quad8", "quad9")},
     **{f"eccentric {kind}": curved(kind, offset=0.2) for kind in ("quad8", "quad9")},
     "laminated quad8": curved("quad8", material=None, thickness=0.0, plies=PLIES, offset=-0.1),
+    "tapered quad": tapered(*shell("quad")),
+    "tapered quad8": tapered(*curved("quad8", offset=0.05)),
     **{kind: solid(kind) for kind in ("tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "hexahedron27")},
 }
 
 
 def built(name):
-    family, kind, points, nodes, section = ELEMENTS[name]
-    return family.build(kind, points @ random_rotation(3).T, nodes, section, {}, np.zeros(3))
+    family, kind, points, nodes, section, *data = ELEMENTS[name]
+    return family.build(kind, points @ random_rotation(3).T, nodes, section, *data or [{}], np.zeros(3))
 
 
 def motions(block, seed):
@@ -98,7 +105,7 @@ def test_geometric_stiffness_is_the_third_derivative_of_the_energy(name):
 @pytest.mark.parametrize("name", ELEMENTS)
 def test_energy_does_not_change_as_the_element_turns(name):
     """To the third order, of which the geometric stiffness is made: nodes turn by R, ``x + u`` to ``R (x + u)``."""
-    block, (_, _, points, nodes, _) = built(name), ELEMENTS[name]
+    block, (_, _, points, nodes, *_) = built(name), ELEMENTS[name]
     points, n = (points @ random_rotation(3).T)[nodes], nodes.shape[1]
     d = motions(block, 0)[0].reshape(len(nodes), n, block.components)
     axis, size = np.array([0.6, -0.3, 0.5]), 1e-2

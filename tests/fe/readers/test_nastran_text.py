@@ -212,7 +212,7 @@ BAD = [
     (GOOD + "CPYRAM,3,2,1,2,3,4,5\n", "CPYRAM 3: pyramid cells have no element here; mesh with tetra"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,8,.1\nMAT2,8\n", "PSHELL 2: material 8 is MAT2; use MAT1 or MAT8"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,,.1,7\n", "PSHELL 2: needs MID1"),
-    (GOOD + "CQUAD4,3,2,1,2,3,4,,,+\n+,,,.2\nPSHELL,2,7,.1\n", "CQUAD4 3: its corners have a thickness"),
+    (GOOD + "CQUAD4,3,2,1,2,3,4,,,+\n+,,,.2\nPCOMP,2\n+,7,.1\n", "CQUAD4 3: its corners have a thickness, but"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPCOMP,2\n", "PCOMP 2: it has no plies"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPCOMP,2,,,,,,,MEM\n", "PCOMP 2: LAM = MEM is not read"),
     (GOOD + "CELAS2,3,1.,1,1,2,2\n", "CELAS2 3: it joins no grid or unlike components"),

@@ -166,7 +166,7 @@ class Shell(Property):
     Cells are flat three-node and warped four-node ones, and curved ones of six to nine nodes. A homogeneous sheet has
     `material` and `thickness`; a laminate has `plies`, listed from the bottom (-e3) to the top. Axis 1 of the material
     is the projection of `axis` on the element, rotated by `angle` about its normal. The mesh may override `axis`,
-    `angle` and `offset` for single elements (``Mesh.data``).
+    `angle`, `offset` and, at the corners of a homogeneous sheet, `thickness` for single elements (``Mesh.data``).
 
     Attributes
     ----------

@@ -221,8 +221,9 @@ class CurvedShellBlock(CurvedEnergy):
 
     def piece(self, some: slice | np.ndarray) -> CurvedShellBlock:
         """Return the block of `some` of the elements."""
-        names = ("nodes", "x", "normal", "frame", "offset", "angle", *(("ratio",) if self.ratio is not None else ()))
-        return replace(self, **{name: getattr(self, name)[some] for name in names})
+        names = ("nodes", "x", "normal", "frame", "offset", "angle")
+        ratio = None if self.ratio is None else self.ratio[some]
+        return replace(self, ratio=ratio, **{name: getattr(self, name)[some] for name in names})
 
     @property
     def _height(self) -> np.ndarray:

@@ -19,7 +19,7 @@ def thickness_ratio(kind: str, section: Shell, data: dict, ne: int) -> np.ndarra
     Raises
     ------
     InputError
-        When a thickness is not positive, or the section is a laminate.
+        When a thickness is not positive, the section is a laminate, or the data have another shape.
 
     Examples
     --------
@@ -31,6 +31,10 @@ def thickness_ratio(kind: str, section: Shell, data: dict, ne: int) -> np.ndarra
     cell = CELLS[kind]
     given = np.asarray(data.get("thickness", np.nan), dtype=float)
     given = given[:, None] if given.ndim == 1 else given
+    if given.ndim > 2 or given.shape[-1:] not in ((), (1,), (len(cell.corners),)):
+        raise InputError(
+            f"thickness of {kind} cells has the shape {given.shape}; give one value, or one for each corner"
+        )
     given = np.broadcast_to(given, (ne, len(cell.corners)))
     if not np.any(np.isfinite(given)):
         return None
