@@ -11,6 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
+from modalprep.fe.mesh.cells import CELLS
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.modes import lowest_modes
 
@@ -112,9 +113,14 @@ def box(kind: str, n: tuple[int, int, int], size=(1.0, 1.0, 1.0), *, distort: fl
 def _split(points: np.ndarray, bricks: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
     if kind == "hexahedron":
         return points, bricks
-    if kind == "wedge":
-        wedges = [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)]
-        return points, np.concatenate([bricks[:, list(w)] for w in wedges])
+    if kind.startswith("wedge"):
+        wedges = np.concatenate([bricks[:, list(w)] for w in [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)]])
+        return (points, wedges) if kind == "wedge" else _with_middles(points, wedges, CELLS[kind].edges.tolist())
+    if kind.startswith("pyramid"):  # six in each brick, with their apex in its middle
+        apex = len(points) + np.arange(len(bricks))[:, None]
+        points = np.concatenate([points, points[bricks].mean(axis=1)])
+        cells = np.concatenate([np.hstack([bricks[:, f[::-1]], apex]) for f in CELLS["hexahedron"].faces])
+        return (points, cells) if kind == "pyramid" else _with_middles(points, cells, CELLS[kind].edges.tolist())
     if kind.startswith("tetra"):  # Kuhn's six along the diagonal 0-6, which conform from brick to brick
         paths = [(1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1)]
         tets = np.concatenate([bricks[:, [0, a, b, 6]] for a, b in paths])

@@ -13,6 +13,7 @@ from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.elements.truss import TrussBlock
+from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.mesh import Link
 from modalprep.vectors import skew
 
@@ -75,7 +76,7 @@ ELEMENTS = {
     "laminated quad8": curved("quad8", material=None, thickness=0.0, plies=PLIES, offset=-0.1),
     "tapered quad": tapered(*shell("quad")),
     "tapered quad8": tapered(*curved("quad8", offset=0.05)),
-    **{kind: solid(kind) for kind in ("tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "hexahedron27")},
+    **{kind: solid(kind) for kind in FAMILIES[mp.Solid]},
 }
 
 

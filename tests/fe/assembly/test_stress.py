@@ -7,9 +7,10 @@ from structured import box, free_dofs, macneal_harder, random_rotation, shell_mo
 import modalprep as mp
 from modalprep.examples import beam_mesh
 from modalprep.fe.elements.shells.laminate import plane_stress
+from modalprep.fe.families import FAMILIES
 
 STEEL = mp.Material(E=2e11, nu=0.3, rho=7800.0)
-BOX = ("tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "hexahedron27")
+BOX = tuple(FAMILIES[mp.Solid])
 ROUND_OFF = 1e-9  # of strains, differences of displacements: 1e-16 over the smallest cell's share of the size
 FORCE, MOMENT = np.array([3e3, -40.0, 70.0]), np.array([25.0, 0, 0])
 

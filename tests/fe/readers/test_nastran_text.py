@@ -209,7 +209,7 @@ BAD = [
     (GOOD + "CHEXA,3,2,1,2,3,4,5\nPSOLID,2,7\n", "CHEXA 3: it has 5 grids and needs 8 or 20"),
     (GOOD + "CTETRA,3,2,1,2,3,4\nPSOLID,2,8\nMAT9,8\n", "PSOLID 2: material 8 is MAT9; use MAT1 here"),
     (GOOD + "CTRIA6,3,2,1,2,3\n", "CTRIA6 3: G4 is missing"),
-    (GOOD + "CPYRAM,3,2,1,2,3,4,5\n", "CPYRAM 3: pyramid cells have no element here; mesh with tetra"),
+    (GOOD + "CPYRAM,3,2,1,2,3,4\n", "CPYRAM 3: it has 4 grids and needs 5 or 13"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,8,.1\nMAT2,8\n", "PSHELL 2: material 8 is MAT2; use MAT1 or MAT8"),
     (GOOD + "CQUAD4,3,2,1,2,3,4\nPSHELL,2,,.1,7\n", "PSHELL 2: needs MID1"),
     (GOOD + "CQUAD4,3,2,1,2,3,4,,,+\n+,,,.2\nPCOMP,2\n+,7,.1\n", "CQUAD4 3: its corners have a thickness, but"),

@@ -234,7 +234,7 @@ class Shell(Property):
 
 @dataclass(frozen=True, kw_only=True)
 class Solid(Property):
-    """Three-dimensional continuum of tetrahedra, wedges and hexahedra of first or second order.
+    """Three-dimensional continuum of tetrahedra, pyramids, wedges and hexahedra of first or second order.
 
     Attributes
     ----------

@@ -7,10 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import CELLS, Cell
 from modalprep.fe.properties.points import PointMass
-from modalprep.fe.properties.properties import Property, Shell, Solid
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import made
@@ -32,8 +30,6 @@ def _solid(b: Builder, card: Card) -> None:
     if count not in kinds:
         raise card.error(f"it has {max(count, 0)} grids and needs {' or '.join(map(str, kinds))}; complete the card")
     cell = kinds[count]
-    if cell.shape == "pyramid":
-        _refuse_without_element(b, card, cell, Solid)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
 
@@ -47,7 +43,6 @@ def _is_fluid(b: Builder, card: Card) -> bool:
 def _shell(b: Builder, card: Card) -> None:
     cell = SHELLS[card.name]
     kind, count = cell.name, cell.count
-    _refuse_without_element(b, card, cell, Shell)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     name = b.section(card, "shell")
     row = b.cell(card, kind, nodes, name)
@@ -63,11 +58,6 @@ def _shell(b: Builder, card: Card) -> None:
             if shell.plies:
                 raise card.error("its corners have a thickness, but its property has plies; remove T1 to T4")
             b.put("thickness", kind, row, np.where(t == 0, shell.thickness, t))
-
-
-def _refuse_without_element(b: Builder, card: Card, cell: Cell, section: type[Property]) -> None:
-    if cell.name not in FAMILIES[section] and not b.bare:
-        raise card.error(f"{cell.name} cells have no element here; mesh with {', '.join(FAMILIES[section])}")
 
 
 def _shell_axis(b: Builder, card: Card, kind: str, row: int, k: int) -> None:
