@@ -140,20 +140,20 @@ _first(
 _second("line", 3, vtk=21)
 _first(
     "triangle", _TRIANGLE, [(0, 1), (1, 2), (2, 0)], ((0, 1, 2),), regular=2 / 3**0.5, reference="ElementTriP1",
-    powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)), abaqus="S3R?S?|STRI3|M3D3|S3RT|DS3",
+    powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)), abaqus="S3R?S?|STRI3|M3D3|S3RT|DS3|CPS3",
     nastran=("CTRIA3", "CTRIAR"),
 )  # fmt: skip
 _second(
     "triangle", 6, reference="ElementTriP2", powers=((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)), vtk=22,
-    abaqus="STRI65|S6R?|DS6", nastran=("CTRIA6",),
+    abaqus="STRI65|S6R?|DS6|CPS6", nastran=("CTRIA6",),
 )  # fmt: skip
 _second("triangle", 7)
 _first(
     "quad", _SQUARE, [(0, 1), (1, 2), (2, 3), (3, 0)], ((0, 1, 2, 3),), reference="ElementQuad1", powers=_PLANE[:4],
-    vtk=9, uff=(94, (0, 1, 2, 3)), abaqus="S4R?5?S?W?|M3D4R?|S4RT|DS4", nastran=("CQUAD4", "CQUADR"),
+    vtk=9, uff=(94, (0, 1, 2, 3)), abaqus="S4R?5?S?W?|M3D4R?|S4RT|DS4|CPS4R?", nastran=("CQUAD4", "CQUADR"),
 )  # fmt: skip
 _second(
-    "quad", 8, reference="ElementQuadS2", powers=_PLANE[:8], vtk=23, abaqus="S8R?5?T?|DS8", nastran=("CQUAD8",)
+    "quad", 8, reference="ElementQuadS2", powers=_PLANE[:8], vtk=23, abaqus="S8R?5?T?|DS8|CPS8R?", nastran=("CQUAD8",)
 )  # fmt: skip
 _second("quad", 9, reference="ElementQuad2", powers=_PLANE, vtk=28, abaqus="S9R5")
 _first(
