@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from structured import free_dofs, static, surface
+from structured import box, free_dofs, frequencies, solid_model, static, surface
 
 import modalprep as mp
 from modalprep.fe.families import FAMILIES
 
+CALCULIX = mp.Material(E=210000.0, nu=0.3, rho=7.8e-9)
 METAL = mp.Material(E=2.0e11, nu=0.0, rho=8000.0)
 KINDS = list(FAMILIES[mp.Shell])
 LENGTH, WIDTH, ROOT, TIP = 2.0, 0.5, 0.02, 0.01  # m; the thickness falls linearly from root to tip
@@ -78,6 +79,29 @@ def test_stress_at_the_faces_of_a_wedge(kind):
     c, s = block.frame[:, 0, 0, None], block.frame[:, 1, 0, None]  # axes in the strip's plane
     along = c**2 * found[..., 0] + s**2 * found[..., 1] + 2 * c * s * found[..., 2]
     assert along[:, :corners] == pytest.approx(METAL.E * 1e-3 * t / 2, rel=1e-9)
+
+
+def plate_of_solids(kind, n):
+    """CalculiX's test shellf: a unit square clamped at x = 0, .01 thick there, .03 in the middle and .02 at the tip."""
+    points, cells = box(kind, n)
+    points[:, 2] = (points[:, 2] - 0.5) * np.interp(points[:, 0], [0, 0.5, 1], [0.01, 0.03, 0.02])
+    root = np.flatnonzero(np.isclose(points[:, 0], 0))
+    found = solid_model(points, cells, kind, mp.Solid(material=CALCULIX), root)
+    return frequencies(found, free_dofs(found, found.dof[root, :3]), 3) / (2 * np.pi)
+
+
+def test_nodal_thickness_of_calculix():
+    """CalculiX's S8 is a C3D20 of that thickness, which locks: its shellf.dat.ref has the frequencies of our own C3D20.
+
+    The shell of eight nodes has those to which finer solids converge: 27 nodes, 32 along, are .5 % high.
+    """
+    assert plate_of_solids("hexahedron20", (2, 2, 1)) == pytest.approx([19246.92, 61882.39, 199076.9], rel=5e-7)
+    points, cells = surface(8, 2, "quad8")
+    t = np.interp(points[:, 0], [0, 0.5, 1], [0.01, 0.03, 0.02])[cells]  # at every node
+    found = model(points, cells, "quad8", mp.Shell(material=CALCULIX, thickness=0.01), thickness=t)
+    held = found.dof[np.flatnonzero(np.isclose(points[:, 0], 0.0))]
+    own = frequencies(found, free_dofs(found, held), 3) / (2 * np.pi)
+    assert own == pytest.approx(plate_of_solids("hexahedron27", (32, 4, 1)), rel=6e-3)
 
 
 def test_refusals():

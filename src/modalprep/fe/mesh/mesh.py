@@ -60,7 +60,7 @@ class Mesh(Record):
     data : {name: {cell type: (n_cells, ...) float}}
         Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
         beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad), ``offset`` (m) and ``thickness`` (m, one value or
-        one for each corner) of a shell, ``frame (3, 3)`` rows e1, e2, e3 of a spring.
+        one for each corner or node) of a shell, ``frame (3, 3)`` rows e1, e2, e3 of a spring.
     notes : tuple of str
         Messages for the user about content that the reader left out.
 

@@ -13,8 +13,8 @@ from modalprep.fe.properties.properties import Shell
 def thickness_ratio(kind: str, section: Shell, data: dict, ne: int) -> np.ndarray | None:
     """Return the thickness at the nodes over that of the section, ``(ne, n)``; None where the mesh prescribes none.
 
-    ``data["thickness"]`` has one value for each element ``(ne,)`` or for each corner ``(ne, corners)``, m, and NaN for
-    that of the section. Between the corners the thickness is linear along the sides.
+    ``data["thickness"]`` has one value for each element ``(ne,)``, for each corner ``(ne, corners)`` or for each node
+    ``(ne, n)``, m, and NaN for that of the section. Between corners alone the thickness is linear along the sides.
 
     Raises
     ------
@@ -31,11 +31,12 @@ def thickness_ratio(kind: str, section: Shell, data: dict, ne: int) -> np.ndarra
     cell = CELLS[kind]
     given = np.asarray(data.get("thickness", np.nan), dtype=float)
     given = given[:, None] if given.ndim == 1 else given
-    if given.ndim > 2 or given.shape[-1:] not in ((), (1,), (len(cell.corners),)):
+    count = cell.count if given.shape[-1:] == (cell.count,) else len(cell.corners)
+    if given.ndim > 2 or given.shape[-1:] not in ((), (1,), (count,)):
         raise InputError(
             f"thickness of {kind} cells has the shape {given.shape}; give one value, or one for each corner"
         )
-    given = np.broadcast_to(given, (ne, len(cell.corners)))
+    given = np.broadcast_to(given, (ne, count))
     if not np.any(np.isfinite(given)):
         return None
     if section.plies:
@@ -43,4 +44,4 @@ def thickness_ratio(kind: str, section: Shell, data: dict, ne: int) -> np.ndarra
     if np.any(given <= 0):
         raise InputError(f"{np.any(given <= 0, axis=1).sum()} shells have a thickness that is not positive; correct it")
     ratio = np.where(np.isfinite(given), given / section.thickness, 1.0)
-    return ratio @ shapes_at(cell.shape, quadrature(kind, NODES)[0])[0].T
+    return ratio if count == cell.count else ratio @ shapes_at(cell.shape, quadrature(kind, NODES)[0])[0].T
