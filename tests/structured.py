@@ -88,10 +88,11 @@ MACNEAL_HARDER = np.array(
 
 
 def macneal_harder(kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """The patch of five quads (or ten triangles) in its own plane, inner nodes 4 to 7."""
+    """The patch of five quads (or ten triangles) in its own plane, inner corners 4 to 7."""
     quads = np.array([[4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
-    cells = quads if kind == "quad" else np.concatenate([quads[:, list(t)] for t in QUAD_SPLIT["right"]])
-    return np.column_stack([MACNEAL_HARDER, np.zeros(8)]), cells
+    cells = quads if kind[0] == "q" else np.concatenate([quads[:, list(t)] for t in QUAD_SPLIT["right"]])
+    points = np.column_stack([MACNEAL_HARDER, np.zeros(8)])
+    return _with_middles(points, cells, MIDDLES[kind]) if kind in MIDDLES else (points, cells)
 
 
 def box(kind: str, n: tuple[int, int, int], size=(1.0, 1.0, 1.0), *, distort: float = 0.0, seed: int = 0):

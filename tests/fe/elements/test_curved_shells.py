@@ -8,14 +8,11 @@ from analytic import (
     thin_plate_simply_supported,
 )
 from structured import (
-    MACNEAL_HARDER,
-    MIDDLES,
-    QUAD_SPLIT,
-    _with_middles,
     buckling_factors,
     free_dofs,
     frequencies,
     local_axes,
+    macneal_harder,
     random_rotation,
     rigid_residual,
     shell_model,
@@ -76,10 +73,7 @@ def test_mass_of_a_sphere_converges_with_order_four(kind):
 
 def patch(kind, thickness):
     """MacNeal and Harder's patch of five quads or ten triangles in any plane; nodes inside, and axes of its own."""
-    quads = np.array([[4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
-    triangles = np.concatenate([quads[:, list(t)] for t in QUAD_SPLIT["right"]])
-    cells = triangles if kind == "triangle6" else quads
-    points, cells = _with_middles(np.column_stack([MACNEAL_HARDER, np.zeros(8)]), cells, MIDDLES[kind])
+    points, cells = macneal_harder(kind)
     R = random_rotation(4)
     model = shell_model(points @ R.T + 1.0, cells, mp.Shell(material=mp.Material(E=1e6, nu=0.25, rho=1.0),
                                                             thickness=thickness))  # fmt: skip
