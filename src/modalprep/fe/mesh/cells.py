@@ -35,9 +35,9 @@ class Cell:
     regular : float
         Factor that makes the smallest scaled Jacobian of the best shape one.
     reference : str or None
-        The element of scikit-fem that has the shape functions; None where no element family uses the cell.
+        The element of scikit-fem that has the shape functions; None where they follow from `powers`, if at all.
     powers : tuple of tuples of int
-        Exponents of the monomials that span the shape functions of faces and of curved volumes.
+        Exponents of the monomials that span the shape functions of faces and of volumes; pyramids have further terms.
     vtk : int or None
         Cell type of VTK; None for cells that VTK does not draw.
     uff : (int, tuple of int) or None
@@ -140,20 +140,22 @@ _first(
 _second("line", 3, vtk=21)
 _first(
     "triangle", _TRIANGLE, [(0, 1), (1, 2), (2, 0)], ((0, 1, 2),), regular=2 / 3**0.5, reference="ElementTriP1",
-    powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)), abaqus="S3R?S?|STRI3|M3D3|S3RT|DS3",
+    powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)), abaqus="S3R?S?|STRI3|M3D3|S3RT|DS3|CPS3",
     nastran=("CTRIA3", "CTRIAR"),
 )  # fmt: skip
 _second(
     "triangle", 6, reference="ElementTriP2", powers=((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)), vtk=22,
-    abaqus="STRI65|S6R?|DS6", nastran=("CTRIA6",),
+    abaqus="STRI65|S6R?|DS6|CPS6", nastran=("CTRIA6",),
 )  # fmt: skip
 _second("triangle", 7)
 _first(
     "quad", _SQUARE, [(0, 1), (1, 2), (2, 3), (3, 0)], ((0, 1, 2, 3),), reference="ElementQuad1", powers=_PLANE[:4],
-    vtk=9, uff=(94, (0, 1, 2, 3)), abaqus="S4R?5?S?W?|M3D4R?|S4RT|DS4", nastran=("CQUAD4", "CQUADR"),
+    vtk=9, uff=(94, (0, 1, 2, 3)), abaqus="S4R?5?S?W?|M3D4R?|S4RT|DS4|CPS4R?", nastran=("CQUAD4", "CQUADR"),
 )  # fmt: skip
-_second("quad", 8, powers=_PLANE[:8], vtk=23, nastran=("CQUAD8",))
-_second("quad", 9, powers=_PLANE, vtk=28)
+_second(
+    "quad", 8, reference="ElementQuadS2", powers=_PLANE[:8], vtk=23, abaqus="S8R?5?T?|DS8|CPS8R?", nastran=("CQUAD8",)
+)  # fmt: skip
+_second("quad", 9, reference="ElementQuad2", powers=_PLANE, vtk=28, abaqus="S9R5")
 _first(
     "tetra", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
     ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)), regular=2**0.5, reference="ElementTetP1",
@@ -167,7 +169,8 @@ _first(
     "pyramid", [(x, y, 0) for x, y in _SQUARE] + [(0.5, 0.5, 1)],
     [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)],
     ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)), regular=2**0.5,
-    vtk=14, uff=(115, (0, 1, 2, 3, 4, 4, 4, 4)), nastran=("CPYRAM",),  # a brick whose upper corners are one point
+    powers=((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)), vtk=14, abaqus="C3D5H?", nastran=("CPYRAM",),
+    uff=(115, (0, 1, 2, 3, 4, 4, 4, 4)),  # a brick whose upper corners are one point
 )  # fmt: skip
 _second("pyramid", 13, powers=tuple(e for e in _ALL if sum(e) <= 2), vtk=27, nastran=("CPYRAM",))
 _second("pyramid", 14, powers=tuple(e for e in _ALL if sum(e) <= 2))
@@ -178,7 +181,8 @@ _first(
     reference="ElementWedge1", vtk=13, uff=(112, (0, 1, 2, 3, 4, 5)), abaqus="C3D6H?", nastran=("CPENTA",),
 )  # fmt: skip
 _second(
-    "wedge", 15, powers=tuple(e for e in _ALL if e[0] + e[1] <= (2 if e[2] < 2 else 1)), vtk=26, nastran=("CPENTA",),
+    "wedge", 15, powers=tuple(e for e in _ALL if e[0] + e[1] <= (2 if e[2] < 2 else 1)), vtk=26, abaqus="C3D15H?",
+    nastran=("CPENTA",),
     nastran_order=(*range(9), 12, 13, 14, 9, 10, 11),  # Nastran lists the upright edges before those of the top
 )  # fmt: skip
 _second("wedge", 18, powers=tuple(e for e in _ALL if e[0] + e[1] <= 2))
