@@ -44,6 +44,7 @@ TYPES: dict[str, Type] = {
     ),
     "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", "The shell is ours; CalculiX makes solids of shells."),
     "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", "The shell is ours; CalculiX makes solids of shells."),
+    "S9R5": _type("shell", "quad9", "S9R5", "The shell is ours."),
     "B31": _type(
         "beam", "line", "B31R?H?|PIPE31H?",
         "The beam is exact in statics and its mass consistent, where Abaqus lumps it and CalculiX makes solids of it.",

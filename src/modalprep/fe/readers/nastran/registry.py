@@ -129,7 +129,10 @@ def _registry() -> dict[str, Entry]:
     found = {name: Entry("refused", remark) for name, remark in REFUSED.items()}
     found |= {name: Entry("no effect", "Fluids and heat are left out with a note.") for name in FLUIDS}
     found |= {name: Entry("no effect") for name in QUIET.split()}
-    found |= {name: Entry("read", "It belongs to the parts of a deck with BEGIN SUPER.") for name in superelements.OWN}
+    found |= {
+        name: Entry("read", "It belongs to the parts of a deck with BEGIN SUPER.", Table(name, listed=True))
+        for name in superelements.OWN
+    }
     found |= {
         name: Entry("no effect", "Damping and nonlinear laws are left out with a note.") for name in DAMPING.split()
     }
