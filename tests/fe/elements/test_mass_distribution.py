@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
@@ -225,6 +226,21 @@ def test_cantilever_in_a_plane_has_the_frequencies_of_nastran():
     model = mp.assemble(mesh, {}, ROOT, mass="nastran")
     nastran = [349.7288, 2167.324, 6007.803, 11650.23]
     np.testing.assert_allclose(frequencies(model, 4, [1, 5]), nastran, rtol=1e-7)  # of seven digits
+
+
+@needs_data
+def test_static_reduction_of_the_cantilever_is_that_of_nastran():
+    """Guyan's reduction to T2 and R3 of grid 6 (ASET), MSC Nastran 359.0738 and 2934.100 Hz."""
+    mesh = mp.read_mesh(DATA / "superelements" / "guyanReduction.dat", "in", "slinch")
+    model = mp.assemble(mesh, {}, ROOT, mass="nastran")
+    plane = model.dof[1:, [1, 5]]
+    kept, others = plane[mesh.labels[1:] == 6].ravel(), plane[mesh.labels[1:] != 6].ravel()
+    K, M = model.K.toarray(), model.M.toarray()
+    T = np.zeros((model.n_dof, 2))
+    T[kept] = np.eye(2)
+    T[others] = -np.linalg.solve(K[np.ix_(others, others)], K[np.ix_(others, kept)])
+    w2 = eigh(T.T @ K @ T, T.T @ M @ T, eigvals_only=True)
+    np.testing.assert_allclose(np.sqrt(w2) / (2 * np.pi), [359.0738, 2934.100], rtol=2e-7)  # of seven digits
 
 
 @needs_data

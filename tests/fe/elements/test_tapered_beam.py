@@ -8,6 +8,7 @@ import pytest
 
 import modalprep as mp
 from modalprep.errors import InputError
+from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.points import Spring
 from modalprep.fe.properties.properties import Beam
@@ -151,6 +152,17 @@ def test_mass_of_a_beam_with_a_shear_centre_is_at_its_centroid():
     assert [check.name for check in mp.body.check_model(model) if not check.passed] == []
     plain = mp.assemble(line(3), {f"e{k}": replace(section, shear_centre=(0.0, 0.0)) for k in range(3)}, ROOT)
     np.testing.assert_allclose(model.rigid.s0, plain.rigid.s0)
+
+
+@pytest.mark.parametrize("theory", ["timoshenko", "euler-bernoulli"])
+def test_a_section_may_be_named_by_either_of_its_axes(theory):
+    """A quarter turn of `up` with Iy and Iz, ky and kz exchanged is the same beam: e2, e3 become e3, -e2."""
+    first = Beam(material=STEEL, A=6e-4, Iy=4e-7, Iz=2e-7, J=4e-7, ky=0.7, kz=0.6, theory=theory)
+    second = replace(first, Iy=2e-7, Iz=4e-7, ky=0.6, kz=0.7, up=(0.0, -1.0, 0.0))
+    ends, d = np.array([[0.0, 0, 0], [1.3, 0, 0]]), 1e-3 * np.random.default_rng(3).normal(size=(1, 12))
+    one, two = (BeamBlock.build("line", ends, np.array([[0, 1]]), s, {}, np.zeros(3)) for s in (first, second))
+    for a, b in ((one.stiffness(), two.stiffness()), (one.geometric_stiffness(d), two.geometric_stiffness(d))):
+        np.testing.assert_allclose(a, b, atol=1e-11 * np.abs(a).max())
 
 
 def test_tapers_that_are_none_are_refused():

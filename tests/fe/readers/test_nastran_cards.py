@@ -239,6 +239,13 @@ def test_pinned_bars_keep_the_mass_of_rigid_motions(read):
         assert check.passed, check
 
 
+def test_offsets_in_the_axes_of_the_element(read):
+    """OFFT = GOG: WA along GA-GB (mesh y), the orientation (mesh z) and across (mesh x); WB in the grid's axes."""
+    text = "GRID,1\nGRID,2,,0.,2.\nCBAR,9,5,1,2,0.,.5,1.,GOG,+\n+,,,.1,.2,.3,.4,.5,.6\n"
+    ends = read(text + PBAR + STEEL).data["ends"]["line"][0]
+    assert ends == pytest.approx(np.array([[0.3, 0.1, 0.2], [0.4, 0.5, 0.6]]))
+
+
 def test_pin_flags_that_make_a_mechanism_are_refused(read):
     with pytest.raises(InputError, match="the pin flags of a beam let it move without strain"):
         pinned(read, "4,4")

@@ -186,7 +186,7 @@ BAD = [
     (GOOD + "CBAR,10,5,1,2,1.,0.,0.\n", "orientation is parallel to it; give another"),
     (GOOD + "CBAR,10,5,1,2\n", "CBAR 10: its orientation is missing"),
     (GOOD + "CBAR,10,5,1,1,0.,1.,0.\n", "CBAR 10: it names a grid twice"),
-    (GOOD + "CBAR,10,5,1,3,0.,0.,1.,GOO,+\n+,,,.1\n", "OFFT = GOO gives offsets"),
+    (GOOD + "CBAR,10,5,1,2,1.,0.,0.,GOO,+\n+,,,.1\n", "CBAR 10: it has no length, or its orientation is parallel"),
     (GOOD.replace("MAT1,7", "MAT1,8"), "line 6: PBAR 5: material 7 is not in the deck; add its MAT1"),
     (GOOD.replace(",2.+11,", ",,"), "MAT1 7: E = 0, G = 0"),
     (GOOD.replace(".01", "-.01"), "PBAR 5: beam section A = -0.01 must be positive"),
@@ -248,11 +248,13 @@ def test_bad_decks_are_named_in_one_message(read, text, message):
 
 
 def test_components_in_a_displacement_system(read):
-    """Those of scalar elements are refused; those of links keep their axes: 12 of a system whose x is the basic y."""
+    """Those of links and springs keep their axes: 12 of a system whose x is the basic y."""
     deck = GOOD + "CORD2R,3,,0.,0.,0.,0.,0.,1.,+\n+,0.,1.,0.\nGRID,5,,9.,0.,0.,3\n"
     assert read(deck + "RBE2,3,1,12,5\n").links[0].axes[0, 0].tolist() == [0, 1, 0]
-    with pytest.raises(InputError, match="CELAS2 3: its grids have a displacement system CD; use CBUSH"):
-        read(deck + "CELAS2,3,1.,5,1\n")
+    with pytest.raises(InputError, match="CELAS2 3: its grids have displacement systems CD of different axes"):
+        read(deck + "CELAS2,3,1.,5,1,1,1\n")
+    spring = read(deck + "CELAS2,3,1.,5,1\n")
+    assert spring.data["frame"]["vertex"][0] == pytest.approx(np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]]))
     assert read(deck + "RBE2,3,1,123,5\n").links[0].components.sum() == 3
 
 

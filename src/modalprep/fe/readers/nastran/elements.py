@@ -98,9 +98,9 @@ def _bar(b: Builder, card: Card) -> None:
     if b.bare:
         return
     flags = card.text(7) or (defaults[0].text(7) if defaults else "") or "GGG"
-    ends = _ends(b, card, nodes, flags)
-    axis = np.diff(b.grids.points[nodes] + ends, axis=0)[0]
     up = _up(b, card, nodes, flags, defaults)
+    ends = _ends(b, card, nodes, flags, up)
+    axis = np.diff(b.grids.points[nodes] + ends, axis=0)[0]
     b.put("up", "line", row, _turned(card, axis, up, b.twist.get(name, 0.0)))
     if ends.any():
         b.put("ends", "line", row, ends * b.units.length)
@@ -135,14 +135,19 @@ def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Car
     return source.reals(4, 3, "X") @ axes
 
 
-def _ends(b: Builder, card: Card, nodes: list[int], flags: str) -> np.ndarray:
-    """Return the offsets WA, WB in basic coordinates, deck units."""
+def _ends(b: Builder, card: Card, nodes: list[int], flags: str, up: np.ndarray) -> np.ndarray:
+    """Return the offsets WA, WB in basic coordinates, deck units; flag O gives them along GA-GB and the orientation."""
     offsets = card.reals(10, 6, "W").reshape(2, 3)
-    if not offsets.any():
-        return offsets
-    if "O" in flags[1:3] or "E" in flags[1:3]:
-        raise card.error(f"OFFT = {flags} gives offsets in the element's axes; give them in the grids' (GGG)")
-    return np.array([offset @ b.grids.displacement(i) for offset, i in zip(offsets, nodes, strict=True)])
+    found = np.zeros((2, 3))
+    for end in np.flatnonzero(offsets.any(axis=1)):
+        axes = b.grids.displacement(nodes[end])
+        if flags[1 + end : 2 + end] in ("O", "E"):
+            x = np.diff(b.grids.points[nodes], axis=0)[0]
+            y = _turned(card, x, up, 0.0)
+            z = np.cross(x, y) / np.linalg.norm(np.cross(x, y))
+            axes = np.array([x / np.linalg.norm(x), np.cross(z, x) / np.linalg.norm(x), z])
+        found[end] = offsets[end] @ axes
+    return found
 
 
 def _turned(card: Card, axis: np.ndarray, up: np.ndarray, angle: float) -> np.ndarray:

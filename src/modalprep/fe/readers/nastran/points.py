@@ -17,16 +17,18 @@ DIAGONAL_FIRST = [0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]  # xx, yy, zz, xy, xz, y
 
 
 def _elas(b: Builder, card: Card) -> None:
-    """CELAS1 and CELAS2: one component of one or two grids, in basic axes."""
+    """CELAS1 and CELAS2: one component of one or two grids, along the axes of their displacement system."""
     ends = [(k, card.integer(k + 1, "C", 0)) for k in (2, 4) if card.text(k) not in ("", "0")]
     nodes = [b.grids.node(card, k, f"G{k // 2}") for k, _ in ends]
     components = {c for _, c in ends}
     if len(components) != 1 or not components <= set(range(1, 7)):
         raise card.error("it joins no grid or unlike components; use one component from 1 to 6 for both ends")
-    if any(not np.allclose(b.grids.displacement(i), np.eye(3), atol=1e-9) for i in nodes):
-        raise card.error("its grids have a displacement system CD; use CBUSH with its CID")
+    frame = b.grids.displacement(nodes[0])
+    if any(not np.allclose(b.grids.displacement(i), frame, atol=1e-9) for i in nodes):
+        raise card.error("its grids have displacement systems CD of different axes; use CBUSH with its CID")
     c = components.pop() - 1
-    along = np.ptp(b.grids.points[nodes], axis=0)
+    along = np.abs(frame @ (b.grids.points[nodes[-1]] - b.grids.points[nodes[0]]))
+    along[along < 1e-9 * along.max()] = 0.0
     if np.delete(along, c % 3).any() or (c > 2 and along.any()):
         b.conversion.note(
             "CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation"
@@ -35,7 +37,7 @@ def _elas(b: Builder, card: Card) -> None:
     k = [0.0] * 6
     k[c] = _stiffness(b, card)
     if k[c]:
-        b.put("frame", kind, b.cell(card, kind, nodes, name), np.eye(3))
+        b.put("frame", kind, b.cell(card, kind, nodes, name), frame)
         b.properties[name] = spring(b.conversion, card, k)
 
 
