@@ -24,7 +24,7 @@ MAY_IMPORT = {
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
     "fe": (
-        "properties", "mesh", "links", "quality", "elements", "elements.shells", "families", "readers.nastran",
+        "properties", "mesh", "links", "quality", "elements", "elements.shells", "families", "readers.nastran", "readers.ansys",
         "readers", "generation", "assembly", "external",
     ),
     "multibody": (

@@ -16,6 +16,7 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
+from modalprep.fe.readers.ansys.read import read_ansys
 from modalprep.fe.readers.digest import NASTRAN
 from modalprep.fe.readers.nastran.deck import read_nastran
 from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
@@ -32,6 +33,7 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
+ANSYS = {".cdb", ".ans"}
 
 
 def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = None) -> Mesh:
@@ -71,7 +73,7 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     path = Path(path)
     refuse_units(length_unit, mass_unit)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
-    if path.suffix.lower() in NASTRAN:
+    if path.suffix.lower() in NASTRAN | ANSYS:
         return _read_deck(path, length_unit, mass_unit)
     if path.suffix.lower() == ".inp":
         return _checked(read_abaqus(path, LENGTH_UNITS[length_unit]), path)
@@ -104,7 +106,8 @@ def refuse_units(length_unit: str, mass_unit: str | None) -> None:
 
 def _read_deck(path: Path, length_unit: str, mass_unit: str | None) -> Mesh:
     """A deck in metres is taken to be in kg; for every other unit of length the unit of mass must be given."""
-    mesh = read_nastran(path, LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"])
+    read = read_ansys if path.suffix.lower() in ANSYS else read_nastran
+    mesh = read(path, LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"])
     if mesh.properties and mass_unit is None and length_unit != "m":
         raise InputError(
             f"mesh file {path} brings its own materials: give their mass_unit "
