@@ -24,8 +24,8 @@ MAY_IMPORT = {
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
     "fe": (
-        "properties", "mesh", "links", "quality", "elements", "elements.shells", "families", "readers.nastran", "readers.ansys",
-        "readers", "generation", "assembly", "external",
+        "properties", "mesh", "links", "quality", "elements", "elements.shells", "families", "readers.coverage",
+        "readers.nastran", "readers.ansys", "readers", "generation", "assembly", "external",
     ),
     "multibody": (
         "model", "kernels.algebra", "kernels", "kernels.closed_loops", "kernels.loads", "packing", "elements",
