@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from modalprep.fe.generation.generate import make_mesh as make_mesh
     from modalprep.fe.links.interface import Connection as Connection
     from modalprep.fe.links.interface import Interface as Interface
+    from modalprep.fe.links.support import Support as Support
     from modalprep.fe.properties.materials import Material as Material
     from modalprep.fe.properties.points import PointMass as PointMass
     from modalprep.fe.properties.points import Spring as Spring
@@ -68,6 +69,7 @@ _NAMES = {
     "fe.properties.properties": "Beam Truss Shell Solid",
     "fe.properties.points": "PointMass Spring",
     "fe.links.interface": "Interface Connection",
+    "fe.links.support": "Support",
     "fe.assembly.assemble": "assemble",
     "reduction.craig_bampton": "craig_bampton guyan",
     "body.build": "flexible_body",

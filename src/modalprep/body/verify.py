@@ -13,7 +13,6 @@ from modalprep.body.checks import IDENTITY, RIGID, Check, relative
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import cross_moment, mass_matrix, rigid_mass_matrix
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.links.multipoint import followed
 from modalprep.linalg.modes import DENSE
 from modalprep.reduction.basis import Reduction
 from modalprep.reduction.clamped import Clamped, clamp
@@ -151,7 +150,7 @@ def check_geometric_stiffness(model: FEModel, reduction: Reduction, body: Flexib
     c, d, y, z = unit[0] * c, unit[0] * d, unit[1] * y, unit[1] * z
 
     def potential(s: float, t: float) -> float:
-        moved = followed(model.geometric_stiffness.links, s * d + t * y)
+        moved = model.geometric_stiffness.constraints.followed(s * d + t * y)
         work = reduction.loads @ c @ (moved - s * d - t * y) + model.rotating_mass.work(s * d + t * y, c[:12])
         return model.geometric_stiffness.energy(moved) - s * work
 

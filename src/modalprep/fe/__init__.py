@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from modalprep.fe.external.files import read_matrices as read_matrices
     from modalprep.fe.external.model import model_from_matrices as model_from_matrices
     from modalprep.fe.links.interface import InterfaceFrame as InterfaceFrame
+    from modalprep.fe.mesh.mesh import Equation as Equation
     from modalprep.fe.mesh.mesh import Link as Link
     from modalprep.fe.mesh.mesh import Mesh as Mesh
+    from modalprep.fe.mesh.mesh import SupportSet as SupportSet
     from modalprep.fe.properties.materials import Orthotropic as Orthotropic
     from modalprep.fe.properties.properties import Ply as Ply
     from modalprep.fe.properties.properties import Property as Property
@@ -26,7 +28,7 @@ if TYPE_CHECKING:
     from modalprep.fe.quality.quality import Quality as Quality
 
 _NAMES = {
-    "mesh.mesh": "Mesh Link",
+    "mesh.mesh": "Mesh Link Equation SupportSet",
     "properties.materials": "Orthotropic",
     "properties.properties": "Ply Property",
     "properties.sections": "beam_section",

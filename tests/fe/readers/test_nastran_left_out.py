@@ -21,7 +21,7 @@ def test_a_set_that_holds_some_components_is_a_group_of_its_own(read):
     assert mesh.nodes("spc_1_3").tolist() == [1, 3]
     assert mesh.notes == (
         "spc_1 holds only components 3 of 2 grids, the first is grid 2: they are the group spc_1_3 and not in spc_1, "
-        "because an interface holds all six",
+        "because an interface holds all six; a support by set 'spc_1' holds them by component",
     )
 
 

@@ -11,6 +11,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part, find_parts, refuse_disconnected, used_nodes
+from modalprep.fe.assembly.placing import Placed, place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.rotation_continuity import hidden_hinges
 from modalprep.fe.assembly.sparsity import Pattern, node_graph
@@ -19,9 +20,10 @@ from modalprep.fe.assembly.totals import Totals
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.elements.mass import MassObjects
-from modalprep.fe.links.interface import Connection, Interface, InterfaceFrame, connect, interface_position
-from modalprep.fe.links.multipoint import PlacedLink, constraint_matrix
-from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.links.constraints import constrain
+from modalprep.fe.links.interface import Connection, Interface, connect, interface_position
+from modalprep.fe.links.support import Support, held_nodes
+from modalprep.fe.mesh.mesh import Mesh, SupportSet
 from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Property
@@ -34,6 +36,7 @@ def assemble(
     interfaces: Mapping[str, Interface],
     root: str | None = None,
     connections: Mapping[str, Connection] | None = None,
+    supports: Mapping[str, Support] | None = None,
 ) -> FEModel:
     """Assemble the finite-element model of a mesh.
 
@@ -48,6 +51,9 @@ def assemble(
         The interface at which the body frame sits; default the first.
     connections : {name: Connection}
         New nodes tied to node sets; each creates a group of its name.
+    supports : {name: Support}
+        Components of nodes that are held at the frame of the root. Those of the mesh file are used only where one of
+        these names them (``Support(set=...)``).
 
     Returns
     -------
@@ -58,7 +64,7 @@ def assemble(
     ------
     InputError
         When a group or root is unknown, a cell has no property or two, an element is degenerate,
-        an interface node has no rotations, or the structure is in several parts.
+        an interface node has no rotations, two links or supports drive one node, or the structure is in several parts.
 
     References
     ----------
@@ -78,20 +84,40 @@ def assemble(
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
     sections = {**mesh.properties, **properties}
-    boundary = {spec.group for spec in (*interfaces.values(), *connections.values()) if spec.group}
+    supports = dict(supports or {})
+    boundary = {spec.group for spec in (*interfaces.values(), *connections.values(), *supports.values()) if spec.group}
     known = {name: section for name, section in sections.items() if name not in connections}
     mesh = connect(mesh, connections, used_nodes(find_parts(mesh, known, boundary)[0]))
     parts, notes = find_parts(mesh, sections, boundary)
-    nodes = {name: interfaces[name].nodes(mesh, used_nodes(parts)) for name in order}
-    place = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
-    framed = [name for name in order if interfaces[name].kind != "node"]
-    tied = [nodes[name] for name in framed] + [np.append(link.nodes, link.node) for link in mesh.links]
-    refuse_disconnected(mesh.points, parts, tied)
+    held = held_nodes(mesh, supports, used_nodes(parts))
+    nodes = {name: _interface_nodes(mesh, name, interfaces[name], held, parts, name == order[0]) for name in order}
+    at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
+    refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, held, order[0]))
     parts, more = _without_unused_inertia(mesh, parts)
-    dof = _number(mesh, parts, len(framed))
-    placed = place_frames(mesh, interfaces, nodes, place, dof)
-    more += [*hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]
-    return _sum(mesh, parts, dof, place[order[0]], *placed, (*mesh.notes, *notes, *more))
+    dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()))
+    placed = place(mesh, interfaces, nodes, at, dof, held)
+    more += [*placed.notes, *hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]
+    return _sum(mesh, parts, dof, at[order[0]], placed, (*mesh.notes, *notes, *more))
+
+
+def _interface_nodes(mesh, name, spec: Interface, held: dict[str, SupportSet], parts, root: bool) -> np.ndarray:
+    """Return the nodes of an interface; one of kind support has those of all supports."""
+    if spec.kind != "support":
+        return spec.nodes(mesh, used_nodes(parts))
+    if not held or not root:
+        raise InputError(
+            f"interface {name!r} is of kind 'support', which "
+            + ("needs supports; name what holds the model" if root else "only the root interface can be")
+        )
+    return np.unique(np.concatenate([support.nodes for support in held.values()]))
+
+
+def _tied(mesh: Mesh, interfaces, nodes: dict[str, np.ndarray], held: dict[str, SupportSet], root: str):
+    """Return the node sets that interfaces, links, equations and supports connect."""
+    framed = [at for name, at in nodes.items() if interfaces[name].kind != "node"]
+    links = [np.append(link.nodes, link.node) for link in mesh.links]
+    grounded = [np.concatenate([nodes[root], *(support.nodes for support in held.values())])]
+    return framed + links + [equation.nodes for equation in mesh.equations] + grounded
 
 
 def _odd_units(mesh: Mesh, parts: list[Part]) -> list[str]:
@@ -110,7 +136,7 @@ def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[st
     return [root, *(name for name in names if name != root)]
 
 
-def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
+def _sum(mesh, parts, dof, origin, placed: Placed, notes) -> FEModel:
     """Evaluate every element once and sum up the model."""
     pattern = Pattern.build([part.nodes for part in parts], dof)
     total = _totals(parts, pattern, dof)
@@ -120,9 +146,9 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         total.add(block, *found)
         blocks.append(block)
     K, M = pattern.csr(total.K), total.mass()
-    C, free, step = constraint_matrix(links, total.n)
+    constraints = constrain(placed.links, total.n, placed.equations, placed.kept)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
-    C, free = without_unused_dofs(C, free, diagonal, frames)
+    C, free = without_unused_dofs(constraints.C, constraints.free, diagonal, placed.frames)
     return FEModel(
         points=mesh.points - origin,
         cells=_cells(parts),
@@ -135,13 +161,13 @@ def _sum(mesh, parts, dof, origin, frames, links, notes) -> FEModel:
         rigid=total.rigid,
         C=C,
         free=free,
-        interfaces=frames,
-        geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, links, step),
+        interfaces=placed.frames,
+        geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, constraints),
         rotating_mass=RotatingMass(blocks, dof),
         strain_energy=StrainEnergy([part.kind for part, _ in built], blocks, dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
-        notes=notes,
+        notes=(*notes, *constraints.notes),
     )
 
 
@@ -170,7 +196,9 @@ def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], 
             turning[part.nodes] = True
     for link in mesh.links:
         turning[link.node] = True
-        turning[link.nodes] |= link.kind == "rbe2" and bool(link.components[3:].any())
+        turning[link.nodes] |= link.kind == "rbe2" and bool(link.components[..., 3:].any())
+    for equation in mesh.equations:
+        turning[equation.nodes[equation.coefficients[:, 3:].any(axis=1)]] = True
     kept, notes = [], []
     for part in parts:
         idle = isinstance(part.section, PointMass) and not np.all(turning[part.nodes])
@@ -182,81 +210,16 @@ def _without_unused_inertia(mesh: Mesh, parts: list[Part]) -> tuple[list[Part], 
 
 
 def _number(mesh: Mesh, parts: list[Part], frames: int) -> np.ndarray:
-    """Number the DOFs node by node, 3 or 6 each; every RBE2 or RBE3 interface adds a node of six."""
+    """Number the DOFs node by node, 3 or 6 each; every interface that is not a node adds one of six."""
     width = np.zeros(len(mesh.points) + frames, dtype=int)
     width[len(mesh.points) :] = 6
     for part in parts:
         np.maximum.at(width, part.nodes, part.components(mesh.points))
     width[[link.node for link in mesh.links]] = 6
+    for equation in mesh.equations:
+        np.maximum.at(width, equation.nodes, 3 + 3 * equation.coefficients[:, 3:].any(axis=1))
     active = np.arange(6) < width[:, None]
     return np.where(active, np.cumsum(active).reshape(active.shape) - 1, -1)
-
-
-def place_frames(mesh, interfaces, nodes, place, dof) -> tuple[tuple[InterfaceFrame, ...], list[PlacedLink]]:
-    """Place the interface frames in the order of `place`, the root first, and every link."""
-    frames, links, extra = [], [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))], len(mesh.points)
-    root = next(iter(place))
-    for name, position in place.items():
-        spec, at = interfaces[name], nodes[name]
-        framed = spec.kind != "node"
-        frame = dof[extra if framed else at[0]]
-        extra += framed
-        tied = at[dof[at, 0] >= 0] if framed else np.zeros(0, dtype=int)
-        _refuse_loose(name, spec, frame, tied, dof, mesh.points)
-        if framed:
-            arm, ones = mesh.points[tied] - position, np.ones(len(tied))
-            every = np.ones(6, dtype=bool)
-            links.append(PlacedLink(spec.kind, f"interface {name!r}", frame, dof[tied], arm, every, ones, True))
-        boundary = "fixed" if name == root else spec.boundary
-        frames.append(
-            InterfaceFrame(name=name, position=position - place[root], dofs=frame, nodes=tied, boundary=boundary)
-        )
-    _refuse_shared(frames, links)
-    return tuple(frames), links
-
-
-def _mesh_link(mesh: Mesh, dof: np.ndarray, k: int) -> PlacedLink:
-    link = mesh.links[k]
-    tied = dof[link.nodes, 0] >= 0
-    nodes = link.nodes[tied]
-    label = mesh.labels[link.node] if link.node < len(mesh.labels) else link.node + 1
-    name = f"{link.kind} at node {label}"
-    if not len(nodes):
-        raise InputError(f"{name}: none of its nodes belongs to an element with a property")
-    arm = mesh.points[nodes] - mesh.points[link.node]
-    weights = link.weights[tied] if link.kind == "rbe3" else np.ones(len(nodes))
-    return PlacedLink(link.kind, name, dof[link.node], dof[nodes], arm, link.components, weights, False)
-
-
-def _refuse_shared(frames: list[InterfaceFrame], links: list[PlacedLink]) -> None:
-    """Refuse interfaces whose DOFs depend on another link: they cannot be fixed."""
-    driven = {int(d): link.name for link in links for d in link.rows()[0]}
-    owner: dict[int, str] = {}
-    for frame in frames:
-        other = owner.setdefault(int(frame.dofs[0]), frame.name)
-        if other != frame.name:
-            raise InputError(f"one node belongs to both interfaces {other!r} and {frame.name!r}; join the two")
-        for d in frame.dofs:
-            if int(d) in driven:
-                raise InputError(
-                    f"interface {frame.name!r} sits on a node that {driven[int(d)]} drives; use the frame of that link"
-                )
-
-
-def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
-    if spec.kind == "node":
-        if np.any(frame < 0):
-            raise InputError(f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'")
-        return
-    if not len(tied):
-        raise InputError(f"interface {name!r}: no node of {spec} belongs to an element with a property")
-    spread = np.linalg.svd(points[tied] - points[tied].mean(axis=0), compute_uv=False)
-    held = np.all(dof[tied, 3] < 0) or spec.kind == "rbe3"
-    if held and (len(tied) < 3 or spread[1] <= 1e-9 * spread[0]):
-        raise InputError(
-            f"interface {name!r}: the {len(tied)} nodes of {spec} lie on one line and cannot hold "
-            "its rotation; add nodes off that line"
-        )
 
 
 def without_unused_dofs(C, free, diagonal, frames) -> tuple[csr_array, np.ndarray]:

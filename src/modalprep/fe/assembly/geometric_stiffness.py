@@ -15,7 +15,7 @@ from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.elements.solid import SolidBlock
-from modalprep.fe.links.multipoint import PlacedLink, followed, transferred
+from modalprep.fe.links.constraints import Constraints
 from modalprep.linalg.blas import inner_alone
 
 COLUMNS, ROWS = 32, 512  # of the basis and of the matrices at a time
@@ -31,8 +31,7 @@ class GeometricStiffness:
     pattern: Pattern | None  # None without blocks
     K: csr_array
     dof: np.ndarray
-    links: list[PlacedLink]
-    step: csr_array
+    constraints: Constraints
 
     def __call__(self, d: np.ndarray, load: np.ndarray) -> csr_array:
         """Return ``Kg (n_dof, n_dof)`` of the prestress due to displacement d under the nodal load (N)."""
@@ -45,7 +44,7 @@ class GeometricStiffness:
         Dependent nodes follow their links finitely. `__call__` is its third derivative, less what the stress of the
         displacements themselves adds; see `body.verify.check_geometric_stiffness`.
         """
-        d = followed(self.links, d)
+        d = self.constraints.followed(d)
         own = ((block, d[self.dof[block.nodes, : block.components]]) for block in self.blocks)
         return float(sum(np.sum(block.energy(u.reshape(len(u), -1))) for block, u in own))
 
@@ -67,7 +66,7 @@ class GeometricStiffness:
             data = self._over_dofs(other, static[:, some])
             rows = np.arange(len(Phi))[:, None]
             out[some] += _projected(self.pattern.indptr, self.pattern.indices, data, rows, Phi)
-        if self.links:
+        if self.constraints.links:
             held = self.K @ static - loads
             for k in active:
                 links = self.of_links(held[:, k])
@@ -97,9 +96,9 @@ class GeometricStiffness:
     def of_links(self, held: np.ndarray) -> csr_array:
         """Return the part of the links, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
         n = self.K.shape[0]
-        total = transferred(self.step, held)
+        total = self.constraints.transferred(held)
         rows, cols, values = [], [], []
-        for link in self.links:
+        for link in self.constraints.links:
             K, between, others = link.geometric_stiffness(total)
             turn = link.frame[3:]
             first = np.concatenate([np.repeat(turn, 3), np.repeat(turn, len(others))])

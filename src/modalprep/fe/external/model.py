@@ -10,9 +10,10 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
-from modalprep.fe.assembly.assemble import place_frames, root_first, without_unused_dofs
+from modalprep.fe.assembly.assemble import root_first, without_unused_dofs
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.model import FEModel, rigid_motions
+from modalprep.fe.assembly.placing import place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.external.checks import (
     Places,
@@ -24,8 +25,8 @@ from modalprep.fe.external.checks import (
 )
 from modalprep.fe.external.entries import cloud
 from modalprep.fe.external.mass import linear_vectors, mass_tensor, rigid_inertia
+from modalprep.fe.links.constraints import constrain
 from modalprep.fe.links.interface import Interface, interface_position
-from modalprep.fe.links.multipoint import constraint_matrix
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.read import LENGTH_UNITS, MASS_UNITS, refuse_units
 
@@ -106,7 +107,7 @@ def model_from_matrices(
     FEModel(5 nodes, 30 DOFs, m=12 kg; interfaces root)
     """
     length, mass = unit_factors(length_unit, mass_unit)
-    mesh = nodes.with_(links=()) if isinstance(nodes, Mesh) else cloud(nodes, length)
+    mesh = nodes.with_(links=(), equations=()) if isinstance(nodes, Mesh) else cloud(nodes, length)
     K, M = real_square(K, "stiffness"), real_square(M, "mass")
     if K.shape != M.shape:
         raise InputError(f"stiffness has {K.shape[0]} rows, mass {M.shape[0]}; export both with the same DOFs")
@@ -116,28 +117,32 @@ def model_from_matrices(
         (symmetric(A, name, at) * scale * scale[:, None] * mass).tocsr() for A, name in ((K, "stiffness"), (M, "mass"))
     )
     used = np.unique(np.nonzero(dof >= 0)[0][(K.diagonal() + M.diagonal())[dof[dof >= 0]] > 0])
+    for name in (name for name, spec in interfaces.items() if spec.kind == "support"):
+        raise InputError(f"interface {name!r} is of kind 'support', but matrices have no supports; name its nodes")
     sets = {name: interfaces[name].nodes(mesh, used) for name in root_first(interfaces, root)}
-    place = {name: interface_position(mesh, name, interfaces[name], at) for name, at in sets.items()}
+    place_of = {name: interface_position(mesh, name, interfaces[name], own) for name, own in sets.items()}
     edges = _edges(K, dof)
     ties = [at[None] for name, at in sets.items() if interfaces[name].kind != "node"]
     refuse_parts([edges, *ties], used, mesh.points, at)
-    _refuse_bad_motion(K, M, rigid_motions(mesh.points - next(iter(place.values())), dof, K.shape[0]), mesh.points, at)
-    return _model(K, M, mesh.with_(cells=_drawn(mesh, edges)), dof, (interfaces, sets, place), geometric_stiffness)
+    _refuse_bad_motion(
+        K, M, rigid_motions(mesh.points - next(iter(place_of.values())), dof, K.shape[0]), mesh.points, at
+    )
+    return _model(K, M, mesh.with_(cells=_drawn(mesh, edges)), dof, (interfaces, sets, place_of), geometric_stiffness)
 
 
 def _model(K, M, mesh, dof, placed, stress_stiffness) -> FEModel:
     """Add the frames of the interfaces to the DOFs and take every integral from M."""
-    interfaces, sets, place = placed
-    origin, n = next(iter(place.values())), K.shape[0]
-    at_frames = [position for name, position in place.items() if interfaces[name].kind != "node"]
+    interfaces, sets, at = placed
+    origin, n = next(iter(at.values())), K.shape[0]
+    at_frames = [position for name, position in at.items() if interfaces[name].kind != "node"]
     dof = np.concatenate([dof, n + np.arange(6 * len(at_frames)).reshape(-1, 6)])
     K, M = (_widened(A, n + 6 * len(at_frames)) for A in (K, M))
-    frames, links = place_frames(mesh, interfaces, sets, place, dof)
-    C, free, step = constraint_matrix(links, K.shape[0])
-    C, free = without_unused_dofs(C, free, K.diagonal() + M.diagonal(), frames)
+    frames, links, *_ = place(mesh, interfaces, sets, at, dof)
+    constraints = constrain(links, K.shape[0])
+    C, free = without_unused_dofs(constraints.C, constraints.free, K.diagonal() + M.diagonal(), frames)
     R = rigid_motions(np.concatenate([mesh.points, np.reshape(at_frames, (-1, 3))]) - origin, dof, K.shape[0])
     g, h = linear_vectors(M, dof, R)
-    supplied = Supplied(stress_stiffness, GeometricStiffness([], None, K, dof, links, step), n)
+    supplied = Supplied(stress_stiffness, GeometricStiffness([], None, K, dof, constraints), n)
     said = () if stress_stiffness else (NO_STIFFENING,)
     turns = (ROTATIONS,) if np.any(dof[: len(mesh.points), 3:] >= 0) else ()
     turns += (NO_ARMS,) if turns and stress_stiffness else ()

@@ -15,7 +15,7 @@ from modalprep.suggest import refuse_unknown
 
 Vector = tuple[float, float, float]
 Tie = Literal["rbe2", "rbe3"]
-Kind = Literal["node", Tie]
+Kind = Literal["node", "support", Tie]
 Boundary = Literal["fixed", "free"]
 
 
@@ -25,20 +25,21 @@ class Interface(NodeSet):
 
     Attributes
     ----------
-    kind : {"node", "rbe2", "rbe3"}
+    kind : {"node", "rbe2", "rbe3", "support"}
         node: the six DOFs of a single node. rbe2: a massless frame to which every node of the set is tied rigidly.
         rbe3: a frame that follows the mean motion of the nodes and distributes its load without stiffening them.
+        support: a frame without nodes of its own, which the supports of the model are tied to; the root only.
     boundary : {"fixed", "free"}
         fixed: its six DOFs are retained in the reduction, with constraint modes (Craig-Bampton). free: it moves
         with the modes, as the tip of a cantilever does. The root interface is always fixed.
     position : (3,) or None
-        m, in mesh coordinates; None takes the node, the middle of a cylinder on its axis, or the centroid of the
-        set's surface or nodes.
+        m, in mesh coordinates; None takes the node, the middle of a cylinder on its axis, the centroid of the
+        set's surface or nodes, or that of the supported nodes.
 
     Raises
     ------
     InputError
-        When none or several node sets are given, or the kind or boundary is unknown.
+        When none or several node sets are given, any of kind support, or the kind or boundary is unknown.
 
     Examples
     --------
@@ -52,9 +53,16 @@ class Interface(NodeSet):
 
     def __post_init__(self) -> None:
         """Refuse other kinds and boundaries."""
-        super().__post_init__()
+        if self.kind != "support":
+            super().__post_init__()
+        elif self._given():
+            raise InputError(f"an interface of kind 'support' has no nodes of its own; make {self} a support")
         refuse_unknown(self.kind, get_args(Kind), f"interface at {self}: kind")
         refuse_unknown(self.boundary, get_args(Boundary), f"interface at {self}: boundary")
+
+    def __repr__(self) -> str:
+        """The nodes."""
+        return super().__repr__() if self._given() else "the supports"
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -100,7 +108,7 @@ class InterfaceFrame:
     dofs : (6,) int
         Its three translations and three rotations among the model's DOFs.
     nodes : (k,) int
-        Nodes tied to it; empty for kind ``node``.
+        Nodes tied to it; empty for kind ``node``. Of kind ``support`` those that it holds.
     boundary : str
     """
 
@@ -126,6 +134,8 @@ def interface_position(mesh: Mesh, name: str, spec: Interface | Connection, node
         )
     if spec.position is not None and spec.kind != "node":
         return np.asarray(spec.position, dtype=float)
+    if spec.kind == "support":
+        return mesh.points[nodes].mean(axis=0)
     return mesh.points[nodes[0]] if spec.kind == "node" else set_centroid(mesh, spec, nodes)
 
 

@@ -1,19 +1,19 @@
-"""Rigid (RBE2) and averaging (RBE3) links as one linear map from the independent DOFs to all."""
+"""Rigid (RBE2) and averaging (RBE3) links between placed nodes: which DOFs follow from which."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, eye_array
 from scipy.spatial.transform import Rotation
 
 from modalprep.errors import InputError
+from modalprep.fe.links.components import Followed, Rows, followed_components, oblique
 from modalprep.fe.links.interface import link_geometric_stiffness
 from modalprep.vectors import rotation_matrix, skew
 
 SETTLED = 4  # corrections of the nodes that follow the frame of an rbe3, each to the next power of the rotation
-DEPTH = 50  # links that hang on links: more is a loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,13 +31,15 @@ class PlacedLink:
         DOFs of the nodes, -1 where a node has none.
     arm : (k, 3)
         From the frame to the nodes, m.
-    components : (6,) bool
-        rbe2: which DOFs of the nodes follow; rbe3: which DOFs of the frame follow.
+    components : (6,) or (k, 6) bool
+        rbe2: which DOFs of the nodes follow, of all or of each; rbe3: which DOFs (6,) of the frame follow.
     weights : (k,)
         rbe3.
     keeps_frame : bool
         rbe3: the frame's DOFs are independent and some of the nodes' follow from them (an interface), instead of
         the frame following the nodes.
+    axes : (k, 3, 3) or (0, 3, 3)
+        Rows: the axes of the components at each node, of an rbe3 (1, 3, 3) at its frame; empty: those of the mesh.
     """
 
     kind: str
@@ -48,26 +50,55 @@ class PlacedLink:
     components: np.ndarray
     weights: np.ndarray
     keeps_frame: bool
+    axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
-    def rows(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return ``(dependent, sources, coefficients (d, s))``: dependent DOFs from their sources."""
+    def rows(self) -> Rows:
+        """Return the rows of the dependent DOFs."""
         if self.kind == "rbe2":
             return self._rigid()
         G, nodal = self.average()
         if not self.keeps_frame:
-            held = np.flatnonzero(self.components)
-            return self.frame[held], nodal, G[held]
+            follows = self._frame
+            own = np.broadcast_to(self.frame, (len(follows.place), 6))
+            means = Rows.dense(self.frame[follows.place], nodal, follows.W @ G)
+            return means.with_more(Rows.dense(means.dependent, own, follows.V))
         chosen = _independent_columns(G)
         rest = np.setdiff1d(np.arange(len(nodal)), chosen)
         solved = np.linalg.solve(G[:, chosen], np.hstack([np.eye(6), -G[:, rest]]))
-        return nodal[chosen], np.concatenate([self.frame, nodal[rest]]), solved
+        return Rows.dense(nodal[chosen], np.concatenate([self.frame, nodal[rest]]), solved)
 
-    def _rigid(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _rigid(self) -> Rows:
         motion = np.zeros((len(self.dofs), 6, 6))
         motion[:] = np.eye(6)
         motion[:, :3, 3:] = -skew(self.arm)
-        present = (self.dofs >= 0) & self.components
-        return self.dofs[present], self.frame, motion[present]
+        straight = self._straight
+        parts = [Rows.dense(self.dofs[straight], self.frame, motion[straight])]
+        for k, follows in self._oblique.items():
+            sources = np.concatenate([self.frame, np.maximum(self.dofs[k], 0)])
+            values = np.concatenate([follows.W @ motion[k], follows.V], axis=1)
+            parts.append(Rows.dense(self.dofs[k, follows.place], sources, values))
+        return Rows.joined(parts)
+
+    @cached_property
+    def _held(self) -> np.ndarray:
+        """Which DOFs ``(k, 6)`` of the nodes follow an rbe2, along the axes of each node."""
+        return (self.dofs >= 0) & self.components
+
+    @cached_property
+    def _straight(self) -> np.ndarray:
+        """Those ``(k, 6)`` whose components are those of the mesh."""
+        return self._held & ~oblique(self._held, self.axes)[:, None]
+
+    @cached_property
+    def _oblique(self) -> dict[int, Followed]:
+        """How the other nodes follow."""
+        others = np.flatnonzero(oblique(self._held, self.axes))
+        return {int(k): followed_components(self._held[k], self.axes[k]) for k in others}
+
+    @cached_property
+    def _frame(self) -> Followed:
+        """How the frame of an rbe3 follows."""
+        return followed_components(self.components, self.axes[0] if len(self.axes) else np.eye(3))
 
     def average(self) -> tuple[np.ndarray, np.ndarray]:
         """Return ``G (6, 3k)``, mean motion of the frame per nodal translation, and those translations' DOFs.
@@ -101,17 +132,24 @@ class PlacedLink:
         """
         turn = self.frame[3:]
         if self.kind == "rbe2":
-            return link_geometric_stiffness(held[self.dofs[:, :3]], self.arm), np.zeros((3, 0)), turn[:0]
+            return link_geometric_stiffness(self._forces(held), self.arm), np.zeros((3, 0)), turn[:0]
         wrench = self._wrench(held)
         centroid = self.weights @ self.arm / self.weights.sum()
         K, between = self._mean_rotation(self.arm - centroid, wrench[3:] - np.cross(centroid, wrench[:3]))
         K += link_geometric_stiffness(wrench[None, :3], centroid[None])
         return K, between, self.dofs[:, :3].ravel()
 
+    def _forces(self, held: np.ndarray) -> np.ndarray:
+        """Forces (k, 3) that hold the nodes of an rbe2, along the components that follow."""
+        force = np.where(self._straight[:, :3], held[self.dofs[:, :3]], 0.0)
+        for k, follows in self._oblique.items():
+            force[k] = held[self.dofs[k, follows.place]] @ follows.W[:, :3]
+        return force
+
     def _wrench(self, held: np.ndarray) -> np.ndarray:
         """Force and moment (6,) of an rbe3's frame on its nodes, about the frame, by what holds the dependent DOFs."""
         if not self.keeps_frame:
-            return -held[self.frame] * self.components
+            return -held[self.frame[self._frame.place]] @ self._frame.W
         G, nodal = self.average()
         chosen = _independent_columns(G)
         return np.linalg.solve(G[:, chosen].T, held[nodal[chosen]])
@@ -122,10 +160,11 @@ class PlacedLink:
             turn = rotation_matrix(d[self.frame[3:]])
             moved = np.tile(d[self.frame], (len(self.arm), 1))
             moved[:, :3] += self.arm @ turn.T - self.arm
-            present = (self.dofs >= 0) & self.components
-            d[self.dofs[present]] = moved[present]
+            d[self.dofs[self._straight]] = moved[self._straight]
+            for k, follows in self._oblique.items():
+                d[self.dofs[k, follows.place]] = follows.of(moved[k], d[self.dofs[k]])
         elif not self.keeps_frame:
-            d[self.frame[self.components]] = self._fitted(d)[self.components]
+            d[self.frame[self._frame.place]] = self._frame.of(self._fitted(d), d[self.frame])
         else:
             G, nodal = self.average()
             chosen = _independent_columns(G)
@@ -149,69 +188,6 @@ class PlacedLink:
         mu = skew(np.linalg.pinv(np.trace(E) * np.eye(3) - E, rcond=1e-10, hermitian=True) @ moment)
         between = (self.weights[:, None, None] * skew(r) @ mu).transpose(1, 0, 2).reshape(3, -1)
         return (mu @ E - E @ mu) / 2, between
-
-
-def followed(links: list[PlacedLink], d: np.ndarray) -> np.ndarray:
-    """Return finite displacements ``(n_dof,)`` whose dependent DOFs follow the independent ones of `d` exactly."""
-    d = d.copy()
-    for _ in range(DEPTH):
-        before = d.copy()
-        for link in links:
-            link.follow(d)
-        if np.array_equal(before, d):
-            break
-    return d
-
-
-def constraint_matrix(links: list[PlacedLink], n: int) -> tuple[csr_array, np.ndarray, csr_array]:
-    """Return ``C (n, n_free)`` from the independent DOFs to all, these DOFs ``(n_free,)``, and one step ``D (n, n)``.
-
-    Raises
-    ------
-    InputError
-        When two links drive the same DOF, or links drive each other in a loop.
-    """
-    owner = np.full(n, -1)
-    rows, cols, values = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)], [np.zeros(0)]
-    for k, link in enumerate(links):
-        dependent, source, coefficient = link.rows()
-        taken = dependent[owner[dependent] >= 0]
-        if len(taken):
-            raise InputError(
-                f"{links[owner[taken[0]]].name} and {link.name} drive the same node; "
-                "let one of them hold it, or tie the two frames to each other"
-            )
-        owner[dependent] = k
-        rows.append(np.repeat(dependent, len(source)))
-        cols.append(np.tile(source, len(dependent)))
-        values.append(coefficient.ravel())
-    place = (np.concatenate(rows), np.concatenate(cols))
-    D = coo_array((np.concatenate(values), place), shape=(n, n)).tocsr()
-    free = np.flatnonzero(owner < 0)
-    return _resolve(D, eye_array(n, format="csr")[:, free], links), free, D
-
-
-def _resolve(D: csr_array, E: csr_array, links: list[PlacedLink]) -> csr_array:
-    """``C = (1 + D + D^2 + ...) E``, finite because links depend on each other without a loop."""
-    power = total = D
-    for _ in range(DEPTH):
-        if power.nnz == 0:
-            return (E + total @ E).tocsr()
-        power = D @ power
-        total = total + power
-    names = ", ".join(link.name for link in links[:4])
-    raise InputError(f"rigid links drive each other in a loop ({names}...); let one frame be independent")
-
-
-def transferred(D: csr_array, force: np.ndarray) -> np.ndarray:
-    """Return the forces at every DOF with those of the links that depend on it: ``(1 + D^T + D^T D^T + ...) force``."""
-    total, step = force, force
-    for _ in range(DEPTH):
-        step = D.T @ step
-        if not np.any(step):
-            break
-        total = total + step
-    return total
 
 
 def _independent_columns(G: np.ndarray) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -22,10 +23,12 @@ class Link(Record):
         rbe2: `nodes` follow `node` rigidly. rbe3: `node` moves with the weighted mean motion of `nodes`.
     node : int
     nodes : (k,) int
-    components : (6,) bool
-        rbe2: which DOFs of `nodes` follow. rbe3: which DOFs of `node` follow.
+    components : (6,) or (k, 6) bool
+        rbe2: which DOFs of `nodes` follow, of all or of each. rbe3: which DOFs (6,) of `node` follow.
     weights : (k,) float
         rbe3 only.
+    axes : (k, 3, 3) or (0, 3, 3)
+        Rows e1, e2, e3 of the components at each node that follows (of an rbe3 one, at `node`); empty: mesh axes.
     """
 
     kind: str
@@ -33,6 +36,74 @@ class Link(Record):
     nodes: np.ndarray
     components: np.ndarray = field(default_factory=lambda: np.ones(6, dtype=bool))
     weights: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Equation(Record):
+    """A linear equation ``sum_k coefficients[k] . u(nodes[k]) = 0`` between the DOFs of mesh nodes.
+
+    Attributes
+    ----------
+    nodes : (k,) int
+        The first holds the dependent DOF, unless something else drives it; a node may occur several times.
+    coefficients : (k, 6) float
+        On ux, uy, uz (mesh axes, m) and rx, ry, rz (rad) of each node.
+    name : str
+        For messages: where the file has it.
+
+    References
+    ----------
+    Theory 1.4.
+
+    Examples
+    --------
+    >>> equation = Equation.of_terms([(4, 0, 2.0), (7, 4, -1.0)], length=1e-3, name="line 8")  # in mm: 2 u_x = r_y
+    >>> equation.nodes, equation.coefficients[1]
+    (array([4, 7]), array([ 0.   ,  0.   ,  0.   ,  0.   , -0.001,  0.   ]))
+    """
+
+    nodes: np.ndarray
+    coefficients: np.ndarray
+    name: str
+
+    @classmethod
+    def of_terms(
+        cls,
+        terms: Iterable[tuple[int, int, float]],
+        *,
+        length: float,
+        name: str,
+        axes: Mapping[int, np.ndarray] | None = None,
+    ) -> Equation:
+        """Return the equation of terms (node, component 0 to 5, coefficient) with `length` metres per unit of a file.
+
+        ``axes[node] (3, 3)`` are the rows e1, e2, e3 of the components at a node; the others have mesh axes.
+        """
+        terms, axes = list(terms), axes or {}
+        coefficients = np.zeros((len(terms), 6))
+        for row, (node, component, factor) in zip(coefficients, terms, strict=True):
+            triple = component // 3
+            unit = length if triple else 1.0
+            row[3 * triple : 3 * triple + 3] = factor * unit * axes.get(node, np.eye(3))[component % 3]
+        return cls(nodes=np.array([node for node, _, _ in terms], dtype=int), coefficients=coefficients, name=name)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class SupportSet(Record):
+    """Nodes that a file holds, by component; a model has them only where a `Support` names the set.
+
+    Attributes
+    ----------
+    nodes : (k,) int
+    components : (k, 6) bool
+    axes : (k, 3, 3) or (0, 3, 3)
+        Rows e1, e2, e3 of the components at each node; empty: mesh axes.
+    """
+
+    nodes: np.ndarray
+    components: np.ndarray
+    axes: np.ndarray = field(default_factory=lambda: np.zeros((0, 3, 3)))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -57,6 +128,10 @@ class Mesh(Record):
         Sections that the file carries, SI.
     links : tuple of Link
         Rigid and averaging elements that the file carries.
+    equations : tuple of Equation
+        Multi-point constraints that the file carries.
+    supports : {name: SupportSet}
+        What the file holds, by the names of its sets.
     data : {name: {cell type: (n_cells, ...) float}}
         Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
         beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
@@ -81,6 +156,8 @@ class Mesh(Record):
     labels: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
     properties: dict[str, Property] = field(default_factory=dict)
     links: tuple[Link, ...] = ()
+    equations: tuple[Equation, ...] = ()
+    supports: dict[str, SupportSet] = field(default_factory=dict)
     data: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 

@@ -13,7 +13,7 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 
 def inputs(path: Path, pipeline: Pipeline) -> dict[str, str]:
     """Return what determines the body: hash of the mesh, of the body's options, program version."""
-    made_of = ("mesh", "matrices", "materials", "properties", "connections")
+    made_of = ("mesh", "matrices", "materials", "properties", "connections", "supports")
     parts = {"name", *made_of, "interfaces", "stress", "loads", "reduction"}
     options = json.dumps(pipeline.model_dump(include=parts), sort_keys=True)
     return {

@@ -14,6 +14,7 @@ from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressPoint, StressRecovery, stress_recovery
 from modalprep.fe.external.files import Matrices, read_matrices
 from modalprep.fe.links.interface import Connection, Interface, connect
+from modalprep.fe.links.support import Support
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
@@ -47,7 +48,9 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
         return mesh.model(interfaces, pipeline.reduction.root)
     if not {**mesh.properties, **sections}:
         raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
-    model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections)
+    model = assemble(
+        mesh, sections, interfaces, pipeline.reduction.root, connections, pipeline_supports(pipeline, mesh)
+    )
     return model.with_(notes=(*model.notes, *_defects(mesh, sections, {**interfaces, **connections})))
 
 
@@ -72,6 +75,18 @@ def pipeline_node_sets(pipeline: Pipeline, mesh: Mesh) -> tuple[dict[str, Interf
     interfaces = {name: _interface(table, mesh.scale) for name, table in pipeline.interfaces.items()}
     connections = {name: Connection(**node_set(table, mesh.scale)) for name, table in pipeline.connections.items()}
     return interfaces, connections
+
+
+def pipeline_supports(pipeline: Pipeline, mesh: Mesh) -> dict[str, Support]:
+    """Return the supports of the file, in m."""
+    found = {}
+    for name, table in pipeline.supports.items():
+        with naming(f"[supports.{name}]"):
+            given = node_set(table, mesh.scale)
+            if "axes" in given:
+                given["axes"] = tuple(map(tuple, given["axes"]))
+            found[name] = Support(**given)
+    return found
 
 
 def connected_mesh(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> Mesh:

@@ -77,11 +77,19 @@ class NodeSetTable(Table):
 
     @model_validator(mode="after")
     def _one_way(self) -> NodeSetTable:
-        ways = ("group", "node", "near", "box", "plane", "cylinder")
-        given = [way for way in ways if getattr(self, way) is not None]
-        if len(given) != 1:
+        ways = ("group", "node", "near", "box", "plane", "cylinder", *self._instead())
+        given = [way for way in ways if getattr(self, way, None) is not None]
+        if len(given) != 1 and not (self._needs_none() and not given):
             raise ValueError(f"needs exactly one of {', '.join(ways)}; it has {' and '.join(given) or 'none'}")
         return self
+
+    def _instead(self) -> tuple[str, ...]:
+        """Further ways to name nodes."""
+        return ()
+
+    def _needs_none(self) -> bool:
+        """Whether there may be no nodes."""
+        return False
 
 
 class NodesTable(NodeSetTable):
@@ -110,14 +118,32 @@ class StressTable(NodeSetTable):
 class InterfaceTable(NodesTable):
     """A 6-DOF frame; the first in the file is the root unless [reduction] says otherwise."""
 
-    kind: Literal["node", "rbe2", "rbe3"] | None = Field(
+    kind: Literal["node", "rbe2", "rbe3", "support"] | None = Field(
         None,
-        description="one node, a frame tied rigidly to all nodes (rbe2), or one that follows their mean motion (rbe3); "
-        "default node for 'node' and 'near', else rbe2",
+        description="one node, a frame tied rigidly to all nodes (rbe2), one that follows their mean motion (rbe3), or "
+        "the frame of the [supports], without nodes of its own; default node for 'node' and 'near', else rbe2",
     )
     boundary: Literal["fixed", "free"] = Field(
         "fixed", description="fixed: constraint modes; free: moves with the modes"
     )
+
+    def _needs_none(self) -> bool:
+        return self.kind == "support"
+
+
+class SupportTable(NodeSetTable):
+    """Components of nodes that are held at the frame of the root interface."""
+
+    set: str | None = Field(
+        None, description="instead of nodes and components: a set of supports that the deck brings, such as spc_1"
+    )
+    components: str | None = Field(None, description="digits 1 to 6 that are held, such as '123'; default all")
+    axes: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="e1, and a direction in the plane of e1 and e2, of the components; default those of the mesh"
+    )
+
+    def _instead(self) -> tuple[str, ...]:
+        return ("set",)
 
 
 class ConnectionTable(NodesTable):

@@ -14,7 +14,14 @@ from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, 
 from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.events import EventTable
-from modalprep.pipeline.schema.fe import ConnectionTable, InterfaceTable, MatricesTable, MeshTable, StressTable
+from modalprep.pipeline.schema.fe import (
+    ConnectionTable,
+    InterfaceTable,
+    MatricesTable,
+    MeshTable,
+    StressTable,
+    SupportTable,
+)
 from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SynthesisTable, WeldTable
@@ -83,6 +90,7 @@ class Pipeline(ForceElements):
     )
     connections: dict[str, ConnectionTable] = Field({}, description="new nodes tied to node sets")
     interfaces: dict[str, InterfaceTable] = Field({})
+    supports: dict[str, SupportTable] = Field({}, description="what holds the model at its root, by component")
     stress: dict[str, StressTable] = Field(
         {}, description="points whose stress modes the body has, for histories of a run"
     )
@@ -125,7 +133,7 @@ class Pipeline(ForceElements):
 
     @model_validator(mode="after")
     def _matrices_stand_alone(self) -> Pipeline:
-        for name in ("mesh", "materials", "properties", "connections"):
+        for name in ("mesh", "materials", "properties", "connections", "supports"):
             if self.matrices is not None and getattr(self, name):
                 raise ValueError(
                     f"[{name}] cannot be combined with [matrices], which have the whole structure; leave one out"

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.mesh.mesh import Link, Mesh
+from modalprep.fe.mesh.mesh import Equation, Link, Mesh, SupportSet
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.grids import Grids, Tables
@@ -31,6 +31,8 @@ class Builder:
         self.properties: dict[str, Property] = {}
         self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
         self.links: list[Link] = []
+        self.equations: list[Equation] = []
+        self.supports: dict[str, SupportSet] = {}
         self.seen: dict[tuple[str, int], Card] = {}
         self.built: dict[tuple[str, int], str] = {}
         self.twist: dict[str, float] = {}
@@ -106,6 +108,8 @@ class Builder:
             labels=self.grids.ids,
             properties=self.properties,
             links=tuple(self.links),
+            equations=tuple(self.equations),
+            supports=self.supports,
             data=data,
             notes=(*notes, *self.conversion.notes),
         )

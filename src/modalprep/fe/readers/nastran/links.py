@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from modalprep.fe.mesh.mesh import Link
+from modalprep.fe.mesh.mesh import Link, SupportSet
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 
@@ -82,6 +82,8 @@ def add_node_sets(b: Builder) -> None:
     """Add the vertex groups of SPC, PS of GRID, ASET, BSET, QSET, CSET and SUPORT."""
     sets: dict[str, set[int]] = {}
     for label, held in _supports(b).items():
+        if held:
+            b.supports[label] = _support_set(b, held)
         for group, node in _by_components(b, label, held):
             sets.setdefault(group, set()).add(node)
     for name in NODE_SETS:
@@ -125,6 +127,15 @@ def _held_by(b: Builder, card: Card) -> Iterator[tuple[int, str]]:
         yield number, card.text(k + 1)
 
 
+def _support_set(b: Builder, held: dict[int, set[str]]) -> SupportSet:
+    nodes = sorted(held)
+    return SupportSet(
+        nodes=np.array(nodes),
+        components=np.array([[c in held[node] for c in "123456"] for node in nodes]),
+        axes=np.array([b.grids.displacement(node) for node in nodes]),
+    )
+
+
 def _by_components(b: Builder, label: str, held: dict[int, set[str]]) -> Iterator[tuple[str, int]]:
     """Yield the groups and their grids: those held in some components only are apart, because interfaces hold six."""
     apart: dict[str, list[int]] = {}
@@ -137,7 +148,8 @@ def _by_components(b: Builder, label: str, held: dict[int, set[str]]) -> Iterato
     for digits, nodes in apart.items():
         b.conversion.note(
             f"{label} holds only components {digits} of {len(nodes)} grids, the first is grid {b.grids.ids[nodes[0]]}: "
-            f"they are the group {label}_{digits} and not in {label}, because an interface holds all six"
+            f"they are the group {label}_{digits} and not in {label}, because an interface holds all six; a support by "
+            f"set {label!r} holds them by component"
         )
 
 

@@ -1,0 +1,114 @@
+"""Where interfaces, links, supports and equations act in a model: their DOFs and their arms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.links.constraints import PlacedEquation
+from modalprep.fe.links.interface import Interface, InterfaceFrame
+from modalprep.fe.links.multipoint import PlacedLink
+from modalprep.fe.links.place_equations import place_equations
+from modalprep.fe.mesh.mesh import Mesh, SupportSet
+
+NOTHING: Mapping[str, SupportSet] = MappingProxyType({})
+
+
+class Placed(NamedTuple):
+    """Interface frames, the root first, and the constraints of a model, with notes on these."""
+
+    frames: tuple[InterfaceFrame, ...]
+    links: list[PlacedLink]
+    equations: list[PlacedEquation]
+    notes: tuple[str, ...]
+
+    @property
+    def kept(self) -> np.ndarray:
+        """The DOFs of the frames, which stay independent."""
+        return np.concatenate([frame.dofs for frame in self.frames])
+
+
+def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet] = NOTHING) -> Placed:
+    """Place the interface frames in the order of the positions `at`, the root first, and every constraint."""
+    frames, links, extra = [], [_mesh_link(mesh, dof, k) for k in range(len(mesh.links))], len(mesh.points)
+    root = next(iter(at))
+    for name, position in at.items():
+        spec, own = interfaces[name], nodes[name]
+        framed = spec.kind != "node"
+        frame = dof[extra if framed else own[0]]
+        extra += framed
+        tied = own[dof[own, 0] >= 0] if framed else np.zeros(0, dtype=int)
+        _refuse_loose(name, spec, frame, tied, dof, mesh.points)
+        if framed and spec.kind != "support":
+            arm, ones = mesh.points[tied] - position, np.ones(len(tied))
+            every = np.ones(6, dtype=bool)
+            links.append(PlacedLink(spec.kind, f"interface {name!r}", frame, dof[tied], arm, every, ones, True))
+        boundary = "fixed" if name == root else spec.boundary
+        frames.append(
+            InterfaceFrame(name=name, position=position - at[root], dofs=frame, nodes=tied, boundary=boundary)
+        )
+    links += [_support(mesh, name, of, frames[0], at[root], dof) for name, of in held.items()]
+    _refuse_shared(frames, links)
+    equations, notes = place_equations(mesh, dof, frames[0].dofs, at[root])
+    return Placed(tuple(frames), links, equations, notes)
+
+
+def _support(mesh: Mesh, name: str, held: SupportSet, root: InterfaceFrame, origin: np.ndarray, dof) -> PlacedLink:
+    """Return the link from the root to the nodes of a support, without the root's own node."""
+    other = dof[held.nodes, 0] != root.dofs[0]
+    nodes, axes = held.nodes[other], held.axes[other]
+    components = held.components[other]
+    if not np.any((dof[nodes] >= 0) & components) and np.all(other):
+        raise InputError(f"support {name!r} holds nothing: its nodes have none of its components, or others hold them")
+    ones, arm = np.ones(len(nodes)), mesh.points[nodes] - origin
+    return PlacedLink("rbe2", f"support {name!r}", root.dofs, dof[nodes], arm, components, ones, True, axes)
+
+
+def _mesh_link(mesh: Mesh, dof: np.ndarray, k: int) -> PlacedLink:
+    link = mesh.links[k]
+    tied = dof[link.nodes, 0] >= 0
+    nodes = link.nodes[tied]
+    label = mesh.labels[link.node] if link.node < len(mesh.labels) else link.node + 1
+    name = f"{link.kind} at node {label}"
+    if not len(nodes):
+        raise InputError(f"{name}: none of its nodes belongs to an element with a property")
+    arm = mesh.points[nodes] - mesh.points[link.node]
+    weights = link.weights[tied] if link.kind == "rbe3" else np.ones(len(nodes))
+    components = link.components[tied] if link.components.ndim == 2 else link.components
+    axes = link.axes[tied] if len(link.axes) == len(tied) else link.axes
+    return PlacedLink(link.kind, name, dof[link.node], dof[nodes], arm, components, weights, False, axes)
+
+
+def _refuse_shared(frames: list[InterfaceFrame], links: list[PlacedLink]) -> None:
+    """Refuse interfaces whose DOFs depend on another link: they cannot be fixed."""
+    driven = {int(d): link.name for link in links for d in link.rows().dependent}
+    owner: dict[int, str] = {}
+    for frame in frames:
+        other = owner.setdefault(int(frame.dofs[0]), frame.name)
+        if other != frame.name:
+            raise InputError(f"one node belongs to both interfaces {other!r} and {frame.name!r}; join the two")
+        for d in frame.dofs:
+            if int(d) in driven:
+                raise InputError(
+                    f"interface {frame.name!r} sits on a node that {driven[int(d)]} drives; use the frame of that link"
+                )
+
+
+def _refuse_loose(name, spec: Interface, frame, tied, dof, points) -> None:
+    if spec.kind == "node":
+        if np.any(frame < 0):
+            raise InputError(f"interface {name!r}: its node has no rotations (solid or no element); use kind = 'rbe2'")
+        return
+    if not len(tied):
+        raise InputError(f"interface {name!r}: no node of {spec} belongs to an element with a property")
+    spread = np.linalg.svd(points[tied] - points[tied].mean(axis=0), compute_uv=False)
+    free = np.all(dof[tied, 3] < 0) or spec.kind == "rbe3"
+    if free and spec.kind != "support" and (len(tied) < 3 or spread[1] <= 1e-9 * spread[0]):
+        raise InputError(
+            f"interface {name!r}: the {len(tied)} nodes of {spec} lie on one line and cannot hold "
+            "its rotation; add nodes off that line"
+        )

@@ -1,0 +1,124 @@
+"""Supports: nodes that are held at the frame of the root interface, by component."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.links.components import ALIGNED, oblique
+from modalprep.fe.mesh.mesh import Mesh, SupportSet
+from modalprep.fe.mesh.select import NodeSet
+from modalprep.suggest import suggestion
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Support(NodeSet):
+    """Nodes whose named components are tied rigidly to the frame of the root interface.
+
+    Attributes
+    ----------
+    components : str
+        Digits 1 to 6 of the displacements and rotations that are held; default all that the nodes have.
+    axes : two (3,) vectors
+        e1, and a direction in the plane of e1 and e2, along which the components are counted; default those of the
+        mesh.
+    set : str
+        A set of supports that the file of the mesh brings (``Mesh.supports``), with its own components and axes,
+        instead of nodes and components.
+
+    Raises
+    ------
+    InputError
+        When none or several node sets are given, components are not digits 1 to 6, or the axes lie on one line.
+
+    References
+    ----------
+    Theory 1.4.
+
+    Examples
+    --------
+    >>> Support(group="edge", components="3").components
+    '3'
+    >>> Support(set="spc_1")
+    set 'spc_1'
+    """
+
+    components: str | None = None
+    axes: tuple[Vector, Vector] | None = None
+    set: str | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse other components and axes."""
+        if self.set is None:
+            super().__post_init__()
+        elif self._given() or self.components or self.axes:
+            raise InputError(f"support by set {self.set!r} has its own nodes, components and axes; leave those out")
+        if self.components is not None and (not self.components or set(self.components) - set("123456")):
+            raise InputError(f"components {self.components!r} of a support are not digits 1 to 6; give such as '123'")
+        if self.axes is not None:
+            self._frame()
+
+    def held(self, mesh: Mesh, used: np.ndarray) -> SupportSet:
+        """Return the nodes with their components and axes; queries by position choose among the nodes `used`.
+
+        Raises
+        ------
+        InputError
+            When there is no such set or node.
+        """
+        if self.set is not None:
+            if self.set not in mesh.supports:
+                known = suggestion(self.set, mesh.supports, "it has")
+                raise InputError(f"mesh {mesh.source or 'in memory'} has no set of supports {self.set!r}; {known}")
+            return mesh.supports[self.set]
+        nodes = self.nodes(mesh, used)
+        components = np.array([digit in (self.components or "123456") for digit in "123456"])
+        axes = np.zeros((0, 3, 3)) if self.axes is None else np.tile(self._frame(), (len(nodes), 1, 1))
+        return SupportSet(nodes=nodes, components=np.tile(components, (len(nodes), 1)), axes=axes)
+
+    def _frame(self) -> np.ndarray:
+        e1, plane = (np.asarray(v, dtype=float) for v in self.axes)
+        e3 = np.cross(e1, plane)
+        if not np.linalg.norm(e3) > ALIGNED * np.linalg.norm(e1) * np.linalg.norm(plane):
+            raise InputError(
+                f"axes {[list(v) for v in self.axes]} of a support lie on one line; give e1 and one beside it"
+            )
+        e1, e3 = e1 / np.linalg.norm(e1), e3 / np.linalg.norm(e3)
+        return np.array([e1, np.cross(e3, e1), e3])
+
+    def __repr__(self) -> str:
+        """The set or the nodes."""
+        return f"set {self.set!r}" if self.set is not None else super().__repr__()
+
+
+def held_nodes(mesh: Mesh, supports: Mapping[str, Support], used: np.ndarray) -> dict[str, SupportSet]:
+    """Return what each support holds that none before it holds, on the nodes `used` by elements.
+
+    Raises
+    ------
+    InputError
+        When a support has no node of an element, or two hold a node along different axes.
+    """
+    known = np.zeros((len(mesh.points), 6), dtype=bool)
+    frame: dict[int, np.ndarray] = {}
+    found = {}
+    for name, spec in supports.items():
+        held = spec.held(mesh, used)
+        here = np.isin(held.nodes, used)
+        if not np.any(here):
+            raise InputError(f"support {name!r}: no node of {spec} belongs to an element with a property")
+        axes = held.axes[here] if len(held.axes) else np.tile(np.eye(3), (here.sum(), 1, 1))
+        nodes, components = held.nodes[here], held.components[here]
+        for k in np.flatnonzero(oblique(components, axes) | np.isin(nodes, list(frame))):
+            node = int(nodes[k])
+            if np.any(np.abs(frame.get(node, np.eye(3)) - axes[k]) > ALIGNED) and np.any(known[node]):
+                raise InputError(f"support {name!r} holds a node that another holds along other axes; join the two")
+            frame[node] = axes[k]
+        found[name] = SupportSet(nodes=nodes, components=components & ~known[nodes], axes=axes)
+        known[nodes] |= components
+    return found
