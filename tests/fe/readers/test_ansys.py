@@ -275,6 +275,37 @@ def test_supports_and_components_are_groups(read):
     assert mesh.nodes("Ends").tolist() == [0, 2]
     assert mesh.groups["BOTH"]["line"].tolist() == [0, 1]
     assert mesh.nodes("held").tolist() == [1]
+    assert mesh.supports["held"].components.tolist() == [[True, False, False, False, False, False]]
+
+
+TIED = {  # two halves of a beam, of which the second begins at node 12 where the first ends, at node 11
+    "CE of CDWRITE": [line for k, dof in enumerate(("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"), 1) for line in (
+        f"CE,R5.0,DEFI,       2,       {k},  0.00000000    ",
+        f"CE,R5.0,NODE,      11,{dof}  ,  1.00000000    ,      12,{dof}  , -1.00000000  ")],
+    "CE": [f"CE,{k},0,11,{dof},1,12,{dof},-1" for k, dof in enumerate(("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ"), 1)],
+    "CP": ["CP,1,ALL,11,12"],
+    "CP of CDWRITE": ["CP,R5.0,DEFI,       2,       1,ALL ,", "CP,R5.0,NODE,      11,      12"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("how", TIED)
+@pytest.mark.parametrize("turned", [0, 30])
+def test_equations_and_couplings_tie_two_halves_of_a_beam(read, how, turned):
+    """The whole is a cantilever in closed form; both nodes of the joint are turned alike, which changes nothing."""
+    points = [(k / 20, 0, 0) for k in [*range(11), *range(10, 21)]]
+    lines = nblock([*points[:10], *((*point, turned, 0, 0) for point in points[10:12]), *points[12:], (0, 0, 1)])
+    pieces = [(k, k + 1, 23) for k in range(1, 22) if k != 11]
+    mesh = read("ET,1,188", *STEEL, "SECTYPE,1,BEAM,RECT", "SECDATA,.02,.03", *lines, *eblock(*pieces), *TIED[how])
+    expected = sorted(bending(2.1e11 * x, 7800 * 6e-4) for x in (4.5e-8, 2e-8))
+    np.testing.assert_allclose(frequencies(mesh, 2, node=1, kind="node"), expected, rtol=3e-3)
+    assert len(mesh.equations) == 6
+
+
+def test_supports_of_a_turned_node_have_its_axes(read):
+    mesh = read("ET,1,180", "R,1,1", *STEEL, *nblock([(0, 0, 0), (1, 0, 0, 90, 0, 0)]), *eblock((1, 2)), "D,2,UX,0.001")
+    held = mesh.supports["held"]
+    np.testing.assert_allclose(held.axes[0][held.components[0][:3]], [[0, 1, 0]], atol=1e-12)
+    assert any("the displacement 0.001 of node 2 is left out" in note for note in mesh.notes)
 
 
 def test_a_deck_without_materials_is_a_mesh(read):

@@ -65,6 +65,11 @@ REFUSALS = {
     "a local system": ([*CUBE, "CSYS,11"], "CSYS: nodes in a local system cannot be read"),
     "a spherical system": ([*CUBE, "LOCAL,11,2"], "a coordinate system of kind 2 is not read"),
     "an endless component": ([*CUBE, "CMBLOCK,A,NODE,2", "(8i10)", "         1-999999999"], "is no component"),
+    "an equation of nothing": ([*CUBE, "CE,1,0"], r"CE 1 \(line .*\): it has no terms"),
+    "an equation of no node": ([*CUBE, "CE,1,0,99,UX,1"], "CE 1 .*: node 99 is not in the deck"),
+    "an equation of temperatures": ([*CUBE, "CE,1,0,1,TEMP,1"], "the DOF 'TEMP' is not one of UX"),
+    "a coupling of temperatures": ([*CUBE, "CP,1,TEMP,1,2"], "the DOF 'TEMP' is not one of UX"),
+    "a support of no node": ([*CUBE, "D,99,ALL"], "D: node 99 is not in the deck"),
     "KEYOPT without ET": (["KEYOPT,5,1,1", *CUBE], "KEYOPT: type 5 is not there"),
 }  # fmt: skip
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.families import FAMILIES
-from modalprep.fe.mesh.mesh import Link, Mesh
+from modalprep.fe.mesh.mesh import Equation, Link, Mesh, SupportSet
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.materials import Materials
@@ -32,6 +32,9 @@ class Builder:
         self.properties: dict[str, Property] = {}
         self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
         self.links: list[Link] = []
+        self.equations: list[Equation] = []
+        self.supports: dict[str, SupportSet] = {}
+        self.turning: set[int] = set()  # rows of nodes of beams and shells, which have rotations
         self.of_element: dict[int, list[tuple[str, int]]] = {}
         self.rigid: list[tuple[int, int]] = []  # pairs of nodes that MPC184 joins
 
@@ -107,22 +110,25 @@ class Builder:
             labels=self.labels,
             properties=self.properties,
             links=tuple(self.links),
+            equations=tuple(self.equations),
+            supports=self.supports,
             data=data,
         )
 
     def _add_sets(self) -> None:
-        """Add the components, and the nodes that D holds, as groups; a component of one name joins a group."""
+        """Add the components as groups; one with the name of a group joins it."""
         for name, labels in self.deck.element_sets.items():
             for kind, row in (place for label in labels for place in self.of_element.get(label, [])):
                 self.groups.setdefault(name, {}).setdefault(kind, []).append(row)
-        held: dict[str, set[int]] = {}
-        for entry in self.deck.held:
-            held.setdefault("held", set()).add(entry.node)
-        for name, labels in (self.deck.node_sets | {n: sorted(s) for n, s in held.items()}).items():
+        for name, labels in self.deck.node_sets.items():
             for label in (label for label in labels if label in self.row):
-                rows = self.cells.setdefault("vertex", [])
-                rows.append([self.row[label]])
-                self.groups.setdefault(name, {}).setdefault("vertex", []).append(len(rows) - 1)
+                self.vertex(name, self.row[label])
+
+    def vertex(self, group: str, row: int) -> None:
+        """Append a node to a group."""
+        rows = self.cells.setdefault("vertex", [])
+        rows.append([row])
+        self.groups.setdefault(group, {}).setdefault("vertex", []).append(len(rows) - 1)
 
     def _add_rigid(self) -> None:
         """Join the pairs of rigid beams that hang together to one link about their most frequent node."""

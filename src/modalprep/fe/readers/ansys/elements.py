@@ -72,6 +72,7 @@ def _shell(b: Builder, element: Element) -> None:
     old = b.deck.types[element.type].name == "63"
     name = b.group(element, "mrs", b.sections.thin_shell if old else b.sections.shell)
     nodes = b.nodes(element, places)
+    b.turning.update(nodes)
     b.put("axis", kind, b.cell(element, kind, nodes, name), _shell_axis(b, element, nodes, triangle))
 
 
@@ -98,6 +99,7 @@ def _beam(b: Builder, element: Element) -> None:
     up = _up(b, element, 3 if len(ends) == 2 else 2)
     name = b.group(element, "mrs", b.sections.beam4 if number == "4" else b.sections.beam)
     for pair in ends:
+        b.turning.update(b.nodes(element, pair))
         b.put("up", "line", b.cell(element, "line", b.nodes(element, pair), name), up)
 
 

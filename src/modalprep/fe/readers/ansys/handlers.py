@@ -256,24 +256,25 @@ DOFS = ("UX", "UY", "UZ", "ROTX", "ROTY", "ROTZ")
 
 
 def equation(deck: Deck, command: Command) -> None:
-    """CE: terms (node, label, factor) of an equation and its constant."""
-    if command.text(1)[:3] in VERSIONED:
-        if command.text(2) == "DEFI":
-            deck.attributes["equation"] = command.integer(4, "equation")
-            deck.equations[deck.attributes["equation"]] = {"constant": command.real(5, "constant", 0.0), "terms": [],
-                                                           "line": command.line}  # fmt: skip
-            return
-        label, first = deck.attributes.get("equation", 0), 3
-    else:
-        label, first = command.integer(1, "equation"), 3
-    found = deck.equations.setdefault(label, {"constant": 0.0, "terms": [], "line": command.line})
-    if first == 3 and command.text(1)[:3] not in VERSIONED:
-        found["constant"] += command.real(2, "constant", 0.0)
-    for k in range(first, len(command.fields) - 1, 3):
-        if command.text(k) and (node_ := command.integer(k, "node")):
-            if command.text(k + 1) not in DOFS:
-                raise command.error(f"the DOF {command.text(k + 1)!r} is not one of {', '.join(DOFS)}; correct it")
-            found["terms"].append((node_, DOFS.index(command.text(k + 1)), command.real(k + 2, "factor", 1.0)))
+    """CE: terms (node, component, factor) of an equation and its constant, in the two lines of CDWRITE or in one."""
+    versioned = command.text(1)[:3] in VERSIONED
+    defines = command.text(2) == "DEFI"
+    if not versioned or defines:
+        deck.attributes["equation"] = command.integer(4 if versioned else 1, "equation")
+    found = deck.equations.setdefault(
+        deck.attributes.get("equation", 0), {"constant": 0.0, "terms": [], "line": command.line}
+    )
+    if not versioned or defines:
+        found["constant"] += command.real(5 if versioned else 2, "constant", 0.0)
+    for k in range(3, 0 if defines else len(command.fields) - 1, 3):
+        if command.text(k) and (label := command.integer(k, "node")):
+            found["terms"].append((label, _component(command, k + 1), command.real(k + 2, "factor", 1.0)))
+
+
+def _component(command: Command, k: int) -> int:
+    if command.text(k) not in DOFS:
+        raise command.error(f"the DOF {command.text(k)!r} is not one of {', '.join(DOFS)}; correct it")
+    return DOFS.index(command.text(k))
 
 
 def couple(deck: Deck, command: Command) -> None:

@@ -12,6 +12,7 @@ from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.ansys.builder import Builder
 from modalprep.fe.readers.ansys.commands import Command, commands
+from modalprep.fe.readers.ansys.constraints import add_constraints
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.elements import BY_NUMBER, ELEMENTS
 from modalprep.fe.readers.ansys.registry import BY_LETTERS, COMMANDS
@@ -57,6 +58,7 @@ def read_ansys(path: Path, length: float, mass: float, ignore: Collection[str] =
     builder = Builder(deck, Units(length=length, mass=mass))
     for element in deck.elements.values():
         _build(builder, element, ignored)
+    add_constraints(builder)
     mesh = builder.mesh(hashlib.sha256(content).hexdigest())
     return mesh.with_(notes=(*left_out(deck.skipped, ADVICE), *deck.notes))
 
