@@ -1,4 +1,4 @@
-"""Matrices of Ansys: binary .full files (theory 8.2)."""
+"""Matrices of Ansys: binary .full files (theory 8.4)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def read_full(path: Path) -> Found:
 
     References
     ----------
-    Ansys, Programmer's Reference, chapter 1.6: format of the assembled matrices file (.full).
+    Theory 8.4. Ansys, Programmer's Reference, format of binary data files: the full stiffness-mass file, fdfull.inc.
     """
     try:
         return _matrices(_Records(path.read_bytes()), path)

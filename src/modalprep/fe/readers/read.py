@@ -39,7 +39,8 @@ ANSYS = {".cdb", ".ans"}
 def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = None) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
-    Nastran decks (.bdf, .dat, .nas) provide sections, materials, rigid elements and masses. Abaqus files (.inp) provide
+    Nastran decks (.bdf, .dat, .nas) and Ansys archives (.cdb, .ans) provide sections, materials, rigid elements and
+    masses. Abaqus files (.inp) provide
     nodes, elements and sets. The formats that meshio reads (.msh 4.1 is best, .vtu, ...) provide points, cells and
     groups: the file's cell sets and node sets, its ``gmsh:physical`` numbers with their names, or the integer cell
     arrays of a .vtu file (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups,
