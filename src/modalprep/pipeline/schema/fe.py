@@ -24,7 +24,8 @@ class MatricesTable(Table):
 
     file: str | None = Field(
         None,
-        description="both matrices in one: .npz (K, M, nodes; FEM file of Exudyn), .op4, DMIG deck, .full, .mtx substructure",
+        description="both matrices in one: .npz (K, M, nodes; FEM file of Exudyn), .op4, .full, DMIG deck, .mtx "
+        "substructure",
     )
     stiffness: str | None = Field(
         None, description="matrix file: .mtx (MatrixMarket, Abaqus), .npz, .op4, .sti, .bdf/.dat/.pch with DMIG"
