@@ -18,7 +18,9 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
 from modalprep.fe.readers.digest import NASTRAN
+from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
 from modalprep.fe.readers.nastran.deck import read_nastran
+from modalprep.fe.readers.universal import read_universal
 from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
 from modalprep.suggest import refuse_missing, suggestion
 
@@ -34,6 +36,7 @@ MASS_UNITS = {
 }
 VTK = (".vtu", ".vtk")
 ANSYS = {".cdb", ".ans"}
+UNIVERSAL, MED = {".unv", ".uff"}, ".med"
 
 
 def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = None) -> Mesh:
@@ -78,8 +81,12 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
         return _read_deck(path, length_unit, mass_unit)
     if path.suffix.lower() == ".inp":
         return _checked(read_abaqus(path, LENGTH_UNITS[length_unit]), path)
+    if path.suffix.lower() in UNIVERSAL:
+        return _checked(read_universal(path, LENGTH_UNITS[length_unit]), path)
     content = path.read_bytes()
     raw = _read_with_meshio(path, content)
+    if path.suffix.lower() == MED:
+        name_groups(raw)
     cells, groups = _merge(raw)
     if not cells:
         raise InputError(f"mesh file {path} holds no cells; save the mesh with its elements")
@@ -88,6 +95,8 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     _add_node_sets(raw, cells, groups)
     if path.suffix.lower() in VTK and "wedge" in cells:
         cells["wedge"] = _upright(cells["wedge"], points)
+    if path.suffix.lower() == MED:
+        cells = {kind: in_vtk_order(kind, rows, points) for kind, rows in cells.items()}
     return Mesh(
         points=points * LENGTH_UNITS[length_unit],
         cells=cells,
@@ -141,6 +150,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
             limited_unpacking(len(content)),
         ):
             refuse_packed_datasets(path, content)
+            learn_cells()
             return _read_msh(path) if path.suffix == ".msh" else meshio.read(path)
     except (Exception, SystemExit) as error:
         raise InputError(f"{damaged}; the reader said: {str(error).strip() or type(error).__name__}") from None

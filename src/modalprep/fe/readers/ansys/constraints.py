@@ -34,8 +34,8 @@ def _add_supports(b: Builder) -> None:
         components |= np.array([entry.label in ("ALL", name) for name in DOFS])
         if entry.value:
             b.deck.note(
-                f"D (line {entry.line}): the displacement {entry.value:g} of node {entry.node} is left out; give it as a "
-                "motion"
+                f"D (line {entry.line}): the displacement {entry.value:g} of node {entry.node} is left out; "
+                "give it as a motion"
             )
     if held:
         nodes = sorted(held)
@@ -43,9 +43,7 @@ def _add_supports(b: Builder) -> None:
         b.supports[SUPPORTS] = SupportSet(
             nodes=np.array(nodes), components=np.array([held[node] for node in nodes]), axes=axes
         )
-        b.deck.note(
-            f"{len(nodes)} nodes that D holds are the set of supports and the group {SUPPORTS!r}; name it to use it"
-        )
+        b.deck.note(f"{len(nodes)} nodes are held by D: the group and the set of supports {SUPPORTS!r}")
         for node in nodes:
             b.vertex(SUPPORTS, node)
 
