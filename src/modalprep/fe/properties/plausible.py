@@ -7,7 +7,8 @@ from collections.abc import Iterator, Mapping
 from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Beam, Property, Shell, Truss
 
-MODULUS = (1e6, 2e12)  # Pa, from soft rubber to diamond; metals in MPa have 4e4 to 4e5
+MODULUS = (1e6, 1e14)  # Pa, from soft rubber to stand-ins for rigid parts; metals in MPa have 4e4 to 4e5
+GEL = ((1e4, 3e4), (900.0, 1200.0))  # Pa and kg/m^3 of gels, which are mostly water
 DENSITY = (25.0, 2.3e4)  # kg/m^3, to osmium, which has 22.6 in g/cm^3
 CORE = (1e7, 5.0)  # Pa: below it also light foams and honeycombs of this density exist
 MASSLESS = 1e-6  # kg/m^3: given on purpose, also by readers for materials without density
@@ -21,7 +22,7 @@ SLOW, FAST = 0.1, 1e5  # m/s, first frequency times size: from a film to a block
 COMMON = (0.01, 20.0)  # m, sizes by which another unit of length is suggested
 LENGTHS = {"mm": 1e-3, "m": 1.0, "in": 0.0254}
 OTHERS = {  # units in which a value may have been meant, with their factor to SI
-    "modulus": (("GPa", 1e9), ("MPa", 1e6), ("Pa", 1e-6)),
+    "modulus": (("GPa", 1e9), ("MPa", 1e6)),
     "density": (("g/cm^3", 1e3), ("kg/mm^3", 1e9)),
     "thickness": (("mm", 1e-3),),
     "area": (("mm^2", 1e-6),),
@@ -37,7 +38,7 @@ def implausible_sections(sections: Mapping[str, Property], size: float) -> list[
     --------
     >>> alloy = Material(E=70e3, nu=0.3, rho=2700.0)
     >>> for note in implausible_sections({"skin": Shell(material=alloy, thickness=3.0)}, 1.8): print(note)
-    the modulus of 'skin', 7e+04 Pa, is implausible (1e+06 to 2e+12 Pa): did you mean 7e+04 MPa?
+    the modulus of 'skin', 7e+04 Pa, is implausible (1e+06 to 1e+14 Pa): did you mean 7e+04 MPa?
     the thickness of 'skin', 3 m, is implausible (1.8e-06 to 0.36 m): did you mean 3 mm?
     """
     found: dict[tuple[str, float], str] = {}
@@ -88,7 +89,8 @@ def _materials(section: Property) -> Values:
         if isinstance(material, (Material, Orthotropic)):
             modulus = material.E if isinstance(material, Material) else max(material.E1, material.E2)
             least = 0.0 if material.rho <= MASSLESS else CORE[1] if modulus < CORE[0] else DENSITY[0]
-            yield "modulus", modulus, MODULUS, "Pa"
+            if not (GEL[0][0] <= modulus <= GEL[0][1] and GEL[1][0] <= material.rho <= GEL[1][1]):
+                yield "modulus", modulus, MODULUS, "Pa"
             yield "density", material.rho, (least, DENSITY[1]), "kg/m^3"
 
 
