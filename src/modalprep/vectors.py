@@ -52,6 +52,28 @@ def on_both(R: np.ndarray) -> np.ndarray:
     return found
 
 
+def frame_of_axes(axes: Any, what: str) -> np.ndarray:
+    """Return the rows e1, e2, e3 of a frame ``(3, 3)`` by e1 and a direction in the plane of e1 and e2.
+
+    Raises
+    ------
+    InputError
+        When the two lie on one line; `what` has these axes.
+
+    Examples
+    --------
+    >>> frame_of_axes(((0, 2.0, 0), (-1.0, 1.0, 0)), "a support").tolist()
+    [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]
+    """
+    e1, plane = (np.asarray(v, dtype=float) for v in axes)
+    e3 = np.cross(e1, plane)
+    if not np.linalg.norm(e3) > PROPER * np.linalg.norm(e1) * np.linalg.norm(plane):
+        given = ", ".join(str(v.tolist()) for v in (e1, plane))
+        raise InputError(f"axes {given} of {what} lie on one line; give e1 and a direction in the plane of e1 and e2")
+    e1, e3 = e1 / np.linalg.norm(e1), e3 / np.linalg.norm(e3)
+    return np.array([e1, np.cross(e3, e1), e3]) + 0.0
+
+
 def rotation_matrix(vector: np.ndarray) -> np.ndarray:
     """Return the rotations ``(..., 3, 3)`` of rotation vectors ``(..., 3)``, rad.
 

@@ -76,7 +76,7 @@ BODY = [
     ("E = 7e10", "E = true", "[materials.alloy", "E"),
     ("E = 7e10", 'E = "70 psi"', "[materials.alloy.E]", "or a unit of Pa, kPa, MPa, GPa"),
     ("nu = 0.4", "nu = 0.5", "nu = 0.5 must lie between"),
-    ("[materials.alloy]", '[materials.alloy]\ntype = "anisotropic"', "isotropic", "orthotropic"),
+    ("[materials.alloy]", '[materials.alloy]\ntype = "plastic"', "isotropic", "orthotropic"),
     ("[materials.alloy]", "[materials]\nalloy = 3\n[materials.other]", "[materials.alloy"),
     ('file = "beam.msh"', 'file = "bean.msh"', "bean.msh does not exist", "relative to the pipeline file"),
     ('file = "beam.msh"', 'file = "."', "is a folder; name a file in it"),

@@ -20,6 +20,8 @@ METAL = mp.Material(E=1.0, nu=0.3, rho=1.0)
 STIFF = mp.Material(E=3.0, nu=0.2, rho=0.5)
 PLIES = tuple(mp.fe.Ply(material=m, thickness=0.05) for m in (METAL, STIFF))  # stretching bends it
 BOX = mp.fe.beam_section("rectangle", METAL, width=0.2, height=0.1)
+MODULI = {"E1": 3.0, "E2": 0.5, "E3": 0.2, "nu12": 0.3, "nu13": 0.4, "nu23": 0.4, "G12": 0.3, "G13": 0.2, "G23": 0.05}
+WOOD = mp.fe.Orthotropic3D(**MODULI, rho=1.0)
 LINE = np.array([[0.0, 0, 0], [1.0, 0.2, -0.3]])
 CURVED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [0.5, 0, 0.1], [1.0, 0.5, 0.15], [0.5, 0.5, 0.2]])
 WARPED = np.array([[0.0, 0, 0.1], [1.0, 0.1, -0.1], [1.1, 0.9, 0.2], [-0.1, 1.0, -0.1]])
@@ -39,10 +41,10 @@ def curved(**section):
     return CurvedShellBlock, "triangle6", CURVED, np.arange(6)[None], section
 
 
-def solid(kind):
+def solid(kind, **section):
     points, cells = box(kind, (1, 1, 1), distort=0.0)
     bent = points + 0.1 * np.sin(points[:, [1, 2, 0]] * 2)
-    return SolidBlock, kind, bent, cells[:1], mp.Solid(material=METAL)
+    return SolidBlock, kind, bent, cells[:1], mp.Solid(**{"material": METAL} | section)
 
 
 ELEMENTS = {
@@ -63,6 +65,9 @@ ELEMENTS = {
     "eccentric curved triangle": curved(offset=0.2),
     "laminated curved triangle": curved(material=None, thickness=0.0, plies=PLIES, offset=-0.1),
     **{kind: solid(kind) for kind in ("tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "hexahedron27")},
+    **{
+        f"{kind} of wood": solid(kind, material=WOOD, axes=((1, 2, 0), (0, 1, 3))) for kind in ("tetra10", "hexahedron")
+    },
 }
 
 

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from modalprep.fe.mesh.mesh import Link as Link
     from modalprep.fe.mesh.mesh import Mesh as Mesh
     from modalprep.fe.mesh.mesh import SupportSet as SupportSet
+    from modalprep.fe.properties.materials import Anisotropic as Anisotropic
     from modalprep.fe.properties.materials import Orthotropic as Orthotropic
+    from modalprep.fe.properties.materials import Orthotropic3D as Orthotropic3D
     from modalprep.fe.properties.properties import Ply as Ply
     from modalprep.fe.properties.properties import Property as Property
     from modalprep.fe.properties.sections import beam_section as beam_section
@@ -29,7 +31,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "mesh.mesh": "Mesh Link Equation SupportSet",
-    "properties.materials": "Orthotropic",
+    "properties.materials": "Anisotropic Orthotropic Orthotropic3D",
     "properties.properties": "Ply Property",
     "properties.sections": "beam_section",
     "quality.quality": "Quality",

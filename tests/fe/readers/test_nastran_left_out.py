@@ -90,9 +90,9 @@ def test_replication_is_refused(read, line):
 
 
 def test_what_is_left_out_has_its_first_line_and_a_remedy(read):
-    mesh = read(GOOD + "MPC,1,1,1,1.,2,1,-1.\nCMASS2,3,1.,1,1\nMPC,1,1,2,1.,2,2,-1.\n")
+    mesh = read(GOOD + "RSPLINE,1,.1,1,2,123\nCMASS2,3,1.,1,1\nRSPLINE,2,.1,2,3,123\n")
     assert mesh.notes == (
-        "left out: 2 MPC (first in deck.bdf line 8), 1 CMASS2 (deck.bdf line 9); replace by cards that are read, "
+        "left out: 2 RSPLINE (first in deck.bdf line 8), 1 CMASS2 (deck.bdf line 9); replace by cards that are read, "
         "such as RBE2, RBE3, CONM2, CBUSH, what of these carries mass, stiffness or constraints",
     )
 

@@ -143,6 +143,55 @@ def elastic(lo, hi, grad, dx, lam, mu, K):
 
 
 @compile_allocating
+def directional_elastic(lo, hi, grad, dx, c, K):
+    """``K_(Ia)(Jb) = sum_q dx c_akbl N_I,k N_J,l`` for moduli ``c (ne or 1, 3, 3, 3, 3)``, exactly symmetric."""
+    nq, nf = grad.shape[1], grad.shape[2]
+    block = np.empty((3, 3))
+    for e in range(lo, hi):
+        own = c[e if len(c) > 1 else 0]
+        for i in range(nf):
+            for j in range(i + 1):
+                block[:] = 0.0
+                for q in range(nq):
+                    for k in range(3):
+                        g = grad[e, q, i, k] * dx[e, q]
+                        for m in range(3):
+                            block[k, m] += g * grad[e, q, j, m]
+                for a in range(3):
+                    for b in range(3):
+                        value = 0.0
+                        for k in range(3):
+                            for m in range(3):
+                                value += own[a, k, b, m] * block[k, m]
+                        K[e, 3 * i + a, 3 * j + b] = value
+                        K[e, 3 * j + b, 3 * i + a] = value
+
+
+@compile_allocating
+def directional_stress(lo, hi, grad, u, c, sigma):
+    """Cauchy stress as `isotropic_stress` gives it, for moduli ``c (ne or 1, 3, 3, 3, 3)``."""
+    H = np.empty((3, 3, u.shape[3]))
+    for e in range(lo, hi):
+        own = c[e if len(c) > 1 else 0]
+        for q in range(grad.shape[1]):
+            H[:] = 0.0
+            for i in range(grad.shape[2]):
+                for a in range(3):
+                    for b in range(3):
+                        slope = grad[e, q, i, b]
+                        for k in range(u.shape[3]):
+                            H[a, b, k] += u[e, i, a, k] * slope
+            for a in range(3):
+                for b in range(3):
+                    for k in range(u.shape[3]):
+                        value = 0.0
+                        for m in range(3):
+                            for n in range(3):
+                                value += own[a, b, m, n] * H[m, n, k]
+                        sigma[e, q, a, b, k] = value
+
+
+@compile_allocating
 def isotropic_stress(lo, hi, grad, u, lam, mu, sigma):
     """Cauchy stress ``sigma (ne, nq, 3, 3, k)`` of k displacements ``u (ne, nf, 3, k)`` of shapes with gradients."""
     H = np.empty((3, 3, u.shape[3]))

@@ -1,4 +1,4 @@
-"""Isotropic solids: tetrahedra, wedges and hexahedra, isoparametric; the 8-node hexahedron with incompatible modes.
+"""Solids: tetrahedra, wedges and hexahedra, isoparametric; the 8-node hexahedron with incompatible modes.
 
 Linear hexahedra lock in bending; nine internal DOFs on the shapes ``1 - xi^2`` (Wilson), with their gradients
 taken at the element's centre (Taylor) so that the patch test holds, cure it. They are condensed per element and
@@ -14,7 +14,8 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.elements.block import NodalStress
-from modalprep.fe.elements.kernels import elastic, gradients, in_threads, isotropic_stress, measures, stress_stiffness
+from modalprep.fe.elements.elasticity import Elasticity
+from modalprep.fe.elements.kernels import gradients, in_threads, measures, stress_stiffness
 from modalprep.fe.elements.mass import MassObjects, rigid_from_samples
 from modalprep.fe.mesh.cells import CELLS
 from modalprep.fe.mesh.reference_cells import NODES, quadrature, shapes, shapes_at
@@ -45,6 +46,7 @@ class SolidBlock:
         meshio's node order.
     x : (ne, nn, 3)
         Node positions in the model's frame, m.
+    elasticity : Elasticity
     """
 
     alike = ()
@@ -54,6 +56,7 @@ class SolidBlock:
     section: Solid
     nodes: np.ndarray
     x: np.ndarray
+    elasticity: Elasticity
 
     @classmethod
     def build(cls, kind, points, nodes, section, data, origin) -> SolidBlock:
@@ -64,7 +67,8 @@ class SolidBlock:
         InputError
             When an element is inverted or flat.
         """
-        block = cls(kind, section, nodes, points[nodes] - origin)
+        elasticity = Elasticity.of(section, data.get("frame"))
+        block = cls(kind, section, nodes, points[nodes] - origin, elasticity)
         block._refuse_bad_shape(origin)
         return block
 
@@ -100,11 +104,7 @@ class SolidBlock:
         return (K + K.transpose(0, 2, 1)) / 2
 
     def _elastic(self, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
-        mat = self.section.material
-        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
-        K = np.empty((len(dx), 3 * grad.shape[2], 3 * grad.shape[2]))
-        in_threads(elastic, len(dx), np.ascontiguousarray(grad), dx, lam, mat.G, K)
-        return K
+        return self.elasticity.stiffness(np.ascontiguousarray(grad), dx)
 
     def _widened(self, grad: np.ndarray, degree: int) -> np.ndarray:
         """Gradients and those ``(ne, nq, 3, 3)`` of the three internal shapes, mapped by the Jacobian of the centre."""
@@ -168,9 +168,7 @@ class SolidBlock:
         H = np.einsum("eia,eqib->eqab", u, grad, optimize=True)
         bent = np.swapaxes(H, 2, 3) @ H / 2
         linear = self._stress(u[..., None], grad, dx, degree)[..., 0]
-        mat = self.section.material
-        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
-        quadratic = lam * np.einsum("eqaa->eq", bent) ** 2 / 2 + mat.G * np.einsum("eqab,eqab->eq", bent, bent)
+        quadratic = self.elasticity.energy(bent)
         cubic = np.einsum("eqab,eqab->eq", linear, bent)
         elastic = np.einsum("ei,eij,ej->e", d, self.stiffness(), d) / 2
         return elastic + np.sum((cubic + quadratic) * dx, axis=1)
@@ -190,12 +188,12 @@ class SolidBlock:
     def nodal_stress(self, d: np.ndarray) -> NodalStress:
         """Stress at the nodes of each element for displacements ``d (ne, 3 nn, k)``, mesh axes."""
         d = d.reshape(*self.nodes.shape, 3, -1)
-        grad, dx = self.gradients(NODES)
+        grad, _ = self.gradients(NODES)
         if self.kind == "hexahedron":
             inside, weight = self.gradients(self.degree)
             d = self._with_internal(d, self._widened(inside, self.degree), weight)
             grad = self._widened(grad, NODES)
-        sigma = self._cauchy(d, grad, dx)
+        sigma = self.elasticity.stress(grad, d)
         values = np.stack([sigma[:, :, "xyz".index(a), "xyz".index(b)] for a, b in SIX], axis=2)
         return {"": (SIX, values)}
 
@@ -203,22 +201,16 @@ class SolidBlock:
         if self.kind == "hexahedron":
             grad = self._widened(grad, degree)
             d = self._with_internal(d, grad, dx)
-        return self._cauchy(d, grad, dx)
+        return self.elasticity.stress(grad, d)
 
     def _with_internal(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
         """Displacements ``(ne, nn + 3, 3, k)`` with the internal ones that `_widened` gradients at a rule condense."""
         internal = _internal(self._elastic(grad, dx), 24) @ d.reshape(len(d), 24, -1)
         return np.concatenate([d, internal.reshape(len(d), 3, 3, -1)], axis=1)
 
-    def _cauchy(self, d: np.ndarray, grad: np.ndarray, dx: np.ndarray) -> np.ndarray:
-        mat, sigma = self.section.material, np.empty((*dx.shape, 3, 3, d.shape[3]))
-        lam = mat.E * mat.nu / ((1 + mat.nu) * (1 - 2 * mat.nu))
-        in_threads(isotropic_stress, len(d), grad, np.ascontiguousarray(d), lam, mat.G, sigma)
-        return sigma
-
     def piece(self, some: slice | np.ndarray) -> SolidBlock:
         """Return the block of `some` of the elements."""
-        return replace(self, nodes=self.nodes[some], x=self.x[some])
+        return replace(self, nodes=self.nodes[some], x=self.x[some], elasticity=self.elasticity.piece(some))
 
     def _straight(self) -> bool:
         if self.kind != "tetra10":

@@ -12,6 +12,7 @@ from modalprep.fe.links.components import ALIGNED, oblique
 from modalprep.fe.mesh.mesh import Mesh, SupportSet
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.suggest import suggestion
+from modalprep.vectors import frame_of_axes
 
 Vector = tuple[float, float, float]
 
@@ -61,7 +62,7 @@ class Support(NodeSet):
         if self.components is not None and (not self.components or set(self.components) - set("123456")):
             raise InputError(f"components {self.components!r} of a support are not digits 1 to 6; give such as '123'")
         if self.axes is not None:
-            self._frame()
+            frame_of_axes(self.axes, "a support")
 
     def held(self, mesh: Mesh, used: np.ndarray) -> SupportSet:
         """Return the nodes with their components and axes; queries by position choose among the nodes `used`.
@@ -78,18 +79,12 @@ class Support(NodeSet):
             return mesh.supports[self.set]
         nodes = self.nodes(mesh, used)
         components = np.array([digit in (self.components or "123456") for digit in "123456"])
-        axes = np.zeros((0, 3, 3)) if self.axes is None else np.tile(self._frame(), (len(nodes), 1, 1))
+        axes = (
+            np.zeros((0, 3, 3))
+            if self.axes is None
+            else np.tile(frame_of_axes(self.axes, "a support"), (len(nodes), 1, 1))
+        )
         return SupportSet(nodes=nodes, components=np.tile(components, (len(nodes), 1)), axes=axes)
-
-    def _frame(self) -> np.ndarray:
-        e1, plane = (np.asarray(v, dtype=float) for v in self.axes)
-        e3 = np.cross(e1, plane)
-        if not np.linalg.norm(e3) > ALIGNED * np.linalg.norm(e1) * np.linalg.norm(plane):
-            raise InputError(
-                f"axes {[list(v) for v in self.axes]} of a support lie on one line; give e1 and one beside it"
-            )
-        e1, e3 = e1 / np.linalg.norm(e1), e3 / np.linalg.norm(e3)
-        return np.array([e1, np.cross(e3, e1), e3])
 
     def __repr__(self) -> str:
         """The set or the nodes."""

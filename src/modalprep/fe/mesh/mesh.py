@@ -135,7 +135,7 @@ class Mesh(Record):
     data : {name: {cell type: (n_cells, ...) float}}
         Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
         beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
-        rows e1, e2, e3 of a spring.
+        rows e1, e2, e3 of a spring or of a solid's material.
     notes : tuple of str
         Messages for the user about content that the reader left out.
 

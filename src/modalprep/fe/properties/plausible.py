@@ -8,6 +8,7 @@ from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Beam, Property, Shell, Truss
 
 MODULUS = (1e6, 1e14)  # Pa, from soft rubber to stand-ins for rigid parts; metals in MPa have 4e4 to 4e5
+METALS = (1e6, 2e12)  # of these, by which another unit is suggested
 GEL = ((1e4, 3e4), (900.0, 1200.0))  # Pa and kg/m^3 of gels, which are mostly water
 DENSITY = (25.0, 2.3e4)  # kg/m^3, to osmium, which has 22.6 in g/cm^3
 CORE = (1e7, 5.0)  # Pa: below it also light foams and honeycombs of this density exist
@@ -52,7 +53,7 @@ def implausible_sections(sections: Mapping[str, Property], size: float) -> list[
 
 def _meant(what: str, value: float, span: tuple[float, float]) -> str:
     """Return the unit in which a value would be plausible, or what to check."""
-    low, high = (DENSITY[0], DENSITY[1]) if what == "density" else span
+    low, high = {"density": DENSITY, "modulus": METALS}.get(what, span)
     for unit, factor in OTHERS[what]:
         if low <= value * factor <= high:
             return f"did you mean {value:.3g} {unit}?"

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from modalprep.errors import InputError
-from modalprep.fe.properties.materials import Material, Orthotropic, refuse_not_positive
+from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D, refuse_not_positive
 from modalprep.suggest import refuse_unknown
+from modalprep.vectors import frame_of_axes
 
 Vector = tuple[float, float, float]
 BeamTheory = Literal["timoshenko", "euler-bernoulli"]
@@ -236,9 +237,18 @@ class Shell(Property):
 class Solid(Property):
     """Three-dimensional continuum of tetrahedra, wedges and hexahedra of first or second order.
 
+    The mesh may override the axes of the material for single elements (``Mesh.data``, "frame").
+
     Attributes
     ----------
-    material : Material
+    material : Material, Orthotropic3D or Anisotropic
+    axes : two (3,) vectors or None
+        e1, and a direction in the plane of e1 and e2, of the material's axes in those of the mesh; None takes these.
+
+    Raises
+    ------
+    InputError
+        When the material is one of shells, or the axes lie on one line.
 
     References
     ----------
@@ -250,4 +260,12 @@ class Solid(Property):
     0.3
     """
 
-    material: Material
+    material: Material | Orthotropic3D | Anisotropic
+    axes: tuple[Vector, Vector] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse laminae and axes on one line."""
+        if isinstance(self.material, Orthotropic):
+            raise InputError("a solid cannot be made of a lamina, which lacks E3, nu13, nu23; give an Orthotropic3D")
+        if self.axes is not None:
+            frame_of_axes(self.axes, "a solid")

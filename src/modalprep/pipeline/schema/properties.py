@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.errors import InputError
-from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Beam, Ply, Shell, Solid, Truss
 from modalprep.fe.properties.sections import beam_section
@@ -30,7 +30,7 @@ from modalprep.pipeline.schema.quantities import (
 )
 from modalprep.suggest import refuse_unknown
 
-Materials = Mapping[str, Material | Orthotropic]
+Materials = Mapping[str, Material | Orthotropic | Orthotropic3D | Anisotropic]
 
 
 class MaterialTable(Table):
@@ -63,16 +63,54 @@ class OrthotropicTable(Table):
         return Orthotropic(**self.model_dump(exclude={"type"}))
 
 
+class OrthotropicSolidTable(Table):
+    """An orthotropic material of solids, SI."""
+
+    type: Literal["orthotropic_solid"]
+    E1: Stress = Field(description="Young's modulus along axis 1, Pa")
+    E2: Stress = Field(description="along axis 2, Pa")
+    E3: Stress = Field(description="along axis 3, Pa")
+    nu12: float = Field(description="contraction along 2 under tension along 1")
+    nu13: float = Field(description="contraction along 3 under tension along 1")
+    nu23: float = Field(description="contraction along 3 under tension along 2")
+    G12: Stress = Field(description="shear modulus, Pa")
+    G13: Stress = Field(description="shear modulus, Pa")
+    G23: Stress = Field(description="shear modulus, Pa")
+    rho: Density = Field(description="density, kg/m^3")
+
+    def build(self) -> Orthotropic3D:
+        """Return the material in SI."""
+        return Orthotropic3D(**self.model_dump(exclude={"type"}))
+
+
+class AnisotropicTable(Table):
+    """An anisotropic material of solids, SI."""
+
+    type: Literal["anisotropic"]
+    C: Annotated[list[Stress], Field(min_length=21, max_length=21)] = Field(
+        description="upper triangle of the moduli, row by row, of strains 11, 22, 33, 12, 23, 13, Pa"
+    )
+    rho: Density = Field(description="density, kg/m^3")
+
+    def build(self) -> Anisotropic:
+        """Return the material in SI."""
+        return Anisotropic(C=tuple(self.C), rho=self.rho)
+
+
 def _material_type(table: Any) -> str:
     return str(table.get("type", "isotropic")) if isinstance(table, dict) else getattr(table, "type", "isotropic")
 
 
 AnyMaterial = Annotated[
-    Annotated[MaterialTable, Tag("isotropic")] | Annotated[OrthotropicTable, Tag("orthotropic")],
+    Annotated[MaterialTable, Tag("isotropic")]
+    | Annotated[OrthotropicTable, Tag("orthotropic")]
+    | Annotated[OrthotropicSolidTable, Tag("orthotropic_solid")]
+    | Annotated[AnisotropicTable, Tag("anisotropic")],
     Discriminator(
         _material_type,
         custom_error_type="material_type",
-        custom_error_message="type of a material is 'isotropic' (the default) or 'orthotropic'",
+        custom_error_message="type of a material is 'isotropic' (the default), 'orthotropic' (shells), "
+        "'orthotropic_solid' or 'anisotropic'",
     ),
 ]
 
@@ -81,7 +119,8 @@ def find_material(name: str, materials: Materials, kinds: tuple[type, ...]) -> A
     """Return the material of that name; refuse one that is not there or not of the `kinds`."""
     refuse_unknown(name, materials, "material")
     if not isinstance(materials[name], kinds):
-        raise InputError(f"material {name!r} is orthotropic: only shells and plies can be made of it")
+        made = "shells and plies" if isinstance(materials[name], Orthotropic) else "solids"
+        raise InputError(f"material {name!r} is not isotropic: only {made} can be made of it")
     return materials[name]
 
 
@@ -199,10 +238,15 @@ class SolidTable(Table):
 
     type: Literal["solid"]
     material: str
+    axes: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
+        None, description="e1, and a direction in the plane of e1 and e2, of the material; default those of the mesh"
+    )
 
     def build(self, materials: Materials) -> Solid:
         """Return the property in SI."""
-        return Solid(material=find_material(self.material, materials, (Material,)))
+        axes = None if self.axes is None else tuple(map(tuple, self.axes))
+        kinds = (Material, Orthotropic3D, Anisotropic)
+        return Solid(material=find_material(self.material, materials, kinds), axes=axes)
 
 
 class MassTable(Table):

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from modalprep.errors import InputError
 from modalprep.fe.mesh.mesh import Equation, Link, Mesh, SupportSet
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.nastran.cards import Card
@@ -84,11 +83,14 @@ class Builder:
             self.properties[name] = BUILDERS[source.name](self.conversion, source)
         return name
 
+    @property
+    def has_elements(self) -> bool:
+        """Whether there are cells that are no points."""
+        return any(kind != "vertex" for kind in self.cells)
+
     def mesh(self, path: Path, sha256: str, notes: list[str]) -> Mesh:
         """Return the finished mesh."""
-        if not any(kind != "vertex" for kind in self.cells):
-            raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
-        if self.bare:
+        if self.bare and self.has_elements:
             notes.append("the deck has no property cards; its groups have no sections")
         if self.fluid:
             notes.append(f"left out: {self.fluid} elements of the fluid; neither its mass nor its pressure acts")

@@ -12,12 +12,14 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.nastran import constraints as nastran_constraints
 from modalprep.fe.readers.nastran import elements as nastran_elements
 from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.nastran.superelements import read_parts, sections
 from modalprep.fe.readers.nastran.unused import unused
 
 # Cards with an id share it within a family; every other card that is read stands for itself.
@@ -29,7 +31,17 @@ FAMILY = {
     **dict.fromkeys(("PBEAM", "PBEAML"), "beam"),
     **{"GRID": "grid", "PROD": "rod", "PSOLID": "solid", "PBUSH": "bush", "PELAS": "elas"},
 }
-LISTS = ("GRDSET", "BAROR", "BEAMOR", "PARAM", "SPOINT", "SPCADD", *nastran_links.SUPPORTS, *nastran_links.NODE_SETS)
+LISTS = (
+    "GRDSET",
+    "BAROR",
+    "BEAMOR",
+    "PARAM",
+    "SPOINT",
+    "SPCADD",
+    *nastran_constraints.LISTS,
+    *nastran_links.SUPPORTS,
+    *nastran_links.NODE_SETS,
+)
 SKIPPED = re.compile(
     r"PLOTEL|FORCE\d?|MOMENT\d?|PLOAD\d?|GRAV|ACCEL1?|RFORCE|[DT]?LOAD\d?|[RT]LOAD\d|DAREA|TABLE\w*|TABD\w*|EIG\w+|TSTEP\w*"
     r"|FREQ\d?|SET\d|TEMP\w*|DPHASE|DELAY|D(RESP|ESVAR|CONSTR|VPREL|OPTPRM)\w*|MDLPRM|NLPARM|SPCD|CSUPEXT|OMIT1?|ECHO\w*"
@@ -75,9 +87,20 @@ def read_nastran(path: Path, length: float, mass: float) -> Mesh:
     deck = read_cards(path)
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
-            return _mesh(path, deck, Units(length=length, mass=mass))
+            return _whole(path, deck, Units(length=length, mass=mass))
     except ArithmeticError:
         raise InputError(f"{path.name}: its numbers overflow; correct its coordinates and values") from None
+
+
+def _whole(path: Path, deck: Deck, units: Units) -> Mesh:
+    parts = sections(deck.cards)
+    if len(parts) == 1:
+        mesh = _mesh(path, deck, units)
+    else:
+        mesh = read_parts(parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units))
+    if all(kind == "vertex" for kind in mesh.cells):
+        raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
+    return mesh
 
 
 def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
@@ -90,6 +113,7 @@ def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
     for card in deck.cards:
         if handler := HANDLERS.get(card.name):
             builder.add(card, handler)
+    nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
     return builder.mesh(path, deck.sha256, notes)
 
@@ -105,11 +129,9 @@ def _filed(cards: list[Card]) -> tuple[Tables, list[str]]:
                 known = tables.setdefault(family, {}).setdefault(entry.id, entry)
                 if known.fields != entry.fields or known.name != entry.name:
                     raise entry.error(f"another {known.name} in line {known.line} has this id; keep one of the two")
-        elif card.name in LISTS:
+        elif card.name in (*LISTS, *nastran_constraints.LISTS):
             table = tables.setdefault(card.name, {})
             table[len(table)] = card
-        elif card.name == "BEGIN":
-            raise card.error("superelements in one deck are not read; give each its own deck")
         elif card.name not in HANDLERS and not SKIPPED.fullmatch(card.name):
             unknown.append((card.name[:16], f"{card.file} line {card.line}"))
     return tables, list(left_out(unknown, ADVICE))

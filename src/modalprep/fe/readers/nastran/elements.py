@@ -35,7 +35,20 @@ def _solid(b: Builder, card: Card) -> None:
     if cell.shape == "pyramid":
         _refuse_without_element(b, card, cell, Solid)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
-    b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
+    row = b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
+    _put_material_axes(b, card, cell.name, row, nodes)
+
+
+def _put_material_axes(b: Builder, card: Card, kind: str, row: int, nodes: list[int]) -> None:
+    """Give a cell the axes of its material, PSOLID's CORDM, in its middle; the basic ones need not be given."""
+    section = b.tables.get("solid", {}).get(card.integer(1, "PID", card.id, lowest=1))
+    number = 0 if b.bare or section is None else section.integer(2, "CORDM", 0)
+    if number == 0 or b.conversion.materials[section.integer(1, "MID")].name == "MAT1":
+        return
+    if number < 0:
+        raise section.error("CORDM = -1 (axes of the element) is not read; give a coordinate system or 0")
+    axes = b.grids.system(section, number).at(b.grids.points[nodes].mean(axis=0))
+    b.put("frame", kind, row, axes)
 
 
 def _is_fluid(b: Builder, card: Card) -> bool:

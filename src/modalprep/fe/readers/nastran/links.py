@@ -7,52 +7,30 @@ from itertools import pairwise
 
 import numpy as np
 
-from modalprep.fe.mesh.mesh import Link, SupportSet
+from modalprep.fe.mesh.mesh import SupportSet
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
+from modalprep.fe.readers.nastran.constraints import (
+    components_of,
+    digits_of,
+    made_link,
+    mean_equations,
+    pairs,
+    rbar,
+    rbe1,
+    rigid_link,
+    rrod,
+)
 
 SUPPORTS = ("SPC", "SPC1")
 NODE_SETS = ("SUPORT", "SUPORT1", "ASET", "ASET1", "BSET", "BSET1", "CSET", "CSET1", "QSET", "QSET1")
-
-
-def _components(b: Builder, card: Card, text: str, nodes: list[int]) -> np.ndarray:
-    """Return which of the six components a text such as 123 names; parts of a triple need basic axes."""
-    named = _digits(card, text)
-    mask = np.array([c in named for c in "123456"])
-    whole = all(mask[s].all() or not mask[s].any() for s in (slice(3), slice(3, 6)))
-    if not whole and any(not np.allclose(b.grids.displacement(i), np.eye(3), atol=1e-9) for i in nodes):
-        raise card.error(f"components {text} refer to a displacement system CD; give 123, 456 or 123456")
-    return mask
-
-
-def _digits(card: Card, text: str) -> set[str]:
-    if not text or set(text) - set("123456"):
-        raise card.error(f"components {text!r} are not made of the digits 1 to 6; give such as 123456")
-    return set(text)
 
 
 def _rbe2(b: Builder, card: Card) -> None:
     last = Card(card.name, card.fields[:-1], card.file, card.line) if "." in card.fields[-1] else card  # ALPHA
     node = b.grids.node(card, 1, "GN")
     nodes = [b.grids.of(card, number) for number in last.numbers(3, "GM", b.grids.ids)]
-    _link(b, card, "rbe2", node, nodes, _components(b, card, card.text(2), nodes))
-
-
-def _link(b: Builder, card: Card, kind: str, node: int, nodes: list[int], mask: np.ndarray, weights=()) -> None:
-    if not nodes or node in nodes or len(set(nodes)) < len(nodes):
-        raise card.error("it joins no grids, or one grid twice; name every grid once")
-    weights = np.array(weights, dtype=float)
-    b.links.append(Link(kind=kind, node=node, nodes=np.array(nodes), components=mask, weights=weights))
-
-
-def _rbar(b: Builder, card: Card) -> None:
-    independent = [card.text(3), card.text(4)]
-    rest = [text for text in card.fields[5:7] if text not in ("", "0", "123456")]
-    if sorted(text if text != "0" else "" for text in independent) != ["", "123456"] or rest:
-        raise card.error("it is not rigid from one end to the other; give CNA = 123456 and leave CNB, CMA, CMB blank")
-    a, c = (b.grids.node(card, k, f"G{end}") for k, end in ((1, "A"), (2, "B")))
-    node, follower = (a, c) if independent[0] == "123456" else (c, a)
-    _link(b, card, "rbe2", node, [follower], np.ones(6, dtype=bool))
+    rigid_link(b, card, node, nodes, np.tile(components_of(card, card.text(2)), (len(nodes), 1)))
 
 
 def _rbe3(b: Builder, card: Card) -> None:
@@ -60,8 +38,6 @@ def _rbe3(b: Builder, card: Card) -> None:
     node = b.grids.node(card, 2, "REFGRID")
     words = [text for text in card.fields[4:] if text]
     stop = min((words.index(w) for w in ("UM", "ALPHA") if w in words), default=len(words))
-    if "UM" in words:
-        b.conversion.note("RBE3: the UM set is left out, the reference grid depends on the others")
     nodes, weights, k = [], [], 0
     starts = [i for i, w in enumerate(words[:stop]) if "." in w] + [stop]
     if starts[0] or stop == 0:
@@ -72,10 +48,21 @@ def _rbe3(b: Builder, card: Card) -> None:
             b.conversion.note("RBE3: every independent grid counts with components 123")
         found = [b.grids.of(card, number) for number in group.numbers(2, "a grid", b.grids.ids)]
         nodes, weights = nodes + found, weights + [group.real(0, "a weight")] * len(found)
-    _link(b, card, "rbe3", node, nodes, _components(b, card, card.text(3), [node]), weights)
+    mask, axes = components_of(card, card.text(3)), b.grids.displacement(node)[None]
+    link = made_link(b, card, "rbe3", node, nodes, mask, axes, weights)
+    if "UM" in words:
+        mean_equations(b, card, link, [number for number, _ in pairs(card, words[words.index("UM") + 1 :])])
+    else:
+        b.links.append(link)
 
 
-HANDLERS: dict[str, Callable[[Builder, Card], None]] = {"RBE2": _rbe2, "RBE3": _rbe3, "RBAR": _rbar}
+HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
+    "RBE2": _rbe2,
+    "RBE3": _rbe3,
+    "RBAR": rbar,
+    "RBE1": rbe1,
+    "RROD": rrod,
+}
 
 
 def add_node_sets(b: Builder) -> None:
@@ -100,12 +87,12 @@ def _supports(b: Builder) -> dict[str, dict[int, set[str]]]:
     """Return which components of which grids each set holds."""
     found: dict[str, dict[int, set[str]]] = {"grid_ps": {}}
     for node, text in b.grids.held.items():
-        found["grid_ps"][node] = _digits(b.grids.cards[node], text)
+        found["grid_ps"][node] = digits_of(b.grids.cards[node], text)
     for card in (card for name in SUPPORTS for card in b.tables.get(name, {}).values()):
         held = found.setdefault(f"spc_{card.id}", {})
         for number, text in _held_by(b, card):
             if not _is_no_structure(b, number):
-                held.setdefault(b.grids.of(card, number), set()).update(_digits(card, text))
+                held.setdefault(b.grids.of(card, number), set()).update(digits_of(card, text))
     for card in b.tables.get("SPCADD", {}).values():
         joined = found.setdefault(f"spc_{card.id}", {})
         for part in (f"spc_{number}" for number in card.numbers(1, "a set", b.grids.ids)):

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from modalprep.fe.properties.materials import Material
 from modalprep.fe.properties.points import Spring
 from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Solid, Truss
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.materials import Conversion, bar_material, density, elastic, made, sheet_material
+from modalprep.fe.readers.nastran.materials import Conversion, bar_material, made, sheet_material, solid_material
 from modalprep.fe.readers.nastran.sections import Section
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
@@ -56,13 +55,10 @@ def rod(conversion: Conversion, card: Card, first: int = 1) -> Truss:
 
 
 def solid(conversion: Conversion, card: Card) -> Solid:
-    """PSOLID of isotropic material."""
+    """PSOLID; the axes of its material come with the elements."""
     if card.text(6) not in ("", "SMECH"):
         raise card.error(f"FCTN {card.text(6)} is not a structure; leave the fluid out of the deck")
-    source = conversion.material(card, 1, "MID", ("MAT1",))
-    E, _, nu = elastic(source)
-    material = made(source, Material, E=E * conversion.units.stress, nu=nu, rho=density(conversion, source, 4))
-    return Solid(material=material)
+    return Solid(material=solid_material(conversion, conversion.material(card, 1, "MID", ("MAT1", "MAT9", "MAT11"))))
 
 
 def pshell(conversion: Conversion, card: Card) -> Shell:

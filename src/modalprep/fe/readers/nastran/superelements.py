@@ -1,0 +1,91 @@
+"""Nastran part superelements (BEGIN SUPER): each part a mesh of its own, joined to the others at its boundary grids."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from itertools import combinations
+
+from scipy.spatial import cKDTree
+
+from modalprep.fe.mesh.join import join_meshes
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.nastran.cards import Card
+
+NUMBER = re.compile(r"SUPER\s*=\s*(\d+)")
+OWN = ("SEBULK", "SECONCT", "SETREE", "SEELT", "SEEXCLD", "SELABEL", "SEBNDRY", "SESET", "SECSET1", "SEQSET1")
+REFUSED = {"SELOC": "it moves a part", "SEMPLN": "it mirrors a part", "CSUPER": "its part has no cards of its own"}
+TOLERANCE = 1e-5  # of Nastran, in units of the deck
+Pair = tuple[tuple[int, int], tuple[int, int]]
+
+
+def sections(cards: list[Card]) -> dict[int, list[Card]]:
+    """Return the cards of each part by its number, those of the residual structure by 0.
+
+    Raises
+    ------
+    InputError
+        When a part has no number, or a card moves, copies or replaces a part.
+    """
+    found: dict[int, list[Card]] = {0: []}
+    part = 0
+    for card in cards:
+        if card.name == "BEGIN":
+            match = NUMBER.search("BEGIN SU" + "".join(card.fields) if card.fields else "")
+            if not match:
+                raise card.error("the number of the superelement is missing; write BEGIN SUPER = 1")
+            part = int(match[1])
+            found.setdefault(part, [])
+        elif card.name in REFUSED:
+            raise card.error(f"{REFUSED[card.name]}, which is not read; give the parts in place, as parts of their own")
+        else:
+            found[part].append(card)
+    return found
+
+
+def read_parts(parts: dict[int, list[Card]], build: Callable[[int, list[Card]], Mesh]) -> Mesh:
+    """Return the mesh of the residual structure and of all parts, joined by SECONCT and where grids coincide.
+
+    Groups and supports of part 2 begin with ``part2_``; `join_meshes` says which numbers the grids have.
+    """
+    own = {number: [card for card in cards if card.name not in OWN] for number, cards in parts.items()}
+    meshes = {number: build(number, cards) for number, cards in own.items() if any(c.name == "GRID" for c in cards)}
+    tables = [card for cards in parts.values() for card in cards if card.name in OWN]
+    manual = set()
+    for card in (card for card in tables if card.name == "SEBULK"):
+        if card.text(1) not in ("", "PRIMARY"):
+            raise card.error(f"a part of type {card.text(1)} is not read; give PRIMARY parts with their own cards")
+        manual |= {card.id} if card.text(3) == "MANUAL" else set()
+    same = [pair for card in tables if card.name == "SECONCT" for pair in _connected(card, meshes)]
+    same += _coincident({number: mesh for number, mesh in meshes.items() if number not in manual})
+    rows = {number: {int(grid): k for k, grid in enumerate(mesh.labels)} for number, mesh in meshes.items()}
+    return join_meshes(meshes, [tuple((part, rows[part][grid]) for part, grid in pair) for pair in same])
+
+
+def _connected(card: Card, meshes: dict[int, Mesh]) -> Iterator[Pair]:
+    """Yield the grids that a SECONCT joins: pairs, or two ranges of the same length."""
+    a, b = card.integer(0, "SEIDA", lowest=0), card.integer(1, "SEIDB", lowest=0)
+    words = [text for text in card.fields[8:] if text]
+    while words:
+        span = 6 if words[1:2] == ["THRU"] else 2
+        inner, words = Card(card.name, words[:span], card.file, card.line), words[span:]
+        at = (0, 3) if span == 6 else (0, 1)
+        first, second = (inner.integer(k, "a grid", lowest=1) for k in at)
+        count = inner.integer(2, "the last grid") - first + 1 if span == 6 else 1
+        for k in range(count):
+            pair = (a, first + k), (b, second + k)
+            if all(part in meshes and grid in meshes[part].labels for part, grid in pair):
+                yield pair
+            elif span == 2 and any(part in meshes and grid in meshes[part].labels for part, grid in pair):
+                raise card.error(f"grids {first} and {second} cannot be joined, because one of them is not in its part")
+
+
+def _coincident(meshes: dict[int, Mesh]) -> list[Pair]:
+    """Return the grids of different parts that lie in one place."""
+    found = []
+    for (a, one), (b, other) in combinations(meshes.items(), 2):
+        near = cKDTree(one.points).query(other.points, distance_upper_bound=TOLERANCE * one.scale)[1]
+        found += [
+            ((a, int(one.labels[i])), (b, int(other.labels[k]))) for k, i in enumerate(near) if i < len(one.points)
+        ]
+    return found

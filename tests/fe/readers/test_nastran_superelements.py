@@ -1,0 +1,112 @@
+"""Part superelements (BEGIN SUPER): joined parts are the structure that was not divided."""
+
+import os
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import modalprep as mp
+from modalprep.errors import InputError
+
+DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data")) / "superelements"
+needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of foreign decks is not there")
+
+SECTION = "PBAR,1,1,.1,.01,.01,.001\nMAT1,1,2.9+7,1.1+7,.3,7.357-4\n"
+GRIDS = [f"GRID,{i + 1},,{float(i)},0.,0.\n" for i in range(11)]
+BARS = [f"CBAR,{i + 1},1,{i + 1},{i + 2},0.,1.,0.\n" for i in range(10)]
+WHOLE = "".join(GRIDS) + "".join(BARS) + SECTION + "SPC,1,1,123456\n"
+ONE = "".join(GRIDS[5:]) + "".join(BARS[5:]) + SECTION
+TWO = "".join(GRIDS[:6]) + "".join(BARS[:5]) + SECTION + "SPC,1,1,123456\n"
+JOINED = "SECONCT,1,0\n,6,6\nSECONCT,2,0\n,6,6\n"
+RESIDUAL = "GRID,6,,5.,0.,0.\n"
+BASE = {"base": mp.Interface(kind="support")}
+
+
+def parts(residual, one=ONE, two=TWO):
+    return "CEND\nBEGIN BULK\n" + residual + "BEGIN SUPER=1\n" + one + "BEGIN SUPER=2\n" + two
+
+
+def frequencies(mesh, held):
+    model = mp.assemble(mesh, {}, BASE, supports={name: mp.Support(set=name) for name in held})
+    return mp.craig_bampton(model, modes=6).table.frequency[:6]
+
+
+JOINS = {
+    "by pairs": RESIDUAL + JOINED,
+    "by pairs alone": RESIDUAL + JOINED + "SEBULK,1,PRIMARY,,MANUAL\nSEBULK,2,PRIMARY,,MANUAL\n",
+    "by ranges": RESIDUAL + JOINED.replace(",6,6\n", ",6,THRU,6,6,THRU,6\n"),
+    "by places": RESIDUAL + "SEBULK,1,PRIMARY\n",
+    "part to part": "PARAM,POST,0\n",
+    "in the residual": "".join(GRIDS[5:]) + "".join(BARS[5:]) + SECTION,
+}
+
+
+@pytest.mark.parametrize("residual", JOINS.values(), ids=list(JOINS))
+def test_joined_parts_are_the_whole(read, residual):
+    whole = frequencies(read(WHOLE), ["spc_1"])
+    inside = residual is JOINS["in the residual"]
+    mesh = read(parts(residual, "PARAM,POST,0\n" if inside else ONE), name="parts.dat")
+    assert len(mesh.points) == 11
+    assert sorted(mesh.labels.tolist()) == list(range(1, 12))
+    np.testing.assert_allclose(frequencies(mesh, ["part2_spc_1"]), whole, rtol=1e-10)
+    assert {"part2_pbar_1", "part2_spc_1"} <= set(mesh.groups)
+
+
+def test_numbers_that_parts_share(read):
+    """Part 2 numbers its grids as part 1 does; its own numbers follow its number."""
+    shifted = TWO
+    for old in range(6, 0, -1):
+        shifted = shifted.replace(f"GRID,{old},", f"GRID,{old + 5},")
+    bars = "".join(f"CBAR,{i + 1},1,{i + 6},{i + 7},0.,1.,0.\n" for i in range(5))
+    two = "".join(line + "\n" for line in shifted.splitlines() if not line.startswith(("CBAR", "SPC"))) + bars
+    mesh = read(parts(RESIDUAL + "SECONCT,1,0\n,6,6\nSECONCT,2,0\n,11,6\n", two=two + "SPC,1,6,123456\n"))
+    assert mesh.labels.tolist() == [6, 7, 8, 9, 10, 11, 206, 207, 208, 209, 210]
+    np.testing.assert_allclose(frequencies(mesh, ["part2_spc_1"]), frequencies(read(WHOLE), ["spc_1"]), rtol=1e-10)
+    assert mp.Support(node=206).nodes(mesh, np.arange(11)).tolist() == [6]
+
+
+BAD = {
+    "no number": (WHOLE + "BEGIN SUPER\n", "the number of the superelement is missing"),
+    "moved": (parts(RESIDUAL + "SELOC,1,2,3,4\n"), "SELOC 1: it moves a part, which is not read"),
+    "external": (parts(RESIDUAL + "SEBULK,1,EXTERNAL\n"), "a part of type EXTERNAL is not read"),
+    "not there": (parts(RESIDUAL + "SECONCT,1,0\n,60,6\n"), "grids 60 and 6 cannot be joined"),
+}
+
+
+@pytest.mark.parametrize(("text", "said"), BAD.values(), ids=list(BAD))
+def test_one_sentence(read, text, said):
+    with pytest.raises(InputError, match=said):
+        read(text)
+
+
+@needs_data
+def test_two_parts_of_a_cantilever_as_nastran_has_them(tmp_path):
+    """MSC Nastran's frequencies of the undivided beam (data/superelements), with its lumped mass put in by hand."""
+    (tmp_path / "deck").mkdir()
+    for file in DATA.glob("cantileverBar?.dat"):
+        shutil.copy(file, tmp_path)
+    shutil.copy(DATA / "cbSuper3Modes.dat", tmp_path / "deck")
+    expected = [349.7288, 2167.324, 6007.803, 11650.23]  # noReduction.f06
+    for path, held in (
+        (tmp_path / "deck" / "cbSuper3Modes.dat", ["part2_spc_1", "part1_grid_ps", "part2_grid_ps"]),
+        (DATA / "noReduction.dat", ["spc_1", "grid_ps"]),
+    ):
+        mesh = mp.read_mesh(path)
+        model = mp.assemble(mesh, {}, BASE, supports={name: mp.Support(set=name) for name in held})
+        K = (model.C.T @ model.K @ model.C).toarray()
+        bars = mesh.cells["line"]
+        length = np.linalg.norm(np.subtract(*mesh.points[bars.T]), axis=1)
+        lumped = np.zeros(model.n_dof)
+        for end in bars.T:
+            np.add.at(lumped, model.dof[end, :3], (7.357e-4 * 0.1 * length / 2)[:, None])
+        M = model.C.T @ (lumped[:, None] * model.C.toarray())
+        root = np.searchsorted(model.free, model.interfaces[0].dofs)
+        keep = np.setdiff1d(np.arange(len(K)), root)
+        K, M = K[np.ix_(keep, keep)], M[np.ix_(keep, keep)]
+        flexibility = np.linalg.inv(K)  # the rotations have no mass: 1 / w^2 are the eigenvalues of m K^-1 m, m^2 = M
+        root = np.sqrt(np.diag(M))
+        found = np.sort(1 / np.sqrt(eigh(root[:, None] * flexibility * root, eigvals_only=True)[-4:])) / (2 * np.pi)
+        np.testing.assert_allclose(found, expected, rtol=1e-6)  # seven digits are printed
