@@ -78,6 +78,8 @@ def quality(
         refuse_overwriting([picture], needed_files(file) if file.suffix == ".toml" else [file])
     mesh, found = _mesh_quality(file, length_unit)
     quality_table(found, reporter.console)
+    for note in mesh.notes:
+        reporter.say(f"note: {note}")
     if picture:
         from modalprep.report.pictures.mesh_picture import render_findings
 

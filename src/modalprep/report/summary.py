@@ -65,6 +65,7 @@ def quality(mesh: Any, found: Any) -> dict[str, Any]:
         "errors": len(found.errors),
         "warnings": len(found.warnings),
         "findings": [finding.summary(mesh.labels) for finding in found.findings],
+        "notes": list(mesh.notes),
     }
 
 

@@ -92,6 +92,15 @@ def test_every_quiet_command_is_quiet(read, name):
     assert read(f"{name},1", *CUBE).notes == ()
 
 
+def test_what_is_ignored_is_counted(tmp_path):
+    path = deck(tmp_path, [*CUBE, "ET,2,174", *eblock((1, 2, 3, 4), kind=2, first=2), "CERIG,1,2,ALL"])
+    mesh = mp.read_mesh(path, ignore=["CONTA174", "cerig"])
+    assert len(mesh.cells) == 1
+    assert mesh.notes[0].startswith("left out: 1 CERIG (line 26), 1 elements CONTA174 (line 24)")
+    with pytest.raises(InputError, match="has no 'CPINTF' to ignore; .*it has"):
+        mp.read_mesh(path, ignore=["CONTA174", "CERIG", "CPINTF"])
+
+
 def test_unknown_commands_are_counted(read):
     notes = read("GAUGE,1", "GAUGE,2", *CUBE).notes
     assert notes[0].startswith("left out: 2 GAUGE (first in line 2)")

@@ -23,6 +23,7 @@ from modalprep.fe.elements.mass import MassObjects
 from modalprep.fe.links.constraints import constrain
 from modalprep.fe.links.interface import Connection, Interface, connect, interface_position
 from modalprep.fe.links.support import Support, held_nodes
+from modalprep.fe.mesh.left_out import explained
 from modalprep.fe.mesh.mesh import Mesh, SupportSet
 from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.points import PointMass
@@ -30,6 +31,7 @@ from modalprep.fe.properties.properties import Property
 from modalprep.suggest import refuse_other
 
 
+@explained
 def assemble(
     mesh: Mesh,
     properties: Mapping[str, Property],

@@ -13,6 +13,8 @@ from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_sampl
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.vectors import skew
 
+ROUNDING = 1e-14
+
 
 @dataclass(frozen=True, eq=False)
 class MassBlock:
@@ -136,6 +138,7 @@ class SpringBlock(Corotational):
         T = node_transformation(frame, arm).reshape(len(nodes), nodes.shape[1], 6, nodes.shape[1], 6)
         strain = np.stack([sign[i] * T[:, i, :, i] for i in range(len(sign))], axis=2)[..., : 6 if rotates else 3]
         strain = np.ascontiguousarray(strain).reshape(len(nodes), 6, -1)
+        strain[np.abs(strain) <= ROUNDING * np.abs(arm).max()] = 0.0  # a rotation that does nothing is no DOF
         return cls(section, nodes, strain, arm, sign, frame, 6 if rotates else 3)
 
     def stiffness(self) -> np.ndarray:

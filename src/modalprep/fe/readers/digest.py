@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 
+from modalprep.fe.readers.abaqus.lexer import read_blocks
 from modalprep.fe.readers.nastran.cards import read_cards
 
 NASTRAN = {".bdf", ".dat", ".nas", ".blk"}
@@ -17,6 +18,8 @@ def mesh_digest(path: Path) -> str:
         return ""
     if path.suffix.lower() in NASTRAN:
         return read_cards(path).sha256
+    if path.suffix.lower() == ".inp":
+        return read_blocks(path)[1]
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 

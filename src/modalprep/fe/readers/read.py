@@ -7,6 +7,7 @@ import contextlib
 import hashlib
 import io
 import re
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
-from modalprep.fe.readers.abaqus import read_abaqus
+from modalprep.fe.readers.abaqus.reader import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
 from modalprep.fe.readers.digest import NASTRAN
 from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
@@ -35,28 +36,34 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
+ABAQUS = ".inp"
 ANSYS = {".cdb", ".ans"}
 UNIVERSAL, MED = {".unv", ".uff"}, ".med"
 
 
-def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = None) -> Mesh:
+def read_mesh(
+    path: str | Path, length_unit: str = "m", mass_unit: str | None = None, ignore: Collection[str] = ()
+) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
-    Nastran decks (.bdf, .dat, .nas) and Ansys archives (.cdb, .ans) provide sections, materials, rigid elements and
-    masses. Abaqus files (.inp) provide
-    nodes, elements and sets. The formats that meshio reads (.msh 4.1 is best, .vtu, ...) provide points, cells and
-    groups: the file's cell sets and node sets, its ``gmsh:physical`` numbers with their names, or the integer cell
-    arrays of a .vtu file (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups,
-    is kept once in both groups.
+    Nastran decks (.bdf, .dat, .nas), Ansys archives (.cdb, .ans) and the decks of Abaqus and CalculiX (.inp) provide
+    sections, materials, masses, springs, rigid and averaging elements. Universal files (.unv) and the formats that
+    meshio reads (.msh 4.1 is best, .med, .vtu, ...) provide points, cells and groups: the file's cell sets and node
+    sets, its ``gmsh:physical`` numbers with their names, or the integer cell arrays of a .vtu file
+    (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups, is kept once in both
+    groups.
 
     Parameters
     ----------
     path : str or Path
     length_unit : {"m", "mm", "cm", "km", "in", "ft"}
-        Unit of the file's coordinates, of a Nastran deck also of its sections and materials.
+        Unit of the file's coordinates, of a deck also of its sections and materials.
     mass_unit : {"kg", "g", "t", "lbm", "slug", "slinch"}, optional
-        Unit of mass that makes a Nastran deck's units consistent with seconds (mm and t, in and slinch, m and kg).
+        Unit of mass that makes a deck's units consistent with seconds (mm and t, in and slinch, m and kg).
         A deck in metres is taken to be in kg; with any other unit of length it must be given.
+    ignore : collection of str
+        Keywords of an Abaqus or CalculiX deck that are left out, such as ``"*TIE"`` or ``"*ELEMENT, TYPE=CONN3D2"``; a
+        note counts them.
 
     Returns
     -------
@@ -66,7 +73,8 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     Raises
     ------
     InputError
-        When the file is missing, damaged, truncated, empty or holds NaN coordinates, or a unit is unknown.
+        When the file is missing, damaged, truncated, empty or holds NaN coordinates, its format or a unit is unknown,
+        or a deck has what cannot be read.
 
     Examples
     --------
@@ -77,10 +85,16 @@ def read_mesh(path: str | Path, length_unit: str = "m", mass_unit: str | None = 
     path = Path(path)
     refuse_units(length_unit, mass_unit)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
-    if path.suffix.lower() in NASTRAN | ANSYS:
-        return _read_deck(path, length_unit, mass_unit)
-    if path.suffix.lower() == ".inp":
-        return _checked(read_abaqus(path, LENGTH_UNITS[length_unit]), path)
+    units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
+    reader = {ABAQUS: read_abaqus, **dict.fromkeys(ANSYS, read_ansys)}.get(path.suffix.lower())
+    if reader is not None:
+        return _deck(_checked(reader(path, *units, ignore), path), path, length_unit, mass_unit)
+    if ignore:
+        raise InputError(
+            f"mesh file {path}: 'ignore' names keywords of {ABAQUS} and .cdb decks; leave it out for other files"
+        )
+    if path.suffix.lower() in NASTRAN:
+        return _deck(read_nastran(path, *units), path, length_unit, mass_unit)
     if path.suffix.lower() in UNIVERSAL:
         return _checked(read_universal(path, LENGTH_UNITS[length_unit]), path)
     content = path.read_bytes()
@@ -114,10 +128,8 @@ def refuse_units(length_unit: str, mass_unit: str | None) -> None:
             raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
 
 
-def _read_deck(path: Path, length_unit: str, mass_unit: str | None) -> Mesh:
+def _deck(mesh: Mesh, path: Path, length_unit: str, mass_unit: str | None) -> Mesh:
     """A deck in metres is taken to be in kg; for every other unit of length the unit of mass must be given."""
-    read = read_ansys if path.suffix.lower() in ANSYS else read_nastran
-    mesh = read(path, LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"])
     if mesh.properties and mass_unit is None and length_unit != "m":
         raise InputError(
             f"mesh file {path} brings its own materials: give their mass_unit "
@@ -138,7 +150,11 @@ def _checked(mesh: Mesh, path: Path) -> Mesh:
 
 def _read_with_meshio(path: Path, content: bytes) -> Any:
     import meshio
+    from meshio._helpers import extension_to_filetypes
 
+    if path.suffix.lower() not in extension_to_filetypes:
+        known = ", ".join(sorted({*extension_to_filetypes, *NASTRAN, ABAQUS}))
+        raise InputError(f"mesh file {path}: the format {path.suffix!r} is not known; known are {known}")
     content = content.removeprefix(codecs.BOM_UTF8)
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"
     if path.suffix == ".msh" and not _msh_is_whole(content):

@@ -15,7 +15,11 @@ class MeshTable(Table):
     file: str = Field(description="mesh file, relative to this file; .msh 4.1 is best; .inp, .bdf/.dat, .cdb, .vtu")
     length_unit: str = Field("m", description="unit of its coordinates: m, mm, cm, in, ft")
     mass_unit: str | None = Field(
-        None, description="of a Nastran or Ansys deck's own materials: kg, g, t, lbm, slug, slinch (lbf s^2/in)"
+        None, description="of a deck's own materials: kg, g, t, lbm, slug, slinch (lbf s^2/in)"
+    )
+    ignore: list[str] = Field(
+        default_factory=list,
+        description='keywords of .inp and .cdb decks to leave out, such as "*TIE"; a note counts them',
     )
 
 

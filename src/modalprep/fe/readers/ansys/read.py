@@ -17,6 +17,7 @@ from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.elements import BY_NUMBER, ELEMENTS
 from modalprep.fe.readers.ansys.registry import BY_LETTERS, COMMANDS
 from modalprep.fe.readers.nastran.materials import Units
+from modalprep.suggest import suggestion
 
 ADVICE = "if they carry stiffness, mass or constraints, model them in the pipeline file"
 
@@ -59,8 +60,17 @@ def read_ansys(path: Path, length: float, mass: float, ignore: Collection[str] =
     for element in deck.elements.values():
         _build(builder, element, ignored)
     add_constraints(builder)
+    _refuse_absent(deck, ignored)
     mesh = builder.mesh(hashlib.sha256(content).hexdigest())
     return mesh.with_(notes=(*left_out(deck.skipped, ADVICE), *deck.notes))
+
+
+def _refuse_absent(deck: Deck, ignored: set[str]) -> None:
+    """Refuse names to ignore that the deck does not have."""
+    numbers = {kind.name for kind in deck.types.values()}
+    present = {name for name, _ in deck.skipped} | numbers | {BY_NUMBER.get(number, number) for number in numbers}
+    for name in sorted(ignored - present):
+        raise InputError(f"mesh file {deck.path} has no {name!r} to ignore; {suggestion(name, present, 'it has')}")
 
 
 def turned_nodes(path: Path) -> list[int]:
@@ -78,7 +88,7 @@ def _deck(path: Path, content: bytes, ignored: set[str]) -> Deck:
 def _obey(deck: Deck, command: Command, ignored: set[str]) -> None:
     name = BY_LETTERS.get(command.key)
     if name is None or name in ignored:
-        deck.skipped.append((command.fields[0].upper(), f"line {command.line}"))
+        deck.skipped.append((name or command.fields[0].upper(), f"line {command.line}"))
         return
     entry = COMMANDS[name]
     if entry.treatment == "refused":

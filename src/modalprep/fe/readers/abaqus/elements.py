@@ -1,0 +1,242 @@
+"""Element types of a deck, and the elements: listed, generated and copied."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.readers.abaqus.deck import LABEL, Deck, Element
+from modalprep.fe.readers.abaqus.geometry import label_of
+from modalprep.fe.readers.abaqus.lexer import Block, Row
+from modalprep.fe.readers.coverage import Entry
+
+MOST = 10_000_000  # elements that one line may make
+FULL = "The element is integrated fully here."
+
+
+class Type(NamedTuple):
+    """What elements of a type are: a family of sections, a cell, and the types of the deck."""
+
+    family: str
+    cell: str
+    names: str  # regular expression
+    entry: Entry
+
+
+def _type(family: str, cell: str, names: str, remark: str = "", treatment: str = "") -> Type:
+    return Type(family, cell, names, Entry(treatment or ("approximated" if remark else "read"), remark))
+
+
+TYPES: dict[str, Type] = {
+    "C3D4": _type("solid", "tetra", "C3D4H?T?"),
+    "C3D6": _type("solid", "wedge", "C3D6H?T?"),
+    "C3D8": _type("solid", "hexahedron", "C3D8(H|T|S|HS)?", "It has nine incompatible modes here, as C3D8I."),
+    "C3D8I": _type("solid", "hexahedron", "C3D8IH?", "Its incompatible modes are those of our hexahedron."),
+    "C3D8R": _type("solid", "hexahedron", "C3D8R[HT]?", f"{FULL} It has nine incompatible modes, and no hourglasses."),
+    "C3D10": _type("solid", "tetra10", "C3D10(H|T|M|MH|I|HS|R|MT)?"),
+    "C3D15": _type("solid", "wedge15", "C3D15H?"),
+    "C3D20": _type("solid", "hexahedron20", "C3D20[HT]?"),
+    "C3D20R": _type("solid", "hexahedron20", "C3D20R[HT]?", FULL),
+    "S3, S3R": _type("shell", "triangle", "S3R?S?T?|STRI3|DS3", "The shell is ours; CalculiX makes solids of shells."),
+    "S4, S4R, S4R5": _type(
+        "shell", "quad", "S4R?5?S?W?T?|DS4", "The shell is ours; CalculiX makes solids of shells."
+    ),
+    "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", "The shell is ours; CalculiX makes solids of shells."),
+    "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", "The shell is ours; CalculiX makes solids of shells."),
+    "B31": _type(
+        "beam", "line", "B31R?H?|PIPE31H?",
+        "The beam is exact in statics and its mass consistent, where Abaqus lumps it and CalculiX makes solids of it.",
+    ),
+    "B31OS": _type("beam", "line", "B31OSH?", "Warping of the section is left out."),
+    "B32OS": _type(
+        "beam", "line3", "B32OSH?", "Two straight beams through its middle node; warping of the section is left out."
+    ),
+    "B32": _type("beam", "line3", "B32R?H?|PIPE32H?", "Two straight beams through its middle node."),
+    "B33": _type("beam", "line", "B33H?"),
+    "T3D2": _type("truss", "line", "T3D2[HT]?"),
+    "T3D3": _type("truss", "line3", "T3D3[HT]?", "Two straight bars through its middle node."),
+    "MASS": _type("mass", "vertex", "MASS"),
+    "ROTARYI": _type("rotary inertia", "vertex", "ROTARYI"),
+    "SPRINGA": _type("spring", "line", "SPRINGA"),
+    "SPRING1": _type("spring", "vertex", "SPRING1"),
+    "SPRING2": _type(
+        "spring", "line", "SPRING2", "Between distant nodes it acts through rigid arms to the middle between them."
+    ),
+    "DASHPOTA, DASHPOT1, DASHPOT2": _type(
+        "dashpot", "", "DASHPOT[A12]", "Damping is given in the pipeline file.", "no effect"
+    ),
+    "R3D3, R3D4, RB3D2": _type("rigid", "", "R3D[34]|RB3D2", "Its nodes are those of its *RIGID BODY.", "read"),
+    "CPS3, CPE3, M3D3, SFM3D3": _type(
+        "surface", "triangle", "(CP[SE]|M3D|SFM3D|DC2D)3[HT]?", "Without a section it is a group of surface cells."
+    ),
+    "CPS4, CPE4, M3D4, SFM3D4": _type(
+        "surface", "quad", "(CP[SE]|M3D|SFM3D|DC2D)4[RIHT]?", "Without a section it is a group of surface cells."
+    ),
+    "CPS6, CPE6, M3D6, SFM3D6": _type(
+        "surface", "triangle6", "(CP[SE]|M3D|SFM3D|DC2D)6[MHT]?", "Without a section it is a group of surface cells."
+    ),
+    "CPS8, CPE8, M3D8, SFM3D8": _type(
+        "surface", "quad8", "(CP[SE]|M3D|SFM3D|DC2D)8[RHT]?", "Without a section it is a group of surface cells."
+    ),
+}  # fmt: skip
+NODES = {"spring": 2, "dashpot": 2}
+COLLAPSED = {  # cells whose corners fall together: which are left, of which cell
+    ("hexahedron", (0, 1, 2, 2, 4, 5, 6, 6)): ("wedge", (0, 1, 2, 4, 5, 6)),
+    ("hexahedron", (0, 0, 2, 3, 4, 4, 6, 7)): ("wedge", (0, 2, 3, 4, 6, 7)),
+    ("hexahedron", (0, 1, 2, 2, 4, 4, 4, 4)): ("tetra", (0, 1, 2, 4)),
+    ("quad", (0, 1, 2, 2)): ("triangle", (0, 1, 2)),
+    ("quad", (0, 1, 2, 0)): ("triangle", (0, 1, 2)),
+    ("quad", (0, 0, 2, 3)): ("triangle", (0, 2, 3)),
+    ("quad", (0, 1, 1, 3)): ("triangle", (0, 1, 3)),
+    ("wedge", (0, 1, 2, 3, 3, 3)): ("tetra", (0, 1, 2, 3)),
+}
+
+
+def type_of(name: str) -> Type | None:
+    """Return the record of an element type; None when it has no counterpart.
+
+    Examples
+    --------
+    >>> type_of("C3D20R").cell, type_of("CONN3D2")
+    ('hexahedron20', None)
+    """
+    text = name.upper().replace(" ", "")
+    return next((one for one in TYPES.values() if re.fullmatch(one.names, text)), None)
+
+
+def elements(deck: Deck, block: Block) -> None:
+    """``*ELEMENT``."""
+    given = block.option("TYPE").upper().replace(" ", "")
+    known = type_of(given)
+    if known is None:
+        if block.rows:
+            listed = ", ".join(TYPES)
+            raise block.row().error(f"element type {given!r} has no counterpart here; known are {listed}")
+        return
+    count = _count(known, given)
+    for row in _joined(block.rows, count + 1):
+        label = _add(deck, row, block.scope, given, known, count)
+        if block.options.get("ELSET"):
+            deck.members("ELSET", block.scope, block.options["ELSET"]).append((block.scope, label))
+
+
+def _count(known: Type, given: str) -> int:
+    if known.family == "rigid":
+        return int(given[-1])
+    if known.family == "dashpot":
+        return 1 if given == "DASHPOT1" else 2
+    return CELLS[known.cell].count
+
+
+def _joined(rows: list[Row], count: int) -> list[Row]:
+    """Join the lines of each element, without blanks: one that ends in a comma goes on while nodes are missing."""
+    joined: list[Row] = []
+    goes_on = False
+    for row in rows:
+        filled = [f for f in row.fields if f]
+        if goes_on:
+            joined[-1].fields.extend(filled)
+        else:
+            joined.append(Row(filled, row.file, row.line))
+        goes_on = not row.fields[-1] and len(joined[-1].fields) < count
+    return joined
+
+
+def _add(deck: Deck, row: Row, scope: str, given: str, known: Type, count: int) -> int:
+    label = label_of(row, 0, "element")
+    if len(row.fields) < count + 1:
+        raise row.error(
+            f"element {', '.join(row.fields)} of type {given} needs a number and {count} nodes; export again"
+        )
+    own, more = row.fields[1 : count + 1], row.fields[count + 1 :]
+    nodes = [_node(deck, row, scope, label, text) for text in own]
+    extra = [_node(deck, row, scope, label, text) for text in more[:1]] if known.family == "beam" else []
+    if more[len(extra) :]:
+        deck.skipped.append((f"extra nodes in *ELEMENT, TYPE={given}", f"line {row.line}"))
+    element = Element(given, known.family, tuple(nodes), row, (), tuple(extra))
+    place(deck, row, scope, label, element, known.cell)
+    return label
+
+
+def _node(deck: Deck, row: Row, scope: str, label: int, text: str) -> int:
+    of, name = deck.split(scope, text)
+    if not LABEL.fullmatch(name):
+        raise row.error(f"element {label} has the node {text!r}, which is no number; repair the line")
+    if (of, int(name)) not in deck.nodes:
+        raise row.error(f"element {label} refers to node {text}, which is not there; export it again")
+    return deck.nodes[of, int(name)]
+
+
+def place(deck: Deck, row: Row, scope: str, label: int, element: Element, cell: str) -> None:
+    """Add an element with its cells; one with nodes that fall together becomes the cell that is left."""
+    if not deck.add_element(row, scope, label, element) or not cell:
+        return
+    nodes = list(element.nodes)
+    if cell == "line3":  # Abaqus lists the middle node second
+        cells = [("line", nodes[:2]), ("line", nodes[1:])]
+    elif len(set(nodes)) < len(nodes):
+        pattern = tuple(nodes.index(node) for node in nodes)
+        if (cell, pattern) not in COLLAPSED:
+            raise row.error(f"element {label} names a node twice; give every corner its own node")
+        kind, left = COLLAPSED[cell, pattern]
+        cells = [(kind, [nodes[k] for k in left])]
+    else:
+        cells = [(cell, nodes)]
+    made = tuple(deck.cell(kind, own) for kind, own in cells)
+    deck.elements[scope, label] = element._replace(cells=made)
+
+
+def elgen(deck: Deck, block: Block) -> None:
+    """``*ELGEN``: rows, columns and layers of elements like a first one."""
+    scope = block.scope
+    for row in block.rows:
+        label = label_of(row, 0, "element")
+        if (scope, label) not in deck.elements:
+            raise row.error(f"element {label} is not there; list it before it is repeated")
+        master = deck.elements[scope, label]
+        sizes = [(row.integer(k, "a number of elements", 1) or 1, row.integer(k + 1, "a step", 1) or 1,
+                  row.integer(k + 2, "a step", 1) or 1) for k in (1, 4, 7)]  # fmt: skip
+        counts = [count for count, _, _ in sizes]
+        if min(counts) < 1 or counts[0] * counts[1] * counts[2] > MOST:
+            raise row.error(f"{' x '.join(map(str, counts))} elements cannot be made; correct the numbers")
+        for i in range(counts[0]):
+            for j in range(counts[1]):
+                for k in range(counts[2]):
+                    nodes, own = (sum(n * size[m] for n, size in zip((i, j, k), sizes, strict=True)) for m in (1, 2))
+                    _repeat(deck, row, scope, (label, master), nodes, own)
+                    if block.options.get("ELSET"):
+                        deck.members("ELSET", scope, block.options["ELSET"]).append((scope, label + own))
+
+
+def elcopy(deck: Deck, block: Block) -> None:
+    """``*ELCOPY``: copies of a set on nodes whose numbers are shifted."""
+    if "REFLECT" in block.options:
+        block.refuse("with REFLECT is not read; list the elements")
+    shifts = []
+    for name in ("SHIFT NODES", "ELEMENT SHIFT"):
+        shifts.append(Row([block.option(name)], block.file, block.line).integer(0, name))
+    row = Row([], block.file, block.line)
+    for scope, label in deck.elements_of(block, block.scope, block.option("OLD SET")):
+        _repeat(deck, row, scope, (label, deck.elements[scope, label]), *shifts)
+        if block.options.get("NEW SET"):
+            deck.members("ELSET", scope, block.options["NEW SET"]).append((scope, label + shifts[1]))
+
+
+def _repeat(deck: Deck, row: Row, scope: str, source: tuple[int, Element], nodes: int, own: int) -> None:
+    label, master = source
+    if not own:
+        return
+    if "labels" not in deck.current:
+        deck.current["labels"] = list(deck.nodes)
+    labels = deck.current["labels"]
+    moved = []
+    for node in (*master.nodes, *master.extra):
+        of, number = labels[node]
+        if (of, number + nodes) not in deck.nodes:
+            raise row.error(f"element {label + own} needs node {number + nodes}, which is not there; add the node")
+        moved.append(deck.nodes[of, number + nodes])
+    count = len(master.nodes)
+    known = type_of(master.type)
+    element = Element(master.type, master.family, tuple(moved[:count]), row, (), tuple(moved[count:]))
+    place(deck, row, scope, label + own, element, known.cell if known else "")

@@ -1,0 +1,265 @@
+"""Abaqus and CalculiX input decks to a mesh in SI units."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.mesh.left_out import left_out
+from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
+from modalprep.fe.readers.abaqus.constraints import ROTATING
+from modalprep.fe.readers.abaqus.deck import Deck
+from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
+from modalprep.fe.readers.abaqus.parts import Parts
+from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES
+from modalprep.fe.readers.abaqus.ties import tie_equations
+from modalprep.fe.readers.nastran.materials import Units
+from modalprep.suggest import suggestion
+
+ADVICE = "nobody knows whether they carry mass, stiffness or constraints; check the spelling, or model them otherwise"
+BEHIND = {"KINEMATIC", "DISTRIBUTING", "TRANSVERSE SHEAR STIFFNESS"}  # belong to the keyword before
+BOUNDARY = "boundary"  # name of the set of supports, and of their group
+POINTS = ("mass", "rotary inertia", "spring")
+SQUEEZED = {name.replace(" ", ""): name for name in REGISTRY}
+
+
+def read_abaqus(path: Path, length: float, mass: float, ignore: Collection[str] = ()) -> Mesh:
+    r"""Read an Abaqus or CalculiX deck with its sections, materials, couplings and ties.
+
+    Groups are the sets: element sets as cells, node sets as vertices; with several instances a set of a part is
+    ``instance.set``. A deck without sections gives groups without properties.
+
+    Parameters
+    ----------
+    path : Path
+    length, mass : float
+        m and kg per unit of length and mass of the deck; its time is in seconds, its force mass length / s^2.
+    ignore : collection of str
+        Keywords such as ``"*TIE"``, or ``"*ELEMENT, TYPE=CONN3D2"``, that are left out of the model.
+
+    Raises
+    ------
+    InputError
+        When a line cannot be read, the deck refers to what it does not hold, or a keyword that carries stiffness,
+        mass or constraints has no counterpart here and is not ignored.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> path = Path(tempfile.mkdtemp()) / "bar.inp"
+    >>> _ = path.write_text("*NODE\n1, 0, 0, 0\n2, 500, 0, 0\n*ELEMENT, TYPE=T3D2, ELSET=bar\n7, 1, 2\n")
+    >>> read_abaqus(path, 1e-3, 1.0)
+    Mesh(2 points, 1 line; groups bar)
+    """
+    blocks, sha256 = read_blocks(path)
+    parts = Parts()
+    deck = Deck(path, Units(length=length, mass=mass), parts)
+    blocks = _chosen(deck, parts.placed([_spelled(block) for block in blocks]), ignore)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+        for stage in STAGES:
+            for block in blocks:
+                if block.keyword in stage:
+                    stage[block.keyword].handle(deck, block)
+        _refuse_bare_couplings(deck, blocks)
+        _note_bare_points(deck)
+        return _mesh(deck, sha256)
+
+
+def _spelled(block: Block) -> Block:
+    """Return the block with its keyword as the registry has it; blanks do not count."""
+    known = SQUEEZED.get(block.keyword.replace(" ", ""))
+    return replace(block, keyword=known) if known else block
+
+
+def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> list[Block]:
+    """Return the blocks to read, and note the others: ignored, unknown, of steps; refuse what would be missed."""
+    ignored = {name: 0 for name in ignore}
+    by_name = {_plain(name): name for name in ignore}
+    kept, unknown, steps, owner = [], [], Counter(), None
+    for block in blocks:
+        name = next((by_name[own] for own in _names(block) if own in by_name), None)
+        if name is not None:
+            ignored[name] += 1
+        elif block.step and block.keyword != "MODEL CHANGE":
+            if block.keyword == "BOUNDARY" and block.step == 1:
+                kept.append(block)
+            else:
+                steps[block.keyword] += 1
+        elif block.keyword not in REGISTRY:
+            if block.keyword:
+                unknown.append((f"*{block.keyword}", f"line {block.line}"))
+        elif REGISTRY[block.keyword].treatment == "refused":
+            block.refuse(
+                f'is not read. {REGISTRY[block.keyword].remark} To leave it out, ignore = ["*{block.keyword}"]'
+            )
+        else:
+            if block.keyword in BEHIND:
+                block.owner = owner
+            elif block.keyword == "COUPLING" or block.keyword.endswith("SECTION"):
+                owner = block
+            kept.append(block)
+    _refuse_absent(deck, ignored, blocks)
+    deck.notes += [f"ignored: {count} {name}" for name, count in ignored.items()]
+    if steps.pop("BOUNDARY", 0):
+        deck.notes.append("supports of steps after the first are left out")
+    deck.notes += left_out(unknown, ADVICE)
+    return kept
+
+
+def _names(block: Block) -> tuple[str, ...]:
+    kind = block.options.get("TYPE", "")
+    return _plain(block.keyword), _plain(f"{block.keyword},TYPE={kind}")
+
+
+def _plain(name: str) -> str:
+    return "".join(name.upper().replace("*", "").split())
+
+
+def _refuse_absent(deck: Deck, ignored: dict[str, int], blocks: list[Block]) -> None:
+    for name, count in ignored.items():
+        if not count:
+            known = sorted({f"*{block.keyword}" for block in blocks})
+            raise InputError(f"mesh file {deck.path} has no {name!r} to ignore; {suggestion(name, known, 'it has')}")
+
+
+def _refuse_bare_couplings(deck: Deck, blocks: list[Block]) -> None:
+    done = deck.current.get("coupled", set())
+    for block in blocks:
+        if block.keyword == "COUPLING" and id(block) not in done:
+            block.refuse("is neither *KINEMATIC nor *DISTRIBUTING; add the one that is meant behind it")
+
+
+def _note_bare_points(deck: Deck) -> None:
+    """Say which masses and springs have no keyword with their values."""
+    count = Counter(e.type for key, e in deck.elements.items() if e.family in POINTS and key not in deck.sectioned)
+    for kind, number in count.items():
+        deck.note(
+            f"{number} elements of TYPE={kind} have no mass or stiffness, because no keyword of the deck gives it; "
+            "give the property of their set in the pipeline file"
+        )
+
+
+def _mesh(deck: Deck, sha256: str) -> Mesh:
+    if not deck.points or not any(kind != "vertex" for kind in deck.cells):
+        raise InputError(f"mesh file {deck.path} holds no {'cells' if deck.points else 'nodes'}; export it again")
+    turning = {n for e in deck.elements.values() if e.family in ROTATING for n in (*e.nodes, *e.extra)}
+    turning |= {link.node for link in deck.links}
+    tie_equations(deck, turning)
+    _name_supports(deck)
+    order, labels = _labels(deck)
+    place = np.empty(len(order), dtype=int)
+    place[order] = np.arange(len(order))
+    groups, names = _groups(deck)
+    return Mesh(
+        points=deck.units.length * np.array(deck.points)[order],
+        cells={kind: place[np.array(rows)] for kind, rows in deck.cells.items()},
+        groups={name: {kind: np.array(rows) for kind, rows in g.items()} for name, g in groups.items()},
+        labels=labels,
+        source=deck.path.name,
+        sha256=sha256,
+        scale=deck.units.length,
+        properties={names[key]: section for key, section in deck.sections.items()},
+        links=tuple(replace(link, node=int(place[link.node]), nodes=place[link.nodes]) for link in deck.links),
+        equations=tuple(_equations(deck, place, turning)),
+        supports=_supports(deck, place),
+        data=_data(deck),
+        notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
+    )
+
+
+def _equations(deck: Deck, place: np.ndarray, turning: set[int]) -> Iterator[Equation]:
+    """Yield the equations between components that the nodes have: an equation between rotations of solids is none."""
+    for terms, name in deck.equations:
+        if all(c > 2 and node not in turning for node, c, _ in terms):
+            continue
+        axes = {int(place[node]): deck.axes[node] for node, _, _ in terms if node in deck.axes}
+        own = [(int(place[node]), c, factor) for node, c, factor in terms]
+        yield Equation.of_terms(own, length=deck.units.length, name=name, axes=axes)
+
+
+def _name_supports(deck: Deck) -> None:
+    """Make the nodes that are held a group, and say that they are free without a word of the user."""
+    if not deck.held:
+        return
+    keys = list(deck.nodes)
+    deck.members("NSET", "", BOUNDARY).extend((keys[node][0], keys[node][1]) for node in sorted(deck.held))
+    deck.note(
+        f"*BOUNDARY holds {len(deck.held)} nodes where a support names the set {BOUNDARY!r}, and nothing without it"
+    )
+
+
+def _supports(deck: Deck, place: np.ndarray) -> dict[str, SupportSet]:
+    """Return what the deck holds as the set `boundary`."""
+    if not deck.held:
+        return {}
+    held = sorted(deck.held, key=lambda node: int(place[node]))
+    components = np.array([[c in deck.held[node] for c in range(6)] for node in held])
+    axes = np.array([deck.axes.get(node, np.eye(3)) for node in held]) if deck.axes else np.zeros((0, 3, 3))
+    return {BOUNDARY: SupportSet(nodes=place[held], components=components, axes=axes)}
+
+
+def _labels(deck: Deck) -> tuple[np.ndarray, np.ndarray]:
+    """Return the order of the nodes by their numbers, and these; instances that share numbers are numbered apart."""
+    keys = list(deck.nodes)
+    numbers = np.array([label for _, label in keys])
+    if len(np.unique(numbers)) < len(numbers):
+        step = 10 ** len(str(numbers.max()))
+        shift = {scope: k * step for k, scope in enumerate(["", *deck.parts.moves])}
+        numbers = numbers + np.array([shift[scope] for scope, _ in keys])
+        listed = ", ".join(f"{deck.parts.spelled[scope]} {shift[scope]}" for scope in deck.parts.moves)
+        deck.note(f"instances share numbers of nodes: to those of each is added {listed}")
+    order = np.argsort(numbers, kind="stable")
+    return order, numbers[order]
+
+
+def _groups(deck: Deck) -> tuple[dict[str, dict[str, list]], dict[tuple[str, str], str]]:
+    """Return the groups, and their names by those of the element sets."""
+    groups: dict[str, dict[str, list]] = {}
+    names: dict[tuple[str, str], str] = {}
+    for kind in ("ELSET", "NSET"):
+        for key in deck.sets[kind]:
+            if (kind, key) in deck.internal and not (kind == "ELSET" and key in deck.sections):
+                continue
+            rows = _rows(deck, kind, key)
+            name = _group_name(deck, kind, key)
+            if kind == "ELSET":
+                names[key] = name
+            if not rows:
+                continue
+            if kind == "NSET" and "vertex" in groups.get(name, {}):
+                deck.note(f"node set {name} is the group {name}_nodes, because an element set of points has its name")
+                name = f"{name}_nodes"
+            for cell, own in rows.items():
+                groups.setdefault(name, {}).setdefault(cell, []).extend(own)
+    return groups, names
+
+
+def _group_name(deck: Deck, kind: str, key: tuple[str, str]) -> str:
+    scope, name = key
+    spelled = next(deck.spelled[k, key] for k in (kind, "ELSET", "NSET") if (k, key) in deck.spelled)
+    several = len(deck.parts.moves) > 1 or any(("", name) in table for table in deck.sets.values())
+    return f"{deck.parts.spelled[scope]}.{spelled}" if scope and several else spelled
+
+
+def _rows(deck: Deck, kind: str, key: tuple[str, str]) -> dict[str, list[int]]:
+    rows: dict[str, list[int]] = {}
+    if kind == "NSET":
+        return {"vertex": [deck.cell("vertex", [node])[1] for node in deck.resolve(kind, key)]}
+    for element in deck.resolve(kind, key):
+        for cell, row in deck.elements[element].cells:
+            rows.setdefault(cell, []).append(row)
+    return rows
+
+
+def _data(deck: Deck) -> dict[str, dict[str, np.ndarray]]:
+    data: dict[str, dict[str, np.ndarray]] = {}
+    for (name, kind), values in deck.data.items():
+        table = np.full((len(deck.cells[kind]), *np.shape(next(iter(values.values())))), np.nan)
+        table[list(values)] = list(values.values())
+        data.setdefault(name, {})[kind] = table
+    return data

@@ -1,0 +1,132 @@
+"""What the reader does with each keyword of Abaqus and CalculiX."""
+
+from __future__ import annotations
+
+from modalprep.fe.readers.abaqus import beams, constraints, elements, geometry, materials, points, sections, sets, ties
+from modalprep.fe.readers.coverage import Entry
+
+ABOUT_LOADS = "Loads, steps and output come from the pipeline file."
+GEOMETRY = {
+    "SYSTEM": Entry("read", "", geometry.system),
+    "NODE": Entry("read", "SYSTEM R, C and S. Directions of normals in the lines are left out.", geometry.nodes),
+    "NGEN": Entry("read", "On lines, arcs (LINE=C) and parabolas (LINE=P).", geometry.ngen),
+    "NFILL": Entry("read", "Without BIAS and SINGULAR.", geometry.nfill),
+    "NCOPY": Entry("read", "With SHIFT.", geometry.ncopy),
+    "ELEMENT": Entry("read", "By its TYPE, see below.", elements.elements),
+    "ELGEN": Entry("read", "", elements.elgen),
+    "ELCOPY": Entry("read", "Without REFLECT.", elements.elcopy),
+    "NSET": Entry("read", "A set is a group of vertices.", sets.node_or_element_set),
+    "ELSET": Entry("read", "A set is a group of cells.", sets.node_or_element_set),
+    "SURFACE": Entry("read", "Of faces or nodes, for couplings and ties.", sets.surface),
+}
+MATERIALS = {
+    "MATERIAL": Entry("read", "", materials.material),
+    "ELASTIC": Entry(
+        "read",
+        "ISOTROPIC; of shells also LAMINA, ENGINEERING CONSTANTS and ORTHOTROPIC. Of temperatures the first holds.",
+        materials.elastic,
+    ),
+    "DENSITY": Entry("read", "Of temperatures the first holds.", materials.density),
+    "DISTRIBUTION": Entry("read", "Of coordinates for *ORIENTATION.", materials.distribution),
+    "NODAL THICKNESS": Entry("read", "The same at all nodes of a section.", sections.nodal_thickness),
+    "TRANSVERSE SHEAR STIFFNESS": Entry(
+        "read", "Of beams, without slenderness compensation.", beams.transverse_shear
+    ),
+}  # fmt: skip
+AXES = {
+    "ORIENTATION": Entry("read", "By coordinates or a distribution.", materials.orientation),
+    "TRANSFORM": Entry("read", "For supports, equations and springs.", materials.transform),
+}
+SECTIONS = {
+    "SOLID SECTION": Entry("read", "Of volumes and trusses.", sections.solid_section),
+    "SHELL SECTION": Entry(
+        "read", "Also COMPOSITE, OFFSET, ORIENTATION; CalculiX expands shells to solids.", sections.shell_section
+    ),
+    "SHELL GENERAL SECTION": Entry("read", "By material, not by stiffnesses.", sections.shell_section),
+    "BEAM SECTION": Entry(
+        "approximated",
+        "By shape, with Abaqus' shear factors and torsion of thin walls, without warping. The node of L is taken to be "
+        "where the middles of its legs meet. CalculiX expands beams to solids.",
+        beams.beam_section,
+    ),
+    "BEAM GENERAL SECTION": Entry("read", "GENERAL and by shape; warping is left out.", beams.beam_general_section),
+    "MASS": Entry("read", "", points.mass),
+    "ROTARY INERTIA": Entry("read", "", points.rotary_inertia),
+    "SPRING": Entry("read", "Linear; SPRING2 in one component for both nodes.", points.spring),
+    "DASHPOT": Entry("no effect", "Damping is given in the pipeline file.", points.dashpot),
+}
+CONSTRAINTS = {
+    "TIE": Entry(
+        "approximated",
+        "Each node of the slave surface follows the master face next to it, onto which it moves.",
+        ties.tie,
+    ),
+    "COUPLING": Entry("read", "", constraints.coupling),
+    "KINEMATIC": Entry("read", "", constraints.kinematic),
+    "DISTRIBUTING": Entry("read", "With uniform weights.", constraints.distributing),
+    "KINEMATIC COUPLING": Entry("read", "", constraints.kinematic_coupling),
+    "RIGID BODY": Entry("read", "", constraints.rigid_body),
+    "MPC": Entry("read", "BEAM, TIE, PIN, LINK.", constraints.mpc),
+    "EQUATION": Entry("read", "", constraints.equation),
+    "BOUNDARY": Entry(
+        "read", "Before the steps and in the first, as supports; a displacement is held at zero.", constraints.boundary
+    ),
+}
+STAGES = (GEOMETRY, MATERIALS, AXES, SECTIONS, CONSTRAINTS)
+
+STRUCTURE = dict.fromkeys(
+    ("INCLUDE", "PART", "END PART", "INSTANCE", "END INSTANCE", "ASSEMBLY", "END ASSEMBLY"), Entry("read")
+)
+STEPS = {
+    "STEP": Entry("no effect", f"{ABOUT_LOADS} Supports of the first step count."),
+    "END STEP": Entry("no effect"),
+    "MODEL CHANGE": Entry("refused", "It removes elements in a step; give the deck of the state that is meant."),
+}
+NO_EFFECT = dict.fromkeys(
+    (
+        "HEADING", "PREPRINT", "RESTART", "FILE FORMAT", "USER OUTPUT VARIABLES", "PARAMETER CHECK",
+        "PHYSICAL CONSTANTS", "VALUES AT INFINITY", "AMPLITUDE", "TIME POINTS", "FILTER", "SURFACE INTERACTION",
+        "SURFACE BEHAVIOR", "FRICTION", "CONTACT CONTROLS", "SECTION CONTROLS", "HOURGLASS STIFFNESS",
+        "SECTION POINTS", "DISTRIBUTION TABLE", "EXPANSION", "CONDUCTIVITY", "SPECIFIC HEAT", "LATENT HEAT",
+        "PLASTIC", "CYCLIC HARDENING", "CREEP", "RATE DEPENDENT", "DAMAGE INITIATION", "DAMAGE EVOLUTION",
+        "SHEAR FAILURE", "TENSILE FAILURE", "FAIL STRESS", "FAIL STRAIN", "DEPVAR", "ELECTRICAL CONDUCTIVITY",
+        "PIEZOELECTRIC", "RADIATE", "FILM PROPERTY", "SPECIFIC GAS CONSTANT", "FLUID CONSTANTS",
+        "NODE PRINT", "NODE FILE", "EL PRINT", "EL FILE", "NODE OUTPUT", "ELEMENT OUTPUT", "OUTPUT",
+        "PRINT", "MONITOR", "CONTACT FILE",
+    ),
+    Entry("no effect"),
+)  # fmt: skip
+NO_EFFECT |= {
+    "DAMPING": Entry("no effect", "Damping is given in the pipeline file."),
+    "INITIAL CONDITIONS": Entry("no effect", "Prestress comes from the pipeline file."),
+}
+REFUSED = {
+    keyword: Entry("refused", remark)
+    for remark, keywords in {
+        "It carries stiffness that has no counterpart here.": (
+            "HYPERELASTIC", "HYPERFOAM", "VISCOELASTIC", "HYPOELASTIC", "POROUS ELASTIC", "USER MATERIAL",
+            "NO COMPRESSION", "NO TENSION", "MEMBRANE SECTION", "COHESIVE SECTION", "GASKET SECTION",
+            "SURFACE SECTION", "FRAME SECTION", "REBAR", "REBAR LAYER", "CONNECTOR SECTION", "CONNECTOR BEHAVIOR",
+            "CONNECTOR ELASTICITY", "PRE-TENSION SECTION", "USER ELEMENT", "UEL PROPERTY", "USER SECTION", "MATRIX",
+            "MATRIX INPUT", "BUSHING", "FLUID SECTION", "MATRIX ASSEMBLE", "SUBSTRUCTURE PROPERTY",
+            "ACOUSTIC MEDIUM", "JOINT", "GAP", "FOUNDATION", "JOINTED MATERIAL", "BEAM ADDED INERTIA", "CENTROID",
+            "SHEAR CENTER", "SHELL TO SOLID COUPLING",
+        ),
+        "It carries mass that has no counterpart here.": ("NONSTRUCTURAL MASS", "FIXED MASS SCALING"),
+        "It carries constraints that have no counterpart here.": (
+            "CONTACT PAIR", "CONTACT", "CONTACT INCLUSIONS", "CONTACT PROPERTY ASSIGNMENT", "CLEARANCE",
+            "EMBEDDED ELEMENT", "DISTRIBUTING COUPLING", "CYCLIC SYMMETRY MODEL", "RELEASE",
+            "FASTENER", "FASTENER PROPERTY", "DISPLAY BODY", "RIGID SURFACE",
+        ),
+        "It moves or makes nodes in a way that is not read; list them.": ("NMAP", "IMPERFECTION"),
+        "It depends on parameters; write their values.": ("PARAMETER",),
+    }.items()
+    for keyword in keywords
+}  # fmt: skip
+TYPES = {f"ELEMENT, TYPE={name}": known.entry for name, known in elements.TYPES.items()}
+CONNECTORS = {"ELEMENT, TYPE=CONN3D2": Entry("refused", "Connectors are joints; give the joint in the system.")}
+
+REGISTRY: dict[str, Entry] = {
+    **GEOMETRY, **MATERIALS, **AXES, **SECTIONS, **CONSTRAINTS, **STRUCTURE, **STEPS, **REFUSED, **TYPES, **CONNECTORS,
+    **NO_EFFECT,
+}  # fmt: skip

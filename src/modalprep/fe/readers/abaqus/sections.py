@@ -1,0 +1,164 @@
+"""Sections of solids, trusses and shells."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.properties.properties import Ply, Property, Shell, Solid, Truss
+from modalprep.fe.readers.abaqus.deck import Deck, Key
+from modalprep.fe.readers.abaqus.lexer import Block, Row
+from modalprep.fe.readers.abaqus.materials import Orientation, isotropic, of_sheet
+
+SHELL_OPTIONS = ("SHELL THICKNESS", "DENSITY", "ZMODULUS", "STACK DIRECTION", "LAYUP")
+NORMAL = 0.1  # degrees: an axis this close to the normal of a shell gives no direction
+
+
+def section_set(deck: Deck, block: Block, *families: str) -> tuple[str, list[Key]]:
+    """Return the family of the elements of a section, one of some, and their keys; each has one section."""
+    name = block.option("ELSET")
+    keys = deck.elements_of(block, block.scope, name)
+    found = {deck.elements[key].family: key for key in keys}
+    for family, (_, label) in found.items():
+        if family not in families:
+            what = f"{deck.elements[_, label].type} element {label}"
+            block.refuse(f"of set {name} has the {what}, which is none of {', '.join(families)}; split the set")
+    if len(found) > 1:
+        block.refuse(f"of set {name} has {' and '.join(found)} elements; give each a section of its own")
+    for key in keys:
+        known = deck.sectioned.setdefault(key, block)
+        if known is not block:
+            block.refuse(f"gives element {key[1]} another section than line {known.line}; keep one of the two")
+    return next(iter(found), ""), keys
+
+
+def give(deck: Deck, block: Block, section: Property) -> None:
+    """Give a section to the element set of a keyword."""
+    of, name = deck.split(block.scope, block.option("ELSET"))
+    key = deck.find(deck.sets["ELSET"], of, name)
+    if key is None:  # the number of one element
+        key = (of, f"ELEMENT {name}".upper())
+        deck.members("ELSET", of, f"element {name}").append((of, int(name)))
+    deck.sections[key] = section
+
+
+def solid_section(deck: Deck, block: Block) -> None:
+    """``*SOLID SECTION`` of volumes, and of trusses with their area."""
+    if "COMPOSITE" in block.options:
+        block.refuse("with COMPOSITE is not read; mesh the layers, or use shells")
+    family, keys = section_set(deck, block, "solid", "truss")
+    if not keys:
+        return
+    if family == "truss":
+        area = block.row().real(0, "area", 1.0) * deck.units.length**2
+        material = isotropic(deck, block, block.option("MATERIAL"))
+        give(deck, block, block.made(Truss, material=material, A=area))
+        return
+    give(deck, block, Solid(material=isotropic(deck, block, block.option("MATERIAL"))))
+
+
+def shell_section(deck: Deck, block: Block) -> None:
+    """``*SHELL SECTION`` and ``*SHELL GENERAL SECTION`` with a material, or with the layers of a laminate."""
+    for name in SHELL_OPTIONS:
+        if name in block.options:
+            block.refuse(f"has {name}, which is not read; give the shell by thickness and material")
+    _, keys = section_set(deck, block, "shell")
+    if not keys:
+        return
+    axes = _axes(deck, block)
+    if "COMPOSITE" in block.options:
+        plies, turned = _plies(deck, block, axes, keys)
+        total = sum(ply.thickness for ply in plies)
+        section = block.made(Shell, plies=tuple(plies), offset=_offset(block) * total)
+        _put_axes(deck, turned or axes, keys)
+    else:
+        t = _thickness(deck, block, keys) * deck.units.length
+        material = of_sheet(deck, block, _material(block))
+        section = block.made(Shell, material=material, thickness=t, offset=_offset(block) * t)
+        if isinstance(material, Orthotropic):
+            _put_axes(deck, axes, keys)
+    deck.current["shell"] = block
+    give(deck, block, section)
+
+
+def _material(block: Block) -> str:
+    if not block.options.get("MATERIAL"):
+        block.refuse("has no MATERIAL: general stiffnesses of a shell are not read; give material and thickness")
+    return block.options["MATERIAL"]
+
+
+def _thickness(deck: Deck, block: Block, keys: list[Key]) -> float:
+    if "NODAL THICKNESS" not in block.options:
+        return block.row().real(0, "thickness")
+    table: dict[int, float] = deck.current.get("nodal thickness", {})
+    found = {table.get(node) for key in keys for node in deck.elements[key].nodes[: _corners(deck, key)]}
+    if len(found) > 1 or None in found:
+        block.refuse("has NODAL THICKNESS that is not the same at all its nodes; give one thickness in its line")
+    return found.pop()
+
+
+def _corners(deck: Deck, key: Key) -> int:
+    return len(CELLS[deck.elements[key].cells[0][0]].corners)
+
+
+def nodal_thickness(deck: Deck, block: Block) -> None:
+    """``*NODAL THICKNESS``: kept for the sections that ask for it."""
+    table = deck.current.setdefault("nodal thickness", {})
+    for row in block.rows:
+        table.update(dict.fromkeys(deck.nodes_of(row, block.scope, row.text(0)), row.real(1, "thickness")))
+
+
+def _offset(block: Block) -> float:
+    """From the nodes to the middle of the shell, over its thickness: the deck says where the nodes lie in it."""
+    text = block.options.get("OFFSET", "0").upper()
+    if text in ("SPOS", "SNEG"):
+        return -0.5 if text == "SPOS" else 0.5
+    return -Row([text], block.file, block.line).real(0, "OFFSET", 0.0)
+
+
+def _axes(deck: Deck, block: Block) -> Orientation | None:
+    name = block.options.get("ORIENTATION", "")
+    return deck.named("orientation", block, block.scope, name) if name else None
+
+
+def _plies(deck: Deck, block: Block, axes: Orientation | None, keys: list[Key]) -> tuple[list[Ply], Orientation | None]:
+    """Layers from the bottom up: thickness, points, material, angle or orientation; or one material for all."""
+    plies: list[Ply] = []
+    own: set[str] = set()
+    for row in block.rows:
+        name = row.text(2) or block.options.get("MATERIAL", "")
+        if not name:
+            raise row.error("the layer has no material; name it in field 3")
+        text = row.text(3) or (block.options.get("ORIENTATION", "") if "COMPOSITE" in block.options else "")
+        angle = 0.0
+        try:
+            angle = float(row.text(3) or 0.0)
+        except ValueError:
+            own.add(text.upper())
+        material: Material | Orthotropic = of_sheet(deck, block, name)
+        t = row.real(0, "thickness of the layer") * deck.units.length
+        plies.append(block.made(Ply, material=material, thickness=t, angle=float(np.radians(angle))))
+    if not plies:
+        block.refuse("has no layers; give thickness, points and material of each")
+    if len(own) > 1 or (own and any(ply.angle for ply in plies)):
+        block.refuse("has layers with several orientations; give one for all, and an angle for each layer")
+    if "SYMMETRIC" in block.options:
+        plies += plies[::-1]
+    return plies, deck.named("orientation", block, block.scope, own.pop()) if own else None
+
+
+def _put_axes(deck: Deck, axes: Orientation | None, keys: list[Key]) -> None:
+    """Give every element its axis 1: of the orientation, else the global x, or z where x is normal to it."""
+    for key in keys:
+        for kind, row in deck.elements[key].cells:
+            corners = np.array([deck.points[i] for i in deck.cells[kind][row]])
+            normal = np.cross(corners[2] - corners[0], corners[min(3, len(corners) - 1)] - corners[1])
+            size = np.linalg.norm(normal) or 1.0
+            if axes is None:
+                near = abs(normal[0]) > np.cos(np.radians(NORMAL)) * size
+                axis = np.array([0.0, 0.0, 1.0]) if near else np.array([1.0, 0.0, 0.0])
+            else:
+                rows = axes.at(deck, key, corners.mean(axis=0))
+                axis = rows[axes.axis % 3]  # the one after that along the normal
+            deck.put("axis", (kind, row), axis)

@@ -1,0 +1,116 @@
+"""Decks of Abaqus and CalculiX that others wrote, with the matrices and frequencies of these programs.
+
+The decks are those of public repositories: jgerstmayr/EXUDYN (pythonDev/TestModels/testData) and
+ISCPC/CalculiX-ccx-test (test), whose ``.dat.ref`` files hold CalculiX' own results.
+"""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import modalprep as mp
+from modalprep.fe.external.abaqus import read_abaqus_matrix
+
+DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
+pytestmark = pytest.mark.skipif(not DATA.is_dir(), reason=f"the decks are not in {DATA} (set MODALPREP_DATA)")
+
+
+def model_of(file, group, **units):
+    mesh = mp.read_mesh(DATA / file, **units)
+    return mesh, mp.assemble(mesh, {}, {"root": mp.Interface(group=group)})
+
+
+@pytest.fixture(scope="module")
+def block():
+    mesh, model = model_of("abaqus/blockC3D10.inp", "Set-1")
+    n = 3 * len(mesh.points)
+    return mesh, model.K[:n, :n].toarray(), model.M[:n, :n].toarray()
+
+
+@pytest.mark.parametrize(("k", "file"), [(1, "blockC3D10_STIF1.mtx"), (2, "blockC3D10_MASS1.mtx")])
+def test_matrices_of_second_order_tetrahedra_are_those_of_abaqus(block, k, file):
+    """The deck prints coordinates with nine digits, Abaqus has them all: 1e-9 over edges of a tenth, squared."""
+    theirs = read_abaqus_matrix(DATA / "abaqus" / file)[""].matrix.toarray()
+    assert abs(block[k] - theirs).max() < 3e-8 * abs(theirs).max()
+
+
+def test_the_block_is_whole_and_needs_no_property(block):
+    mesh, K, M = block
+    assert len(mesh.cells["tetra10"]) == 122
+    assert mesh.notes == ()
+    total = np.tile([1.0, 0.0, 0.0], len(mesh.points))
+    assert total @ M @ total == pytest.approx(4 * 1 * 1 * 2900.0, rel=1e-9)  # the block, 4 x 1 x 1 m
+    frequency = np.sqrt(np.maximum(eigh(K, M, eigvals_only=True, subset_by_index=[6, 8]), 0)) / (2 * np.pi)
+    theirs = [
+        read_abaqus_matrix(DATA / "abaqus" / f"blockC3D10_{m}1.mtx")[""].matrix.toarray() for m in ("STIF", "MASS")
+    ]
+    expected = np.sqrt(eigh(*theirs, eigvals_only=True, subset_by_index=[6, 8])) / (2 * np.pi)
+    np.testing.assert_allclose(frequency, expected, rtol=1e-8)  # first order in the coordinates' last digit
+
+
+def test_first_order_bricks_are_not_those_of_abaqus():
+    """C3D8 of Abaqus is integrated selectively and its mass lumped; ours has incompatible modes and all of its mass."""
+    mesh, model = model_of("abaqus/rotorDiscTest.inp", "Set-1")
+    assert len(mesh.cells["hexahedron"]) == 48
+    assert {"BCleft", "BCright", "BCrot", "NodeMiddle"} < set(mesh.groups)
+    assert not any(name.startswith("_Surface") for name in mesh.groups)  # internal sets
+    theirs = read_abaqus_matrix(DATA / "abaqus" / "rotorDiscTestMASS1.mtx")[""].matrix
+    assert abs(theirs - theirs.multiply(np.eye(theirs.shape[0]))).max() == 0  # lumped
+    total = np.tile([1.0, 0.0, 0.0], len(mesh.points))
+    n = len(total)
+    assert total @ model.M[:n, :n] @ total == pytest.approx(total @ theirs @ total, rel=1e-8)
+
+
+def reference(name):
+    """Return frequencies, participation factors and total effective mass that CalculiX prints."""
+    lines = (DATA / "calculix" / f"{name}.dat.ref").read_text().splitlines()
+
+    def table(title, offset):
+        start = next(i for i, line in enumerate(lines) if "".join(line.split()).startswith(title)) + offset
+        return np.array([[float(x) for x in line.split()[1:]] for line in lines[start : start + 10]])
+
+    mass = next(i for i, line in enumerate(lines) if "".join(line.split()).startswith("TOTALEFFECTIVEMASS"))
+    total = [float(x) for x in lines[mass + 4].split()]
+    return table("EIGENVALUEOUTPUT", 6)[:, 2], table("PARTICIPATIONFACTORS", 4), np.array(total)
+
+
+def held_modes(name, group):
+    """Modes of the deck with the translations of a group held, in the deck's own units (mm, t, s)."""
+    mesh, model = model_of(f"calculix/{name}.inp", group)  # metres and kg: the numbers as they stand
+    dof = model.dof[: len(mesh.points), :3]
+    fixed, every = dof[mesh.nodes(group)].ravel(), dof[dof >= 0]
+    free = np.setdiff1d(every, fixed)
+    K, M = (A.toarray()[np.ix_(free, free)] for A in (model.K, model.M))
+    w2, V = eigh(K, M, subset_by_index=[0, 9])
+    R = np.zeros((model.K.shape[0], 6))
+    for i, point in zip(dof, mesh.points, strict=True):
+        R[i] = np.hstack([np.eye(3), np.cross(np.eye(3), point).T])
+    R = R[free]
+    return np.sqrt(w2) / (2 * np.pi), V.T @ M @ R, np.diag(R.T @ M @ R)
+
+
+def test_frequencies_and_effective_masses_of_second_order_bricks_are_those_of_calculix():
+    frequency, participation, mass = held_modes("dloadlin20f", "left")
+    theirs, factors, total = reference("dloadlin20f")
+    # The first two err by 3e-8 of the third eigenvalue in the other program: its matrix has a condition of 1e10.
+    np.testing.assert_allclose(frequency[2:], theirs[2:], rtol=1e-6)
+    np.testing.assert_allclose(frequency[:2], theirs[:2], rtol=5e-6)
+    np.testing.assert_allclose(mass, total, rtol=1e-6)
+    np.testing.assert_allclose(participation[:, :3] ** 2, factors[:, :3] ** 2, atol=1e-5 * mass[0])
+
+
+@pytest.mark.parametrize(
+    ("name", "group", "low", "high"),
+    [
+        # C3D8I has incompatible modes, which its authors chose otherwise
+        ("dloadlinIf", "left", -1e-4, 0.0),
+        # C3D20R is integrated with 2 x 2 x 2 points, ours fully: stiffer, by half a per cent at most in these modes
+        ("beamf", "CN7", 0.002, 0.005),
+    ],
+)
+def test_other_elements_are_near_those_of_calculix(name, group, low, high):
+    found, theirs = held_modes(name, group)[0][0], reference(name)[0][0]
+    assert low <= found / theirs - 1 <= high
