@@ -234,6 +234,44 @@ def test_minor_and_major_ratio(read, turned):
     assert mesh.properties["type1_mat1_sec1"].material.nu12 == pytest.approx(0.28)
 
 
+MODULI = {
+    "EX": 140e9,
+    "EY": 10e9,
+    "EZ": 9e9,
+    "GXY": 5e9,
+    "GYZ": 3e9,
+    "GXZ": 4e9,
+    "PRXY": 0.3,
+    "PRYZ": 0.4,
+    "PRXZ": 0.25,
+}
+
+
+def test_orthotropic_solids_along_their_system(read):
+    """A bar of bricks whose material is turned by 90 degrees stretches with EY along the bar."""
+    lines = ["ET,1,185", "MP,DENS,1,1600", *(f"MP,{name},1,{value}" for name, value in MODULI.items())]
+    mesh = read(*lines, "LOCAL,11,0,0,0,0,90", *nblock(UNIT_CUBE), *eblock(range(1, 9), system=11))
+    material = mesh.properties["type1_mat1"].material
+    assert (material.E1, material.E2, material.E3) == (140e9, 10e9, 9e9)
+    assert (material.nu12, material.nu23, material.nu13) == (0.3, 0.4, 0.25)
+    assert (material.G12, material.G23, material.G13) == (5e9, 3e9, 4e9)
+    np.testing.assert_allclose(mesh.data["frame"]["hexahedron"][0], [[0, 1, 0], [-1, 0, 0], [0, 0, 1]], atol=1e-12)
+
+
+def test_anisotropic_solids(read):
+    """The 21 constants of steel in Ansys' order x, y, z, xy, yz, xz make the frequencies of steel."""
+    E, nu = 2.1e11, 0.3
+    lame, G = E * nu / ((1 + nu) * (1 - 2 * nu)), E / (2 * (1 + nu))
+    D = np.diag([lame + 2 * G] * 3 + [G] * 3)
+    D[:3, :3] += lame * (1 - np.eye(3))
+    C = D[np.triu_indices(6)]
+    table = ["TB,ANEL,1", *(f"TBDATA,{k + 1}," + ",".join(f"{x:.15g}" for x in C[k : k + 6]) for k in range(0, 21, 6))]
+    cut = [*bricks(10, 0.1, 0.2, 1.0), "CMBLOCK,ROOT,NODE,2", "(8i10)", f"{1:10d}{-4:10d}"]
+    steel = read("ET,1,185", *STEEL, *cut)
+    same = read("ET,1,185", "MP,DENS,1,7800", *table, *cut)
+    np.testing.assert_allclose(frequencies(same, group="ROOT"), frequencies(steel, group="ROOT"), rtol=1e-9)
+
+
 def test_shell63_and_real_constants_in_a_block(read):
     mesh = read("ET,1,63", *STEEL, "RLBLOCK,       1,       1,      12,       7", "(2i8,6g16.9)", "(7g16.9)",
                 f"{1:8d}{12:8d}" + "".join(f"{x:16.9g}" for x in (0.375, 0.375, 0.375, 0.375, 0, 0)),

@@ -13,6 +13,7 @@ from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.materials import Materials
 from modalprep.fe.readers.ansys.sections import Sections
+from modalprep.fe.readers.nastran.grids import System
 from modalprep.fe.readers.nastran.materials import Units
 
 
@@ -77,6 +78,14 @@ class Builder:
         if name not in self.properties and not self.bare:
             self.properties[name] = make(element)
         return name
+
+    def system(self, element: Element) -> System | None:
+        """Return the coordinate system of an element, None for the global one."""
+        if element.system in self.deck.systems:
+            return self.deck.systems[element.system]
+        if element.system > 0:
+            raise self.deck.error(element, f"coordinate system {element.system} is not in the deck; add its LOCAL")
+        return None
 
     def refuse_without_element(self, element: Element, kind: str, section: type[Property]) -> None:
         """Refuse a cell that no element family has."""

@@ -59,8 +59,11 @@ def _tetra(b: Builder, element: Element) -> None:
 
 def _add_solid(b: Builder, element: Element, kind: str, places: list[int]) -> None:
     b.refuse_without_element(element, kind, Solid)
-    name = b.group(element, "m", lambda e: Solid(material=b.materials.isotropic(e, e.material)))
-    b.cell(element, kind, b.nodes(element, places), name)
+    name = b.group(element, "m", lambda e: Solid(material=b.materials.solid(e, e.material)))
+    nodes = b.nodes(element, places)
+    row = b.cell(element, kind, nodes, name)
+    if system := b.system(element):
+        b.put("frame", kind, row, system.at(b.points[nodes].mean(axis=0)))
 
 
 def _shell(b: Builder, element: Element) -> None:
@@ -79,10 +82,8 @@ def _shell(b: Builder, element: Element) -> None:
 def _shell_axis(b: Builder, element: Element, nodes: list[int], triangle: bool) -> np.ndarray:
     """Return x of the material: that of ESYS, else the middle of a quadrilateral's sides I-J and L-K."""
     points = b.points[nodes]
-    if element.system in b.deck.systems:
-        return b.deck.systems[element.system].at(points.mean(axis=0))[0]
-    if element.system > 0:
-        raise b.deck.error(element, f"coordinate system {element.system} is not in the deck; add its LOCAL")
+    if system := b.system(element):
+        return system.at(points.mean(axis=0))[0]
     side = points[1] - points[0]
     return side if triangle else side + points[2] - points[3]
 

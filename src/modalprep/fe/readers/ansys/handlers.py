@@ -130,23 +130,22 @@ def _add_material(deck: Deck, label: str, number_: int, values: list[float]) -> 
 
 
 def table(deck: Deck, command: Command) -> None:
-    """TB: elastic constants of an isotropic material; what is not linear is left out."""
-    kind = command.text(1)[:4]
+    """TB: elastic constants, isotropic or all 21; what is not linear is left out."""
+    kind, form = command.text(1)[:4], command.text(5)
     deck.table = (command.integer(2, "material", 1), kind)
-    if kind in ("ANEL", "AELA") or (kind == "ELAS" and command.text(5) not in ("", "ISOT", "2")):
-        raise command.error(f"material {deck.table[0]} is anisotropic; give EX to GXZ by MP")
-    if kind not in ("ELAS", "SDAM", "CTE"):
+    if (kind == "ANEL" and form not in ("", "0")) or (kind == "ELAS" and form not in ("", "ISOT", "2")):
+        raise command.error(f"material {deck.table[0]}: option {form} is not read; give EX to GXZ by MP")
+    if kind not in ("ELAS", "ANEL", "SDAM", "CTE"):
         deck.note(f"material {deck.table[0]}: TB,{command.text(1)} is left out; the material is linear")
 
 
 def table_data(deck: Deck, command: Command) -> None:
-    """TBDATA of an isotropic elastic table."""
+    """TBDATA of elastic constants from one place on."""
     label, kind = deck.table
-    if kind == "ELAS":
-        first = command.integer(1, "place", 1)
-        for k, value in enumerate(command.reals(2)):
-            if first + k in (1, 2):
-                _add_material(deck, ("EX", "NUXY")[first + k - 1], label, [value])
+    names = {"ELAS": ("EX", "NUXY"), "ANEL": tuple(f"C{k}" for k in range(1, 22))}.get(kind, ())
+    first = command.integer(1, "place", 1)
+    for name, value in zip(names[max(first - 1, 0) :], command.reals(2), strict=False):
+        _add_material(deck, name, label, [value])
 
 
 def reals(deck: Deck, command: Command) -> None:
