@@ -326,6 +326,18 @@ TIED = {  # two halves of a beam, of which the second begins at node 12 where th
 }  # fmt: skip
 
 
+def test_components_of_what_is_selected(read):
+    """As HyperMesh writes them: nothing is selected, elements are made, a component names these."""
+    points = nblock([(0, 0, 0), (1, 0, 0), (2, 0, 0), (3, 0, 0)])
+    mesh = read("ET,1,180", "R,1,1", *STEEL, *points, *eblock((1, 2)), "CM,first,ELEM", "ESEL,NONE",
+                *eblock((2, 3), (3, 4), first=2), "CM,second,ELEM", "ESEL,ALL", "CM,all,ELEM", "CM,nodes,NODE",
+                "ESEL,S,MAT,,1", "CM,chosen,ELEM")  # fmt: skip
+    found = {name: group["line"].tolist() for name, group in mesh.groups.items() if "line" in group}
+    assert found == {"type1_mat1_real1": [0, 1, 2], "first": [0], "second": [1, 2], "all": [0, 1, 2]}
+    assert mesh.nodes("nodes").tolist() == [0, 1, 2, 3]
+    assert mesh.notes[0].startswith("left out: 1 CM of ELEM by a selection")
+
+
 @pytest.mark.parametrize("how", TIED)
 @pytest.mark.parametrize("turned", [0, 30])
 def test_equations_and_couplings_tie_two_halves_of_a_beam(read, how, turned):
@@ -378,5 +390,6 @@ def test_other_real_decks():
     }  # fmt: skip
     sheet = mp.read_mesh(DATA / "hypermesh.cdb", "mm", "t")
     assert (len(sheet.cells["quad"]), sheet.properties["type1_mat1_real1"].thickness) == (80, pytest.approx(0.375e-3))
+    assert len(sheet.groups["PSHELL_1"]["quad"]) == 80
     sector = mp.read_mesh(DATA / "sector.cdb")
     assert (len(sector.cells["hexahedron"]), len(sector.cells["wedge"])) == (101, 4)  # CDWRITE counts 105 elements

@@ -212,6 +212,29 @@ def component(deck: Deck, command: Command) -> None:
     sets[command.fields[1] if len(command.fields) > 1 else ""] = members(command)
 
 
+UNKNOWN = -1  # a selection by a condition
+SELECTORS = {"NSEL": ("NODE",), "ESEL": ("ELEM",)}  # of one kind only
+
+
+def selection(deck: Deck, command: Command) -> None:
+    """NSEL, ESEL, ALLSEL: from which node or element on those of the next CM are; what is made later is selected too."""
+    for kind in SELECTORS.get(command.key, ("NODE", "ELEM")):
+        made = deck.points if kind == "NODE" else deck.elements
+        first = {"": 0, "ALL": 0, "NONE": len(made)}.get(command.text(1), UNKNOWN)
+        deck.attributes[f"selected {kind}"] = first if command.key in (*SELECTORS, "ALLS") else UNKNOWN
+
+
+def named(deck: Deck, command: Command) -> None:
+    """CM: the selected nodes or elements as a component, where the file says which these are."""
+    kind = command.text(2)[:4]
+    first = deck.attributes.get(f"selected {kind}", 0)
+    if kind not in ("NODE", "ELEM") or first == UNKNOWN:
+        deck.skipped.append((f"CM of {kind or 'nothing'} by a selection", f"line {command.line}"))
+        return
+    sets, made = (deck.node_sets, deck.points) if kind == "NODE" else (deck.element_sets, deck.elements)
+    sets[command.fields[1]] = list(made)[first:]
+
+
 def local(deck: Deck, command: Command) -> None:
     """LOCAL, also in the two lines of CDWRITE: origin, then angles."""
     if command.text(1)[:3] not in VERSIONED:
