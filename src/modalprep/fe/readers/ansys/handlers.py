@@ -217,7 +217,7 @@ SELECTORS = {"NSEL": ("NODE",), "ESEL": ("ELEM",)}  # of one kind only
 
 
 def selection(deck: Deck, command: Command) -> None:
-    """NSEL, ESEL, ALLSEL: from which node or element on those of the next CM are; what is made later is selected too."""
+    """NSEL, ESEL, ALLSEL: from which node or element on the next CM names them; what is made later is selected too."""
     for kind in SELECTORS.get(command.key, ("NODE", "ELEM")):
         made = deck.points if kind == "NODE" else deck.elements
         first = {"": 0, "ALL": 0, "NONE": len(made)}.get(command.text(1), UNKNOWN)
