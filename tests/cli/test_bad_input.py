@@ -239,10 +239,10 @@ class TestUnits:
     @pytest.mark.parametrize(
         ("old", "new", "words"),
         [
-            ("E = 7e10", 'E = "70"', "write 2.1e11 or '210 GPa', or a unit of Pa, kPa"),
-            ("E = 7e10", 'E = "70 psi"', "'70 psi' is not understood"),
-            ("rho = 3000.0", 'rho = "heavy"', "write 7850 or '7.85 g/cm3'"),
-            ("A = 4e-4", 'A = "4 cm2"', "'4 cm2' is text; write the number without quotes and in SI units"),
+            ("E = 7e10", 'E = "70"', "'70' is no number with a unit of Pa; write for example '210 GPa' or 2.1e11"),
+            ("E = 7e10", 'E = "70 kg/m"', "'70 kg/m' has another dimension than Pa; write for example '210 GPa'"),
+            ("rho = 3000.0", 'rho = "heavy"', "write for example '7.85 g/cm^3' or 7850"),
+            ("A = 4e-4", 'A = "4 cm3"', "[properties.beam.A]: '4 cm3' has another dimension than m^2"),
             ("modes = 3", 'modes = "3"', "'3' is text; write the number without quotes"),
         ],
     )

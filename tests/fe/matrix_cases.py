@@ -153,3 +153,10 @@ def random_symmetric(n=60):
     A = A + A.T
     A[7] = A[:, 7] = 0.0
     return A
+
+
+def put_full(at):
+    K, M, points = beam()
+    write.full(at / "file.full", K, M, LABELS)
+    nodes_csv(at / "nodes.csv", points)
+    return 'file = "file.full"\nnodes = "nodes.csv"'

@@ -1,7 +1,9 @@
 """Matrix files as other programs write them, by the field descriptions of their manuals; independent of the readers."""
 
 import io
+import itertools
 import pickle
+import struct
 import zipfile
 
 import numpy as np
@@ -122,3 +124,34 @@ def _object_array(payload) -> bytes:
     np.lib.format.write_array_header_1_0(out, {"descr": "|O", "fortran_order": False, "shape": ()})
     pickle.dump(payload, out)
     return out.getvalue()
+
+
+def full(path, K, M, labels, held=(), order="<", **header):
+    """Binary records of a .full file: standard header, header, components, nodes, both halves, DOFs of the nodes.
+
+    The layout is that of the include file fdfull.inc in Ansys' Programmer's Reference; `held` are equations.
+    """
+    K, M = sp.triu(K).tocsr(), sp.triu(M).tocsr()
+    n, width = K.shape[0], K.shape[0] // len(labels)
+    state = np.zeros(n, dtype=int)
+    state[list(held)] = -1
+
+    def record(values, flags=1 << 31):
+        data = np.asarray(values, dtype=f"{order}{'i4' if flags else 'f8'}").tobytes()
+        return struct.pack(f"{order}iI", len(data) // 4, flags) + data + struct.pack(f"{order}i", len(data) // 4)
+
+    def half(A):
+        rows = [(A.indices[a:b] + 1, A.data[a:b]) for a, b in itertools.pairwise(A.indptr)]
+        return b"".join(record(columns) + record(values, 0) for columns, values in rows)
+
+    data = [
+        record(range(1, width + 1)),
+        record(labels),
+        half(K),
+        half(M),
+        record([width] * len(labels)) + record(state),
+    ]
+    at = np.cumsum([206] + [len(block) // 4 for block in data])  # behind two headers of a hundred words
+    words = {1: -4, 2: n, 4: 2, 7: len(labels), 8: width, 19: at[2], 27: at[3], 36: at[4]}
+    words |= {int(k[1:]): v for k, v in header.items()}
+    path.write_bytes(b"".join([record([4] * 100), record([words.get(k, 0) for k in range(1, 101)]), *data]))

@@ -25,7 +25,7 @@ MAY_IMPORT = {
 LAYERS = {
     "fe": (
         "properties", "mesh", "links", "quality", "elements", "elements.shells", "families", "readers.coverage",
-        "readers.nastran", "readers.abaqus", "readers", "generation", "assembly", "external",
+        "readers.nastran", "readers.abaqus", "readers.ansys", "readers", "generation", "assembly", "external",
     ),
     "multibody": (
         "model", "kernels.algebra", "kernels", "kernels.closed_loops", "kernels.loads", "packing", "elements",

@@ -13,6 +13,7 @@ from fe.matrix_cases import (
     put_calculix,
     put_dmig,
     put_dmig_and_deck,
+    put_full,
     put_market,
     put_matrix_input,
     put_npy_nodes,
@@ -41,6 +42,7 @@ FORMATS = {
     "substructure": (put_substructure, FULL),
     "matrix input": (put_matrix_input, FULL),
     "CalculiX": (put_calculix, FULL),
+    "Ansys": (put_full, FULL),
 }
 
 

@@ -28,6 +28,7 @@ class Found:
     matrices: dict[str, Labelled]
     nodes: Mesh | None = None
     dof: Any = field(default=None)
+    held: str = ""  # why the matrices are those of a supported structure
 
 
 def labelled(row: np.ndarray, column: np.ndarray, values: np.ndarray) -> Labelled:

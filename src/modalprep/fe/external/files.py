@@ -14,6 +14,7 @@ from scipy.sparse import csr_array
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.external.abaqus import read_abaqus_matrix
+from modalprep.fe.external.ansys_full import read_full, refuse_turned
 from modalprep.fe.external.archive import read_archive
 from modalprep.fe.external.dmig import read_dmig
 from modalprep.fe.external.entries import Found, Labelled, cloud, together
@@ -30,6 +31,7 @@ from modalprep.suggest import refuse_missing
 
 DECK = NASTRAN | {".pch", ".dmig"}
 ENTRIES = {".sti", ".mas"}  # of CalculiX
+FULL = ".full"  # of Ansys
 RELATIVE = "give a path relative to the pipeline file"
 TABLE = {".csv", ".txt", ".dof"}
 FIRST = {"stiffness": "k", "mass": "m"}  # how the name of a matrix begins
@@ -47,15 +49,20 @@ class Matrices(Mesh):
         As `model_from_matrices` takes it.
     units : (str, str or None)
         Of length and mass.
+    held : str
+        Why the matrices are those of a supported structure; empty when they are not known to be.
     """
 
     K: csr_array
     M: csr_array
     dof: Any
     units: tuple[str, str | None]
+    held: str = ""
 
     def model(self, interfaces: Mapping[str, Interface], root: str | None = None) -> FEModel:
-        """Return the model, as `model_from_matrices` does."""
+        """Return the model, as `model_from_matrices` does; refuse a structure that is known to be supported."""
+        if self.held:
+            raise InputError(self.held)
         return model_from_matrices(
             self.K, self.M, self, self.dof,
             interfaces=interfaces, root=root, length_unit=self.units[0], mass_unit=self.units[1],
@@ -76,8 +83,8 @@ def read_matrices(
     """Read stiffness, mass and nodes for `model_from_matrices`.
 
     Formats of the matrices are MatrixMarket (.mtx), numpy archives (.npz; also FEM files of Exudyn), Nastran OUTPUT4
-    (.op4) and DMIG (.bdf, .dat, .nas, .pch), Abaqus substructures and matrix output (.mtx, .inp), and CalculiX (.sti,
-    .mas).
+    (.op4) and DMIG (.bdf, .dat, .nas, .pch), Abaqus substructures and matrix output (.mtx, .inp), CalculiX (.sti, .mas)
+    and Ansys (.full, whose nodes come from the .cdb file).
 
     Parameters
     ----------
@@ -118,6 +125,8 @@ def read_matrices(
     mesh = found.nodes.with_(points=found.nodes.points * length, scale=length) if found.nodes is not None else None
     if nodes is not None:
         mesh = _read_nodes(Path(nodes), length_unit, length)
+        if sources["stiffness"][0].suffix.lower() == FULL:
+            refuse_turned(Path(nodes))
     if mesh is None:
         raise InputError(
             f"{sources['stiffness'][0]} holds no nodes; say in which file their coordinates are: nodes = ..."
@@ -139,6 +148,7 @@ def read_matrices(
         M=M,
         dof=found.dof if rows is None else _pairs(rows, mesh),
         units=(length_unit, mass_unit),
+        held=found.held,
     )
 
 
@@ -155,6 +165,8 @@ def _read(path: Path) -> Found:
     suffix = path.suffix.lower()
     if suffix == ".npz":
         return read_archive(path)
+    if suffix == FULL:
+        return read_full(path)
     if suffix == ".op4":
         return Found({name: Labelled(A, None) for name, A in read_output4(path).items()})
     if suffix in DECK:
@@ -165,7 +177,7 @@ def _read(path: Path) -> Found:
         return Found({"": Labelled(read_market(path), None)} if market else read_abaqus_matrix(path))
     raise InputError(
         f"matrix file {path}: {suffix or 'a name without ending'} is not known; known are .mtx, .npz, .op4, "
-        f"{', '.join(sorted(DECK | ENTRIES))}"
+        f"{FULL}, {', '.join(sorted(DECK | ENTRIES))}"
     )
 
 
@@ -202,7 +214,7 @@ def _read_nodes(path: Path, unit: str, length: float) -> Mesh:
         if found is None:
             raise InputError(f"file of nodes {path} holds no array 'nodes'; save the coordinates under this name")
         return found.with_(points=found.points * length, scale=length)
-    return read_mesh(path, unit)
+    return read_mesh(path, unit, "kg").with_(properties={}, links=(), data={})
 
 
 def _deck_nodes(path: Path) -> Mesh | None:

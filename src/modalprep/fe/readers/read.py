@@ -1,4 +1,4 @@
-"""Readers of mesh files: Nastran and Abaqus by own parsers, other formats through meshio; all are validated."""
+"""Readers of mesh files: decks by own parsers, other formats through meshio; all are validated."""
 
 from __future__ import annotations
 
@@ -17,8 +17,11 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.reader import read_abaqus
-from modalprep.fe.readers.digest import NASTRAN
+from modalprep.fe.readers.ansys.read import read_ansys
+from modalprep.fe.readers.digest import ANSYS, NASTRAN
+from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
 from modalprep.fe.readers.nastran.deck import read_nastran
+from modalprep.fe.readers.universal import read_universal
 from modalprep.fe.readers.unpacking import limited_unpacking, refuse_packed_datasets
 from modalprep.suggest import refuse_missing, suggestion
 
@@ -33,7 +36,8 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
-ABAQUS = ".inp"
+DECKS = {".inp": read_abaqus, **dict.fromkeys(ANSYS, read_ansys), **dict.fromkeys(NASTRAN, read_nastran)}
+UNIVERSAL, MED = {".unv", ".uff"}, ".med"
 
 
 def read_mesh(
@@ -41,11 +45,12 @@ def read_mesh(
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
-    Nastran decks (.bdf, .dat, .nas) and those of Abaqus and CalculiX (.inp) provide sections, materials, masses,
-    springs, rigid and averaging elements. The formats that meshio reads (.msh 4.1 is best, .vtu, ...) provide points,
-    cells and groups: the file's cell sets and node sets, its ``gmsh:physical`` numbers with their names, or the
-    integer cell arrays of a .vtu file (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for
-    two groups, is kept once in both groups.
+    Nastran decks (.bdf, .dat, .nas), Ansys archives (.cdb, .ans) and the decks of Abaqus and CalculiX (.inp) provide
+    sections, materials, masses, springs, rigid and averaging elements. Universal files (.unv) and the formats that
+    meshio reads (.msh 4.1 is best, .med, .vtu, ...) provide points, cells and groups: the file's cell sets and node
+    sets, its ``gmsh:physical`` numbers with their names, or the integer cell arrays of a .vtu file
+    (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups, is kept once in both
+    groups.
 
     Parameters
     ----------
@@ -80,14 +85,17 @@ def read_mesh(
     refuse_units(length_unit, mass_unit)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
-    if path.suffix.lower() == ABAQUS:
-        return _deck(_checked(read_abaqus(path, *units, ignore), path), path, length_unit, mass_unit)
-    if path.suffix.lower() in NASTRAN:
-        return _deck(read_nastran(path, *units, ignore), path, length_unit, mass_unit)
+    reader = DECKS.get(path.suffix.lower())
+    if reader is not None:
+        return _deck(_checked(reader(path, *units, ignore), path), path, length_unit, mass_unit)
     if ignore:
         raise InputError(f"mesh file {path}: 'ignore' names keywords of decks; leave it out for other files")
+    if path.suffix.lower() in UNIVERSAL:
+        return _checked(read_universal(path, LENGTH_UNITS[length_unit]), path)
     content = path.read_bytes()
     raw = _read_with_meshio(path, content)
+    if path.suffix.lower() == MED:
+        name_groups(raw)
     cells, groups = _merge(raw)
     if not cells:
         raise InputError(f"mesh file {path} holds no cells; save the mesh with its elements")
@@ -96,6 +104,8 @@ def read_mesh(
     _add_node_sets(raw, cells, groups)
     if path.suffix.lower() in VTK and "wedge" in cells:
         cells["wedge"] = _upright(cells["wedge"], points)
+    if path.suffix.lower() == MED:
+        cells = {kind: in_vtk_order(kind, rows, points) for kind, rows in cells.items()}
     return Mesh(
         points=points * LENGTH_UNITS[length_unit],
         cells=cells,
@@ -138,7 +148,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
     from meshio._helpers import extension_to_filetypes
 
     if path.suffix.lower() not in extension_to_filetypes:
-        known = ", ".join(sorted({*extension_to_filetypes, *NASTRAN, ABAQUS}))
+        known = ", ".join(sorted({*extension_to_filetypes, *DECKS, *UNIVERSAL}))
         raise InputError(f"mesh file {path}: the format {path.suffix!r} is not known; known are {known}")
     content = content.removeprefix(codecs.BOM_UTF8)
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"
@@ -151,6 +161,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
             limited_unpacking(len(content)),
         ):
             refuse_packed_datasets(path, content)
+            learn_cells()
             return _read_msh(path) if path.suffix == ".msh" else meshio.read(path)
     except (Exception, SystemExit) as error:
         raise InputError(f"{damaged}; the reader said: {str(error).strip() or type(error).__name__}") from None

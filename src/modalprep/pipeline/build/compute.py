@@ -12,6 +12,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.second_order import SECOND_ORDER
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError
+from modalprep.fe.properties.plausible import implausible_body
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.built import Built
 from modalprep.pipeline.build.cache import Cache
@@ -23,12 +24,6 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import modal_damping
-
-# plausible range of the mass over the cube of the size, kg/m^3: from a thread to more than a cube of osmium
-LIGHT, HEAVY = 1e-6, 2.3e4
-GIANT = 1e6  # kg; an arm of 0.1 m read as 100 m has 1e9 times its mass
-SHORT, LONG = 1e-3, 100.0  # m
-SLOW, FAST = 0.1, 1e5  # m/s, first frequency times size: from a film to a block of diamond
 
 
 def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
@@ -63,21 +58,11 @@ def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter,
         )
     reporter.wrote(write_body(body, file))
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_unit_warnings(body)), error)
+    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale)), error)
 
 
-def _unit_warnings(body: FlexibleBody) -> tuple[str, ...]:
+def _unit_warnings(body: FlexibleBody, scale: float) -> list[str]:
     """Return warnings of values that suggest a wrong unit."""
-    size = np.ptp(body.points, axis=0).max()
-    what = (
-        f"for a body of {size:.3g} m and {body.m:.3g} kg: check length_unit, mass_unit and the SI units of [materials]"
-    )
-    warnings = []
-    if not (LIGHT < body.m / size**3 < HEAVY and 1 / GIANT < body.m < GIANT):
-        warnings.append(f"its mass is implausible {what}")
     elastic = body.frequency[body.frequency > 0]
-    if not SHORT <= size <= LONG:
-        warnings.append(f"its size is implausible {what}")
-    if len(elastic) and not SLOW < elastic[0] * size < FAST:
-        warnings.append(f"first frequency {elastic[0]:.3g} Hz is implausible {what}")
-    return tuple(warnings)
+    size = float(np.ptp(body.points, axis=0).max())
+    return implausible_body(size, body.m, float(elastic[0]) if len(elastic) else None, scale)

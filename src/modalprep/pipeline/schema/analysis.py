@@ -7,7 +7,8 @@ from typing import Annotated, Any, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.formats.statespace import WRITERS
-from modalprep.pipeline.schema.base import Angle, ReferenceTable, Table
+from modalprep.pipeline.schema.base import ReferenceTable, Table
+from modalprep.pipeline.schema.quantities import Angle, Duration, Frequency
 from modalprep.pipeline.schema.system import EACH, THEORY, Theory
 from modalprep.pipeline.schema.time import TIME, Time, form
 
@@ -18,8 +19,8 @@ Numbers = list[Angle]
 class ResponseTable(Table):
     """Frequencies of a response to harmonic inputs, on a logarithmic grid."""
 
-    lowest: float = Field(gt=0, description="Hz")
-    highest: float = Field(gt=0, description="Hz")
+    lowest: Frequency = Field(gt=0, description="Hz")
+    highest: Frequency = Field(gt=0, description="Hz")
     points: Annotated[int, Field(ge=2, le=100_000)] = 400
 
     @model_validator(mode="after")
@@ -32,7 +33,7 @@ class ResponseTable(Table):
 class SweepTable(Table):
     """Modes at many times: loads and masses change with time, the reference state does not move."""
 
-    until: float = Field(gt=0, description="s, end of the sweep, which begins at `time`")
+    until: Duration = Field(gt=0, description="s, end of the sweep, which begins at `time`")
     points: Annotated[int, Field(ge=2, le=10_000)] = 100
     modes: Annotated[int, Field(ge=1)] = Field(6, description="lowest that vibrate")
     label: str = Field("time (s)", description="label of the axis, for loads that are ramps of another parameter")
@@ -45,8 +46,8 @@ class InverseTable(Table):
     motion: Annotated[dict[str, Time | list[Time]], Field(min_length=1)] = Field(
         description="by joint, m or rad: " + TIME + EACH
     )
-    t_end: float = Field(gt=0, description="s")
-    output_step: float = Field(0.01, gt=0, description="s")
+    t_end: Duration = Field(gt=0, description="s")
+    output_step: Duration = Field(0.01, gt=0, description="s")
     modes: Literal["dynamic", "quasi_static"] = Field(
         "dynamic", description="quasi_static: modes in quasi-static equilibrium at each time"
     )
@@ -59,7 +60,7 @@ class AnalysisTable(Table):
     about: Literal["equilibrium", "steady", "start"] = Field(
         "equilibrium", description="reference state; steady: equilibrium while prescribed joints move"
     )
-    time: float = Field(0.0, ge=0, description="s, at which functions of time are taken")
+    time: Duration = Field(0.0, ge=0, description="s, at which functions of time are taken")
     theory: Theory = Field("consistent", description=THEORY)
     modes: Annotated[int, Field(ge=0)] = Field(20, description="modes of the system to list")
     inputs: list[str] = Field([], description="'joint', 'joint.2', 'body.interface.force.x', '... .torque.x'")

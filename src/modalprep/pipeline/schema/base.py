@@ -2,52 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from modalprep.errors import InputError
 from modalprep.suggest import suggestion
 
 Vector = Annotated[list[float], Field(min_length=3, max_length=3)]
-
-
-def _radians(value: Any) -> Any:
-    """Read ``1.5``, ``"1.5 rad"`` or ``"90 deg"``."""
-    if isinstance(value, str):
-        match = re.fullmatch(r"\s*([-+.\deE]+)\s*(deg|rad)\s*", value)
-        if not match:
-            raise ValueError(f"{value!r} is not an angle; write for example '90 deg' or 1.57")
-        return float(match[1]) * (math.pi / 180 if match[2] == "deg" else 1.0)
-    return value
-
-
-def _in_units(units: dict[str, float], example: str) -> BeforeValidator:
-    """Read a number in SI, or text of a number and one of the units, each with its factor to SI."""
-
-    def read(value: Any) -> Any:
-        if not isinstance(value, str):
-            return value
-        number, unit = (re.match(r"\s*([-+.\deE]*)(.*)$", value, re.DOTALL) or [value] * 3).groups()
-        try:
-            return float(number) * units[unit.strip().replace("^", "")]
-        except (ValueError, KeyError):
-            known = ", ".join(units)
-            raise ValueError(f"{value!r} is not understood; write {example}, or a unit of {known}") from None
-
-    return BeforeValidator(read)
-
-
-STRESS = {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "N/mm2": 1e6}
-DENSITY = {"kg/m3": 1.0, "g/cm3": 1e3, "kg/dm3": 1e3, "t/m3": 1e3, "t/mm3": 1e12}
-Stress = Annotated[float, _in_units(STRESS, "2.1e11 or '210 GPa'")]
-Density = Annotated[float, _in_units(DENSITY, "7850 or '7.85 g/cm3'")]
-Angle = Annotated[float, BeforeValidator(_radians)]
 
 
 def first_message(error: ValidationError) -> str:

@@ -11,13 +11,24 @@ from pydantic import Discriminator, Field, Tag, ValidationError, model_validator
 from modalprep.errors import InputError
 from modalprep.multibody.model.chain import SegmentedBeam, chain_links
 from modalprep.multibody.model.joint import Joint
-from modalprep.pipeline.schema.base import Table, Vector, first_message
+from modalprep.pipeline.schema.base import Table, first_message
+from modalprep.pipeline.schema.quantities import (
+    BendingStiffness,
+    Curvature,
+    Duration,
+    Force,
+    InertiaPerLength,
+    Length,
+    MassPerLength,
+    three,
+)
 from modalprep.pipeline.schema.system import BodyTable, HingeTable, JointTable
 from modalprep.pipeline.schema.time import form
 
 Several = Annotated[list[HingeTable], Field(min_length=1)]
 Joints = Annotated[Annotated[HingeTable, Tag("table")] | Annotated[Several, Tag("list")], Discriminator(form)]
-Positive = Annotated[float, Field(gt=0)]
+Bending = Annotated[BendingStiffness, Field(gt=0)]
+PositiveForce = Annotated[Force, Field(gt=0)]
 
 
 class ChainTable(Table):
@@ -69,18 +80,20 @@ class BeamTable(Table):
     See `SegmentedBeam`; source: Banerjee (2016), Flexible Multibody Dynamics, chapter 10.
     """
 
-    length: Positive = Field(description="m")
+    length: Length = Field(gt=0, description="m")
     segments: int = Field(ge=1, le=100_000, description="number of rigid rods")
-    mass_per_length: Positive = Field(description="kg/m")
-    rotary_inertia: Vector = Field([0.0, 0.0, 0.0], description="of the cross-section about x, y, z, per length, kg m")
-    EI: Positive | Annotated[list[Positive], Field(min_length=2, max_length=2)] = Field(
+    mass_per_length: MassPerLength = Field(gt=0, description="kg/m")
+    rotary_inertia: three(InertiaPerLength) = Field(
+        [0.0, 0.0, 0.0], description="of the cross-section about x, y, z, per length, kg m"
+    )
+    EI: Bending | Annotated[list[Bending], Field(min_length=2, max_length=2)] = Field(
         description="bending stiffness, N m^2: one number for the plane x y, two (about y and z) for space"
     )
-    GJ: Positive | None = Field(None, description="torsional stiffness, N m^2, with two of EI; default rigid")
-    EA: Positive | None = Field(None, description="axial stiffness, N, with GA and one EI; default rigid")
-    GA: Positive | None = Field(None, description="shear stiffness, shear factor included, N, with EA")
-    curvature: float = Field(0.0, description="of the unloaded beam, in the plane x y, 1/m")
-    damping: float = Field(0.0, ge=0, description="of the material: damping over stiffness, s")
+    GJ: Bending | None = Field(None, description="torsional stiffness, N m^2, with two of EI; default rigid")
+    EA: PositiveForce | None = Field(None, description="axial stiffness, N, with GA and one EI; default rigid")
+    GA: PositiveForce | None = Field(None, description="shear stiffness, shear factor included, N, with EA")
+    curvature: Curvature = Field(0.0, description="of the unloaded beam, in the plane x y, 1/m")
+    damping: Duration = Field(0.0, ge=0, description="of the material: damping over stiffness, s")
     parent: str = Field("ground", description="what carries it: 'ground' or 'body.interface'")
     root: dict[str, Any] = Field(
         {},

@@ -7,18 +7,31 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from modalprep.pipeline.schema.base import Table, Vector
-from modalprep.pipeline.schema.system import Constant, Inertia
+from modalprep.pipeline.schema.quantities import (
+    BendingStiffness,
+    Damping,
+    Duration,
+    Force,
+    InertiaPerLength,
+    Length,
+    Mass,
+    MassFlow,
+    MassPerLength,
+    Velocity,
+    or_expression,
+    three,
+)
+from modalprep.pipeline.schema.system import Inertia
 from modalprep.pipeline.schema.time import TIME, PieceTable, Time
 
-Rate = Annotated[float, Field(ge=0)] | list[PieceTable]
-Positive = Annotated[float, Field(gt=0)]
+Rate = Annotated[MassFlow, Field(ge=0)] | list[PieceTable]
 
 
 class LevelTable(Table):
     """A body at another fill level: a rigid body, scaled densities, or a modal file with the same modes."""
 
-    mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
-    centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
+    mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
+    centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field([0.0, 0.0, 0.0], description="of a rigid body about its centre of mass, as in [bodies]")
     density_factor: float | None = Field(None, gt=0, description="factor on all densities of the body")
     file: str | None = Field(None, description="modal file with the modes of the body")
@@ -44,7 +57,9 @@ class DepletionTable(Table):
         None,
         description="mass flow rate, kg/s, until the body is empty; pieces [{ value, until }, ...] if throttled",
     )
-    mass: Time | None = Field(None, description="of the body (kg), instead of a rate: " + TIME)
+    mass: Annotated[Time | None, or_expression("kg")] = Field(
+        None, description="of the body (kg), instead of a rate: " + TIME
+    )
 
     @model_validator(mode="after")
     def _one_law(self) -> DepletionTable:
@@ -60,10 +75,10 @@ class JetTable(Table):
 
     at: str = Field(description="'body.interface', the exit")
     depletion: str = Field(description="the depletion that supplies the gas")
-    speed: float = Field(ge=0, description="exhaust velocity, m/s")
+    speed: Velocity = Field(ge=0, description="exhaust velocity, m/s")
     axis: Vector = Field(description="direction of the exhaust, in the axes of the exit, opposite to the thrust")
     mass_fraction: float = Field(1.0, ge=0, description="of the mass lost that leaves through this exit")
-    pressure: float = Field(0.0, ge=0, description="N, exit pressure times exit area, while gas flows")
+    pressure: Force = Field(0.0, ge=0, description="N, exit pressure times exit area, while gas flows")
     flow_path: list[str] = Field(
         [],
         description="'body.interface' along which the gas flows to the exit; its Coriolis force damps rotation",
@@ -76,20 +91,26 @@ class DeploymentTable(Table):
     parent: str = Field("ground", description="the exit: 'ground' or an interface of a rigid body, 'body.interface'")
     axis: Vector = Field([1.0, 0.0, 0.0], description="direction of deployment, in the parent's frame")
     normal: Vector = Field([0.0, 0.0, 1.0], description="of the bending plane, in the parent's frame")
-    position: Vector = Field([0.0, 0.0, 0.0], description="of an exit in the ground, m")
-    length: Positive = Field(description="total length, m")
+    position: three(Length) = Field([0.0, 0.0, 0.0], description="of an exit in the ground, m")
+    length: Length = Field(gt=0, description="total length, m")
     segments: int = Field(ge=1, le=100_000, description="number of rods of equal length")
-    mass_per_length: Positive = Field(description="kg/m")
-    EI: Constant = Field(0.0, description="bending stiffness, N m^2; 0 for a cable or tether")
-    damping: Constant = Field(0.0, description="damping over stiffness of the material, s")
-    deployed_length: Time | None = Field(None, description="prescribed (m), its rate may jump: " + TIME)
-    tension: Time | None = Field(None, description="of a free reel, N, instead of deployed_length: " + TIME)
-    brake: Constant = Field(0.0, description="viscous brake of a free reel, N s/m")
-    initial_length: float = Field(0.0, ge=0, description="deployed length of a free reel at the start, m")
-    initial_speed: float = Field(0.0, description="its rate at the start, m/s")
-    stop_time: float | None = Field(None, ge=0, description="s, from which the deployed length is constant")
+    mass_per_length: MassPerLength = Field(gt=0, description="kg/m")
+    EI: BendingStiffness = Field(0.0, ge=0, description="bending stiffness, N m^2; 0 for a cable or tether")
+    damping: Duration = Field(0.0, ge=0, description="damping over stiffness of the material, s")
+    deployed_length: Annotated[Time | None, or_expression("m")] = Field(
+        None, description="prescribed (m), its rate may jump: " + TIME
+    )
+    tension: Annotated[Time | None, or_expression("N")] = Field(
+        None, description="of a free reel, N, instead of deployed_length: " + TIME
+    )
+    brake: Damping = Field(0.0, ge=0, description="viscous brake of a free reel, N s/m")
+    initial_length: Length = Field(0.0, ge=0, description="deployed length of a free reel at the start, m")
+    initial_speed: Velocity = Field(0.0, description="its rate at the start, m/s")
+    stop_time: Duration | None = Field(None, ge=0, description="s, from which the deployed length is constant")
     spatial: bool = Field(False, description="true: a cable moves in space; false: in the plane of the normal")
-    rotary_inertia: Constant = Field(0.0, description="of the cross-section about the axis, per length, kg m")
-    deflection: float = Field(
+    rotary_inertia: InertiaPerLength = Field(
+        0.0, ge=0, description="of the cross-section about the axis, per length, kg m"
+    )
+    deflection: Length = Field(
         0.0, description="initial deflection of a beam's tip, in the shape due to a static tip force, m"
     )

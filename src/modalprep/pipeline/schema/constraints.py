@@ -8,6 +8,7 @@ from pydantic import Field
 
 from modalprep.multibody.model.constraints import ClosureType
 from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.quantities import AnyVelocity, Length, three
 from modalprep.pipeline.schema.reduction import RotationTable
 from modalprep.pipeline.schema.time import TIME, Time
 
@@ -22,14 +23,14 @@ class ClosureTable(Table):
     b: str = Field("ground", description=END)
     axis: Vector = Field([0.0, 0.0, 1.0], description="of the joint, line or plane, in a's axes")
     second_axis: Vector | None = Field(None, description="of a universal joint, fixed in b, in a's axes at zero")
-    position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
+    position: three(Length) = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
     rotation: RotationTable | None = Field(None, description="b's axes to a's axes at zero angle")
     length: Time | None = Field(None, description="of a distance, m; default as at the start: " + TIME)
     path: Annotated[list[Time], Field(min_length=3, max_length=3)] | None = Field(
         None, description='of a position: b relative to a, m, each component "free" or ' + TIME
     )
     friction_coefficient: Annotated[float, Field(ge=0)] = Field(0.0, description="of a point on a line or plane")
-    transition_velocity: Annotated[float, Field(gt=0)] = Field(
+    transition_velocity: Annotated[AnyVelocity, Field(gt=0)] = Field(
         1e-3, description="of friction, from sticking to sliding, m/s"
     )
     active: bool = Field(True, description="false: inactive until an event activates it")

@@ -7,7 +7,19 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.multibody.model.environment import EARTH_MU, EARTH_RADIUS, EARTH_SPIN
-from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.quantities import (
+    Acceleration,
+    Angle,
+    AngularVelocity,
+    Density,
+    Length,
+    MagneticField,
+    PlanetConstant,
+    Velocity,
+    or_expression,
+    three,
+)
 from modalprep.pipeline.schema.time import form
 
 Three = Annotated[list[str | float], Field(min_length=3, max_length=3)]
@@ -17,8 +29,10 @@ class ControlTable(Table):
     """A control law: expressions of t and of channels."""
 
     at: str = Field(description="'body.interface', or a joint")
-    force: Three | None = Field(None, description="on the interface, N; expressions: '-2*arm.tip.velocity.x'")
-    torque: Three | None = Field(None, description="on the interface, N m")
+    force: Annotated[Three | None, or_expression("N")] = Field(
+        None, description="on the interface, N; expressions: '-2*arm.tip.velocity.x'"
+    )
+    torque: Annotated[Three | None, or_expression("N m")] = Field(None, description="on the interface, N m")
     values: list[str | float] | None = Field(
         None, description="of a joint instead, N or N m, one for each of its speeds: '-3*hinge.angle - hinge.rate'"
     )
@@ -34,25 +48,29 @@ class ControlTable(Table):
 class CentralTable(Table):
     """Gravity of a planet, with its gradient over each body."""
 
-    mu: float = Field(gt=0, description="m^3/s^2; 3.986004418e14 for the Earth")
-    centre: Vector = Field([0.0, 0.0, 0.0], description="m")
+    mu: PlanetConstant = Field(gt=0, description="m^3/s^2; 3.986004418e14 for the Earth")
+    centre: three(Length) = Field([0.0, 0.0, 0.0], description="m")
 
 
 class WaterTable(Table):
     """Water with a steady current; immersed bodies are listed in [immersed]."""
 
-    density: float = Field(1025.0, gt=0, description="kg/m^3")
-    current: Vector | list[Vector] = Field([0.0, 0.0, 0.0], description="m/s; or one for each of `depths`")
-    depths: Annotated[list[float], Field(min_length=1)] = Field([0.0], description="m below the surface, increasing")
+    density: Density = Field(1025.0, gt=0, description="kg/m^3")
+    current: three(Velocity) | list[three(Velocity)] = Field(
+        [0.0, 0.0, 0.0], description="m/s; or one for each of `depths`"
+    )
+    depths: Annotated[list[Length], Field(min_length=1)] = Field([0.0], description="m below the surface, increasing")
     up: Vector = Field([0.0, 0.0, 1.0], description="direction")
-    surface: float = Field(0.0, description="where the depth is zero, m along `up`")
+    surface: Length = Field(0.0, description="where the depth is zero, m along `up`")
 
 
 class DipoleTable(Table):
     """Magnetic field of a planet, rotating with it."""
 
-    strength: float = Field(gt=0, description="on the magnetic equator at `radius`, T; about 3.12e-5 for the Earth")
-    radius: float = Field(EARTH_RADIUS, gt=0, description="m")
+    strength: MagneticField = Field(
+        gt=0, description="on the magnetic equator at `radius`, T; about 3.12e-5 for the Earth"
+    )
+    radius: Length = Field(EARTH_RADIUS, gt=0, description="m")
     tilt: Angle = Field(0.0, description="between the axes of dipole and planet")
     longitude: Angle = Field(0.0, description="of the dipole's axis at the start, from the ascending node")
 
@@ -60,13 +78,15 @@ class DipoleTable(Table):
 class OrbitTable(Table):
     """Circular orbit of the ground: x up, y along the flight, z normal to the orbit."""
 
-    altitude: float | None = Field(None, description="above the equator of the Earth, m")
-    radius: float | None = Field(None, gt=0, description="instead, m")
-    rate: float | None = Field(None, gt=0, description="instead, rad/s: gravity to first order in distances (Hill)")
-    mu: float = Field(EARTH_MU, gt=0, description="of the planet, m^3/s^2")
+    altitude: Length | None = Field(None, description="above the equator of the Earth, m")
+    radius: Length | None = Field(None, gt=0, description="instead, m")
+    rate: AngularVelocity | None = Field(
+        None, gt=0, description="instead, rad/s: gravity to first order in distances (Hill)"
+    )
+    mu: PlanetConstant = Field(EARTH_MU, gt=0, description="of the planet, m^3/s^2")
     inclination: Angle = Field(0.0, description="to the planet's equator")
     argument_of_latitude: Angle = Field(0.0, description="from the ascending node to the origin at the start")
-    planet_spin: float = Field(EARTH_SPIN, description="rad/s")
+    planet_spin: AngularVelocity = Field(EARTH_SPIN, description="rad/s")
     dipole: DipoleTable | None = None
 
     @model_validator(mode="after")
@@ -79,8 +99,8 @@ class OrbitTable(Table):
 class EnvironmentTable(Table):
     """Loads on every body."""
 
-    gravity: Annotated[Annotated[Vector, Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(form)] = (
-        Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
-    )
+    gravity: Annotated[
+        Annotated[three(Acceleration), Tag("list")] | Annotated[CentralTable, Tag("table")], Discriminator(form)
+    ] = Field([0.0, 0.0, 0.0], description="m/s^2, or { mu, centre } of a planet")
     orbit: OrbitTable | None = Field(None, description="the ground is the local frame of a circular orbit")
     water: WaterTable | None = Field(None, description="that surrounds the bodies of [immersed]")

@@ -12,7 +12,7 @@ from modalprep.pipeline.schema.base import Table, Vector
 class MeshTable(Table):
     """The mesh file."""
 
-    file: str = Field(description="mesh file, relative to this file; .msh 4.1 is best; .inp, .bdf/.dat, .vtu")
+    file: str = Field(description="mesh file, relative to this file; .msh 4.1 is best; .inp, .bdf/.dat, .cdb, .vtu")
     length_unit: str = Field("m", description="unit of its coordinates: m, mm, cm, in, ft")
     mass_unit: str | None = Field(
         None, description="of a deck's own materials: kg, g, t, lbm, slug, slinch (lbf s^2/in)"
@@ -31,7 +31,8 @@ class MatricesTable(Table):
 
     file: str | None = Field(
         None,
-        description="both matrices in one: .npz (K, M, nodes; FEM file of Exudyn), .op4, DMIG deck, .mtx substructure",
+        description="both matrices in one: .npz (K, M, nodes; FEM file of Exudyn), .op4, .full, DMIG deck, .mtx "
+        "substructure",
     )
     stiffness: str | None = Field(
         None, description="matrix file: .mtx (MatrixMarket, Abaqus), .npz, .op4, .sti, .bdf/.dat/.pch with DMIG"

@@ -19,16 +19,34 @@ from modalprep.multibody.model.environment import Conductor
 from modalprep.multibody.model.hydrodynamics import ImmersedRod, Water
 from modalprep.multibody.model.loads import AxialSpring, Bushing, DistributedForce, Load, PointForce
 from modalprep.multibody.model.rotational_spring import RotationalSpring
-from modalprep.pipeline.schema.base import Angle, Table, Vector, naming
+from modalprep.pipeline.schema.base import Table, Vector, naming
 from modalprep.pipeline.schema.environment import WaterTable
+from modalprep.pipeline.schema.quantities import (
+    Angle,
+    AngularVelocity,
+    AnyDamping,
+    AnyStiffness,
+    Damping,
+    Length,
+    Moment,
+    RotationalDamping,
+    RotationalStiffness,
+    Stiffness,
+    or_expression,
+    three,
+)
 from modalprep.pipeline.schema.reduction import RotationTable, rotation_matrix
 from modalprep.pipeline.schema.system import Constant
 from modalprep.pipeline.schema.time import TIME, PointsOrFile, Time, time_function
 from modalprep.suggest import refuse_unknown, suggestion
 
-Six = Annotated[list[Annotated[float, Field(ge=0)]], Field(min_length=6, max_length=6)]
 Ends = Annotated[list[str], Field(min_length=2, max_length=2)]
 ENDS = "'body.interface' twice, or one and 'ground'"
+
+
+def six(kind: Any) -> Any:
+    """Return the type of six numbers, none of them negative."""
+    return Annotated[list[Annotated[kind, Field(ge=0)]], Field(min_length=6, max_length=6)]
 
 
 class Scope(NamedTuple):
@@ -44,13 +62,13 @@ class ForceTable(Table):
 
     at: str | None = Field(None, description="'body.interface'")
     body: str | None = Field(None, description="instead: body over whose mesh points the force is distributed equally")
-    box: Annotated[list[Vector], Field(min_length=2, max_length=2)] | None = Field(
+    box: Annotated[list[three(Length)], Field(min_length=2, max_length=2)] | None = Field(
         None, description="of `body`: only points between two opposite corners, body frame, m; default all"
     )
-    force: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
+    force: Annotated[list[Time], Field(min_length=3, max_length=3), or_expression("N")] = Field(
         [0.0, 0.0, 0.0], description="N, each component: " + TIME
     )
-    torque: Annotated[list[Time], Field(min_length=3, max_length=3)] = Field(
+    torque: Annotated[list[Time], Field(min_length=3, max_length=3), or_expression("N m")] = Field(
         [0.0, 0.0, 0.0], description="of `at`, N m, each component as those of the force"
     )
     factor: Time = Field(1.0, description="of `body`: factor of its force over time, " + TIME)
@@ -91,11 +109,13 @@ class AxialSpringTable(Table):
     """An axial spring and damper between two points."""
 
     between: Ends = Field(description=ENDS)
-    stiffness: Constant = Field(0.0, description="N/m")
-    damping: Constant = Field(0.0, description="N s/m")
-    free_length: Constant = Field(0.0, description="m")
-    position: Vector = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
-    actuator_force: Time | None = Field(None, description="N, of an actuator that draws the ends together: " + TIME)
+    stiffness: Stiffness = Field(0.0, ge=0, description="N/m")
+    damping: Damping = Field(0.0, ge=0, description="N s/m")
+    free_length: Length = Field(0.0, ge=0, description="m")
+    position: three(Length) = Field([0.0, 0.0, 0.0], description="of the end on the ground, m")
+    actuator_force: Annotated[Time | None, or_expression("N")] = Field(
+        None, description="N, of an actuator that draws the ends together: " + TIME
+    )
     tension_only: bool = Field(False, description="it goes slack below its free length: a tether or a strap")
 
     def build(self, name: str, scope: Scope) -> list[Load]:
@@ -107,13 +127,15 @@ class BushingTable(Table):
     """Six springs and dampers between two frames, in the axes of the first."""
 
     between: Ends = Field(description=ENDS)
-    stiffness: Six = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
-    damping: Six = Field([0.0] * 6, description="N s/m and N m s/rad")
-    free_position: Vector = Field([0.0, 0.0, 0.0], description="second frame in the first without spring force, m")
+    stiffness: six(AnyStiffness) = Field([0.0] * 6, description="x, y, z (N/m) and about them (N m/rad)")
+    damping: six(AnyDamping) = Field([0.0] * 6, description="N s/m and N m s/rad")
+    free_position: three(Length) = Field(
+        [0.0, 0.0, 0.0], description="second frame in the first without spring force, m"
+    )
     free_rotation: RotationTable | None = Field(
         None, description="from its axes to those of the first, without spring torque"
     )
-    position: Vector = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
+    position: three(Length) = Field([0.0, 0.0, 0.0], description="of the frame on the ground, m")
     rotation: RotationTable | None = Field(None, description="of the frame on the ground")
 
     def build(self, name: str, scope: Scope) -> list[Load]:
@@ -126,7 +148,7 @@ class CharacteristicTable(PointsOrFile):
 
     what = "a characteristic"
     angle: list[Angle] | None = Field(None, description="rad, increasing")
-    torque: list[float] | None = Field(None, description="N m, against the angle")
+    torque: list[Moment] | None = Field(None, description="N m, against the angle")
     file: str | None = Field(None, description="CSV file with a row 'angle, torque' for each point, instead")
 
 
@@ -134,8 +156,8 @@ class DampingTable(PointsOrFile):
     """Torques at rates, likewise."""
 
     what = "a damping characteristic"
-    rate: list[float] | None = Field(None, description="rad/s, increasing")
-    torque: list[float] | None = Field(None, description="N m, against the rate")
+    rate: list[AngularVelocity] | None = Field(None, description="rad/s, increasing")
+    torque: list[Moment] | None = Field(None, description="N m, against the rate")
     file: str | None = Field(None, description="CSV file with a row 'rate, torque' for each point, instead")
 
 
@@ -144,8 +166,8 @@ class RotationalSpringTable(Table):
 
     between: Ends = Field(description=ENDS)
     axis: Vector = Field([0.0, 0.0, 1.0], description="in the axes of the first")
-    stiffness: Constant = Field(0.0, description="N m/rad")
-    damping: Constant = Field(0.0, description="N m s/rad")
+    stiffness: RotationalStiffness = Field(0.0, ge=0, description="N m/rad")
+    damping: RotationalDamping = Field(0.0, ge=0, description="N m s/rad")
     characteristic: CharacteristicTable | None = Field(None, description="instead of the stiffness")
     damping_characteristic: DampingTable | None = Field(None, description="instead of the damping")
     free_angle: Angle = Field(0.0, description="from which the angles of the spring count")
@@ -177,7 +199,7 @@ class ImmersedTable(Table):
 
     bodies: str = Field(description="name, or pattern as 'cable*' for all segments of a chain")
     ends: Ends = Field(["root", "tip"], description="interfaces at the ends of the rod")
-    diameter: Constant = Field(description="m")
+    diameter: Length = Field(ge=0, description="m")
     normal_drag: Constant = Field(1.2, description="coefficient, on the diameter")
     tangential_drag: Constant = Field(0.01, description="coefficient, on the circumference")
     added_mass: Constant = Field(1.0, description="coefficient, on the volume, across the rod")

@@ -24,6 +24,7 @@ from modalprep.pipeline.schema.fe import (
 )
 from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
+from modalprep.pipeline.schema.quantities import in_mesh_unit
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.system import (
     BodyTable,
@@ -44,6 +45,7 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "couplers": "coupler",
     "events": "event",
 }
+IN_MESH_UNIT = ("interfaces", "connections", "supports", "stress", "loads")
 BODIES = ("bodies", "chains", "beams", "deployments")  # a dot ends the name of a body
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
 
@@ -118,6 +120,15 @@ class Pipeline(ForceElements):
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         {}, description='for modalprep batch: values of keys such as "reduction.modes"; every combination is a job'
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lengths_of_the_mesh(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        source = data.get("mesh") or data.get("matrices")
+        unit = source.get("length_unit", "m") if isinstance(source, dict) else "m"
+        return data | {key: in_mesh_unit(data[key], str(unit)) for key in IN_MESH_UNIT if key in data}
 
     @field_validator(*NAMED, mode="before")
     @classmethod

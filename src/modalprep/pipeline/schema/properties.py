@@ -12,7 +12,22 @@ from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Beam, Ply, Shell, Solid, Truss
 from modalprep.fe.properties.sections import beam_section
-from modalprep.pipeline.schema.base import Angle, Density, Stress, Table, Vector
+from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.quantities import (
+    Angle,
+    Area,
+    Density,
+    Inertia,
+    Length,
+    Mass,
+    MassPerArea,
+    MassPerLength,
+    RotationalStiffness,
+    SecondMoment,
+    Stiffness,
+    Stress,
+    three,
+)
 from modalprep.suggest import refuse_unknown
 
 Materials = Mapping[str, Material | Orthotropic | Orthotropic3D | Anisotropic]
@@ -113,12 +128,12 @@ class ShapeTable(Table):
     """A standard section; height lies along 'up'. Sizes in m."""
 
     shape: Literal["rectangle", "rod", "tube", "box", "i"]
-    width: float | None = None
-    height: float | None = None
-    diameter: float | None = None
-    thickness: float | None = Field(None, description="of the wall")
-    flange: float | None = Field(None, description="thickness of the flanges")
-    web: float | None = Field(None, description="thickness of the web")
+    width: Length | None = None
+    height: Length | None = None
+    diameter: Length | None = None
+    thickness: Length | None = Field(None, description="of the wall")
+    flange: Length | None = Field(None, description="thickness of the flanges")
+    web: Length | None = Field(None, description="thickness of the web")
 
 
 class BeamTable(Table):
@@ -127,17 +142,17 @@ class BeamTable(Table):
     type: Literal["beam"]
     material: str
     section: ShapeTable | None = Field(None, description="a standard shape instead of A, Iy, Iz, J, ky, kz")
-    A: float | None = Field(None, description="area, m^2")
-    Iy: float | None = Field(None, description="second moment of area about e2 (bending towards 'up'), m^4")
-    Iz: float | None = Field(None, description="second moment of area about e3, m^4")
-    J: float | None = Field(None, description="torsion constant, m^4")
+    A: Area | None = Field(None, description="area, m^2")
+    Iy: SecondMoment | None = Field(None, description="second moment of area about e2 (bending towards 'up'), m^4")
+    Iz: SecondMoment | None = Field(None, description="second moment of area about e3, m^4")
+    J: SecondMoment | None = Field(None, description="torsion constant, m^4")
     ky: float | None = Field(None, description="shear factor along e2; default 5/6")
     kz: float | None = Field(None, description="shear factor along e3; default 5/6")
     up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
-    offset: Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
+    offset: Annotated[list[Length], Field(min_length=2, max_length=2)] = Field(
         [0.0, 0.0], description="of the centroid from the nodes along e2 and e3, m"
     )
-    nsm: float = Field(0.0, ge=0, description="further mass, kg/m")
+    nsm: MassPerLength = Field(0.0, ge=0, description="further mass, kg/m")
     theory: Literal["timoshenko", "euler-bernoulli"] = "timoshenko"
 
     @model_validator(mode="after")
@@ -166,9 +181,9 @@ class TrussTable(Table):
 
     type: Literal["truss"]
     material: str
-    A: float = Field(description="area, m^2")
-    J: float = Field(0.0, ge=0, description="torsion constant, m^4; 0: no rotations")
-    nsm: float = Field(0.0, ge=0, description="further mass, kg/m")
+    A: Area = Field(description="area, m^2")
+    J: SecondMoment = Field(0.0, ge=0, description="torsion constant, m^4; 0: no rotations")
+    nsm: MassPerLength = Field(0.0, ge=0, description="further mass, kg/m")
 
     def build(self, materials: Materials) -> Truss:
         """Return the property in SI."""
@@ -180,7 +195,7 @@ class PlyTable(Table):
     """A layer, from the bottom up."""
 
     material: str
-    thickness: float = Field(description="m")
+    thickness: Length = Field(description="m")
     angle: Angle = Field(0.0, description="from the shell's axis 1")
 
 
@@ -189,11 +204,11 @@ class ShellTable(Table):
 
     type: Literal["shell"]
     material: str | None = None
-    thickness: float | None = Field(None, description="m")
+    thickness: Length | None = Field(None, description="m")
     plies: list[PlyTable] = Field([], description="instead of material and thickness, from the bottom (-normal) up")
     symmetric: bool = Field(False, description="the plies are the lower half, mirrored above")
-    offset: float = Field(0.0, description="of the mid-surface from the nodes along the normal, m")
-    nsm: float = Field(0.0, ge=0, description="further mass, kg/m^2")
+    offset: Length = Field(0.0, description="of the mid-surface from the nodes along the normal, m")
+    nsm: MassPerArea = Field(0.0, ge=0, description="further mass, kg/m^2")
     axis: Vector | None = Field(None, description="its projection is material axis 1; default the first side")
     angle: Angle = Field(0.0, description="from that to axis 1")
     membrane: Literal["opt", "cst"] = Field("opt", description="of triangles: optimal, or constant strain")
@@ -238,11 +253,11 @@ class MassTable(Table):
     """Rigid mass at each node of a group of points or at the node of a connection."""
 
     type: Literal["mass"]
-    mass: float = Field(ge=0, description="kg")
-    inertia: Annotated[list[float], Field(min_length=6, max_length=6)] = Field(
+    mass: Mass = Field(ge=0, description="kg")
+    inertia: Annotated[list[Inertia], Field(min_length=6, max_length=6)] = Field(
         [0.0] * 6, description="xx, yy, zz, xy, xz, yz of the inertia tensor about the mass centre, kg m^2"
     )
-    offset: Vector = Field([0.0, 0.0, 0.0], description="from the node to the mass centre, m")
+    offset: three(Length) = Field([0.0, 0.0, 0.0], description="from the node to the mass centre, m")
 
     def build(self, materials: Materials) -> PointMass:
         """Return the property in SI."""
@@ -253,8 +268,8 @@ class SpringTable(Table):
     """Springs of a group of lines (between two nodes) or of points (to the ground)."""
 
     type: Literal["spring"]
-    translation: Vector = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N/m")
-    rotation: Vector = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m/rad")
+    translation: three(Stiffness) = Field([0.0, 0.0, 0.0], description="along e1, e2, e3, N/m")
+    rotation: three(RotationalStiffness) = Field([0.0, 0.0, 0.0], description="about e1, e2, e3, N m/rad")
     up: Vector = Field([0.0, 0.0, 1.0], description="direction that e3 points to")
     location: float = Field(0.5, ge=0, le=1, description="of the elastic centre from the first node to the second")
 

@@ -7,8 +7,19 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.pipeline.schema.base import Table, Vector
 from modalprep.pipeline.schema.fe import NodesTable
+from modalprep.pipeline.schema.quantities import (
+    Angle,
+    Duration,
+    Force,
+    Frequency,
+    Length,
+    Moment,
+    PerTime,
+    Stress,
+    three,
+)
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.vectors import as_rotation
 
@@ -18,8 +29,8 @@ Ratio = Annotated[float, Field(ge=0)]
 class RayleighTable(Table):
     """Damping alpha M + beta K."""
 
-    alpha: float = Field(0.0, ge=0, description="1/s")
-    beta: float = Field(0.0, ge=0, description="s")
+    alpha: PerTime = Field(0.0, ge=0, description="1/s")
+    beta: Duration = Field(0.0, ge=0, description="s")
 
 
 def _damping_form(value: Any) -> str:
@@ -55,7 +66,9 @@ class ReductionTable(Table):
         description="which to keep, e.g. 'effective_mass > 0.1% or 20 < frequency < 500 Hz', or mode numbers; "
         "values are frequency, effective_mass, cumulative, static, controllability, observability, mode",
     )
-    up_to: float | None = Field(None, gt=0, description="Hz, below which the error against the full model is measured")
+    up_to: Frequency | None = Field(
+        None, gt=0, description="Hz, below which the error against the full model is measured"
+    )
     target_error: float | None = Field(
         None, gt=0, description="use as many modes as this relative error needs, below up_to"
     )
@@ -81,9 +94,9 @@ class ReductionTable(Table):
 class LoadTable(NodesTable):
     """A load for truncation vectors and static participation, mesh axes; its magnitude does not matter."""
 
-    force: Vector = Field([0.0, 0.0, 0.0], description="total, distributed over the nodes as by an rbe3, N")
-    moment: Vector = Field([0.0, 0.0, 0.0], description="total, N m")
-    pressure: float = Field(0.0, description="on the faces of a group, along their right-hand normal, Pa")
+    force: three(Force) = Field([0.0, 0.0, 0.0], description="total, distributed over the nodes as by an rbe3, N")
+    moment: three(Moment) = Field([0.0, 0.0, 0.0], description="total, N m")
+    pressure: Stress = Field(0.0, description="on the faces of a group, along their right-hand normal, Pa")
 
     @model_validator(mode="after")
     def _not_nothing(self) -> LoadTable:
@@ -142,7 +155,7 @@ def rotation_matrix(table: RotationTable | None) -> np.ndarray:
 class PlacementTable(Table):
     """Position and orientation of a body in the system."""
 
-    position: Vector = Field([0.0, 0.0, 0.0], description="of its frame, m")
+    position: three(Length) = Field([0.0, 0.0, 0.0], description="of its frame, m")
     rotation: RotationTable | None = Field(None, description="from its axes to the system's")
 
 

@@ -8,7 +8,24 @@ import numpy as np
 from pydantic import AfterValidator, Discriminator, Field, Tag, model_validator
 
 from modalprep.multibody.model.joint_types import JointType
-from modalprep.pipeline.schema.base import Angle, Table, Vector
+from modalprep.pipeline.schema import quantities
+from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.quantities import (
+    Angle,
+    AngularVelocity,
+    AnyDamping,
+    AnyStiffness,
+    AnyVelocity,
+    Coordinate,
+    Duration,
+    ForceOrMoment,
+    ImpactDamping,
+    Length,
+    Mass,
+    Velocity,
+    or_expression,
+    three,
+)
 from modalprep.pipeline.schema.reduction import RotationTable
 from modalprep.pipeline.schema.time import TIME, Time, form
 
@@ -22,7 +39,7 @@ def _three_or_six(inertia: list[float]) -> list[float]:
     return inertia
 
 
-Inertia = Annotated[list[float], AfterValidator(_three_or_six)]
+Inertia = Annotated[list[quantities.Inertia], AfterValidator(_three_or_six)]
 
 
 class BodyTable(Table):
@@ -30,12 +47,12 @@ class BodyTable(Table):
 
     file: str | None = Field(None, description="modal file")
     pipeline: str | None = Field(None, description="pipeline file, run if its modal file is missing or outdated")
-    mass: float | None = Field(None, gt=0, description="of a rigid body, kg")
-    centre: Vector = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
+    mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
+    centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
     inertia: Inertia = Field(
         [0.0, 0.0, 0.0], description="of a rigid body about its centre of mass: xx, yy, zz (, xy, xz, yz), kg m^2"
     )
-    interfaces: Annotated[dict[str, Vector], Field(min_length=1)] = Field(
+    interfaces: Annotated[dict[str, three(Length)], Field(min_length=1)] = Field(
         {"root": [0.0, 0.0, 0.0]}, description="of a rigid body, m; the first is its root"
     )
 
@@ -78,13 +95,15 @@ class StartTable(Table):
     angle: Angle | Annotated[list[Angle], Field(min_length=2, max_length=3)] = Field(
         0.0, description="initial rotation"
     )
-    rate: float | Annotated[list[float], Field(min_length=2, max_length=3)] = Field(0.0, description="rad/s")
-    displacement: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(
+    rate: AngularVelocity | Annotated[list[AngularVelocity], Field(min_length=2, max_length=3)] = Field(
+        0.0, description="rad/s"
+    )
+    displacement: Length | Annotated[list[Length], Field(min_length=2, max_length=2)] = Field(
         0.0, description="initial translation, m"
     )
-    speed: float | Annotated[list[float], Field(min_length=2, max_length=2)] = Field(0.0, description="m/s")
-    velocity: Vector = Field([0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
-    angular_velocity: Vector = Field(
+    speed: Velocity | Annotated[list[Velocity], Field(min_length=2, max_length=2)] = Field(0.0, description="m/s")
+    velocity: three(Velocity) = Field([0.0, 0.0, 0.0], description="of a free body's root, body frame, m/s")
+    angular_velocity: three(AngularVelocity) = Field(
         [0.0, 0.0, 0.0], description="of a free body or spherical joint, body frame, rad/s"
     )
 
@@ -92,23 +111,28 @@ class StartTable(Table):
 class FrictionTable(Table):
     """Regularised Coulomb friction ``-coulomb tanh(rate / transition_velocity)``."""
 
-    coulomb: float = Field(ge=0, description="Coulomb force or torque, N or N m")
-    transition_velocity: float = Field(1e-3, gt=0, description="from sticking to sliding, m/s or rad/s")
+    coulomb: ForceOrMoment = Field(ge=0, description="Coulomb force or torque, N or N m")
+    transition_velocity: AnyVelocity = Field(1e-3, gt=0, description="from sticking to sliding, m/s or rad/s")
 
 
 class LimitsTable(Table):
     """One-sided springs that keep a coordinate within limits."""
 
-    lower: Angle | None = Field(None, description="m or rad")
-    upper: Angle | None = Field(None, description="m or rad")
-    stiffness: float = Field(gt=0, description="N/m or N m/rad")
-    damping: float = Field(
+    lower: Coordinate | None = Field(None, description="m or rad")
+    upper: Coordinate | None = Field(None, description="m or rad")
+    stiffness: AnyStiffness = Field(gt=0, description="N/m or N m/rad")
+    damping: ImpactDamping = Field(
         0.0, ge=0, description="s/m or s/rad: an impact at v rebounds at about v / (1 + 2/3 damping v)"
     )
 
 
 Constant = Annotated[float, Field(ge=0)]
-Friction = Annotated[Annotated[Constant, Tag("number")] | Annotated[FrictionTable, Tag("table")], Discriminator(form)]
+Springs = Annotated[AnyStiffness, Field(ge=0)]
+Dampers = Annotated[AnyDamping, Field(ge=0)]
+Friction = Annotated[
+    Annotated[Annotated[ForceOrMoment, Field(ge=0)], Tag("number")] | Annotated[FrictionTable, Tag("table")],
+    Discriminator(form),
+]
 
 
 class HingeTable(Table):
@@ -119,23 +143,27 @@ class HingeTable(Table):
     second_axis: Vector | None = Field(
         None, description="of a universal joint or gimbal; first direction of translation of a planar one"
     )
-    pitch: float = Field(0.0, description="of a screw joint: travel along the axis for each turn, m; right-handed")
-    position: Vector = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
+    pitch: Length = Field(0.0, description="of a screw joint: travel along the axis for each turn, m; right-handed")
+    position: three(Length) = Field([0.0, 0.0, 0.0], description="of a joint to the ground, or start of a free body, m")
     rotation: RotationTable | None = None
     start: StartTable = StartTable()
     keep_start: bool = Field(False, description="keep the start values where closed loops allow it")
-    motion: Time | list[Time] | None = Field(
+    motion: Annotated[Time | list[Time] | None, or_expression("rad", "m")] = Field(
         None, description="prescribed angle (rad) or displacement (m), " + TIME + EACH
     )
-    stiffness: Constant | list[Constant] = Field(0.0, description="N/m or N m/rad" + EACH)
-    free_position: Angle | list[Angle] = Field(
+    stiffness: Springs | list[Springs] = Field(0.0, description="N/m or N m/rad" + EACH)
+    free_position: Coordinate | list[Coordinate] = Field(
         0.0, description="free length (m) or free angle (rad) of the spring" + EACH
     )
-    damping: Constant | list[Constant] = Field(0.0, description="N s/m or N m s/rad" + EACH)
+    damping: Dampers | list[Dampers] = Field(0.0, description="N s/m or N m s/rad" + EACH)
     friction: Friction | list[Friction] = Field(0.0, description="Coulomb force or torque, or a table" + EACH)
     limits: LimitsTable | list[LimitsTable | None] | None = Field(None, description="of the coordinate" + EACH)
-    force: Time | list[Time] | None = Field(None, description="of an actuator in the translations, N: " + TIME)
-    torque: Time | list[Time] | None = Field(None, description="of an actuator in the rotations, N m: " + TIME)
+    force: Annotated[Time | list[Time] | None, or_expression("N")] = Field(
+        None, description="of an actuator in the translations, N: " + TIME
+    )
+    torque: Annotated[Time | list[Time] | None, or_expression("N m")] = Field(
+        None, description="of an actuator in the rotations, N m: " + TIME
+    )
 
 
 class JointTable(HingeTable):
@@ -155,8 +183,8 @@ THEORY = (
 class SimulationTable(Table):
     """Time integration of the system."""
 
-    t_end: float = Field(gt=0, description="s")
-    output_step: float = Field(0.01, gt=0, description="s")
+    t_end: Duration = Field(gt=0, description="s")
+    output_step: Duration = Field(0.01, gt=0, description="s")
     rtol: float = Field(1e-5, ge=1e-13, le=1e-2, description="relative tolerance")
     atol: float = Field(1e-10, gt=0, description="absolute tolerance of coordinates and speeds")
     method: Literal["auto", "explicit", "generalised_alpha", "rosenbrock"] = Field(

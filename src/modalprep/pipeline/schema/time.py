@@ -11,6 +11,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.schema.base import Table, naming
+from modalprep.pipeline.schema.quantities import Duration
 from modalprep.suggest import refuse_missing
 
 
@@ -18,7 +19,7 @@ class PieceTable(Table):
     """A piece of a function of time."""
 
     value: str | float = Field(description="number, or expression of t (s)")
-    until: float | None = Field(None, description="s; the last piece has none")
+    until: Duration | None = Field(None, description="s; the last piece has none")
 
 
 class PointsOrFile(Table):
@@ -47,7 +48,7 @@ class PointsTable(PointsOrFile):
     """A function of time as a smooth curve through points; a time named twice is a jump."""
 
     what = "a table of time"
-    t: list[float] | None = Field(None, description="s")
+    t: list[Duration] | None = Field(None, description="s")
     values: list[float] | None = None
     file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
 

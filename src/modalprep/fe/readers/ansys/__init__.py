@@ -1,0 +1,1 @@
+"""Ansys input: archives of CDWRITE (.cdb) and commands (.ans)."""

@@ -1,0 +1,162 @@
+"""The mesh of an Ansys deck under construction, element by element."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.families import FAMILIES
+from modalprep.fe.mesh.mesh import Equation, Link, Mesh, SupportSet
+from modalprep.fe.properties.properties import Property
+from modalprep.fe.readers.ansys.deck import Deck, Element
+from modalprep.fe.readers.ansys.materials import Materials
+from modalprep.fe.readers.ansys.sections import Sections
+from modalprep.fe.readers.nastran.grids import System
+from modalprep.fe.readers.nastran.materials import Units
+
+
+class Builder:
+    """Cells, groups, properties and links by the nodes' rows."""
+
+    def __init__(self, deck: Deck, units: Units) -> None:
+        self.deck, self.units = deck, units
+        self.labels = np.array(sorted(deck.points))
+        self.points = np.array([deck.points[int(label)] for label in self.labels]).reshape(-1, 3)
+        self.row = {label: k for k, label in enumerate(self.labels.tolist())}
+        self.materials = Materials(deck, units)
+        self.sections = Sections(deck, self.materials)
+        self.bare = not deck.materials  # a mesh without materials
+        self.cells: dict[str, list[list[int]]] = {}
+        self.groups: dict[str, dict[str, list[int]]] = {}
+        self.properties: dict[str, Property] = {}
+        self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
+        self.links: list[Link] = []
+        self.equations: list[Equation] = []
+        self.supports: dict[str, SupportSet] = {}
+        self.turning: set[int] = set()  # rows of nodes of beams and shells, which have rotations
+        self.of_element: dict[int, list[tuple[str, int]]] = {}
+        self.rigid: list[tuple[int, int]] = []  # pairs of nodes that MPC184 joins
+
+    def nodes(self, element: Element, which: Iterable[int]) -> list[int]:
+        """Return the rows of nodes of an element by their place in its list."""
+        found = []
+        for k in which:
+            label = element.nodes[k] if k < len(element.nodes) else 0
+            if label not in self.row:
+                raise self.deck.error(element, f"node {label} is not in the deck; export the model again")
+            found.append(self.row[label])
+        return found
+
+    def cell(self, element: Element, kind: str, nodes: list[int], group: str) -> int:
+        """Append a cell to a group and return its row."""
+        if len(set(nodes)) < len(nodes):
+            raise self.deck.error(
+                element, f"nodes of this {kind} coincide in a way that Ansys does not define; mesh again"
+            )
+        rows = self.cells.setdefault(kind, [])
+        rows.append(nodes)
+        self.groups.setdefault(group, {}).setdefault(kind, []).append(len(rows) - 1)
+        self.of_element.setdefault(element.label, []).append((kind, len(rows) - 1))
+        return len(rows) - 1
+
+    def put(self, name: str, kind: str, row: int, value: np.ndarray | float) -> None:
+        """Set a value that one cell has for itself."""
+        self.data.setdefault((name, kind), {})[row] = np.asarray(value)
+
+    def group(self, element: Element, kinds: str, make: Callable[[Element], Property]) -> str:
+        """Return the group of an element's type and attributes, whose property is made once.
+
+        `kinds` names the attributes that matter: m material, r real constants, s section.
+        """
+        parts = [f"type{element.type}"]
+        parts += [f"mat{element.material}"] * ("m" in kinds)
+        parts += [f"real{element.real}"] * ("r" in kinds and element.section not in self.deck.sections)
+        parts += [f"sec{element.section}"] * ("s" in kinds and element.section in self.deck.sections)
+        name = "_".join(parts)
+        if name not in self.properties and not self.bare:
+            self.properties[name] = make(element)
+        return name
+
+    def system(self, element: Element) -> System | None:
+        """Return the coordinate system of an element, None for the global one."""
+        if element.system in self.deck.systems:
+            return self.deck.systems[element.system]
+        if element.system > 0:
+            raise self.deck.error(element, f"coordinate system {element.system} is not in the deck; add its LOCAL")
+        return None
+
+    def refuse_without_element(self, element: Element, kind: str, section: type[Property]) -> None:
+        """Refuse a cell that no element family has."""
+        if kind not in FAMILIES[section] and not self.bare:
+            raise self.deck.error(
+                element, f"{kind} cells have no element here; mesh with {', '.join(FAMILIES[section])}"
+            )
+
+    def mesh(self, sha256: str) -> Mesh:
+        """Return the finished mesh."""
+        if not any(kind != "vertex" for kind in self.cells):
+            raise InputError(
+                f"mesh file {self.deck.path} has no elements that can be read; export the model by CDWRITE"
+            )
+        if self.bare:
+            self.deck.note("the deck has no materials; its groups have no sections")
+        self._add_rigid()
+        self._add_sets()
+        data: dict[str, dict[str, np.ndarray]] = {}
+        for (name, kind), values in self.data.items():
+            table = np.full((len(self.cells[kind]), *next(iter(values.values())).shape), np.nan)
+            table[list(values)] = list(values.values())
+            data.setdefault(name, {})[kind] = table
+        return Mesh(
+            points=self.points * self.units.length,
+            cells={kind: np.array(rows) for kind, rows in self.cells.items()},
+            groups={n: {kind: np.array(rows) for kind, rows in g.items()} for n, g in self.groups.items()},
+            source=self.deck.path.name,
+            sha256=sha256,
+            scale=self.units.length,
+            labels=self.labels,
+            properties=self.properties,
+            links=tuple(self.links),
+            equations=tuple(self.equations),
+            supports=self.supports,
+            data=data,
+        )
+
+    def _add_sets(self) -> None:
+        """Add the components as groups; one with the name of a group joins it."""
+        for name, labels in self.deck.element_sets.items():
+            for kind, row in (place for label in labels for place in self.of_element.get(label, [])):
+                self.groups.setdefault(name, {}).setdefault(kind, []).append(row)
+        for name, labels in self.deck.node_sets.items():
+            for label in (label for label in labels if label in self.row):
+                self.vertex(name, self.row[label])
+
+    def vertex(self, group: str, row: int) -> None:
+        """Append a node to a group."""
+        rows = self.cells.setdefault("vertex", [])
+        rows.append([row])
+        self.groups.setdefault(group, {}).setdefault("vertex", []).append(len(rows) - 1)
+
+    def _add_rigid(self) -> None:
+        """Join the pairs of rigid beams that hang together to one link about their most frequent node."""
+        parent: dict[int, int] = {}
+
+        def find(k: int) -> int:
+            while parent.setdefault(k, k) != k:
+                parent[k] = parent[parent[k]]
+                k = parent[k]
+            return k
+
+        count: dict[int, int] = {}
+        for a, b in self.rigid:
+            parent[find(a)] = find(b)
+            count[a], count[b] = count.get(a, 0) + 1, count.get(b, 0) + 1
+        joined: dict[int, list[int]] = {}
+        for k in sorted(count):
+            joined.setdefault(find(k), []).append(k)
+        for nodes in joined.values():
+            middle = max(nodes, key=lambda k: (count[k], -k))
+            followers = np.array([k for k in nodes if k != middle])
+            self.links.append(Link(kind="rbe2", node=middle, nodes=followers))

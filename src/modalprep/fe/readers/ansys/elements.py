@@ -1,0 +1,225 @@
+"""Elements of Ansys' library to cells with their sections."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.fe.properties.points import PointMass, Spring
+from modalprep.fe.properties.properties import Shell, Solid
+from modalprep.fe.readers.ansys.builder import Builder
+from modalprep.fe.readers.ansys.deck import Element
+from modalprep.fe.readers.coverage import Entry
+
+# Places in the list I, J, ... of a brick of the corners and the mid-side nodes of what it degenerates to.
+BRICKS = {
+    "hexahedron": (range(8), range(8, 20)),
+    "wedge": ((0, 1, 2, 4, 5, 6), (8, 9, 11, 12, 13, 15, 16, 17, 18)),
+    "pyramid": (range(5), (8, 9, 10, 11, 16, 17, 18, 19)),
+    "tetra": ((0, 1, 2, 4), (8, 9, 11, 16, 17, 18)),
+}
+QUADS = {"quad": (range(4), range(4, 8)), "triangle": (range(3), (4, 5, 7))}
+TETRAS = {"tetra": (range(4), range(4, 10))}
+COUNT = {"hexahedron": 20, "wedge": 15, "pyramid": 13, "tetra": 10, "quad": 8, "triangle": 6}
+PARALLEL = 1e-4  # sine of the angle to the global z axis below which Ansys takes the y axis
+
+
+def _brick_shape(nodes: tuple[int, ...]) -> str:
+    """Return what eight corners, of which some may coincide, are."""
+    same = nodes[2] == nodes[3], len(set(nodes[4:8])) == 1
+    if same[1]:
+        return "tetra" if same[0] else "pyramid"
+    return "wedge" if same[0] and nodes[6] == nodes[7] else "hexahedron"
+
+
+def _places(b: Builder, element: Element, shape: str, table: dict, corners: int) -> tuple[str, list[int]]:
+    """Return the cell and the places of its nodes; mid-side nodes are all there or none."""
+    own, middle = table[shape]
+    there = [k < len(element.nodes) and element.nodes[k] > 0 for k in middle]
+    if len(element.nodes) <= corners or not any(there):
+        return shape, list(own)
+    if not all(there):
+        raise b.deck.error(element, "some of its mid-side nodes are missing; give all of them or none")
+    return f"{shape}{COUNT[shape]}", [*own, *middle]
+
+
+def _solid(b: Builder, element: Element) -> None:
+    if len(element.nodes) < 8:
+        raise b.deck.error(element, f"it has {len(element.nodes)} nodes and needs 8 or 20; export the model again")
+    kind, places = _places(b, element, _brick_shape(element.nodes), BRICKS, 8)
+    _add_solid(b, element, kind, places)
+
+
+def _tetra(b: Builder, element: Element) -> None:
+    if len(element.nodes) >= 8 and len(element.nodes) != 10:  # a brick of the same corners
+        _solid(b, element)
+        return
+    kind, places = _places(b, element, "tetra", TETRAS, 4)
+    _add_solid(b, element, kind, places)
+
+
+def _add_solid(b: Builder, element: Element, kind: str, places: list[int]) -> None:
+    b.refuse_without_element(element, kind, Solid)
+    name = b.group(element, "m", lambda e: Solid(material=b.materials.solid(e, e.material)))
+    nodes = b.nodes(element, places)
+    row = b.cell(element, kind, nodes, name)
+    if system := b.system(element):
+        b.put("frame", kind, row, system.at(b.points[nodes].mean(axis=0)))
+
+
+def _shell(b: Builder, element: Element) -> None:
+    if len(element.nodes) < 3:
+        raise b.deck.error(element, f"it has {len(element.nodes)} nodes and needs 4 or 8; export the model again")
+    triangle = len(element.nodes) == 3 or element.nodes[2] == element.nodes[3]
+    kind, places = _places(b, element, "triangle" if triangle else "quad", QUADS, 4)
+    b.refuse_without_element(element, kind, Shell)
+    old = b.deck.types[element.type].name == "63"
+    name = b.group(element, "mrs", b.sections.thin_shell if old else b.sections.shell)
+    nodes = b.nodes(element, places)
+    b.turning.update(nodes)
+    b.put("axis", kind, b.cell(element, kind, nodes, name), _shell_axis(b, element, nodes, triangle))
+
+
+def _shell_axis(b: Builder, element: Element, nodes: list[int], triangle: bool) -> np.ndarray:
+    """Return x of the material: that of ESYS, else the middle of a quadrilateral's sides I-J and L-K."""
+    points = b.points[nodes]
+    if system := b.system(element):
+        return system.at(points.mean(axis=0))[0]
+    side = points[1] - points[0]
+    return side if triangle else side + points[2] - points[3]
+
+
+def _link(b: Builder, element: Element) -> None:
+    name = b.group(element, "mrs", b.sections.link)
+    b.cell(element, "line", b.nodes(element, range(2)), name)
+
+
+def _beam(b: Builder, element: Element) -> None:
+    """Two-node beams with an orientation node, and three-node ones as two straight pieces."""
+    number = b.deck.types[element.type].name
+    ends = [(0, 1)] if number in ("4", "188", "288") else [(0, 2), (2, 1)]
+    up = _up(b, element, 3 if len(ends) == 2 else 2)
+    name = b.group(element, "mrs", b.sections.beam4 if number == "4" else b.sections.beam)
+    for pair in ends:
+        b.turning.update(b.nodes(element, pair))
+        b.put("up", "line", b.cell(element, "line", b.nodes(element, pair), name), up)
+
+
+def _up(b: Builder, element: Element, place: int) -> np.ndarray:
+    """Return a direction in the plane of x and z: towards the orientation node, else up along the global z axis."""
+    first, last = b.points[b.nodes(element, (0, 1))]
+    axis = (last - first) / (np.linalg.norm(last - first) or 1.0)
+    if place < len(element.nodes) and element.nodes[place] > 0:
+        up = b.points[b.nodes(element, (place,))[0]] - first
+        if not np.linalg.norm(np.cross(axis, up)) > PARALLEL * np.linalg.norm(up):
+            raise b.deck.error(element, f"its orientation node {element.nodes[place]} lies on its axis; move it")
+    elif np.hypot(*axis[:2]) < PARALLEL:
+        up = np.array([-np.sign(axis[2]), 0.0, 0.0])  # so that y of the section is the global y axis
+    else:
+        up = np.array([0.0, 0.0, 1.0])
+    angle = b.deck.reals.get(element.real, [])[5:6] if b.deck.types[element.type].name == "4" else []
+    return _turned(axis, up, np.radians(angle[0])) if any(angle) else up
+
+
+def _turned(axis: np.ndarray, up: np.ndarray, angle: float) -> np.ndarray:
+    """Return the z axis of a section, turned about the beam from y towards z."""
+    y = np.cross(up, axis)
+    y /= np.linalg.norm(y)
+    return np.cos(angle) * np.cross(axis, y) - np.sin(angle) * y
+
+
+def _mass(b: Builder, element: Element) -> None:
+    values = b.sections.constants(element, 6)
+    options = b.deck.types[element.type].options
+    if options.get(1) or options.get(3, 0) not in (0, 2):
+        raise b.deck.error(
+            element, "KEYOPT(1) = 0 and KEYOPT(3) = 0 or 2 of MASS21 can be read only; give masses by them"
+        )
+    if options.get(3) == 2:
+        values = [values[0]] * 3 + [0.0] * 3
+    if not values[0] == values[1] == values[2]:
+        raise b.deck.error(element, f"its masses {values[:3]} differ with the direction; give three equal ones")
+    inertia = (*(x * b.units.mass * b.units.length**2 for x in values[3:]), 0.0, 0.0, 0.0)
+    if element.nodes[0] in b.deck.angles and any(inertia):
+        raise b.deck.error(element, "its node is turned (THXY to THZX); give the inertia in global axes")
+    name = b.group(
+        element, "r", lambda e: b.sections.made(e, PointMass, mass=values[0] * b.units.mass, inertia=inertia)
+    )
+    b.cell(element, "vertex", b.nodes(element, (0,)), name)
+
+
+def _spring(b: Builder, element: Element) -> None:
+    """COMBIN14: along or about the line between its nodes, or in one component of both."""
+    k, *damping = b.sections.constants(element, 4)
+    options = b.deck.types[element.type].options
+    if any(damping):
+        b.deck.note("COMBIN14: its damping and initial state are left out")
+    along, turns = options.get(2, 0), options.get(3, 0)
+    if not 0 <= along <= 6 or turns not in (0, 1):
+        raise b.deck.error(element, f"KEYOPT(2) = {along} and KEYOPT(3) = {turns} of COMBIN14 are not read")
+    place = along - 1 if along else 3 * turns
+    stiffness = [0.0] * 6
+    stiffness[place] = k * b.units.mass * (b.units.length**2 if place > 2 else 1.0)
+    ends = [label for label in element.nodes[:2] if label > 0]
+    kind, nodes = ("vertex", "line")[len(ends) - 1], b.nodes(element, range(len(ends)))
+    if along and any(label in b.deck.angles for label in ends):
+        raise b.deck.error(element, "its nodes are turned (THXY to THZX); give the spring in global axes")
+    translation, rotation = tuple(stiffness[:3]), tuple(stiffness[3:])
+    name = b.group(element, "r", lambda e: b.sections.made(e, Spring, translation=translation, rotation=rotation))
+    row = b.cell(element, kind, nodes, name)
+    if along:
+        b.put("frame", kind, row, np.eye(3))
+        apart = np.ptp(b.points[nodes], axis=0)
+        if np.delete(apart, place % 3).any() or (place > 2 and apart.any()):
+            b.deck.note(
+                "COMBIN14 in one component between distant nodes acts through rigid arms to the middle, so that it is "
+                "free of rotation"
+            )
+    elif kind == "vertex" or not np.ptp(b.points[nodes], axis=0).any():
+        raise b.deck.error(element, "its nodes coincide, so that it has no direction; set KEYOPT(2)")
+
+
+def _rigid(b: Builder, element: Element) -> None:
+    if b.deck.types[element.type].options.get(1, 0) != 1:
+        raise b.deck.error(element, "of MPC184 the rigid beam (KEYOPT(1) = 1) is read only; name MPC184 in 'ignore'")
+    b.rigid.append(tuple(b.nodes(element, (0, 1))))
+
+
+OWN = (
+    "Ansys' own integration (B-bar, reduced, enhanced strains) differs, so frequencies differ by the error of the mesh."
+)
+QUADRATIC = "It is read where a quadratic element of its shape exists."
+CONTACT = "Contact is not linear; tie the parts by an interface, or leave the contact out."
+
+ELEMENTS: dict[str, Entry] = {
+    "BEAM4": Entry("read", "", _beam),
+    "LINK8": Entry("read", "Its initial strain is left out.", _link),
+    "COMBIN14": Entry("approximated", "Its damping is left out.", _spring),
+    "MASS21": Entry("read", "", _mass),
+    "SOLID45": Entry("approximated", OWN, _solid),
+    "SHELL63": Entry("approximated", "It is read as the flat shell, with shear flexibility.", _shell),
+    "SOLID92": Entry("read", "", _tetra),
+    "SOLID95": Entry("approximated", OWN, _solid),
+    "SURF154": Entry("no effect", "It carries loads only."),
+    "LINK180": Entry("read", "Tension-only bars act in both directions.", _link),
+    "SHELL181": Entry("approximated", "It is read as the flat or warped shell.", _shell),
+    "MPC184": Entry("approximated", "Rigid beams are read; links and joints are refused.", _rigid),
+    "SOLID185": Entry("approximated", OWN, _solid),
+    "SOLID186": Entry("approximated", OWN, _solid),
+    "SOLID187": Entry("read", "", _tetra),
+    "BEAM188": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
+    "BEAM189": Entry("approximated", "It is read as two straight beams.", _beam),
+    "MESH200": Entry("no effect", "It has no stiffness."),
+    "SHELL281": Entry("approximated", QUADRATIC, _shell),
+    "SOLID285": Entry("approximated", OWN, _tetra),
+    "PIPE288": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),
+    "PIPE289": Entry("approximated", "It is read as two straight tubes.", _beam),
+    **{f"CONTA{k}": Entry("refused", CONTACT) for k in (171, 172, 173, 174, 175, 176, 177, 178)},
+    **{f"TARGE{k}": Entry("refused", CONTACT) for k in (169, 170)},
+    "PRETS179": Entry("refused", "Pretension is not linear."),
+    "MATRIX27": Entry("refused", "A matrix of its own cannot be read; give springs and masses."),
+    "MATRIX50": Entry("refused", "Superelements cannot be read from a deck."),
+    "COMBIN39": Entry("refused", "A nonlinear spring has no stiffness of its own; give COMBIN14."),
+    "COMBIN40": Entry("refused", "A combination with a gap is not linear; give COMBIN14."),
+    "COMBI214": Entry("refused", "Bearings are force elements of a system, not of a body."),
+}
+BY_NUMBER = {name.lstrip("ABCDEFGHIJKLMNOPQRSTUVWXYZ"): name for name in ELEMENTS}

@@ -1,0 +1,213 @@
+"""Numbers of pipeline files that may be text with a unit, such as ``"210 GPa"``; a number without unit is in SI."""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BeforeValidator, Field, WithJsonSchema
+
+GRAVITY, INCH, POUND = 9.80665, 0.0254, 0.45359237
+BASES = ("kg", "m", "s", "rad", "A")
+MASS, LENGTH, TIME, ANGLE, CURRENT = range(5)
+FORCE, STRESS, WORK = (1, 1, -2, 0, 0), (1, -1, -2, 0, 0), (1, 2, -2, 0, 0)
+PER_TIME, POWER, FIELD, RATE = (0, 0, -1, 0, 0), (1, 2, -3, 0, 0), (1, 0, -2, 0, -1), (0, 0, -1, 1, 0)
+_BASE = [tuple(int(i == k) for i in range(5)) for k in range(5)]
+GROUPS: list[tuple[tuple[int, ...], dict[str, float]]] = [
+    (_BASE[MASS], {"kg": 1.0, "g": 1e-3, "mg": 1e-6, "t": 1e3, "lbm": POUND, "lb": POUND,
+                   "slug": POUND * GRAVITY / (12 * INCH), "slinch": POUND * GRAVITY / INCH}),
+    (_BASE[LENGTH], {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "dm": 0.1, "um": 1e-6, "km": 1e3, "in": INCH, "ft": 12 * INCH}),
+    (_BASE[TIME], {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0, "day": 86400.0}),
+    (_BASE[ANGLE], {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "rev": 2 * math.pi}),
+    (_BASE[CURRENT], {"A": 1.0, "mA": 1e-3, "kA": 1e3}),
+    (FORCE, {"N": 1.0, "mN": 1e-3, "kN": 1e3, "MN": 1e6, "lbf": POUND * GRAVITY, "kgf": GRAVITY}),
+    (STRESS, {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "psi": POUND * GRAVITY / INCH**2,
+              "ksi": 1e3 * POUND * GRAVITY / INCH**2}),
+    (WORK, {"J": 1.0, "kJ": 1e3, "Nm": 1.0}),
+    (POWER, {"W": 1.0, "kW": 1e3}),
+    (FIELD, {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9}),
+    (RATE, {"Hz": 2 * math.pi, "kHz": 2e3 * math.pi, "rpm": math.pi / 30}),
+]  # fmt: skip
+# Decimal factors are fractions, so that 7.85 g/cm^3 is exactly 7850 kg/m^3.
+UNITS: dict[str, tuple[Fraction | float, tuple[int, ...]]] = {
+    name: (factor if powers in (_BASE[ANGLE], RATE) else Fraction(str(factor)), powers)
+    for powers, names in GROUPS
+    for name, factor in names.items()
+}
+EXAMPLES = {
+    "m": "'2 mm' or 0.002", "Pa": "'210 GPa' or 2.1e11", "kg/m^3": "'7.85 g/cm^3' or 7850", "rad": "'90 deg' or 1.57",
+    "kg": "'500 g' or 0.5", "rad/s": "'5 rpm' or 0.52", "Hz": "'2 kHz' or 2000", "s": "'20 ms' or 0.02",
+    "N": "'2 kN' or 2000", "N/m": "'50 N/mm' or 50000", "m/s": "'36 km/h' or 10", "kg m^2": "'2 kg mm^2' or 2e-6",
+}  # fmt: skip
+COORDINATES = ("near", "box", "point", "radius", "position")  # keys of tables whose lengths are in the mesh's unit
+LONGEST = 80  # characters; what is longer is an expression
+NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![*^/])(.*?)\s*", re.DOTALL)
+FACTOR = re.compile(r"([A-Za-zµ]+|1)(?:\^|\*\*)?(-?\d)?")
+
+
+class Unit(NamedTuple):
+    """A factor to SI, and the exponents of kg, m, s, rad and A."""
+
+    factor: float
+    powers: tuple[int, ...]
+
+
+def parse_unit(text: str) -> Unit | None:
+    """Return what a product of units with exponents, such as ``N m/rad`` and ``kg/m^3``, means; None if it is none.
+
+    Examples
+    --------
+    >>> parse_unit("N/mm2").factor, parse_unit("furlong")
+    (1000000.0, None)
+    """
+    factor, powers, sign = Fraction(1), [0] * 5, 1
+    for part in re.split(r"([/*·\s]+)", text.strip().replace("**", "^")):
+        if not part or not part.strip(" *·\t"):
+            continue
+        if part.strip() == "/":
+            sign = -1
+            continue
+        found = FACTOR.fullmatch(part)
+        name = found[1].replace("µ", "u") if found else ""
+        if name not in UNITS and name != "1":
+            return None
+        own, dimension = UNITS.get(name, (Fraction(1), (0,) * 5))
+        power, sign = sign * int(found[2] or 1), 1
+        factor *= own**power
+        powers = [p + power * d for p, d in zip(powers, dimension, strict=True)]
+    return Unit(float(factor), tuple(powers))
+
+
+def in_si(text: str, units: tuple[str, ...]) -> float | None:
+    """Return the number that text means in that of `units` whose dimension it has; None if it has no unit.
+
+    Angles count as pure numbers where the text leaves them out: ``"5 N m"`` is also a stiffness in N m/rad.
+
+    Raises
+    ------
+    ValueError
+        When the unit has another dimension.
+
+    Examples
+    --------
+    >>> in_si("60 rpm", ("Hz",)), in_si("2 mm", ("rad", "m")), in_si("2*t", ("m",))
+    (1.0, 0.002, None)
+    """
+    found = NUMBER.fullmatch(text) if len(text) < LONGEST else None
+    unit = parse_unit(found[2]) if found and found[2] else None
+    if unit is None:
+        return None
+    for wanted in units:
+        goal = parse_unit(wanted)
+        silent = unit.powers[ANGLE] == 0 and "Hz" not in wanted
+        if all(
+            a == b or (k == ANGLE and silent) for k, (a, b) in enumerate(zip(unit.powers, goal.powers, strict=True))
+        ):
+            return float(found[1]) * unit.factor / goal.factor
+    raise ValueError(f"{text!r} has another dimension than {' or '.join(units)}; {_advice(units)}")
+
+
+def _advice(units: tuple[str, ...]) -> str:
+    return f"write for example {EXAMPLES.get(units[0], f'{chr(39)}2 {units[0]}{chr(39)} or 2')}"
+
+
+def quantity(*units: str) -> Any:
+    """Return the type of a number in SI that may be text with a unit; `units` are the SI units it may have.
+
+    Examples
+    --------
+    >>> from pydantic import TypeAdapter
+    >>> TypeAdapter(quantity("N/m")).validate_python("50 N/mm")
+    50000.0
+    """
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, str):
+            return value
+        number = in_si(value, units)
+        if number is None:
+            raise ValueError(f"{value!r} is no number with a unit of {' or '.join(units)}; {_advice(units)}")
+        return number
+
+    return Annotated[float, BeforeValidator(read), WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]})]
+
+
+def or_expression(*units: str) -> BeforeValidator:
+    """Return a validator for keys that may be expressions: text of a number and a unit becomes the number."""
+
+    def read(value: Any) -> Any:
+        if isinstance(value, list):
+            return [read(each) for each in value]
+        number = in_si(value, units) if isinstance(value, str) else None
+        return value if number is None else number
+
+    return BeforeValidator(read)
+
+
+def in_mesh_unit(value: Any, unit: str, key: str = "") -> Any:
+    """Return tables whose coordinates are in the unit of the mesh where they were text with a unit.
+
+    Raises
+    ------
+    ValueError
+        When the text is no length.
+
+    Examples
+    --------
+    >>> in_mesh_unit({"near": ["2 cm", 0, 0], "axis": [0, 0, 1]}, "mm")
+    {'near': [20.0, 0, 0], 'axis': [0, 0, 1]}
+    """
+    if isinstance(value, dict):
+        return {name: in_mesh_unit(inner, unit, name) for name, inner in value.items()}
+    if isinstance(value, list):
+        return [in_mesh_unit(inner, unit, key) for inner in value]
+    if key not in COORDINATES or not isinstance(value, str) or unit not in UNITS:
+        return value
+    try:
+        metres = in_si(value, ("m",))
+    except ValueError as error:
+        raise ValueError(f"{key}: {error}") from None
+    return value if metres is None else metres / float(UNITS[unit][0])
+
+
+def three(kind: Any) -> Any:
+    """Return the type of a list of three of a kind."""
+    return Annotated[list[kind], Field(min_length=3, max_length=3)]
+
+
+Length = quantity("m")
+Area = quantity("m^2")
+SecondMoment = quantity("m^4")
+Mass = quantity("kg")
+MassPerLength = quantity("kg/m")
+MassPerArea = quantity("kg/m^2")
+Inertia = quantity("kg m^2")
+InertiaPerLength = quantity("kg m")
+Density = quantity("kg/m^3")
+Stress = quantity("Pa")
+Force = quantity("N")
+Moment = quantity("N m")
+BendingStiffness = quantity("N m^2")
+Stiffness = quantity("N/m")
+RotationalStiffness = quantity("N m/rad")
+AnyStiffness = quantity("N/m", "N m/rad")
+Damping = quantity("N s/m")
+RotationalDamping = quantity("N m s/rad")
+AnyDamping = quantity("N s/m", "N m s/rad")
+Duration = quantity("s")
+Frequency = quantity("Hz")
+Angle = quantity("rad")
+AngularVelocity = quantity("rad/s")
+Velocity = quantity("m/s")
+AnyVelocity = quantity("m/s", "rad/s")
+Acceleration = quantity("m/s^2")
+Coordinate = quantity("rad", "m")
+MassFlow = quantity("kg/s")
+Curvature = quantity("1/m")
+PerTime = quantity("1/s")
+PlanetConstant = quantity("m^3/s^2")
+MagneticField = quantity("T")
+ForceOrMoment = quantity("N", "N m")
+ImpactDamping = quantity("s/m", "s/rad")
