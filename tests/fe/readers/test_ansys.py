@@ -367,6 +367,7 @@ def test_equations_and_couplings_tie_two_halves_of_a_beam(read, how, turned):
     expected = sorted(bending(2.1e11 * x, 7800 * 6e-4) for x in (4.5e-8, 2e-8))
     np.testing.assert_allclose(frequencies(mesh, 2, node=1, kind="node"), expected, rtol=3e-3)
     assert len(mesh.equations) == 6
+    np.testing.assert_allclose([e.coefficients.sum(axis=0) for e in mesh.equations], 0.0, atol=1e-15)  # as one node
 
 
 def test_supports_of_a_turned_node_have_its_axes(read):
