@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.formats.statespace import WRITERS
 from modalprep.pipeline.schema.base import ReferenceTable, Table
-from modalprep.pipeline.schema.quantities import Duration, Frequency, in_si
+from modalprep.pipeline.schema.quantities import TEXT_TOO, Duration, Frequency, in_si
 from modalprep.pipeline.schema.system import EACH, THEORY, Theory
 from modalprep.pipeline.schema.time import TIME, Time, form
 
@@ -20,7 +20,7 @@ UNITS_OF = {  # of the parameters of ensembles, by a part of their names
     **dict.fromkeys(("speed", "velocity"), ("m/s",)),
     "stiffness": ("N/m", "N m/rad"), "damping": ("N s/m", "N m s/rad"), "gravity": ("m/s^2",),
 }  # fmt: skip
-Numbers = list[float]
+Numbers = list[Annotated[float, TEXT_TOO]]
 
 
 class ResponseTable(Table):
