@@ -152,7 +152,7 @@ REFUSED = {
     "parameter 'slide.sped': did you mean 'speed'?": ("slide.speed", "slide.sped"),
     "parameter 'slid.speed' names no joint, load or closure; did you mean 'slide'?": ("slide.speed", "slid.speed"),
     "the result has no channel 'slide.angle'": ('"slide.displacement"', '"slide.angle"'),
-    "'slide.speed' is no angle, but '1 deg' is text": ("[0.0, 0.5]", '["1 deg", 0.5]'),
+    "'slide.speed': '1 deg' has another dimension than m/s": ("[0.0, 0.5]", '["1 deg", 0.5]'),
     "'slide.stiffness' has 2 values, but there are 8 cases; give one for each": ("{ uniform = [40, 60] }", "[40, 60]"),
     "input should be 'random', 'latin_hypercube' or 'sobol'": ("seed = 3", 'sampling = "sobel"'),
     "[ensemble] needs a [simulation] in joint variables": ("[ensemble]\n", "[analysis]\n[ensemble]\n"),

@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from modalprep.pipeline.schema.analysis import EnsembleTable
 from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.quantities import UNITS, in_si
@@ -118,3 +119,20 @@ def test_the_reference_names_every_unit(project):
         listed.replace(";", ",").replace("\n", " ").replace(" and parts of them", "").replace(" ", "").split(",")
     )
     assert set(UNITS) - named == {"lb", "mA", "kA", "mT", "uT", "nT"}
+
+
+def test_parameters_of_ensembles():
+    """The name of a parameter says which units it has."""
+    parameters = {"hinge.angle": {"normal": ["0 deg", "18 deg"]}, "stay.stiffness": ["1 N/mm", 5.0],
+                  "gravity.y": ["-981 cm/s^2", 0]}  # fmt: skip
+    table = EnsembleTable(parameters=parameters, channels=["hinge.angle"])
+    assert table.parameters["hinge.angle"].normal == pytest.approx([0.0, math.pi / 10])
+    assert table.parameters["stay.stiffness"] == [1000.0, 5.0]
+    assert table.parameters["gravity.y"] == pytest.approx([-9.81, 0.0])
+    for name, text, message in (
+        ("hinge.angle", "2 mm", "'2 mm' has another dimension than rad"),
+        ("hinge.angle", "much", "'much' is not a number with a unit of rad"),
+        ("push.amplitude", "2 N", "'2 N' is not a number without a unit; write the number in SI units"),
+    ):
+        with pytest.raises(ValidationError, match=message):
+            EnsembleTable(parameters={name: [text]}, channels=["hinge.angle"])

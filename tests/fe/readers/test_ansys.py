@@ -288,6 +288,24 @@ def test_rigid_beams_make_one_spider(read):
     assert mp.assemble(mesh, {}, {"root": mp.Interface(node=5, kind="node")}).n_dof > 0
 
 
+def test_rigid_links_keep_the_distance_of_their_nodes(read):
+    """Two cantilevers whose tips a rigid link joins have the frequencies of those that a very stiff bar joins."""
+    beams = eblock(*[(k, k + 1, 0) for k in (1, 2, 3)], *[(k, k + 1, 0) for k in (5, 6, 7)])
+    points = nblock([*((x, 0, 0) for x in (0, 0.3, 0.6, 1)), *((x, 1, 0) for x in (0, 0.3, 0.6, 1.5))])
+    lines = ["ET,1,188", *STEEL, "SECTYPE,1,BEAM,RECT", "SECDATA,.02,.03", *points, *beams, "ET,2,184", "ET,3,180",
+             "MP,EX,2,1e14", "R,2,1", *eblock((1, 5), kind=2, first=20), "D,1,ALL", "D,5,ALL"]  # fmt: skip
+    rigid = read(*lines, *eblock((4, 8), kind=2, first=30))
+    stiff = read(*lines, *eblock((4, 8), kind=3, material=2, real=2, section=0, first=30))
+    found = [frequencies(mesh.with_(equations=mesh.equations[1:]), group="held") for mesh in (rigid, stiff)]
+    assert len(rigid.equations) == 2
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-5)  # the bar stretches by 1e-6 of the beams
+
+
+def test_a_lumped_mass_is_noted(read):
+    assert any("LUMPM,ON" in note for note in read("LUMPM,ON", "ET,1,185", *STEEL, *nblock(UNIT_CUBE),
+                                                   *eblock(range(1, 9))).notes)  # fmt: skip
+
+
 def test_old_way_of_nodes_and_elements(read):
     mesh = read(
         "ET,1,180 $ R,1,1e-4", *STEEL, "N,1", "N,2,3.5,1.5-1  ! far", "TYPE,1 $ MAT,1 $ REAL,1", "E,1,2", "EN,7,2,1"
@@ -349,6 +367,7 @@ def test_equations_and_couplings_tie_two_halves_of_a_beam(read, how, turned):
     expected = sorted(bending(2.1e11 * x, 7800 * 6e-4) for x in (4.5e-8, 2e-8))
     np.testing.assert_allclose(frequencies(mesh, 2, node=1, kind="node"), expected, rtol=3e-3)
     assert len(mesh.equations) == 6
+    np.testing.assert_allclose([e.coefficients.sum(axis=0) for e in mesh.equations], 0.0, atol=1e-15)  # as one node
 
 
 def test_supports_of_a_turned_node_have_its_axes(read):

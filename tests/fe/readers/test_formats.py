@@ -1,4 +1,4 @@
-"""One mixed model in five file formats: whatever the road, the same frequencies."""
+"""One mixed model in six file formats: whatever the road, the same frequencies."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,6 +6,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
+from fe.ansys_decks import deck, eblock, nblock
 from structured import box, grid_cells
 
 import modalprep as mp
@@ -301,6 +302,32 @@ def test_bdf_brings_everything_itself(parts, expected, tmp_path):
     file.write_text("\n".join(lines))
     mesh = mp.read_mesh(file, "mm", "t")
     assert frequencies(mesh, {}, "spc_7") == pytest.approx(expected, rel=TOLERANCE)
+
+
+# --- Ansys --------------------------------------------------------------------------------------------------------
+
+
+def test_cdb_brings_everything_itself(parts, expected, tmp_path):
+    """In mm, t and s; MASS21 has no products of inertia, so that the pipeline file gives the tip."""
+    away = (1000.0, float(parts.points[parts.cells["tip"]["vertex"][0, 0], 1]), 0.0)  # says where z of the post is
+    lines = [*nblock([*parts.points.tolist(), away]), "ET,1,181", "ET,2,185", "ET,3,4", "ET,4,180", "ET,5,21"]
+    lines += ["MP,EX,1,7e4", "MP,NUXY,1,.33", "MP,DENS,1,2.7e-9", "MP,EX,2,2.1e5", "MP,NUXY,2,.3", "MP,DENS,2,7.8e-9"]
+    lines += ["SECTYPE,1,SHELL", "SECBLOCK,1", "2.0,1,0,5", "R,3,100,600,1000", "RMORE,0,1200,2,2", "R,4,50"]
+    lines += ["R,5,2e-3,2e-3,2e-3"]
+    kinds = {"plate": (1, 1), "block": (2, 1), "post": (3, 2), "tie": (4, 2), "tip": (5, 1)}
+    first = 1
+    for group, kind, conn in parts.blocks():
+        if group != "root":
+            rows = (conn + 1).tolist()
+            rows = [[*row, row[-1]] for row in rows] if kind == "triangle" else rows
+            rows = [[*row, len(parts.points) + 1] for row in rows] if group == "post" else rows
+            number, material = kinds[group]
+            lines += eblock(*rows, kind=number, material=material, real=number, section=number, first=first)
+            first += len(rows)
+    root = parts.cells["root"]["vertex"].ravel() + 1
+    lines += ["CMBLOCK,root,NODE,2", "(8i10)", f"{root[0]:10d}{-root[-1]:10d}"]
+    mesh = mp.read_mesh(deck(tmp_path, lines), "mm", "t")
+    assert frequencies(mesh, {"type5_real5": SECTIONS["tip"]}) == pytest.approx(expected, rel=TOLERANCE)
 
 
 # --- VTK ----------------------------------------------------------------------------------------------------------

@@ -8,12 +8,19 @@ from pydantic import Discriminator, Field, Tag, model_validator
 
 from modalprep.formats.statespace import WRITERS
 from modalprep.pipeline.schema.base import ReferenceTable, Table
-from modalprep.pipeline.schema.quantities import Angle, Duration, Frequency
+from modalprep.pipeline.schema.quantities import TEXT_TOO, Duration, Frequency, in_si
 from modalprep.pipeline.schema.system import EACH, THEORY, Theory
 from modalprep.pipeline.schema.time import TIME, Time, form
 
-ANGLES = ("angle", "free_position", "lower", "upper", "rotation")  # fields that may be given in degrees
-Numbers = list[Angle]
+UNITS_OF = {  # of the parameters of ensembles, by a part of their names
+    **dict.fromkeys(("angle", "rotation"), ("rad",)),
+    **dict.fromkeys(("free_position", "lower", "upper"), ("rad", "m")),
+    **dict.fromkeys(("rate", "angular_velocity"), ("rad/s",)),
+    **dict.fromkeys(("displacement", "free_length"), ("m",)),
+    **dict.fromkeys(("speed", "velocity"), ("m/s",)),
+    "stiffness": ("N/m", "N m/rad"), "damping": ("N s/m", "N m s/rad"), "gravity": ("m/s^2",),
+}  # fmt: skip
+Numbers = list[Annotated[float, TEXT_TOO]]
 
 
 class ResponseTable(Table):
@@ -102,6 +109,27 @@ class DistributionTable(Table):
 Values = Annotated[Annotated[Numbers, Tag("list")] | Annotated[DistributionTable, Tag("table")], Discriminator(form)]
 
 
+def _without_units(name: str, given: Any) -> Any:
+    """Return the values of a parameter in SI where they are text with a unit that the parameter has."""
+    if isinstance(given, dict):
+        return {key: _without_units(name, numbers) for key, numbers in given.items()}
+    if not isinstance(given, list):
+        return given
+    units = next((UNITS_OF[part] for part in name.split(".") if part in UNITS_OF), ())
+    return [_number(name, value, units) if isinstance(value, str) else value for value in given]
+
+
+def _number(name: str, text: str, units: tuple[str, ...]) -> float:
+    try:
+        number = in_si(text, units) if units else None
+    except ValueError as error:
+        raise ValueError(f"{name!r}: {error}") from None
+    if number is None:
+        expected = f"a number with a unit of {' or '.join(units)}" if units else "a number without a unit"
+        raise ValueError(f"{name!r}: {text!r} is not {expected}; write the number in SI units")
+    return number
+
+
 class EnsembleTable(Table):
     """Many runs of the [simulation] that differ in start values, parameters of joints and loads, or gravity."""
 
@@ -123,14 +151,11 @@ class EnsembleTable(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def _degrees_are_angles(cls, data: Any) -> Any:
+    def _texts_are_numbers(cls, data: Any) -> Any:
         parameters = data.get("parameters") if isinstance(data, dict) else None
-        for name, given in parameters.items() if isinstance(parameters, dict) else ():
-            lists = given.values() if isinstance(given, dict) else [given]
-            texts = [x for numbers in lists if isinstance(numbers, list) for x in numbers if isinstance(x, str)]
-            if texts and not set(name.split(".")[1:]) & set(ANGLES):
-                raise ValueError(f"{name!r} is no angle, but {texts[0]!r} is text; write the number in SI units")
-        return data
+        if not isinstance(parameters, dict):
+            return data
+        return data | {"parameters": {name: _without_units(name, given) for name, given in parameters.items()}}
 
     @model_validator(mode="after")
     def _counted(self) -> EnsembleTable:

@@ -45,6 +45,7 @@ COORDINATES = ("near", "box", "point", "radius", "position")  # keys of tables w
 LONGEST = 80  # characters; what is longer is an expression
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![*^/])(.*?)\s*", re.DOTALL)
 FACTOR = re.compile(r"([A-Za-zµ]+|1)(?:\^|\*\*)?(-?\d)?")
+TEXT_TOO = WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]})
 
 
 class Unit(NamedTuple):
@@ -131,7 +132,7 @@ def quantity(*units: str) -> Any:
             raise ValueError(f"{value!r} is no number with a unit of {' or '.join(units)}; {_advice(units)}")
         return number
 
-    return Annotated[float, BeforeValidator(read), WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]})]
+    return Annotated[float, BeforeValidator(read), TEXT_TOO]
 
 
 def or_expression(*units: str) -> BeforeValidator:

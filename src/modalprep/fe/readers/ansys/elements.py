@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from modalprep.fe.mesh.mesh import Equation
 from modalprep.fe.properties.points import PointMass, Spring
 from modalprep.fe.properties.properties import Shell, Solid
 from modalprep.fe.readers.ansys.builder import Builder
@@ -179,9 +180,31 @@ def _spring(b: Builder, element: Element) -> None:
 
 
 def _rigid(b: Builder, element: Element) -> None:
-    if b.deck.types[element.type].options.get(1, 0) != 1:
-        raise b.deck.error(element, "of MPC184 the rigid beam (KEYOPT(1) = 1) is read only; name MPC184 in 'ignore'")
-    b.rigid.append(tuple(b.nodes(element, (0, 1))))
+    """MPC184: a rigid beam, or a rigid link, which keeps the distance of its nodes."""
+    option = b.deck.types[element.type].options.get(1, 0)
+    if option not in (0, 1):
+        raise b.deck.error(
+            element, "of MPC184 rigid links and beams are read (KEYOPT(1) = 0 or 1); name MPC184 in 'ignore'"
+        )
+    pair = b.nodes(element, (0, 1))
+    if option == 1:
+        b.rigid.append((pair[0], pair[1]))
+        return
+    along = b.points[pair[1]] - b.points[pair[0]]
+    if not np.any(along):
+        raise b.deck.error(element, "its nodes coincide, so that it has no direction; couple them by CP")
+    along /= np.linalg.norm(along)
+    terms = [(node, c, sign * along[c]) for node, sign in zip(pair, (-1, 1), strict=True) for c in range(3) if along[c]]
+    name = f"MPC184 element {element.label} (line {element.line})"
+    b.equations.append(Equation.of_terms(terms, length=b.units.length, name=name))
+
+
+def _surface(b: Builder, element: Element) -> None:
+    """SURF154: loads, unless its constants EFS and ADMSUA give a foundation or a mass."""
+    values = b.deck.reals.get(element.real, [])
+    if any(values[3:4]) or any(values[5:6]):
+        raise b.deck.error(element, "its foundation or added mass (EFS, ADMSUA) is not read; name SURF154 in 'ignore'")
+    b.deck.skipped.append(("elements SURF154", f"line {element.line}"))
 
 
 OWN = (
@@ -199,10 +222,10 @@ ELEMENTS: dict[str, Entry] = {
     "SHELL63": Entry("approximated", "It is read as the flat shell, with shear flexibility.", _shell),
     "SOLID92": Entry("read", "", _tetra),
     "SOLID95": Entry("approximated", OWN, _solid),
-    "SURF154": Entry("no effect", "It carries loads only."),
+    "SURF154": Entry("no effect", "It carries loads; with a foundation or added mass it is refused.", _surface),
     "LINK180": Entry("read", "Tension-only bars act in both directions.", _link),
     "SHELL181": Entry("approximated", "It is read as the flat or warped shell.", _shell),
-    "MPC184": Entry("approximated", "Rigid beams are read; links and joints are refused.", _rigid),
+    "MPC184": Entry("approximated", "Rigid beams and links are read, joints are refused.", _rigid),
     "SOLID185": Entry("approximated", OWN, _solid),
     "SOLID186": Entry("approximated", OWN, _solid),
     "SOLID187": Entry("read", "", _tetra),

@@ -258,6 +258,12 @@ def active_system(deck: Deck, command: Command) -> None:
         raise command.error("nodes in a local system cannot be read; export the model by CDWRITE")
 
 
+def lumped(deck: Deck, command: Command) -> None:
+    """LUMPM: a lumped mass matrix of Ansys."""
+    if command.text(1) == "ON":
+        deck.note("LUMPM,ON: the mass is consistent here, while Ansys lumps it")
+
+
 def switch(deck: Deck, command: Command) -> None:
     """*IF of CDWRITE: the numbers of an earlier model, of which there is none."""
     if command.text(1) != "_CDRDOFF":

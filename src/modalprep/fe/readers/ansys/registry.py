@@ -14,7 +14,7 @@ VALUES = "They depend on other files or on parameters; give the numbers."
 QUIET = (
     "/PREP7 /SOLU /POST1 /NOPR /GO /GOPR /TITLE /BATCH /CLEAR /FILNAME /UNITS /SHOW /VIEW /ANGLE /DIST /OUTPUT /WB "
     "/CONFIG /PNUM /NUMBER /REPLOT /AUTO /FCOMP /NERR /EXIT /DELETE /GST /STATUS *SET *MSG *GET *DEL *ELSE *ENDIF "
-    "FINISH SAVE SOLVE NUMOFF NUMCMP DOF ANTYPE MODOPT MXPAND EQSLV LUMPM PSTRES QRDOPT MODCONTROL EXTOPT TREF "
+    "FINISH SAVE SOLVE NUMOFF NUMCMP DOF ANTYPE MODOPT MXPAND EQSLV PSTRES QRDOPT MODCONTROL EXTOPT TREF "
     "BFUNIF TUNIF ACEL OMEGA DOMEGA CGLOC CGOMEGA DCGOMG DMPRAT DMPSTR ALPHAD BETAD IRLF ERESX CRPLIM NCNV NEQIT TIME "
     "KUSE MPTEMP SHPP OUTRES OUTPR KBC NSUBST DELTIM AUTOTS CNVTOL NLGEOM RESCONTROL F SF SFE SFL SFA SFBEAM SFGRAD BF "
     "BFE IC LSWRITE LSSOLVE CMGRP CMEDIT KEYW DMPOPTION WPSTYLE K L A V "
@@ -54,6 +54,7 @@ COMMANDS: dict[str, Entry] = {
     "CMBLOCK": Entry("read", "A component becomes a group of its name.", h.component),
     "CM": Entry("approximated", "Read after ALLSEL, and after ESEL,NONE or NSEL,NONE with what follows.", h.named),
     **dict.fromkeys("NSEL ESEL ALLSEL CMSEL ESLN ESLA NSLE".split(), Entry("read", "For CM.", h.selection)),
+    "LUMPM": Entry("approximated", "The mass is consistent also where Ansys lumps it.", h.lumped),
     "LOCAL": Entry("read", "Cartesian and cylindrical systems, for elements (ESYS).", h.local),
     "CSYS": Entry("read", "Only the global Cartesian system.", h.active_system),
     "*IF": Entry("read", "The switch that CDWRITE writes; others are refused.", h.switch),
