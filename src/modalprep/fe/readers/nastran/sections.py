@@ -130,8 +130,8 @@ def shape(conversion: Conversion, card: Card) -> Section:
     found, nsm = _by_dimensions(card, kind, 8, [None] * count), card.real(8 + count, "NSM", 0.0)
     if kind != "ROD":
         conversion.note(
-            f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape; Nastran's "
-            "own may differ"
+            f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape; "
+            "Nastran's own may differ"
         )
     stations, shear = {0.0: (*found[:5], nsm)}, {"k1": found.k1, "k2": found.k2}
     if card.name == "PBEAML":
