@@ -45,6 +45,7 @@ FAMILIES = {
     "shell": "PSHELL PCOMP PCOMPG",
     "bar": "PBAR PBARL",
     "beam": "PBEAM PBEAML",
+    "bend": "PBEND",
     "rod": "PROD",
     "tube": "PTUBE",
     "shear": "PSHEAR",
@@ -66,12 +67,14 @@ REMARKS = {
     "PARAM": "WTMASS and COUPMASS are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others do nothing.",
     "CELAS1": "Between distant grids it acts through rigid arms to the middle.",
     "CELAS2": "Between distant grids it acts through rigid arms to the middle.",
+    "CBEND": "Sixteen straight beams between new grids follow the arc.",
+    "PBEND": "The ovalling of pipes and the offsets RC, ZC and DELTAN are left out with a note.",
     "CSHEAR": "A sheet that keeps 1e-6 of its normal stiffness; F1 and F2 become rods along its edges.",
     "CMASS1": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
     "CMASS2": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
     "CONM1": "The matrix of a rigid body; others are refused.",
 }
-APPROXIMATED = {"PBARL", "PBEAML", "PBEAM", "PTUBE", "CELAS1", "CELAS2", "CSHEAR"}
+APPROXIMATED = {"PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
 
 QUIET = """
 PLOTEL PLOTEL3 PLOTEL4 FORCE FORCE1 FORCE2 MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADX1 GRAV ACCEL ACCEL1
@@ -91,11 +94,10 @@ REFUSED = {
         "CTWIST CTRAPRG CTRIARG CHEXA1 CHEXA2 CIHEX1 CIHEX2 CIHEX3 CELBOW".split(),
         "This element has no counterpart here.",
     ),
-    "CBEND": "A curved beam has no counterpart here; follow its arc with CBEAM elements.",
     **dict.fromkeys(
         "CELAS3 CELAS4 CMASS3 CMASS4".split(), "It acts on scalar points, which have no position in the body."
     ),
-    **dict.fromkeys("PBCOMP PBEND PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
+    **dict.fromkeys("PBCOMP PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
     **dict.fromkeys("NSM NSM1 NSML NSML1 NSMADD".split(), "Give the further mass on the properties themselves."),
     **dict.fromkeys(MATRICES.split(), "Matrices of a deck are read by [matrices]."),
     **dict.fromkeys(
