@@ -253,6 +253,55 @@ def test_pin_flags_that_make_a_mechanism_are_refused(read):
         pinned(read, "78")
 
 
+# ------------------------------------------------------------------ curved beams
+
+QUARTER = "GRID,1\nGRID,2,,2.,2.\nGRID,9,,5.\nCBEND,7,3,1,2,{v},{geom}\nMAT1,7,2.+11,,.3,8000.\n"  # centre (0, 2)
+
+
+@pytest.mark.parametrize(
+    ("geom", "v"), [(1, "0.,1.,0."), (2, "1.,0.,0."), (3, "1.,0.,0."), (4, "2.,-1.,0."), (2, "9,,")]
+)
+def test_a_quarter_of_a_ring(read, geom, v):
+    """Its grids lie on the circle; pi F R^3 / 4 E I1 at the free end along the radius (Castigliano, thin)."""
+    mesh = read(QUARTER.format(v=v, geom=geom) + "PBEND,3,7,1.-4,1.-9,2.-9,3.-9,2.,90.\n")
+    assert np.linalg.norm(mesh.points[[0, 1, *range(3, 18)]] - [0, 2, 0], axis=1) == pytest.approx(np.full(17, 2.0))
+    assert mesh.points[10] == pytest.approx([2 * math.sin(math.pi / 4), 2 - 2 * math.cos(math.pi / 4), 0])
+    assert mesh.labels[[2, 3, -1]].tolist() == [9, 10, 24]
+    model = mp.assemble(mesh, {}, {"root": mp.Interface(node=1, kind="node")})
+    free = np.setdiff1d(np.arange(model.n_dof), model.dof[0])
+    f = np.zeros(model.n_dof)
+    f[model.dof[1, 0]] = 1.0  # the radius at (2, 2) is along x
+    u = np.linalg.solve(model.K.toarray()[np.ix_(free, free)], f[free])[np.searchsorted(free, model.dof[1, 0])]
+    assert u == pytest.approx(math.pi * 8 / (4 * 2e11 * 1e-9), rel=3e-3)  # sixteen chords
+    assert mesh.notes == ("CBEND: the arc is followed by 16 straight beams between new grids",)
+
+
+def test_three_quarters_of_a_ring_and_pipes(read):
+    """THETAB = 270: the centre lies on the side of the orientation. A pipe has RM and T behind FSI."""
+    mesh = read(QUARTER.format(v="0.,1.,0.", geom=4) + "PBEND,3,7,1,.1,.01,,2.,270.\n")
+    centre = mesh.points[[0, 1, *range(3, 18)]]
+    assert np.linalg.norm(centre - [0, 2, 0], axis=1) == pytest.approx(np.full(17, 2.0))
+    assert mesh.points[10] == pytest.approx([-2 * math.sin(math.pi / 4), 2 + 2 * math.cos(math.pi / 4), 0])
+    assert mesh.properties["pbend_3"].A == pytest.approx(2 * math.pi * 0.1 * 0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (QUARTER.format(v="1.,1.,0.", geom=2) + "PBEND,3,7,1.-4,1.-9,2.-9,3.-9\n", "CBEND 7: GEOM is not 1 to 4, or"),
+        (
+            QUARTER.format(v="1.,0.,0.", geom=3) + "PBEND,3,7,1.-4,1.-9,2.-9,3.-9,1.\n",
+            "CBEND 7: RB = 1 is less than half",
+        ),
+        (QUARTER.format(v="1.,0.,0.", geom=4) + "PBEND,3,7,1.-4,1.-9,2.-9,3.-9,,180.\n", "THETAB is not between"),
+        (QUARTER.format(v="1.,0.,0.", geom=2), "CBEND 7: its property is not in the deck"),
+    ],
+)
+def test_arcs_that_are_none(read, text, message):
+    with pytest.raises(InputError, match=message):
+        read(text)
+
+
 # ------------------------------------------------------------------ registry and fuzz
 
 

@@ -1,4 +1,4 @@
-"""What a reader does with each keyword or card: the reader dispatches by it, the reference is made of it."""
+"""What a reader does with each keyword or card of its format: it dispatches by it, the docs list it."""
 
 from __future__ import annotations
 

@@ -19,9 +19,8 @@ from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.materials import Units
 from modalprep.fe.readers.nastran.points import add_scalar_masses
-from modalprep.fe.readers.nastran.registry import REGISTRY, Table
+from modalprep.fe.readers.nastran.registry import REGISTRY, Table, unused
 from modalprep.fe.readers.nastran.superelements import read_parts, sections
-from modalprep.fe.readers.nastran.unused import unused
 
 ADVICE = (
     "the reader does not know these cards; replace by cards that are read, such as RBE2, RBE3, CONM2, CBUSH, what of "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.properties import bush, flange, rod
 
+CHORDS = 16  # of the arc of a CBEND
 SHELLS = {card: cell for cell in CELLS.values() for card in cell.nastran if cell.dimension == 2}
 SOLIDS: dict[str, dict[int, Cell]] = {}  # by name of the card and number of grids
 for _cell in CELLS.values():
@@ -216,9 +218,55 @@ def _panel(b: Builder, card: Card) -> None:
                 b.cell(card, "line", [nodes[i], nodes[(i + 1) % 4]], name)
 
 
+def _bend(b: Builder, card: Card) -> None:
+    """CBEND: its arc is followed by short straight beams between new grids."""
+    nodes = [b.grids.node(card, k, end) for k, end in ((2, "GA"), (3, "GB"))]
+    name = b.section(card, "bend")
+    if b.bare:
+        raise card.error("its property is not in the deck; add its PBEND card")
+    start, end = b.grids.points[nodes]
+    centre, angle = _arc(b, card, start, end, _up(b, card, nodes, "GGG", []))
+    first = start - centre
+    ahead = np.cross(np.cross(first, end - centre) * np.sign(math.pi - angle), first)
+    ahead *= np.linalg.norm(first) / np.linalg.norm(ahead)
+    steps = angle * np.arange(CHORDS + 1) / CHORDS
+    at = centre + np.cos(steps)[:, None] * first + np.sin(steps)[:, None] * ahead
+    rows = [nodes[0], *(b.point(x) for x in at[1:-1]), nodes[1]]
+    for k, pair in enumerate(pairwise(rows)):
+        row = b.cell(card, "line", list(pair), name)
+        up = at[k] + at[k + 1] - 2 * centre
+        b.put("up", "line", row, up / np.linalg.norm(up))
+    b.conversion.note(f"CBEND: the arc is followed by {CHORDS} straight beams between new grids")
+
+
+def _arc(b: Builder, card: Card, start: np.ndarray, end: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return centre and angle of the arc by GEOM: v points to the centre (1), along the arc (2), or away (3, 4)."""
+    geometry, chord, source = card.integer(7, "GEOM", lowest=1), end - start, b.tables["bend"][card.integer(1, "PID")]
+    half = np.linalg.norm(chord) / 2
+    across = v - chord * (v @ chord) / (chord @ chord)
+    if geometry > 4 or not np.linalg.norm(across) > 1e-9 * np.linalg.norm(v):
+        raise card.error("GEOM is not 1 to 4, or the orientation lies along GA-GB; correct them")
+    if geometry == 1:
+        centre = start + v * (chord @ chord) / (2 * (v @ chord))
+    elif geometry == 2:
+        normal = chord - v * (v @ chord) / (v @ v)
+        centre = start + normal * (chord @ chord) / (2 * (normal @ chord))
+    elif geometry == 3:
+        radius = source.real(6, "RB")
+        if radius < half:
+            raise card.error(f"RB = {radius:g} is less than half of the distance between its grids; correct it")
+        centre = start + chord / 2 - across / np.linalg.norm(across) * math.sqrt(radius**2 - half**2)
+    else:
+        angle = math.radians(source.real(7, "THETAB"))
+        if not 0 < angle < 2 * math.pi - 1e-6 or abs(angle - math.pi) < 1e-6:
+            raise card.error("THETAB is not between 0 and 360, or 180; correct it")
+        return start + chord / 2 - across / np.linalg.norm(across) * half / math.tan(angle / 2), angle
+    return centre, 2 * math.asin(min(1.0, half / np.linalg.norm(start - centre)))
+
+
 HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
     **dict.fromkeys(SOLIDS, _solid),
     **dict.fromkeys(SHELLS, _shell),
     **{"CBAR": _bar, "CBEAM": _bar, "CROD": _rod, "CONROD": _conrod, "CTUBE": _tube, "CSHEAR": _panel},
-    "CBUSH": _bush,
+    **{"CBUSH": _bush, "CBEND": _bend},
 }

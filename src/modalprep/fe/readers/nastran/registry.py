@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.readers.coverage import Entry
 from modalprep.fe.readers.nastran import constraints, elements, links, points, superelements
 from modalprep.fe.readers.nastran.cards import Card
@@ -44,6 +45,7 @@ FAMILIES = {
     "shell": "PSHELL PCOMP PCOMPG",
     "bar": "PBAR PBARL",
     "beam": "PBEAM PBEAML",
+    "bend": "PBEND",
     "rod": "PROD",
     "tube": "PTUBE",
     "shear": "PSHEAR",
@@ -75,12 +77,14 @@ REMARKS = {
     "PARAM": "WTMASS and COUPMASS are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others do nothing.",
     "CELAS1": "Between distant grids it acts through rigid arms to the middle.",
     "CELAS2": "Between distant grids it acts through rigid arms to the middle.",
+    "CBEND": "Sixteen straight beams between new grids follow the arc.",
+    "PBEND": "The ovalling of pipes and the offsets RC, ZC and DELTAN are left out with a note.",
     "CSHEAR": "A sheet that keeps 1e-6 of its normal stiffness; F1 and F2 become rods along its edges.",
     "CMASS1": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
     "CMASS2": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
     "CONM1": "The matrix of a rigid body; others are refused.",
 }
-APPROXIMATED = {"PBARL", "PBEAML", "PBEAM", "PTUBE", "CELAS1", "CELAS2", "CSHEAR"}
+APPROXIMATED = {"PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
 
 QUIET = """
 PLOTEL PLOTEL3 PLOTEL4 FORCE FORCE1 FORCE2 MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADX1 GRAV ACCEL ACCEL1
@@ -100,11 +104,10 @@ REFUSED = {
         "CTWIST CTRAPRG CTRIARG CHEXA1 CHEXA2 CIHEX1 CIHEX2 CIHEX3 CELBOW".split(),
         "This element has no counterpart here.",
     ),
-    "CBEND": "A curved beam has no counterpart here; follow its arc with CBEAM elements.",
     **dict.fromkeys(
         "CELAS3 CELAS4 CMASS3 CMASS4".split(), "It acts on scalar points, which have no position in the body."
     ),
-    **dict.fromkeys("PBCOMP PBEND PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
+    **dict.fromkeys("PBCOMP PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
     **dict.fromkeys("NSM NSM1 NSML NSML1 NSMADD".split(), "Give the further mass on the properties themselves."),
     **dict.fromkeys(MATRICES.split(), "Matrices of a deck are read by [matrices]."),
     **dict.fromkeys(
@@ -144,3 +147,37 @@ def _registry() -> dict[str, Entry]:
 
 
 REGISTRY: dict[str, Entry] = _registry()
+
+GE = {"MAT1": 7, "MAT2": 12, "MAT8": 16, "PCOMP": 6, "PCOMPG": 6, "PELAS": 2}  # field of the structural damping GE
+PARAMETERS = ("G", "W3", "W4", "ALPHA1", "ALPHA2", "K6ROT", "SNORM", "COUPMASS")
+SEID = 7  # field of a grid
+SAID_BESIDES = (
+    "damping is given in the pipeline file, superelements are one structure here, drilling stiffness and normals of "
+    "shells are those of the elements, and the mass is consistent unless mass = 'nastran'"
+)
+
+
+def unused(cards: list[Card]) -> tuple[str, ...]:
+    """Return the note on fields and parameters that are left out; empty without any.
+
+    Examples
+    --------
+    >>> unused([Card("PARAM", ["G", ".02"], "a.bdf", 3)])[0][:39]
+    'left out: 1 PARAM,G (a.bdf line 3); dam'
+    """
+    return left_out(((what, f"{card.file} line {card.line}") for card in cards for what in _of(card)), SAID_BESIDES)
+
+
+def _of(card: Card) -> Iterator[str]:
+    """Yield what a card says besides."""
+    if card.name in GE and card.real(GE[card.name], "GE", 0.0):
+        yield f"GE of {card.name}"
+    if card.name == "GRID" and card.text(SEID) not in ("", "0"):
+        yield "SEID of GRID"
+    if card.name == "PARAM" and card.text(0) in PARAMETERS and card.text(1) != _usual(card):
+        yield f"PARAM,{card.text(0)}"
+
+
+def _usual(card: Card) -> str:
+    """Return the value that asks for what the model has: the consistent mass."""
+    return "1" if card.text(0) == "COUPMASS" else ""

@@ -98,6 +98,21 @@ def pbeam(conversion: Conversion, card: Card) -> Section:
     return Section(**_tapered(conversion, card, stations), k1=k1, k2=k2, points=points, neutral=(N1, N2))
 
 
+def pbend(conversion: Conversion, card: Card) -> Section:
+    """PBEND: A, I1 in the plane of the arc, I2, J; or mean radius RM and wall T of a pipe behind FSI."""
+    if card.whole(2) and card.integer(2, "FSI") in (1, 2, 3):
+        if card.integer(2, "FSI") > 1:
+            conversion.note("PBEND: a pipe has the flexibility of its circular section, without that of its ovalling")
+        radius, wall = card.real(3, "RM"), card.real(4, "T")
+        found = SHAPES["TUBE"][1](radius + wall / 2, radius - wall / 2)
+        return Section(A=found.A, I1=found.I1, I2=found.I2, I12=0.0, J=found.J, nsm=card.real(10, "NSM", 0.0))
+    A, I1, I2, J = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "J"), 2))
+    k1, k2, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("K1", "K2", "NSM"), 16))
+    if any(card.real(k, "RC, ZC or DELTAN", 0.0) for k in (19, 20, 21)):
+        conversion.note("PBEND: the offsets RC, ZC and DELTAN of the arc are left out")
+    return Section(A=A, I1=I1, I2=I2, I12=0.0, J=J, nsm=nsm, k1=k1, k2=k2, points=_points(card))
+
+
 def _station(card: Card, k: int, default: tuple[float, ...]) -> tuple[float, ...]:
     """Return A, I1, I2, I12, J and nsm from field k on."""
     names = ("A", "I1", "I2", "I12", "J", "NSM")
@@ -130,8 +145,8 @@ def shape(conversion: Conversion, card: Card) -> Section:
     found, nsm = _by_dimensions(card, kind, 8, [None] * count), card.real(8 + count, "NSM", 0.0)
     if kind != "ROD":
         conversion.note(
-            f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape "
-            f"(K1 = {found.k1:.3g}, K2 = {found.k2:.3g}); Nastran's own may differ"
+            f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape; "
+            "Nastran's own may differ"
         )
     stations, shear = {0.0: (*found[:5], nsm)}, {"k1": found.k1, "k2": found.k2}
     if card.name == "PBEAML":
@@ -180,4 +195,4 @@ def _stations(card: Card, kind: str, count: int, first: tuple[float, ...]) -> di
     return stations
 
 
-SECTIONS = {"PBAR": pbar, "PBEAM": pbeam, "PBARL": shape, "PBEAML": shape}
+SECTIONS = {"PBAR": pbar, "PBEAM": pbeam, "PBARL": shape, "PBEAML": shape, "PBEND": pbend}
