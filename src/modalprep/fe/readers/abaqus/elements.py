@@ -11,7 +11,7 @@ from modalprep.fe.readers.abaqus.geometry import label_of
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.coverage import Entry
 
-MOST = 10_000_000  # elements that one line may make
+MOST = 1_000_000  # elements that one line may make
 FULL = "The element is integrated fully here."
 
 
@@ -227,12 +227,9 @@ def _repeat(deck: Deck, row: Row, scope: str, source: tuple[int, Element], nodes
     label, master = source
     if not own:
         return
-    if "labels" not in deck.current:
-        deck.current["labels"] = list(deck.nodes)
-    labels = deck.current["labels"]
     moved = []
     for node in (*master.nodes, *master.extra):
-        of, number = labels[node]
+        of, number = deck.keys[node]
         if (of, number + nodes) not in deck.nodes:
             raise row.error(f"element {label + own} needs node {number + nodes}, which is not there; add the node")
         moved.append(deck.nodes[of, number + nodes])

@@ -186,8 +186,7 @@ def _name_supports(deck: Deck) -> None:
     """Make the nodes that are held a group, and say that they are free without a word of the user."""
     if not deck.held:
         return
-    keys = list(deck.nodes)
-    deck.members("NSET", "", BOUNDARY).extend((keys[node][0], keys[node][1]) for node in sorted(deck.held))
+    deck.members("NSET", "", BOUNDARY).extend(deck.keys[node] for node in sorted(deck.held))
     deck.note(
         f"*BOUNDARY holds {len(deck.held)} nodes where a support names the set {BOUNDARY!r}, and nothing without it"
     )
@@ -205,12 +204,11 @@ def _supports(deck: Deck, place: np.ndarray) -> dict[str, SupportSet]:
 
 def _labels(deck: Deck) -> tuple[np.ndarray, np.ndarray]:
     """Return the order of the nodes by their numbers, and these; instances that share numbers are numbered apart."""
-    keys = list(deck.nodes)
-    numbers = np.array([label for _, label in keys])
+    numbers = np.array([label for _, label in deck.keys])
     if len(np.unique(numbers)) < len(numbers):
         step = 10 ** len(str(numbers.max()))
         shift = {scope: k * step for k, scope in enumerate(["", *deck.parts.moves])}
-        numbers = numbers + np.array([shift[scope] for scope, _ in keys])
+        numbers = numbers + np.array([shift[scope] for scope, _ in deck.keys])
         listed = ", ".join(f"{deck.parts.spelled[scope]} {shift[scope]}" for scope in deck.parts.moves)
         deck.note(f"instances share numbers of nodes: to those of each is added {listed}")
     order = np.argsort(numbers, kind="stable")

@@ -23,7 +23,8 @@ MATERIALS = {
     "MATERIAL": Entry("read", "", materials.material),
     "ELASTIC": Entry(
         "read",
-        "ISOTROPIC; of shells also LAMINA, ENGINEERING CONSTANTS and ORTHOTROPIC. Of temperatures the first holds.",
+        "ISOTROPIC, ENGINEERING CONSTANTS, ORTHOTROPIC, of solids ANISOTROPIC, of shells LAMINA. Of temperatures the "
+        "first holds.",
         materials.elastic,
     ),
     "DENSITY": Entry("read", "Of temperatures the first holds.", materials.density),

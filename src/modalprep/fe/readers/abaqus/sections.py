@@ -9,7 +9,7 @@ from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Ply, Property, Shell, Solid, Truss
 from modalprep.fe.readers.abaqus.deck import Deck, Key
 from modalprep.fe.readers.abaqus.lexer import Block, Row
-from modalprep.fe.readers.abaqus.materials import Orientation, isotropic, of_sheet
+from modalprep.fe.readers.abaqus.materials import Orientation, isotropic, of_sheet, of_solid
 
 SHELL_OPTIONS = ("SHELL THICKNESS", "DENSITY", "ZMODULUS", "STACK DIRECTION", "LAYUP")
 NORMAL = 0.1  # degrees: an axis this close to the normal of a shell gives no direction
@@ -55,7 +55,19 @@ def solid_section(deck: Deck, block: Block) -> None:
         material = isotropic(deck, block, block.option("MATERIAL"))
         give(deck, block, block.made(Truss, material=material, A=area))
         return
-    give(deck, block, Solid(material=isotropic(deck, block, block.option("MATERIAL"))))
+    material = of_solid(deck, block, block.option("MATERIAL"))
+    give(deck, block, Solid(material=material))
+    if not isinstance(material, Material):
+        _put_frames(deck, block, _axes(deck, block), keys)
+
+
+def _put_frames(deck: Deck, block: Block, axes: Orientation | None, keys: list[Key]) -> None:
+    """Give every solid the axes of its material: of the orientation, else of the part."""
+    own = np.array([deck.turned(block.scope, axis) for axis in np.eye(3)])
+    for key in keys:
+        for kind, row in deck.elements[key].cells:
+            centre = np.mean([deck.points[i] for i in deck.cells[kind][row]], axis=0)
+            deck.put("frame", (kind, row), own if axes is None else axes.at(deck, key, centre))
 
 
 def shell_section(deck: Deck, block: Block) -> None:
