@@ -150,7 +150,8 @@ def _add(deck: Deck, row: Row, scope: str, given: str, known: Type, count: int) 
             f"element {', '.join(row.fields)} of type {given} needs a number and {count} nodes; export again"
         )
     own, more = row.fields[1 : count + 1], row.fields[count + 1 :]
-    nodes = [_node(deck, row, scope, label, text) for text in own]
+    found = [deck.nodes.get((scope, int(text))) if text.isdecimal() else None for text in own]
+    nodes = [_node(deck, row, scope, label, own[k]) if node is None else node for k, node in enumerate(found)]
     extra = [_node(deck, row, scope, label, text) for text in more[:1]] if known.family == "beam" else []
     if more[len(extra) :]:
         deck.skipped.append((f"extra nodes in *ELEMENT, TYPE={given}", f"line {row.line}"))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -48,7 +50,7 @@ def nodes(deck: Deck, block: Block) -> None:
     members = deck.members("NSET", block.scope, block.options["NSET"]) if block.options.get("NSET") else []
     for row in block.rows:
         label = label_of(row, 0, "node")
-        point = _local(kind, np.array([row.real(k, f"coordinate {k} of node {label}", 0.0) for k in (1, 2, 3)]))
+        point = _local(kind, _coordinates(row, label))
         if block.scope in deck.systems:
             origin, axes = deck.systems[block.scope]
             point = origin + point @ axes
@@ -56,6 +58,16 @@ def nodes(deck: Deck, block: Block) -> None:
         members.append((block.scope, label))
         if any(row.fields[4:7]):
             deck.skipped.append(("normals in lines of *NODE", f"line {row.line}"))
+
+
+def _coordinates(row: Row, label: int) -> np.ndarray:
+    try:
+        x, y, z = (float(text or 0.0) for text in (*row.fields[1:4], "", "", "")[:3])
+    except ValueError:  # the exponents of Fortran, or no number
+        x, y, z = (row.real(k, f"coordinate {k} of node {label}", 0.0) for k in (1, 2, 3))
+    if not math.isfinite(x + y + z):
+        x, y, z = (row.real(k, f"coordinate {k} of node {label}", 0.0) for k in (1, 2, 3))
+    return np.array([x, y, z])
 
 
 def _local(kind: str, x: np.ndarray) -> np.ndarray:
