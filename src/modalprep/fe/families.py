@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from modalprep.fe.elements.beam import BeamBlock
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.point import MassBlock, SpringBlock
+from modalprep.fe.elements.shells.curved import DEGREE as CURVED_SHELLS
 from modalprep.fe.elements.shells.curved import CurvedShellBlock
 from modalprep.fe.elements.shells.shell import ShellBlock
 from modalprep.fe.elements.solid import DEGREE as SOLID_CELLS
@@ -18,7 +19,7 @@ from modalprep.fe.properties.properties import Beam, Property, Shell, Solid, Tru
 FAMILIES: Mapping[type[Property], Mapping[str, type[Block]]] = {
     Beam: {"line": BeamBlock},
     Truss: {"line": TrussBlock},
-    Shell: {"triangle": ShellBlock, "quad": ShellBlock, "triangle6": CurvedShellBlock},
+    Shell: {"triangle": ShellBlock, "quad": ShellBlock, **dict.fromkeys(CURVED_SHELLS, CurvedShellBlock)},
     Solid: dict.fromkeys(SOLID_CELLS, SolidBlock),
     PointMass: {"vertex": MassBlock},
     Spring: {"line": SpringBlock, "vertex": SpringBlock},

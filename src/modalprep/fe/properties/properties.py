@@ -164,10 +164,10 @@ class Ply:
 class Shell(Property):
     """Section of shells with membrane, bending, transverse shear and drilling stiffness.
 
-    Cells are flat three-node and warped four-node ones, and curved six-node triangles. A homogeneous sheet has
+    Cells are flat three-node and warped four-node ones, and curved ones of six to nine nodes. A homogeneous sheet has
     `material` and `thickness`; a laminate has `plies`, listed from the bottom (-e3) to the top. Axis 1 of the material
     is the projection of `axis` on the element, rotated by `angle` about its normal. The mesh may override `axis`,
-    `angle` and `offset` for single elements (``Mesh.data``).
+    `angle`, `offset` and, at the corners of a homogeneous sheet, `thickness` for single elements (``Mesh.data``).
 
     Attributes
     ----------
@@ -235,7 +235,7 @@ class Shell(Property):
 
 @dataclass(frozen=True, kw_only=True)
 class Solid(Property):
-    """Three-dimensional continuum of tetrahedra, wedges and hexahedra of first or second order.
+    """Three-dimensional continuum of tetrahedra, pyramids, wedges and hexahedra of first or second order.
 
     The mesh may override the axes of the material for single elements (``Mesh.data``, "frame").
 

@@ -30,6 +30,7 @@ def _type(family: str, cell: str, names: str, remark: str = "", treatment: str =
 
 TYPES: dict[str, Type] = {
     "C3D4": _type("solid", "tetra", "C3D4H?T?"),
+    "C3D5": _type("solid", "pyramid", "C3D5H?"),
     "C3D6": _type("solid", "wedge", "C3D6H?T?"),
     "C3D8": _type("solid", "hexahedron", "C3D8(H|T|S|HS)?", "It has nine incompatible modes here, as C3D8I."),
     "C3D8I": _type("solid", "hexahedron", "C3D8IH?", "Its incompatible modes are those of our hexahedron."),
@@ -44,6 +45,7 @@ TYPES: dict[str, Type] = {
     ),
     "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", "The shell is ours; CalculiX makes solids of shells."),
     "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", "The shell is ours; CalculiX makes solids of shells."),
+    "S9R5": _type("shell", "quad9", "S9R5"),
     "B31": _type(
         "beam", "line", "B31R?H?|PIPE31H?",
         "The beam is exact in statics and its mass consistent, where Abaqus lumps it and CalculiX makes solids of it.",
@@ -85,6 +87,7 @@ COLLAPSED = {  # cells whose corners fall together: which are left, of which cel
     ("hexahedron", (0, 1, 2, 2, 4, 5, 6, 6)): ("wedge", (0, 1, 2, 4, 5, 6)),
     ("hexahedron", (0, 0, 2, 3, 4, 4, 6, 7)): ("wedge", (0, 2, 3, 4, 6, 7)),
     ("hexahedron", (0, 1, 2, 2, 4, 4, 4, 4)): ("tetra", (0, 1, 2, 4)),
+    ("hexahedron", (0, 1, 2, 3, 4, 4, 4, 4)): ("pyramid", (0, 1, 2, 3, 4)),
     ("quad", (0, 1, 2, 2)): ("triangle", (0, 1, 2)),
     ("quad", (0, 1, 2, 0)): ("triangle", (0, 1, 2)),
     ("quad", (0, 0, 2, 3)): ("triangle", (0, 2, 3)),

@@ -29,7 +29,7 @@ MATERIALS = {
     ),
     "DENSITY": Entry("read", "Of temperatures the first holds.", materials.density),
     "DISTRIBUTION": Entry("read", "Of coordinates for *ORIENTATION.", materials.distribution),
-    "NODAL THICKNESS": Entry("read", "The same at all nodes of a section.", sections.nodal_thickness),
+    "NODAL THICKNESS": Entry("read", "At every node of a section that asks for it.", sections.nodal_thickness),
     "TRANSVERSE SHEAR STIFFNESS": Entry(
         "read", "Of beams, without slenderness compensation.", beams.transverse_shear
     ),

@@ -101,17 +101,22 @@ def _material(block: Block) -> str:
 
 
 def _thickness(deck: Deck, block: Block, keys: list[Key]) -> float:
+    """Return the thickness of a section; where it differs by node, every element has its own ones."""
     if "NODAL THICKNESS" not in block.options:
         return block.row().real(0, "thickness")
     table: dict[int, float] = deck.current.get("nodal thickness", {})
-    found = {table.get(node) for key in keys for node in deck.elements[key].nodes[: _corners(deck, key)]}
-    if len(found) > 1 or None in found:
-        block.refuse("has NODAL THICKNESS that is not the same at all its nodes; give one thickness in its line")
-    return found.pop()
-
-
-def _corners(deck: Deck, key: Key) -> int:
-    return len(CELLS[deck.elements[key].cells[0][0]].corners)
+    values = [(key, [table.get(n, np.nan) for n in deck.elements[key].nodes]) for key in keys]
+    every = np.concatenate([own for _, own in values])
+    if not np.isfinite(every).all():
+        block.refuse("has NODAL THICKNESS, but not all its nodes have one; give it for every node")
+    if np.ptp(every) > 0:
+        if _offset(block):
+            block.refuse("has an OFFSET of a thickness that differs by node; give the mid-surface")
+        for key, own in values:
+            for kind, row in deck.elements[key].cells:
+                count = len(own) if CELLS[kind].second_order else len(CELLS[kind].corners)
+                deck.put("thickness", (kind, row), np.array(own[:count]) * deck.units.length)
+    return float(every.mean())
 
 
 def nodal_thickness(deck: Deck, block: Block) -> None:

@@ -7,10 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import CELLS, Cell
 from modalprep.fe.properties.points import PointMass
-from modalprep.fe.properties.properties import Property, Shell, Solid
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import made
@@ -32,8 +30,6 @@ def _solid(b: Builder, card: Card) -> None:
     if count not in kinds:
         raise card.error(f"it has {max(count, 0)} grids and needs {' or '.join(map(str, kinds))}; complete the card")
     cell = kinds[count]
-    if cell.shape == "pyramid":
-        _refuse_without_element(b, card, cell, Solid)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     row = b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
     _put_material_axes(b, card, cell.name, row, nodes)
@@ -60,25 +56,21 @@ def _is_fluid(b: Builder, card: Card) -> bool:
 def _shell(b: Builder, card: Card) -> None:
     cell = SHELLS[card.name]
     kind, count = cell.name, cell.count
-    _refuse_without_element(b, card, cell, Shell)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     name = b.section(card, "shell")
     row = b.cell(card, kind, nodes, name)
     if not b.bare:
-        _shell_axis(b, card, kind, row, 2 + count)
+        theta, flag = {"quad8": (14, 16), "triangle6": (8, 13)}.get(kind, (2 + count, 9))
+        _shell_axis(b, card, kind, row, theta)
         shell = b.properties[name]
-        if offset := card.real(3 + count, "ZOFFS", 0.0) * b.units.length:
+        if offset := card.real(theta + 1, "ZOFFS", 0.0) * b.units.length:
             b.put("offset", kind, row, shell.offset + offset)
-        flag = card.text(13 if cell.second_order else 9)  # the mid-side grids of CTRIA6 move it behind T3
-        for k in range(len(cell.corners)):
-            t = card.real(10 + k, f"T{k + 1}", 0.0) * (1 if flag == "1" else b.units.length / (shell.thickness or 1))
-            if t and not math.isclose(t, 1.0, rel_tol=1e-6):
-                raise card.error("its corners have a thickness of their own; give the thickness on PSHELL")
-
-
-def _refuse_without_element(b: Builder, card: Card, cell: Cell, section: type[Property]) -> None:
-    if cell.name not in FAMILIES[section] and not b.bare:
-        raise card.error(f"{cell.name} cells have no element here; mesh with {', '.join(FAMILIES[section])}")
+        t = np.array([card.real(10 + k, f"T{k + 1}", 0.0) for k in range(len(cell.corners))])
+        t *= shell.thickness if card.text(flag) == "1" else b.units.length
+        if np.any(np.abs(t - shell.thickness) > 1e-6 * shell.thickness, where=t != 0):
+            if shell.plies:
+                raise card.error("its corners have a thickness, but its property has plies; remove T1 to T4")
+            b.put("thickness", kind, row, np.where(t == 0, shell.thickness, t))
 
 
 def _shell_axis(b: Builder, card: Card, kind: str, row: int, k: int) -> None:
