@@ -158,6 +158,20 @@ def panel(tip):
     return mp.assemble(mesh, {"skin": mp.Shell(material=METAL, thickness=0.02, offset=0.01)}, held)
 
 
+def guided():
+    """A bent mast whose tip guides the end of a second one: rigid in two directions off the axes of the mesh."""
+    s = np.linspace(0, 1, 9)
+    first = np.stack([s, 0.3 * s**2, 0.2 * s**3], axis=1)
+    points = np.vstack([first, first[1:] @ np.diag([1.0, -1.4, 2.0])])
+    lines = np.array([[k, k + 1] for k in range(8)] + [[0, 9]] + [[k, k + 1] for k in range(9, 16)])
+    components = np.array([1, 0, 1, 0, 1, 0], dtype=bool)
+    link = Link(kind="rbe2", node=8, nodes=np.array([16]), components=components, axes=random_rotation(8)[None])
+    groups = {"beam": {"line": np.arange(16)}, "root": {"vertex": np.array([0])}}
+    mesh = mp.fe.Mesh(points=points, cells={"line": lines, "vertex": np.array([[0]])}, groups=groups, links=(link,))
+    section = mp.fe.beam_section("rectangle", STIFF, width=0.06, height=0.03, up=(0, 0, 1))
+    return mp.assemble(mesh, {"beam": section}, {"root": mp.Interface(group="root", kind="node")})
+
+
 ARMS = (np.array([[1.1, 0.5, 0.2]]), np.array([[0.9, 0.1, 0.4]]), np.array([[1.0, 0.4, -0.2]]))
 MODELS = {
     "eccentric beams": mast,
@@ -167,6 +181,7 @@ MODELS = {
     "masses on rigid arms": lambda: mast(
         [Link(kind="rbe2", node=12, nodes=np.arange(13, 16))], ARMS, ends=mp.PointMass(mass=0.01)
     ),
+    "an end guided in oblique directions": guided,
     "skin on a rigid frame": lambda: panel("rbe2"),
     "skin on a mean frame": lambda: panel("rbe3"),
 }

@@ -145,6 +145,16 @@ def test_supports_that_leave_a_mechanism_are_refused():
                         supports={"pin": mp.Support(group="root", components="123")}), modes=2)  # fmt: skip
 
 
+def test_what_the_root_holds_already_is_left_to_it():
+    """A support that includes nodes of a rigid root holds the others."""
+    mesh, sections = beam_mesh(8, L), {"beam": spinup_section()}
+    more = mesh.with_(groups={**mesh.groups, "ends": {"vertex": np.array([0, 1])}})
+    root = {"root": mp.Interface(group="root", kind="node")}
+    both = mp.assemble(more, sections, root, supports={"all": mp.Support(group="ends", components="23")})
+    tip = mp.assemble(more, sections, root, supports={"tip": mp.Support(group="tip", components="23")})
+    np.testing.assert_allclose(frequencies(both, 4), frequencies(tip, 4), rtol=1e-12)
+
+
 REFUSED = {
     "no supports": (GROUND, {}, "kind 'support', which needs supports"),
     "not the root": (
@@ -152,8 +162,8 @@ REFUSED = {
     ),
     "unknown set": (GROUND, {"a": mp.Support(set="spc_1")}, "no set of supports 'spc_1'; it has none"),
     "driven by the root": (
-        {"root": mp.Interface(group="root", position=(0.0, 1.0, 0.0), kind="rbe2")},
-        {"a": mp.Support(group="root", components="3")}, "interface 'root' and support 'a' drive the same node",
+        {"root": mp.Interface(group="root", position=(0.0, 1.0, 0.0), kind="rbe3")},
+        {"a": mp.Support(group="root", components="123")}, "interface 'root' and support 'a' drive the same node",
     ),
     "twice": (
         GROUND, PINNED | {"again": mp.Support(group="tip", components="3")}, "support 'again' holds nothing",
@@ -173,7 +183,10 @@ def test_refusals(interfaces, supports, said):
     mesh = beam_mesh(4, L)
     section = spinup_section()
     if "drive" in said:
-        mesh = mesh.with_(groups={**mesh.groups, "root": {"vertex": np.array([0, 1])}})
+        points = np.array([[0.0, 0, 0], [2.0, 1, 0], [4.0, -1, 1], [6.0, 0, 3], [8.0, 0, 0]])
+        vertices = np.concatenate([mesh.cells["vertex"], [[1], [2], [3]]])
+        groups = {**mesh.groups, "root": {"vertex": np.array([0, 2, 3, 4])}}
+        mesh = mesh.with_(points=points, cells={**mesh.cells, "vertex": vertices}, groups=groups)
     with pytest.raises(mp.InputError, match=said):
         mp.assemble(mesh, {"beam": section}, interfaces, supports=supports)
 

@@ -51,15 +51,16 @@ def place(mesh: Mesh, interfaces, nodes, at, dof, held: Mapping[str, SupportSet]
         frames.append(
             InterfaceFrame(name=name, position=position - at[root], dofs=frame, nodes=tied, boundary=boundary)
         )
-    links += [_support(mesh, name, of, frames[0], at[root], dof) for name, of in held.items()]
+    rigid = nodes[root] if interfaces[root].kind in ("node", "rbe2") else np.zeros(0, dtype=int)
+    links += [_support(mesh, name, of, frames[0], at[root], dof, rigid) for name, of in held.items()]
     _refuse_shared(frames, links)
     equations, notes = place_equations(mesh, dof, frames[0].dofs, at[root])
     return Placed(tuple(frames), links, equations, notes)
 
 
-def _support(mesh: Mesh, name: str, held: SupportSet, root: InterfaceFrame, origin: np.ndarray, dof) -> PlacedLink:
-    """Return the link from the root to the nodes of a support, without the root's own node."""
-    other = dof[held.nodes, 0] != root.dofs[0]
+def _support(mesh, name, held: SupportSet, root: InterfaceFrame, origin, dof, rigid: np.ndarray) -> PlacedLink:
+    """Return the link from the root to the nodes of a support, without those that the root holds rigidly itself."""
+    other = ~np.isin(held.nodes, rigid)
     nodes, axes = held.nodes[other], held.axes[other]
     components = held.components[other]
     if not np.any((dof[nodes] >= 0) & components) and np.all(other):

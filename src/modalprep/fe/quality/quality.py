@@ -87,7 +87,9 @@ LARGE = (
 )
 
 
-def check_mesh(mesh: Mesh, structural: Collection[str] | None = None, joined: Collection[str] = ()) -> Quality:
+def check_mesh(
+    mesh: Mesh, structural: Collection[str] | None = None, joined: Collection[str | np.ndarray] = ()
+) -> Quality:
     """Check the shape and the connectivity of the cells of a mesh.
 
     Parameters
@@ -97,8 +99,8 @@ def check_mesh(mesh: Mesh, structural: Collection[str] | None = None, joined: Co
         Names of the groups that carry properties, or a mapping from these to their properties, by which springs
         without length are recognised. None takes all cells but points; surface cells whose nodes all belong to
         solids are then taken as marks of the solids' surface.
-    joined : groups
-        Groups whose nodes are tied together outside the mesh, for example by an rbe2 interface.
+    joined : groups, or arrays (k,) of nodes
+        Whose nodes are tied together outside the mesh, for example by an rbe2 interface.
 
     Returns
     -------
@@ -134,7 +136,7 @@ def check_mesh(mesh: Mesh, structural: Collection[str] | None = None, joined: Co
     return Quality(tuple(found), statistics, free, joints)
 
 
-def _checked(mesh: Mesh, structural: Collection[str] | None, joined: Collection[str]) -> Checked:
+def _checked(mesh: Mesh, structural: Collection[str] | None, joined: Collection[str | np.ndarray]) -> Checked:
     finite = np.isfinite(mesh.points).all(axis=1)
     rows = {kind: r[finite[mesh.cells[kind][r]].all(axis=1)] for kind, r in _structural_rows(mesh, structural).items()}
     rows = {kind: r for kind, r in rows.items() if len(r)}
@@ -142,13 +144,17 @@ def _checked(mesh: Mesh, structural: Collection[str] | None, joined: Collection[
     owner = {kind: _owner(mesh, kind, r, structural or ()) for kind, r in rows.items()}
     springs = _spring_rows(mesh, structural)
     plain = {kind: ~np.isin(r, springs.get(kind, np.zeros(0, dtype=int))) for kind, r in rows.items()}
-    links = [np.array([[link.node, *link.nodes]]) for link in mesh.links] + [mesh.nodes(g)[None] for g in joined]
+    links = [np.array([[link.node, *link.nodes]]) for link in mesh.links] + [_joined(mesh, which) for which in joined]
     links += [equation.nodes[None] for equation in mesh.equations]
     shapes = {kind: shape for kind, conn in cells.items() if (shape := measure(kind, conn, mesh.points)) is not None}
     shells = _shells(mesh, cells, structural is None)
     return Checked(
         mesh=mesh, rows=rows, cells=cells, owner=owner, plain=plain, shells=shells, links=links, shapes=shapes
     )  # fmt: skip
+
+
+def _joined(mesh: Mesh, which: str | np.ndarray) -> np.ndarray:
+    return (mesh.nodes(which) if isinstance(which, str) else which)[None]
 
 
 def _owner(mesh: Mesh, kind: str, rows: np.ndarray, structural: Collection[str]) -> np.ndarray:

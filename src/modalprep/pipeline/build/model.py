@@ -48,22 +48,30 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
         return mesh.model(interfaces, pipeline.reduction.root)
     if not {**mesh.properties, **sections}:
         raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
-    model = assemble(
-        mesh, sections, interfaces, pipeline.reduction.root, connections, pipeline_supports(pipeline, mesh)
-    )
-    return model.with_(notes=(*model.notes, *_defects(mesh, sections, {**interfaces, **connections})))
+    supports = pipeline_supports(pipeline, mesh)
+    model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections, supports)
+    return model.with_(notes=(*model.notes, *_defects(mesh_quality(mesh, sections, interfaces, connections, supports))))
 
 
-def mesh_quality(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> Quality:
-    """Check the cells with a property; `ties` connect parts of the mesh."""
+def mesh_quality(
+    mesh: Mesh,
+    sections: Mapping[str, Property],
+    interfaces: Mapping[str, Interface],
+    connections: Mapping[str, Connection],
+    supports: Mapping[str, Support],
+) -> Quality:
+    """Check the cells with a property; interfaces, connections and supports connect parts of the mesh."""
+    ties = {**interfaces, **connections}
     joined = [spec.group for spec in ties.values() if spec.kind != "node" and spec.group]
+    if supports:
+        used = np.unique(np.concatenate([np.ravel(conn) for conn in mesh.cells.values()]))
+        joined.append(np.concatenate([spec.held(mesh, used).nodes for spec in supports.values()]))
     own = {name: section for name, section in {**mesh.properties, **sections}.items() if name not in ties}
     return check_mesh(mesh, own or None, joined)
 
 
-def _defects(mesh: Mesh, sections: Mapping[str, Property], ties: Mapping[str, Interface | Connection]) -> list[str]:
+def _defects(quality: Quality) -> list[str]:
     """Return messages on the defects of a mesh that can be assembled; duplicate elements are refused."""
-    quality = mesh_quality(mesh, sections, ties)
     for finding in quality.errors:
         if finding.kind == "duplicate":
             raise InputError(finding.message)
@@ -115,7 +123,8 @@ def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
     with naming(path):
         mesh = read_pipeline_mesh(path, pipeline)
         interfaces, connections = pipeline_node_sets(pipeline, mesh)
-        return mesh, mesh_quality(mesh, pipeline_sections(pipeline), {**interfaces, **connections})
+        sections, supports = pipeline_sections(pipeline), pipeline_supports(pipeline, mesh)
+        return mesh, mesh_quality(mesh, sections, interfaces, connections, supports)
 
 
 def pipeline_sections(pipeline: Pipeline) -> dict[str, Property]:

@@ -12,7 +12,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
-from modalprep.fe.readers.abaqus.constraints import ROTATING
+from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
@@ -150,6 +150,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
     turning = {n for e in deck.elements.values() if e.family in ROTATING for n in (*e.nodes, *e.extra)}
     turning |= {link.node for link in deck.links}
     tie_equations(deck, turning)
+    _free_held_means(deck)
     _name_supports(deck)
     order, labels = _labels(deck)
     place = np.empty(len(order), dtype=int)
@@ -170,6 +171,14 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         data=_data(deck),
         notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
     )
+
+
+def _free_held_means(deck: Deck) -> None:
+    """Write couplings to a mean as equations where a support holds their node, which then cannot follow."""
+    for link in [link for link in deck.links if link.kind == "rbe3" and link.node in deck.held]:
+        deck.links.remove(link)
+        name = f"*DISTRIBUTING of node {deck.label(link.node)}"
+        deck.equations += [(terms, name) for terms in mean_terms(deck, link)]
 
 
 def _equations(deck: Deck, place: np.ndarray, turning: set[int]) -> Iterator[Equation]:

@@ -12,8 +12,8 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.nastran import constraints as nastran_constraints
 from modalprep.fe.readers.nastran import elements as nastran_elements
-from modalprep.fe.readers.nastran import equations as nastran_equations
 from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
@@ -38,7 +38,7 @@ LISTS = (
     "PARAM",
     "SPOINT",
     "SPCADD",
-    *nastran_equations.LISTS,
+    *nastran_constraints.LISTS,
     *nastran_links.SUPPORTS,
     *nastran_links.NODE_SETS,
 )
@@ -113,7 +113,7 @@ def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
     for card in deck.cards:
         if handler := HANDLERS.get(card.name):
             builder.add(card, handler)
-    nastran_equations.add_equations(builder, path)
+    nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
     return builder.mesh(path, deck.sha256, notes)
 
@@ -129,7 +129,7 @@ def _filed(cards: list[Card]) -> tuple[Tables, list[str]]:
                 known = tables.setdefault(family, {}).setdefault(entry.id, entry)
                 if known.fields != entry.fields or known.name != entry.name:
                     raise entry.error(f"another {known.name} in line {known.line} has this id; keep one of the two")
-        elif card.name in (*LISTS, *nastran_equations.LISTS):
+        elif card.name in (*LISTS, *nastran_constraints.LISTS):
             table = tables.setdefault(card.name, {})
             table[len(table)] = card
         elif card.name not in HANDLERS and not SKIPPED.fullmatch(card.name):

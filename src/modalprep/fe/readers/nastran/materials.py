@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from modalprep.errors import InputError
-from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D
 from modalprep.fe.readers.nastran.cards import Card
 
+RATIOS, SHEARS = ("NU12", "NU13", "NU23"), ("G12", "G13", "G23")
 RHO_MIN = 1e-6  # kg/m^3: stands for the zero density that Nastran allows and Material does not
 
 
@@ -128,3 +129,18 @@ def sheet_material(conversion: Conversion, card: Card, k: int) -> Material | Ort
     G13, G23 = (source.real(i, name, 0.0) or G12 for i, name in ((5, "G1Z"), (6, "G2Z")))
     moduli = {"E1": E1, "E2": E2, "G12": G12, "G13": G13, "G23": G23}
     return made(source, Orthotropic, nu12=nu12, rho=rho, **{name: value * stress for name, value in moduli.items()})
+
+
+def solid_material(conversion: Conversion, card: Card) -> Material | Orthotropic3D | Anisotropic:
+    """Return the material of MAT1, MAT9 (21 moduli) or MAT11 (engineering constants)."""
+    stress = conversion.units.stress
+    if card.name == "MAT1":
+        E, _, nu = elastic(card)
+        return made(card, Material, E=E * stress, nu=nu, rho=density(conversion, card, 4))
+    if card.name == "MAT9":
+        C = tuple((card.reals(1, 21, "G") * stress).tolist())
+        return made(card, Anisotropic, C=C, rho=density(conversion, card, 22))
+    moduli = {f"E{i}": card.real(i, f"E{i}") * stress for i in (1, 2, 3)}
+    ratios = {name.lower(): card.real(4 + k, name) for k, name in enumerate(RATIOS)}
+    shears = {name: card.real(7 + k, name) * stress for k, name in enumerate(SHEARS)}
+    return made(card, Orthotropic3D, **moduli, **ratios, **shears, rho=density(conversion, card, 10))

@@ -8,9 +8,8 @@ from collections.abc import Callable
 from modalprep.fe.properties.points import Spring
 from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Solid, Truss
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.materials import Conversion, bar_material, made, sheet_material
+from modalprep.fe.readers.nastran.materials import Conversion, bar_material, made, sheet_material, solid_material
 from modalprep.fe.readers.nastran.sections import Section
-from modalprep.fe.readers.nastran.solids import solid_material
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
 RIGID = 1e6  # shear factor of a plane without shear flexibility
