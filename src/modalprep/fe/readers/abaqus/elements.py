@@ -12,6 +12,7 @@ from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.coverage import Entry
 
 MOST = 1_000_000  # elements that one line may make
+SHELL = "The shell is that of theory 7; CalculiX makes solids of shells."
 FULL = "The element is integrated fully here."
 
 
@@ -32,19 +33,22 @@ TYPES: dict[str, Type] = {
     "C3D4": _type("solid", "tetra", "C3D4H?T?"),
     "C3D5": _type("solid", "pyramid", "C3D5H?"),
     "C3D6": _type("solid", "wedge", "C3D6H?T?"),
-    "C3D8": _type("solid", "hexahedron", "C3D8(H|T|S|HS)?", "It has nine incompatible modes here, as C3D8I."),
+    "C3D8": _type(
+        "solid", "hexahedron", "C3D8(H|T|S|HS)?",
+        "It has nine incompatible modes here, and a consistent mass, which Abaqus lumps.",
+    ),
     "C3D8I": _type("solid", "hexahedron", "C3D8IH?", "Its incompatible modes are those of our hexahedron."),
     "C3D8R": _type("solid", "hexahedron", "C3D8R[HT]?", f"{FULL} It has nine incompatible modes, and no hourglasses."),
     "C3D10": _type("solid", "tetra10", "C3D10(H|T|M|MH|I|HS|R|MT)?"),
     "C3D15": _type("solid", "wedge15", "C3D15H?"),
     "C3D20": _type("solid", "hexahedron20", "C3D20[HT]?"),
     "C3D20R": _type("solid", "hexahedron20", "C3D20R[HT]?", FULL),
-    "S3, S3R": _type("shell", "triangle", "S3R?S?T?|STRI3|DS3", "The shell is ours; CalculiX makes solids of shells."),
+    "S3, S3R": _type("shell", "triangle", "S3R?S?T?|STRI3|DS3", SHELL),
     "S4, S4R, S4R5": _type(
-        "shell", "quad", "S4R?5?S?W?T?|DS4", "The shell is ours; CalculiX makes solids of shells."
+        "shell", "quad", "S4R?5?S?W?T?|DS4", SHELL
     ),
-    "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", "The shell is ours; CalculiX makes solids of shells."),
-    "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", "The shell is ours; CalculiX makes solids of shells."),
+    "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", SHELL),
+    "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", SHELL),
     "S9R5": _type("shell", "quad9", "S9R5"),
     "B31": _type(
         "beam", "line", "B31R?H?|PIPE31H?",
