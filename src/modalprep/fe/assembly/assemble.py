@@ -98,7 +98,7 @@ def assemble(
     known = {name: section for name, section in sections.items() if name not in connections}
     mesh = connect(mesh, connections, used_nodes(find_parts(mesh, known, boundary)[0]))
     parts, notes = find_parts(mesh, sections, boundary)
-    held = held_nodes(mesh, supports, used_nodes(parts))
+    held = held_nodes(mesh, supports, _with_dofs(mesh, parts))
     nodes = {name: _interface_nodes(mesh, name, interfaces[name], held, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
     refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, held, order[0]))
@@ -108,6 +108,12 @@ def assemble(
     more += [*placed.notes, *hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]
     rule = MassRule(mass, mesh.coupled_mass)
     return _sum(mesh, parts, dof, rule, at[order[0]], placed, (*mesh.notes, *notes, *more))
+
+
+def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:
+    """Return the nodes of elements, and those that links or equations bring, such as the frames of couplings."""
+    linked = np.array([link.node for link in mesh.links], dtype=int)
+    return np.unique(np.concatenate([used_nodes(parts), linked, *(e.nodes for e in mesh.equations)]))
 
 
 def _interface_nodes(mesh, name, spec: Interface, held: dict[str, SupportSet], parts, root: bool) -> np.ndarray:
