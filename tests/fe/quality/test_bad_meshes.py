@@ -108,6 +108,11 @@ def orthotropic_beam(points, quads, lines):
     return points, quads, lines, text, ["[properties.stringer]", "'cfrp' is not isotropic", "only shells and plies"]
 
 
+def anisotropic_sheet(points, quads, lines):
+    text = TOML.replace("E = ", 'type = "anisotropic"\nC = [' + "1e9, " * 20 + "1e9]\n#", 1).replace("nu = ", "#", 1)
+    return points, quads, None, text, ["[materials.steel]", "some strain has no positive energy"]
+
+
 def two_sheets(points, quads, lines):
     text = TOML.replace("thickness = 0.01", 'thickness = 0.01\nplies = [{ material = "steel", thickness = 0.01 }]')
     return points, quads, None, text, ["[properties.plate]", "either 'material' and 'thickness', or 'plies'"]
@@ -134,7 +139,8 @@ def taken_name(points, quads, lines):
 
 
 KINDS = [crossed, collapsed, not_a_number, torn, unknown_group, no_length, upright, wrong_family, zero_density,
-         zero_thickness, normal_axis, elsewhere, orthotropic_beam, two_sheets, two_ways, odd_section, loose_mass,
+         zero_thickness, normal_axis, elsewhere, orthotropic_beam,
+         anisotropic_sheet, two_sheets, two_ways, odd_section, loose_mass,
          taken_name]  # fmt: skip
 
 
