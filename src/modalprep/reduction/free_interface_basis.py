@@ -17,6 +17,7 @@ from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
 from modalprep.suggest import refuse_other
 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
+LINE = 1e-13  # smallest eigenvalue of a scaled rigid inertia: round-off where it resists not, 1e-8 of a slender wire
 
 
 def free_interface(
@@ -88,6 +89,7 @@ def _elastic_modes(
     clamped: Clamped, R: np.ndarray, modes: int, solver: str, algebra: Algebra
 ) -> tuple[np.ndarray, np.ndarray, str]:
     """Return the lowest elastic modes of the free body, and how they were counted."""
+    _refuse_line(R.T @ (clamped.M @ R))
     x = clamped.static_free(clamped.M @ R)
     softest = np.min(np.einsum("ij,ij->j", x, clamped.K @ x) / np.einsum("ij,ij->j", x, clamped.M @ x))
     w2, Phi, counted = algebra.lowest_modes(clamped.K, clamped.M, modes + 6, shift=-softest, solver=solver)
@@ -158,3 +160,13 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     reduced_K, reduced_M = T.T @ (clamped.K @ T), T.T @ (clamped.M @ T)
     T[clamped.i] += clamped.factor.solve((clamped.M @ T)[clamped.i] @ np.linalg.solve(reduced_M, reduced_K))
     return reduced("irs", clamped, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())
+
+
+def _refuse_line(inertia: np.ndarray) -> None:
+    """Refuse a rigid inertia ``(6, 6)`` without resistance to some rotation: the free body has no frequency there."""
+    size = np.sqrt(np.diag(inertia))
+    if not size.all() or np.linalg.eigvalsh(inertia / size / size[:, None])[0] < LINE:
+        raise InputError(
+            "the free body has no inertia about a line, such as a straight beam of lumped mass about its axis; "
+            "use mass = 'coupled', or a basis with its interfaces held"
+        )

@@ -184,9 +184,18 @@ def test_the_body_of_a_lumped_model_has_its_integrals():
     np.testing.assert_allclose(np.trace(body.P, axis1=0, axis2=1), np.eye(body.n), atol=1e-9)
 
 
+def test_a_free_line_without_inertia_about_itself_is_refused():
+    """On the axis, and beside the origin of the model in a turned mesh: the inertia is singular both ways."""
+    for offset in ((0.0, 0.0), SECTION.offset):
+        model = mp.assemble(lines(4), {"all": replace(SECTION, offset=offset)}, ROOT, mass="lumped")
+        with pytest.raises(InputError, match="the free body has no inertia about a line, such as a straight beam"):
+            mp.reduction.free_interface(model, modes=2)
+
+
 def test_an_unknown_distribution_is_refused():
-    with pytest.raises(InputError, match="assemble: mass 'consistent'"):
-        mp.assemble(lines(), {"all": SECTION}, ROOT, mass="consistent")
+    for wrong in ("consistent", 3):
+        with pytest.raises(InputError, match=f"assemble: mass '{wrong}'"):
+            mp.assemble(lines(), {"all": SECTION}, ROOT, mass=wrong)
 
 
 def test_a_pipeline_file_distributes_the_mass(tmp_path):
