@@ -158,7 +158,7 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     T[clamped.b, np.arange(len(clamped.b))], T[clamped.i] = 1.0, clamped.Psi
     T = T[:, 6:]  # the root is clamped
     reduced_K, reduced_M = T.T @ (clamped.K @ T), T.T @ (clamped.M @ T)
-    T[clamped.i] += clamped.factor.solve((clamped.M @ T)[clamped.i] @ np.linalg.solve(reduced_M, reduced_K))
+    T[clamped.i] += clamped.factor.solve((clamped.M @ T)[clamped.i] @ _accelerations(reduced_M, reduced_K))
     return reduced("irs", clamped, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())
 
 
@@ -170,3 +170,10 @@ def _refuse_line(inertia: np.ndarray) -> None:
             "the free body has no inertia about a line, such as a straight beam of lumped mass about its axis; "
             "use mass = 'coupled', or a basis with its interfaces held"
         )
+
+
+def _accelerations(M: np.ndarray, K: np.ndarray) -> np.ndarray:
+    """Return ``M^-1 K`` (k, k); directions without mass, as lumped masses leave them, have none."""
+    diagonal = np.diag(M)
+    size = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    return size[:, None] * (np.linalg.pinv(M * size * size[:, None], rcond=1e-14, hermitian=True) @ (size[:, None] * K))
