@@ -184,9 +184,27 @@ def test_the_body_of_a_lumped_model_has_its_integrals():
     np.testing.assert_allclose(np.trace(body.P, axis1=0, axis2=1), np.eye(body.n), atol=1e-9)
 
 
+def test_improved_reduction_of_lumped_masses():
+    """The tip turns about the line without mass: one mode less, and the bending of the whole mesh to 1e-2."""
+    ends = ROOT | {"tip": mp.Interface(node=9, kind="node")}
+    section = replace(SECTION, offset=(0, 0))
+    model, held = (mp.assemble(lines(8), {"all": section}, e, mass="lumped") for e in (ends, ROOT))
+    body = mp.flexible_body(model, mp.reduction.improved_guyan(model), name="beam")
+    np.testing.assert_allclose(body.frequency[:2], frequencies(held, 2), rtol=1e-2)
+
+
+def test_a_free_line_without_inertia_about_itself_is_refused():
+    """On the axis, and beside the origin of the model in a turned mesh: the inertia is singular both ways."""
+    for offset in ((0.0, 0.0), SECTION.offset):
+        model = mp.assemble(lines(4), {"all": replace(SECTION, offset=offset)}, ROOT, mass="lumped")
+        with pytest.raises(InputError, match="the free body has no inertia about a line, such as a straight beam"):
+            mp.reduction.free_interface(model, modes=2)
+
+
 def test_an_unknown_distribution_is_refused():
-    with pytest.raises(InputError, match="assemble: mass 'consistent'"):
-        mp.assemble(lines(), {"all": SECTION}, ROOT, mass="consistent")
+    for wrong in ("consistent", 3):
+        with pytest.raises(InputError, match=f"assemble: mass '{wrong}'"):
+            mp.assemble(lines(), {"all": SECTION}, ROOT, mass=wrong)
 
 
 def test_a_pipeline_file_distributes_the_mass(tmp_path):

@@ -88,7 +88,7 @@ def assemble(
     True
     """
     refuse_other("assemble: the mesh", Mesh, mesh)
-    refuse_unknown(mass, get_args(Distribution), "assemble: mass")
+    refuse_unknown(str(mass), get_args(Distribution), "assemble: mass")
     order, connections = root_first(interfaces, root), dict(connections or {})
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
