@@ -94,12 +94,12 @@ def test_slices_that_never_agree_with_their_count(monkeypatch):
         by_slices(200)
     K, M, exact = square()
     monkeypatch.setattr(slices, "SMALLEST", SIZE)
-    np.testing.assert_allclose(lowest_modes(K, M, 200).w2, exact[:200], rtol=1e-10)  # one run of Lanczos then
+    np.testing.assert_allclose(lowest_modes(K, M, 260).w2, exact[:260], rtol=1e-10)  # one run of Lanczos then
 
 
 def test_lowest_modes_takes_slices_for_many(monkeypatch):
     K, M, exact = square()
-    taken = []
+    taken = []  # six slices are many
     monkeypatch.setattr(slices, "SMALLEST", SIZE)
     monkeypatch.setattr(modes, "sliced_modes", lambda *given: taken.append(sliced_modes(*given)) or taken[-1])
     for n in (100, 300):

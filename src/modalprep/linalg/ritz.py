@@ -6,6 +6,8 @@ import numpy as np
 from scipy.linalg import eigh, solve_triangular
 from scipy.sparse import csr_array
 
+from modalprep.linalg.blas import inner, product, subtract
+
 DEPENDENT = 1e-12  # share of strain energy that a combination of unit vectors must add to count as a direction
 SOFT = 1e-6  # 1/w^2 over that of the softest: what one diagonalisation finds with ten digits
 MASSLESS = 1e-24  # 1/w^2 over that of the softest: a direction without mass, left out
@@ -38,16 +40,16 @@ def ritz(W: np.ndarray, K: csr_array, M: csr_array, rigid: np.ndarray | None = N
     w2 = [np.zeros(found.shape[1])]
     while W.shape[1]:
         for _ in range(2 if found.shape[1] else 0):
-            W = W - found @ (found.T @ (M @ W))
-        flexibility, Y = _flexibility(W.T @ (K @ W), W.T @ (M @ W))
+            W = subtract(W, found, inner(found, M @ W))
+        flexibility, Y = _flexibility(inner(W, K @ W), inner(W, M @ W))
         top = max(top, flexibility[0])
         if flexibility[0] <= MASSLESS * top:
             break
         soft = flexibility > SOFT * flexibility[0]
         w2.append(1 / flexibility[soft])
-        new = W @ (Y[:, soft] / np.sqrt(flexibility[soft]))
+        new = product(W, Y[:, soft] / np.sqrt(flexibility[soft]))
         found = np.hstack([found, new]) if found.shape[1] else new
-        W = W @ Y[:, ~soft]
+        W = product(W, Y[:, ~soft])
     return np.concatenate(w2), _orthonormal(found, M)
 
 
@@ -65,5 +67,5 @@ def _orthonormal(X: np.ndarray, M: csr_array) -> np.ndarray:
     """Remove the last round-off, from the softest on, so that soft vectors hardly change."""
     if X.shape[1] == 0:
         return X
-    upper = solve_triangular(np.linalg.cholesky(X.T @ (M @ X)), np.eye(X.shape[1]), lower=True).T
-    return X @ upper
+    upper = solve_triangular(np.linalg.cholesky(inner(X, M @ X)), np.eye(X.shape[1]), lower=True).T
+    return product(X, upper)

@@ -21,7 +21,7 @@ from modalprep.linalg.pencil import Pencil
 
 SMALLEST = 120  # modes of a slice: fewer leave Lanczos too short a run
 VECTOR = 12.0  # operations a DOF and mode of a slice that keep one mode orthogonal
-MANY = 3  # slices from which on they are worth while
+MANY = 6  # slices from which on they cost less than one run (50 000 DOFs of shell: the same near 800 modes)
 OVERLAP = 12  # known modes that a slice is orthogonal to: a repeated root may lie across its end
 CROWDED = 3.0  # modes below a shift over those expected: more bring it back
 CLOSE = 1e-5  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
@@ -158,11 +158,10 @@ def sliced_modes(
     MemoryError
         When a second factor does not fit into the memory.
     """
-    if n < MANY * (size or SMALLEST):
+    if not size and n < MANY * SMALLEST:
         return None
     pencil = Pencil(K, M, shift)
-    size = size or slice_size(pencil, K.shape[0])
-    if n < MANY * size:
+    if not size and n < MANY * (size := slice_size(pencil, K.shape[0])):
         return None
     slices = Slices(M, pencil, n, size)
     slices.put(0, *block_lanczos(factor, M, size, shift=shift))

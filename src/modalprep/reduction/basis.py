@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.assembly.model import FEModel
+from modalprep.linalg.blas import inner, product
 from modalprep.linalg.modes import unique_modes
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
@@ -102,7 +103,7 @@ def _inertial(clamped: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
     loose = clamped.mechanisms
     span, x = np.hstack([W, loose]), np.hstack([x, 0 * loose])
     inertia = clamped.M @ span
-    return x @ np.linalg.lstsq(span.T @ inertia, inertia.T @ modes, rcond=None)[0]
+    return product(x, np.linalg.lstsq(inner(span, inertia), inner(inertia, modes), rcond=None)[0])
 
 
 def _unit_mass(W: np.ndarray, clamped: Clamped) -> np.ndarray:

@@ -12,6 +12,7 @@ from scipy.sparse import csr_array
 from modalprep.errors import AccuracyError, InputError, MechanismError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.linalg.algebra import DIRECT, Algebra
+from modalprep.linalg.blas import inner, product
 from modalprep.linalg.factor import Factor
 
 FREE = 1e-11  # stiffness of an interface direction over that of its DOFs alone: mechanisms have 1e-16 to 2e-12
@@ -59,7 +60,7 @@ class Clamped:
         scale = 1 / np.sqrt(self.K.diagonal()[self.b[others]])
         stiffness, V = eigh((schur + schur.T) / 2 * scale * scale[:, None])
         free = stiffness < FREE
-        shapes = W @ (scale[:, None] * V)
+        shapes = product(W, scale[:, None] * V)
         loose = shapes[:, free]
         if loose.shape[1]:
             loose = solve_triangular(np.linalg.cholesky(loose.T @ (self.M @ loose)), loose.T, lower=True).T
@@ -87,7 +88,7 @@ class Clamped:
         shapes, flexibility, loose = self._released
         if loose.shape[1]:
             f = f - self.M @ (loose @ (loose.T @ f))
-        x = shapes @ (flexibility[:, None] * (shapes.T @ f))
+        x = product(shapes, flexibility[:, None] * inner(shapes, f))
         inside = f[self.i]
         loaded = np.flatnonzero(np.any(inside, axis=0))  # loads on fixed interfaces are not
         if len(loaded):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.fe.assembly.model import FEModel
+from modalprep.linalg.blas import inner
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.truncation import ENERGY
 
@@ -75,7 +76,7 @@ def fixed_coupling(clamped: Clamped, Phi: np.ndarray) -> np.ndarray:
     (12, 3)
     """
     model = clamped.model
-    L = (clamped.M_ii @ clamped.Psi + clamped.M[clamped.i][:, clamped.b].toarray()).T @ Phi
+    L = inner(clamped.M_ii @ clamped.Psi + clamped.M[clamped.i][:, clamped.b].toarray(), Phi)
     scale = np.tile(np.repeat([1.0, 1 / model_size(model)], 3), len(L) // 6) / model.rigid.m
     free = [frame.dofs for frame in model.interfaces if frame.boundary == "free"]
     return np.vstack([scale[:, None] * L, *(_motion(model, dofs, clamped.expand(Phi)) for dofs in free)])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from modalprep.linalg.blas import inner, subtract
 from modalprep.linalg.ritz import ritz
 from modalprep.reduction.clamped import Clamped
 
@@ -42,8 +43,8 @@ def truncation_vectors(
         return np.zeros(0), np.zeros((Phi.shape[0], 0))
     X = clamped.factor.solve(F)
     energy = np.einsum("ij,ij->j", F, X)
-    X = X - Phi @ ((Phi.T @ F) / w2[:, None])
-    X = X - Phi @ (Phi.T @ (clamped.M_ii @ X))  # repeated against round-off
+    X = subtract(X, Phi, inner(Phi, F) / w2[:, None])
+    X = subtract(X, Phi, inner(Phi, clamped.M_ii @ X))  # repeated against round-off
     rest = np.einsum("ij,ij->j", X, clamped.K_ii @ X)
     X = X[:, rest > ENERGY * max(energy.max(), np.finfo(float).tiny)]
     return ritz(X, clamped.K_ii, clamped.M_ii)
