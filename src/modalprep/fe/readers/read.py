@@ -153,7 +153,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
     from meshio._helpers import extension_to_filetypes
 
     if path.suffix.lower() not in extension_to_filetypes:
-        known = ", ".join(sorted({*extension_to_filetypes, *NASTRAN, ABAQUS}))
+        known = ", ".join(sorted({*extension_to_filetypes, *NASTRAN, *ANSYS, *UNIVERSAL, ABAQUS}))
         raise InputError(f"mesh file {path}: the format {path.suffix!r} is not known; known are {known}")
     content = content.removeprefix(codecs.BOM_UTF8)
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"
