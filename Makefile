@@ -26,7 +26,10 @@ $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) .ci/system-libraries
 	@echo "Installing modalprep and its libraries into $(VENV), a few minutes and 2.4 GB the first time."
 	@$(PYTHON) -m venv $(VENV)
-	@$(PIP) install --editable .
+	@$(PIP) install $$($(VENV)/bin/python .ci/solver-requirements)
+	@echo "Compiling the solver while the other libraries are installed."
+	@PYTHONPATH=src $(VENV)/bin/python -c 'from modalprep.cli.jobs import warmup; warmup()' & \
+	$(PIP) install --editable . && wait $$!
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed

@@ -11,6 +11,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from scipy.spatial.transform import Rotation
 
 import modalprep as mp
+from modalprep.fe.mesh.cells import CELLS
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.modes import lowest_modes
 
@@ -25,6 +26,8 @@ HEX_FACES = [
     (0, 1, 2, 3),
     (4, 5, 6, 7),
 ]  # VTK: -x +x -y +y -z +z
+QUAD_EDGES = [[0, 1], [1, 2], [2, 3], [3, 0]]
+MIDDLES = {"triangle6": [[0, 1], [1, 2], [2, 0]], "quad8": QUAD_EDGES, "quad9": [*QUAD_EDGES, [0, 1, 2, 3]]}
 TET_EDGES = [(0, 1), (1, 2), (0, 2), (0, 3), (1, 3), (2, 3)]
 
 
@@ -58,9 +61,9 @@ def surface(nx: int, ny: int, kind: str, shape: Map | None = None, **options) ->
     Mid-side nodes are in the middle of their side on the square, so that they lie on a curved surface too.
     """
     diagonal = options.pop("diagonal", "right")
-    flat, cells = unit_grid(nx, ny, **options), grid_cells(nx, ny, kind, diagonal=diagonal)
-    if kind == "triangle6":
-        flat, cells = _with_middles(flat, cells, [[0, 1], [1, 2], [2, 0]])
+    flat, cells = unit_grid(nx, ny, **options), grid_cells(nx, ny, kind.rstrip("689"), diagonal=diagonal)
+    if kind[-1] in "689":
+        flat, cells = _with_middles(flat, cells, MIDDLES[kind])
     s, t = flat.T
     points = np.stack(np.broadcast_arrays(*(shape(s, t) if shape else (s, t, 0.0 * s))), axis=-1)
     return points, cells
@@ -85,10 +88,11 @@ MACNEAL_HARDER = np.array(
 
 
 def macneal_harder(kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """The patch of five quads (or ten triangles) in its own plane, inner nodes 4 to 7."""
+    """The patch of five quads (or ten triangles) in its own plane, inner corners 4 to 7."""
     quads = np.array([[4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]])
-    cells = quads if kind == "quad" else np.concatenate([quads[:, list(t)] for t in QUAD_SPLIT["right"]])
-    return np.column_stack([MACNEAL_HARDER, np.zeros(8)]), cells
+    cells = quads if kind[0] == "q" else np.concatenate([quads[:, list(t)] for t in QUAD_SPLIT["right"]])
+    points = np.column_stack([MACNEAL_HARDER, np.zeros(8)])
+    return _with_middles(points, cells, MIDDLES[kind]) if kind in MIDDLES else (points, cells)
 
 
 def box(kind: str, n: tuple[int, int, int], size=(1.0, 1.0, 1.0), *, distort: float = 0.0, seed: int = 0):
@@ -110,9 +114,14 @@ def box(kind: str, n: tuple[int, int, int], size=(1.0, 1.0, 1.0), *, distort: fl
 def _split(points: np.ndarray, bricks: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
     if kind == "hexahedron":
         return points, bricks
-    if kind == "wedge":
-        wedges = [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)]
-        return points, np.concatenate([bricks[:, list(w)] for w in wedges])
+    if kind.startswith("wedge"):
+        wedges = np.concatenate([bricks[:, list(w)] for w in [(0, 1, 2, 4, 5, 6), (0, 2, 3, 4, 6, 7)]])
+        return (points, wedges) if kind == "wedge" else _with_middles(points, wedges, CELLS[kind].edges.tolist())
+    if kind.startswith("pyramid"):  # six in each brick, with their apex in its middle
+        apex = len(points) + np.arange(len(bricks))[:, None]
+        points = np.concatenate([points, points[bricks].mean(axis=1)])
+        cells = np.concatenate([np.hstack([bricks[:, f[::-1]], apex]) for f in CELLS["hexahedron"].faces])
+        return (points, cells) if kind == "pyramid" else _with_middles(points, cells, CELLS[kind].edges.tolist())
     if kind.startswith("tetra"):  # Kuhn's six along the diagonal 0-6, which conform from brick to brick
         paths = [(1, 2), (2, 3), (3, 7), (7, 4), (4, 5), (5, 1)]
         tets = np.concatenate([bricks[:, [0, a, b, 6]] for a, b in paths])
@@ -143,7 +152,7 @@ def _with_middles(points: np.ndarray, cells: np.ndarray, middles: list) -> tuple
 
 def shell_model(points: np.ndarray, cells: np.ndarray, section, corner: int = 0) -> mp.fe.FEModel:
     """Assemble a shell whose root is its node `corner`; no DOF is held."""
-    kind = {3: "triangle", 4: "quad", 6: "triangle6"}[cells.shape[1]]
+    kind = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9"}[cells.shape[1]]
     mesh = mp.fe.Mesh(
         points=points,
         cells={kind: cells, "vertex": np.array([[corner]])},

@@ -6,7 +6,7 @@ import numpy as np
 
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.materials import Material
-from modalprep.fe.properties.properties import Beam, Shell
+from modalprep.fe.properties.properties import Beam, Shell, Solid
 
 
 def beam_mesh(elements: int = 40, length: float = 10.0) -> Mesh:
@@ -43,26 +43,43 @@ def cantilever_model(elements: int = 10, tip: str = "free"):
     return assemble(beam_mesh(elements), {"beam": spinup_section()}, ends)
 
 
-def sheet_model():
-    """Return the model of a square sheet of steel, 1 m long and 10 mm thick, fixed at one corner: one shell.
+def block_model():
+    """Return the model of a steel cube of 1 m, with sheets on two faces, a bar on one edge, and fixed at one corner.
+
+    Its solid, shells and beam need every kernel of the assembly.
 
     Examples
     --------
-    >>> sheet_model()
-    FEModel(4 nodes, 24 DOFs, m=78 kg; interfaces root)
+    >>> block_model()
+    FEModel(8 nodes, 45 DOFs, m=7956.78 kg; interfaces root)
     """
     from modalprep.fe.assembly.assemble import assemble
     from modalprep.fe.links.interface import Interface
 
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     mesh = Mesh(
-        points=np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]),
-        cells={"quad": np.arange(4)[None], "vertex": np.zeros((1, 1), dtype=int)},
-        groups={"sheet": {"quad": np.zeros(1, dtype=int)}, "root": {"vertex": np.zeros(1, dtype=int)}},
+        points=np.vstack([corners, corners + np.array([0, 0, 1])]),
+        cells={
+            "hexahedron": np.arange(8)[None],
+            "quad": np.array([[4, 5, 6, 7]]),
+            "triangle": np.array([[0, 1, 5], [0, 5, 4]]),
+            "line": np.array([[2, 6]]),
+            "vertex": np.zeros((1, 1), dtype=int),
+        },
+        groups={
+            "cube": {"hexahedron": np.zeros(1, dtype=int)},
+            "sheet": {"quad": np.zeros(1, dtype=int), "triangle": np.arange(2)},
+            "edge": {"line": np.zeros(1, dtype=int)},
+            "root": {"vertex": np.zeros(1, dtype=int)},
+        },
     )
     steel = Material(E=2.1e11, nu=0.3, rho=7800.0)
-    return assemble(
-        mesh, {"sheet": Shell(material=steel, thickness=0.01)}, {"root": Interface(group="root", kind="node")}
-    )
+    sections = {
+        "cube": Solid(material=steel),
+        "sheet": Shell(material=steel, thickness=0.01),
+        "edge": Beam(material=steel, A=1e-4, Iy=1e-9, Iz=1e-9, J=2e-9, up=(1, 0, 0)),
+    }
+    return assemble(mesh, sections, {"root": Interface(group="root", kind="node")})
 
 
 def small_systems():

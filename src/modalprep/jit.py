@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import pickle
+import platform
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import lru_cache
@@ -11,6 +12,7 @@ from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
+import llvmlite.binding as llvm
 from numba import core, njit
 
 from modalprep import by_address, linking
@@ -23,6 +25,12 @@ OPTIONS = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "_nrt": False,
     "no_cfunc_wrapper": True, "forceinline": False, "pipeline_class": KernelCompiler,
 }  # fmt: skip
+
+# A wheel may bring kernels compiled for all processors from Haswell and Zen on (.ci/build-wheel), which would take one
+# or two minutes here. Those of an older numba, Python or source are not used: the files say what they hold.
+COMPILED = Path(__file__).with_name("compiled")
+BASELINE = "x86-64-v3"
+BASELINE_FEATURES = ("avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave")
 
 
 def compile_kernel(function: Callable, **options: Any) -> Callable:
@@ -107,12 +115,18 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
             file.write(self._dump((key, data)))
 
     def load(self, key: Any) -> Any:
-        """Return what was saved for a signature, None if there is nothing, of another version, or not whole."""
+        """Return what was saved for a signature, here or in the installed package; None if there is nothing."""
+        found = self._read(self._data_path(self._name(key)), key)
+        if found is None and _runs_baseline():
+            signature, (triple, _, _), function = key
+            common = signature, (triple, BASELINE, ""), function
+            found = self._read(COMPILED / self._name(common), common)
+        return found
+
+    def _read(self, path: str | Path, key: Any) -> Any:
+        """Return the data of a file, None if there is none, of another version, or not whole."""
         moved = (ImportError, AttributeError)
-        with (
-            suppress(OSError, EOFError, pickle.UnpicklingError, *moved),
-            open(self._data_path(self._name(key)), "rb") as file,
-        ):
+        with suppress(OSError, EOFError, pickle.UnpicklingError, *moved), open(path, "rb") as file:
             if pickle.load(file) == (self._version, self._source_stamp):
                 saved, data = pickle.load(file)
                 return data if saved == key else None
@@ -123,6 +137,15 @@ class CompiledFiles(core.caching.IndexDataCacheFile):
 
     def _name(self, key: Any) -> str:
         return f"{self._base}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+
+
+@lru_cache
+def _runs_baseline() -> bool:
+    """Whether this processor runs the code of the installed package, if there is any."""
+    if not COMPILED.is_dir() or platform.machine() not in ("x86_64", "AMD64"):
+        return False
+    features = llvm.get_host_cpu_features()
+    return all(features.get(name) for name in BASELINE_FEATURES)
 
 
 def _stamp(function: Callable) -> str:

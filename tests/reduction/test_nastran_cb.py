@@ -244,6 +244,13 @@ def test_mass_of_the_library_is_the_consistent_one(held):
     assert abs(consistent - held.model.M).max() < 1e-14 * abs(held.model.M).max()
 
 
+def test_mass_of_the_library_as_nastran_distributes_it(mesh, held):
+    sections = {name: in_single_precision(section) for name, section in mesh.properties.items()}
+    ends = {f"grid_{n}": mp.Interface(node=n, kind="node") for n in BOUNDARY}
+    M = mp.assemble(mesh, sections, ends, mass="nastran").M
+    assert abs(frame_mass(held.model, **NASTRAN) - M).max() < 1e-14 * abs(M).max()
+
+
 def test_blocks_with_the_mass_of_the_library(held, nastran):
     """What rotary inertia and inertia about the axis change; the stiffness and the boundary motions stay."""
     T = matched(craig_bampton_basis(held, all_loads(held)), held.M, nastran)

@@ -156,20 +156,34 @@ def _end_with(failures: tuple[str, ...]) -> None:
 
 @app.command()
 def warmup() -> None:
-    """Compile the solver and the assembly of shells in advance."""
+    """Compile the assembly of elements and the solver in advance."""
     import signal
     from concurrent.futures import ProcessPoolExecutor
     from multiprocessing import get_context
 
-    from modalprep.examples import sheet_model
     from modalprep.pipeline.console import Reporter
 
     interrupts = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_DFL)}  # end without a traceback
     with ProcessPoolExecutor(2, mp_context=get_context("spawn"), **interrupts) as pool:
-        jobs = [pool.submit(compile_solver, "flexible"), pool.submit(compile_solver, "rigid"), pool.submit(sheet_model)]
+        jobs = [
+            pool.submit(compile_solver, "flexible"),
+            pool.submit(compile_solver, "rigid"),
+            pool.submit(compile_assembly),
+        ]
         for job in jobs:
             job.result()
     Reporter().say("the solver is compiled")
+
+
+def compile_assembly() -> None:
+    """Compile the road from a mesh of shells and solids to a modal body and its checks."""
+    from modalprep.body.build import flexible_body
+    from modalprep.body.checks import check_body
+    from modalprep.examples import block_model
+    from modalprep.reduction.craig_bampton import craig_bampton
+
+    model = block_model()
+    check_body(flexible_body(model, craig_bampton(model, modes=2), name="block"))
 
 
 def compile_solver(bodies: str) -> None:

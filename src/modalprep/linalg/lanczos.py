@@ -103,9 +103,17 @@ def _orthonormal(W: np.ndarray, M: csr_array, before: np.ndarray) -> tuple[np.nd
 
 
 def block_lanczos(
-    factor: Factor, M: csr_array, n: int, *, shift: float, known: tuple | None = None, block: int = 0, capacity: int = 0
+    factor: Factor,
+    M: csr_array,
+    n: int,
+    *,
+    shift: float,
+    below: int = 0,
+    known: tuple | None = None,
+    block: int = 0,
+    capacity: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the n eigenvalues ``w^2`` next above `shift` (ascending) and M-orthonormal modes ``(n_dof, n)``.
+    """Return n eigenvalues ``w^2`` (ascending) and M-orthonormal modes ``(n_dof, n)`` next to `shift`.
 
     Each step solves for a block of right-hand sides at once, which a sparse factor does several times faster than
     one by one, and finds repeated roots up to the size of the block. The start block is fixed.
@@ -119,6 +127,9 @@ def block_lanczos(
     n : int
         At most the rank of M.
     shift : float
+        (rad/s)^2.
+    below : int
+        So many of the n are those next below the shift, the others those next above.
     known : (w2 (k,), phi (n_dof, k))
         Modes found before: a new start block, orthogonal to them, finds what they lack.
     block, capacity : int
@@ -145,11 +156,12 @@ def block_lanczos(
     start = np.random.default_rng(len(w2)).standard_normal((M.shape[0], block))
     space.append(factor.solve(M @ start))
     for _ in range(RESTARTS):
-        theta, S, residual, tail = _expand(space, factor, n, capacity)
+        theta, S, residual, tail = _expand(space, factor, n, below, capacity)
         done = residual[:n] <= TOLERANCE * np.abs(theta[:n])
         if len(theta) >= n and np.all(done):
-            phi = product(space.V[:, : S.shape[0]], S[:, :n])
-            return 1 / theta[:n] + shift, phi
+            w2 = 1 / theta[:n] + shift
+            order = np.argsort(w2, kind="stable")
+            return w2[order], product(space.V[:, : S.shape[0]], S[:, order])
         if tail == 0:
             break
         keep = min(len(theta), n + (capacity - n) // 2)
@@ -162,10 +174,22 @@ def _capacity(size: int, n: int, block: int) -> int:
     return int(np.clip(MEMORY // (8 * size), 2 * n + 8 * block, 4 * n + 8 * block))
 
 
-def _expand(space: Krylov, factor: Factor, n: int, capacity: int) -> tuple:
+def _wanted_first(theta: np.ndarray, n: int, below: int) -> np.ndarray:
+    """Return the order of ascending ``theta = 1/(w^2 - shift)`` that has the n wanted values first."""
+    descending = np.arange(len(theta))[::-1]
+    if not below:
+        return descending
+    if len(theta) < n:
+        return np.argsort(-np.abs(theta), kind="stable")
+    rest = descending[n - below : len(theta) - below]
+    rest = rest[np.argsort(-np.abs(theta[rest]), kind="stable")]
+    return np.concatenate([descending[: n - below], np.arange(below), rest])
+
+
+def _expand(space: Krylov, factor: Factor, n: int, below: int, capacity: int) -> tuple:
     """Grow the basis until the modes have converged or it is full; return Ritz values, vectors and residuals.
 
-    The last block has not been multiplied yet; `m` counts the vectors that have.
+    The wanted values come first. The last block has not been multiplied yet; `m` counts the vectors that have.
     """
     check, seen = space.size + 1.5 * n, (space.size, 0)
     while True:
@@ -179,7 +203,8 @@ def _expand(space: Krylov, factor: Factor, n: int, capacity: int) -> tuple:
         full = new == 0 or space.size >= capacity
         if full or m >= check:
             theta, S = eigh((space.H[:m, :m] + space.H[:m, :m].T) / 2)
-            theta, S = theta[::-1], S[:, ::-1]
+            order = _wanted_first(theta, n, below)
+            theta, S = theta[order], S[:, order]
             residual = np.linalg.norm(beta @ S[m - tail : m], axis=0)
             count = int(np.sum(residual[:n] <= TOLERANCE * np.abs(theta[:n])))
             if full or count == n:

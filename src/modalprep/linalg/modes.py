@@ -14,7 +14,8 @@ from modalprep.linalg.blas import inner
 from modalprep.linalg.factor import Factor, factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.mixed import MixedFactor
-from modalprep.linalg.pardiso import equilibrium
+from modalprep.linalg.pardiso import PardisoFactor, equilibrium
+from modalprep.linalg.slices import sliced_modes
 
 DENSE = 500  # below this size LAPACK is quicker than Lanczos and finds every mode
 RESIDUAL = 1e-7  # of w^2 |M phi|; Lanczos reaches 1e-10, so a miss means trouble
@@ -23,6 +24,7 @@ SWEEPS = 3
 NEAR = 1e-6  # of w^2: closer modes count as repeated
 REPEATED = 1e-9  # of w^2: modes of one root, split by round-off
 TIE = 1e-6  # of the largest entry
+COLUMNS = 128  # modes that are checked at a time
 WIDE = 1e-6  # 1/w^2 over that of the lowest mode: below it round-off matters
 MASSLESS = 1e-14  # 1/w^2 over that of the lowest mode: the round-off of a direction without mass
 
@@ -50,7 +52,8 @@ def lowest_modes(
 ) -> Modes:
     """Return the n lowest modes.
 
-    Block Lanczos on the factor of ``K - shift M``; dense for small models. Residual and orthonormality of every mode
+    Block Lanczos on the factor of ``K - shift M``, or slice by slice where many modes are wanted (`linalg.slices`);
+    dense for small models. Residual and orthonormality of every mode
     are checked, and the inertia of ``K - w^2 M`` just below the highest mode counts that none was missed.
 
     Parameters
@@ -124,7 +127,9 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
     """
     known = None
     for _ in range(2):
-        known = w2, phi = _verified(K, M, *block_lanczos(factor, M, n, shift=shift, known=known), factor)
+        first = _by_slices(K, M, n, factor, shift) if known is None else None
+        first = first or block_lanczos(factor, M, n, shift=shift, known=known)
+        known = w2, phi = _verified(K, M, *first, factor)
         cut = w2[-1] - max(NEAR * abs(w2[-1]), NEAR * abs(w2[0]))
         found, exist = int(np.sum(w2 < cut)), None
         if not isinstance(factor, MixedFactor):  # a second factor would not fit into the memory
@@ -135,6 +140,14 @@ def _counted(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float, s
         f"{found} modes were found below {np.sqrt(max(cut, 0)) / (2 * np.pi):.6g} Hz, where there are {exist}; "
         "the structure has parts that hardly have mass or stiffness: check materials and connections"
     )
+
+
+def _by_slices(K: csr_array, M: csr_array, n: int, factor: Factor, shift: float) -> tuple | None:
+    """Return many modes slice by slice; None where that does not pay or does not succeed."""
+    if isinstance(factor, PardisoFactor):  # whose inertia is always known
+        with suppress(AccuracyError, MemoryError):
+            return sliced_modes(K, M, n, factor, shift)
+    return None
 
 
 def _verified(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray, factor: Factor | None = None) -> tuple:
@@ -240,13 +253,24 @@ def _worst(K: csr_array, M: csr_array, w2: np.ndarray, phi: np.ndarray) -> tuple
 
     Forces and moments count by their own stiffness.
     """
-    scale, momentum = equilibrium(K)[:, None], M @ phi
+    scale, found = equilibrium(K)[:, None], []
+    for start in range(0, len(w2), COLUMNS):  # of as much memory as Lanczos takes
+        found.append(_worst_of(K, M, scale, w2, phi, slice(start, start + COLUMNS)))
+    ratio, gram = np.concatenate([ratio for ratio, _ in found]), max(gram for _, gram in found)
+    return float(ratio.max()), int(np.argmax(ratio)), gram
+
+
+def _worst_of(
+    K: csr_array, M: csr_array, scale: np.ndarray, w2: np.ndarray, phi: np.ndarray, part: slice
+) -> tuple[np.ndarray, float]:
+    """Return the residuals of some modes, and their largest error of orthonormality to those up to them."""
+    before, w2, phi = phi[:, : part.stop], w2[part], phi[:, part]
+    momentum = M @ phi
     inertial = scale * momentum * w2
     residual = np.linalg.norm(scale * (K @ phi) - inertial, axis=0)
     allowed = RESIDUAL * np.linalg.norm(inertial, axis=0)
     if not np.all(residual < allowed):
         size = csr_array((np.abs(K.data), K.indices, K.indptr), shape=K.shape)
         allowed += 1e3 * np.finfo(float).eps * np.linalg.norm(scale * (size @ np.abs(phi)), axis=0)
-    gram = float(np.abs(inner(phi, momentum) - np.eye(len(w2))).max())
-    ratio = residual / allowed
-    return float(ratio.max()), int(np.argmax(ratio)), gram
+    unit = np.eye(before.shape[1])[:, part]
+    return residual / allowed, float(np.abs(inner(before, momentum) - unit).max())

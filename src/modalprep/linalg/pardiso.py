@@ -27,7 +27,7 @@ REFINEMENT, PERTURBATION, SINGLE, ZERO_BASED = 7, 9, 27, 34  # places in the arr
 PIVOT = (
     13  # pivots below 1e-13 of the largest entry are perturbed; the default of 1e-8 changes thin shells beside thick
 )
-PEAK, PERMANENT, FACTOR, NEGATIVE = 14, 15, 16, 22  # what it reports: kB, kB, kB, pivots
+PEAK, PERMANENT, FACTOR, ENTRIES, NEGATIVE = 14, 15, 16, 17, 22  # it reports: kB, kB, kB, nonzeros, pivots
 
 
 class PardisoFactor:
@@ -37,6 +37,8 @@ class PardisoFactor:
     ----------
     negative : int
         Number of negative pivots: the eigenvalues of A below zero (Sylvester's inertia).
+    entries : int
+        Nonzeros of the factor.
 
     Parameters
     ----------
@@ -66,6 +68,13 @@ class PardisoFactor:
         needed = 1024.0 * max(self._options[PEAK], self._options[PERMANENT] + self._options[FACTOR])
         if needed > available_memory():
             raise MemoryError(needed)
+        self._call(FACTORIZE)
+        self.negative, self.entries = int(self._options[NEGATIVE]), int(self._options[ENTRIES])
+
+    def refactorise(self, A: csr_array) -> None:
+        """Factorise another matrix ``A (n, n)`` of the same pattern, with the order of elimination that is known."""
+        self._scale = equilibrium(A)
+        self._entries = _upper(A, self._scale, self._dtype)[0]
         self._call(FACTORIZE)
         self.negative = int(self._options[NEGATIVE])
 

@@ -17,6 +17,7 @@ from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
 from modalprep.suggest import refuse_other
 
 RIGID = 1e-6  # w^2 of a rigid motion over that of the body clamped at its root
+LINE = 1e-13  # smallest eigenvalue of a scaled rigid inertia: round-off where it resists not, 1e-8 of a slender wire
 
 
 def free_interface(
@@ -88,6 +89,7 @@ def _elastic_modes(
     clamped: Clamped, R: np.ndarray, modes: int, solver: str, algebra: Algebra
 ) -> tuple[np.ndarray, np.ndarray, str]:
     """Return the lowest elastic modes of the free body, and how they were counted."""
+    _refuse_line(R.T @ (clamped.M @ R))
     x = clamped.static_free(clamped.M @ R)
     softest = np.min(np.einsum("ij,ij->j", x, clamped.K @ x) / np.einsum("ij,ij->j", x, clamped.M @ x))
     w2, Phi, counted = algebra.lowest_modes(clamped.K, clamped.M, modes + 6, shift=-softest, solver=solver)
@@ -156,5 +158,22 @@ def improved_guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = D
     T[clamped.b, np.arange(len(clamped.b))], T[clamped.i] = 1.0, clamped.Psi
     T = T[:, 6:]  # the root is clamped
     reduced_K, reduced_M = T.T @ (clamped.K @ T), T.T @ (clamped.M @ T)
-    T[clamped.i] += clamped.factor.solve((clamped.M @ T)[clamped.i] @ np.linalg.solve(reduced_M, reduced_K))
+    T[clamped.i] += clamped.factor.solve((clamped.M @ T)[clamped.i] @ _accelerations(reduced_M, reduced_K))
     return reduced("irs", clamped, T, with_constraint_modes(ModeTable.empty(rigid_totals(model)), model), ())
+
+
+def _refuse_line(inertia: np.ndarray) -> None:
+    """Refuse a rigid inertia ``(6, 6)`` without resistance to some rotation: the free body has no frequency there."""
+    size = np.sqrt(np.diag(inertia))
+    if not size.all() or np.linalg.eigvalsh(inertia / size / size[:, None])[0] < LINE:
+        raise InputError(
+            "the free body has no inertia about a line, such as a straight beam of lumped mass about its axis; "
+            "use mass = 'coupled', or a basis with its interfaces held"
+        )
+
+
+def _accelerations(M: np.ndarray, K: np.ndarray) -> np.ndarray:
+    """Return ``M^-1 K`` (k, k); directions without mass, as lumped masses leave them, have none."""
+    diagonal = np.diag(M)
+    size = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    return size[:, None] * (np.linalg.pinv(M * size * size[:, None], rcond=1e-14, hermitian=True) @ (size[:, None] * K))

@@ -7,9 +7,10 @@ from structured import box, random_surface, shell_model, solid_model
 import modalprep as mp
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
 from modalprep.fe.assembly import strain_energy as module
+from modalprep.fe.families import FAMILIES
 
 STEEL = mp.Material(E=2e11, nu=0.3, rho=7800.0)
-BOX = ("tetra", "tetra10", "wedge", "hexahedron", "hexahedron20", "hexahedron27")
+BOX = tuple(FAMILIES[mp.Solid])
 
 
 def of_kind(kind):

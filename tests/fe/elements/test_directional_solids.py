@@ -90,6 +90,34 @@ def test_rotation_of_body_and_material(kind):
     assert abs(energies[1] / energies[0] - 1) > 1e-3
 
 
+def test_elements_with_axes_of_their_own():
+    """Each brick has the stiffness and the stress that it has alone; where it has no axes, those of the section."""
+    points, cells = box("hexahedron", (3, 1, 1), distort=0.2, seed=4)
+    frames = np.array([random_rotation(1).T, random_rotation(2).T, np.full((3, 3), np.nan)])
+    mesh = mp.fe.Mesh(points=points, cells={"hexahedron": cells}, groups={"body": {"hexahedron": np.arange(3)}},
+                      data={"frame": {"hexahedron": frames}})  # fmt: skip
+    section, root = mp.Solid(material=WOOD), {"root": mp.Interface(plane=((0.0, 0, 0), (1.0, 0, 0)))}
+    block = mp.assemble(mesh, {"body": section}, root).strain_energy.blocks[0]
+    d = np.random.default_rng(0).standard_normal((3, 24, 1))
+    stress = block.nodal_stress(d)[""][1]
+    for k in range(3):
+        axes = None if k == 2 else axes_of(frames[k].T)
+        alone = block.build("hexahedron", points, cells[k : k + 1], mp.Solid(material=WOOD, axes=axes), {}, np.zeros(3))
+        np.testing.assert_allclose(block.stiffness()[k], alone.stiffness()[0], rtol=1e-9, atol=1e-3)
+        np.testing.assert_allclose(block.piece([k]).nodal_stress(d[[k]])[""][1][0], stress[k], rtol=1e-12)
+        np.testing.assert_allclose(alone.nodal_stress(d[[k]])[""][1][0], stress[k], rtol=1e-9, atol=1e-2)
+
+
+def test_axes_that_are_not_orthonormal_are_refused():
+    points, cells = box("hexahedron", (1, 1, 1))
+    groups, data = {"body": {"hexahedron": np.arange(1)}}, {"frame": {"hexahedron": 2 * np.eye(3)[None]}}
+    mesh = mp.fe.Mesh(points=points, cells={"hexahedron": cells}, groups=groups, data=data)
+    with pytest.raises(
+        mp.InputError, match="group 'body': the axes of the material of a solid element are not orthono"
+    ):
+        mp.assemble(mesh, {"body": mp.Solid(material=WOOD)}, {"root": mp.Interface(plane=((0.0, 0, 0), (1.0, 0, 0)))})
+
+
 @pytest.mark.parametrize("degrees", [0, 20, 45, 90])
 def test_tension_of_an_off_axis_bar(degrees):
     """Jones, equation 2.97, with the grain at an angle in the plane 1-2; and along axis 3, E3."""

@@ -105,7 +105,12 @@ def elsewhere(points, quads, lines):
 def orthotropic_beam(points, quads, lines):
     text = TOML + "[properties.stringer]\n" + BEAM.replace('"steel"', '"cfrp"')
     text += '[materials.cfrp]\ntype = "orthotropic"\nE1 = 1e11\nE2 = 1e10\nnu12 = 0.3\nG12 = 5e9\nG13 = 5e9\nG23 = 4e9\nrho = 1600\n'  # noqa: E501
-    return points, quads, lines, text, ["[properties.stringer]", "'cfrp' is orthotropic", "only shells and plies"]
+    return points, quads, lines, text, ["[properties.stringer]", "'cfrp' is not isotropic", "only shells and plies"]
+
+
+def anisotropic_sheet(points, quads, lines):
+    text = TOML.replace("E = ", 'type = "anisotropic"\nC = [' + "1e9, " * 20 + "1e9]\n#", 1).replace("nu = ", "#", 1)
+    return points, quads, None, text, ["[materials.steel]", "some strain has no positive energy"]
 
 
 def two_sheets(points, quads, lines):
@@ -134,7 +139,8 @@ def taken_name(points, quads, lines):
 
 
 KINDS = [crossed, collapsed, not_a_number, torn, unknown_group, no_length, upright, wrong_family, zero_density,
-         zero_thickness, normal_axis, elsewhere, orthotropic_beam, two_sheets, two_ways, odd_section, loose_mass,
+         zero_thickness, normal_axis, elsewhere, orthotropic_beam,
+         anisotropic_sheet, two_sheets, two_ways, odd_section, loose_mass,
          taken_name]  # fmt: skip
 
 

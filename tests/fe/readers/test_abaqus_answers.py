@@ -114,3 +114,49 @@ def test_frequencies_and_effective_masses_of_second_order_bricks_are_those_of_ca
 def test_other_elements_are_near_those_of_calculix(name, group, low, high):
     found, theirs = held_modes(name, group)[0][0], reference(name)[0][0]
     assert low <= found / theirs - 1 <= high
+
+
+def test_thickness_at_every_node_and_supports_of_a_shell():
+    """CalculiX makes a locking C3D20 of S8 (tests of the thickness of shells compare both); here it is a shell."""
+    mesh = mp.read_mesh(DATA / "calculix" / "shellf.inp")
+    held = {"clamp": mp.Support(set="boundary")}
+    model = mp.assemble(mesh, {}, {"root": mp.Interface(kind="support")}, supports=held)
+    assert sorted(mesh.labels[mesh.supports["boundary"].nodes].tolist()) == [1, 4, 8, 10, 13]
+    assert mesh.supports["boundary"].components.all()
+    thickness = mesh.data["thickness"]["quad8"]
+    x = mesh.points[mesh.cells["quad8"], 0]
+    np.testing.assert_allclose(thickness, np.interp(x, [0, 0.5, 1], [0.01, 0.03, 0.02]), rtol=1e-6)  # six digits in x
+    R = model.rigid_body()
+    area = 0.5 * 0.02 + 0.5 * 0.025  # of the section along x, linear in two pieces, one wide
+    assert (R.T @ (model.M @ R))[0, 0] == pytest.approx(7.8e-9 * area, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "cells", "groups"),
+    [
+        ("coup", {"line": 1, "vertex": 1}, {"b", "m"}),
+        ("cyl", {"line": 2}, {"b"}),
+        ("elgen", {"line": 2}, {"b"}),
+        ("ngen", {"line": 2}, {"b"}),
+        ("trail", {"line": 2}, {"b"}),
+        ("gmsh_named_faces", {"tetra": 1632, "triangle": 56}, {"hole_base", "hole_wall", "body"}),
+    ],
+)
+def test_small_decks_that_went_wrong(name, cells, groups):
+    file = DATA.parent / "repro" / "decks" / f"{name}.inp"
+    if not file.is_file():
+        pytest.skip("the small decks are not there")
+    mesh = mp.read_mesh(file)
+    assert {kind: len(rows) for kind, rows in mesh.cells.items()} == cells
+    assert groups <= set(mesh.groups)
+
+
+def test_a_tie_without_its_surfaces():
+    file = DATA.parent / "repro" / "decks" / "onepart.inp"
+    if not file.is_file():
+        pytest.skip("the small decks are not there")
+    with pytest.raises(mp.InputError, match=r"line 26: \*TIE names no surfaces"):
+        mp.read_mesh(file)
+    mesh = mp.read_mesh(file, ignore=["*TIE"])
+    assert set(mesh.properties) == {"P-1.S", "P-2.S"}
+    assert mesh.points[mesh.nodes("top"), 2].tolist() == [2.0] * 4  # of the instance that is moved up

@@ -185,9 +185,11 @@ def test_copies_of_elements(read):
 
 
 def test_collapsed_bricks_and_quads(read):
-    """A brick with an edge of no length is a wedge, a quad with a side of no length a triangle."""
+    """A brick with an edge of no length is a wedge, with an upper face of none a pyramid, such a quad a triangle."""
     nodes = "*NODE\n1, 0, 0, 0\n2, 1, 0, 0\n3, 0, 1, 0\n5, 0, 0, 1\n6, 1, 0, 1\n7, 0, 1, 1\n"
-    mesh = read(nodes + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 3, 5, 6, 7, 7\n*ELEMENT, TYPE=S4\n2, 1, 2, 3, 3\n")
+    mesh = read(nodes + "*ELEMENT, TYPE=C3D8\n1, 1, 2, 3, 3, 5, 6, 7, 7\n*ELEMENT, TYPE=S4\n2, 1, 2, 3, 3\n"
+                "*ELEMENT, TYPE=C3D8\n3, 1, 2, 6, 5, 3, 3, 3, 3\n")  # fmt: skip
+    assert mesh.cells["pyramid"].tolist() == [[0, 1, 4, 3, 2]]
     assert mesh.cells["wedge"].tolist() == [[0, 1, 2, 3, 4, 5]]
     assert mesh.cells["triangle"].tolist() == [[0, 1, 2]]
 

@@ -328,3 +328,34 @@ def test_beams_that_cannot_be(read):
         with pytest.raises(mp.InputError) as caught:
             read(BEAM + SECTION.replace(old, new) + STEEL)
         assert words in str(caught.value)
+
+
+# ---------------------------------------------------------------- reference nodes that are held
+
+COUPLED = CUBE + STEEL + "*NODE\n9, .5, .5, 0\n10, .5, .5, 1\n*SURFACE, NAME=foot\nc, S1\n*SURFACE, NAME=top\nc, S2\n"
+COUPLED += "*COUPLING, REF NODE=9, SURFACE=foot\n*{kind}\n*BOUNDARY\n9, 1, 6\n"
+
+
+def test_a_face_is_held_by_its_reference_node(static):
+    """Both faces rigid: strain along z only, and P L / A = E (1 - nu) / ((1 + nu)(1 - 2 nu)) u."""
+    top = "*COUPLING, REF NODE=10, SURFACE=top\n*KINEMATIC\n"
+    u = static(COUPLED.format(kind="KINEMATIC") + top, {(10, 2): 1000.0})
+    np.testing.assert_allclose(u[4:8, 2], 1000 * (1 + NU) * (1 - 2 * NU) / (E * (1 - NU)), rtol=1e-9)
+    assert np.all(u[:4] == 0)
+
+
+def test_a_face_is_held_in_its_mean_by_its_reference_node(static):
+    """Translations and rotations of the mean vanish, and the face is free to contract: u = P / (E A) / 2 about it."""
+    u = static(COUPLED.format(kind="DISTRIBUTING"), {(n, 2): 250.0 for n in (5, 6, 7, 8)})
+    np.testing.assert_allclose(u[:4].mean(axis=0), 0, atol=1e-20)
+    assert u[1, 0] - u[0, 0] == pytest.approx(-NU * 1000 / E, rel=1e-9)
+    assert u[4, 2] - u[0, 2] == pytest.approx(1000 / E, rel=1e-9)
+
+
+def test_a_node_without_elements_is_held(static):
+    """The equation of a node that no element has: what a support holds there, the cube feels."""
+    text = CUBE + STEEL + "*NODE\n9, 5, 5, 5\n*EQUATION\n2\n5, 3, 1., 9, 3, -1.\n"
+    text += "*BOUNDARY\n1, 1, 3\n2, 3\n4, 3\n3, 3\n2, 2\n9, 3\n"
+    u = static(text, {(n, 2): 250.0 for n in (5, 6, 7, 8)})
+    assert u[4, 2] == 0
+    assert u[6, 2] > 0

@@ -342,3 +342,30 @@ def test_of_temperatures_the_first_holds(read):
 def test_materials_without_density_are_noted(read):
     mesh = read(CUBE + STEEL[: STEEL.index("*DENSITY")])
     assert mesh.notes == ("material Steel has no density: it gets 1e-06 kg/m^3",)
+
+
+def test_orthotropic_solids_along_axes_of_their_own(static):
+    """A cube of fibres along y: tension along y extends it by E1, along x by E2."""
+    E1, E2, E3 = 1.4e11, 1e10, 0.9e10
+    wood = (
+        f"*MATERIAL, NAME=steel\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n{E1}, {E2}, {E3}, .3, .28, .4, 5e9, 4e9\n3e9\n"
+    )
+    wood += "*DENSITY\n500.\n*ORIENTATION, NAME=o\n0, 1, 0, -1, 0, 0\n3, 0.\n"
+    text = CUBE.replace("MATERIAL=steel", "MATERIAL=steel, ORIENTATION=o") + wood
+    u = static(text + "*BOUNDARY\n1, 1, 3\n5, 2\n2, 2, 3\n6, 2\n", {(n, 1): 250.0 for n in (3, 4, 7, 8)})
+    assert u[2, 1] == pytest.approx(1000 / E1, rel=1e-9)
+    assert u[1, 0] == pytest.approx(-0.3 * 1000 / E1, rel=1e-9)
+
+
+def test_stiffnesses_of_solids_in_the_order_of_abaqus(read):
+    """D1111, D1122, D2222, ...: column by column of the upper triangle, strains 11, 22, 33, 12, 13, 23."""
+    names = ("11", "22", "33", "12", "13", "23")
+    C = np.eye(6) * 1e11 + 1e8 * np.add.outer(np.arange(6), np.arange(6))
+    given = [C[i, j] for j in range(6) for i in range(j + 1)]
+    lines = "\n".join(", ".join(f"{x!r}" for x in map(float, given[k : k + 8])) for k in (0, 8, 16))
+    text = CUBE + f"*MATERIAL, NAME=steel\n*ELASTIC, TYPE=ANISOTROPIC\n{lines}\n*DENSITY\n1000.\n"
+    mesh = read(text)
+    ours = ("11", "22", "33", "12", "23", "13")
+    order = [names.index(name) for name in ours]
+    np.testing.assert_allclose(mesh.properties["c"].material.moduli(), C[np.ix_(order, order)], rtol=1e-12)
+    np.testing.assert_allclose(mesh.data["frame"]["hexahedron"], [np.eye(3)])

@@ -13,7 +13,6 @@ from fe.decks import BAR, GRIDS, PBAR, STEEL, free
 from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Beam, Truss
 from modalprep.fe.readers.nastran.deck import read_nastran
-from modalprep.fe.readers.nastran.sections import SHAPES, Section
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data"))
 needs_data = pytest.mark.skipif(not (DATA / "isat").is_dir(), reason="the folder of foreign decks is not there")
@@ -270,60 +269,6 @@ def check_midside(read, name, kind, corners, written, expected):
 
 
 # ---------------------------------------------------------------- sections and materials
-
-
-@pytest.mark.parametrize(
-    ("kind", "dims", "expected"),
-    [
-        ("ROD", (2.0,), (4 * math.pi, 4 * math.pi, 4 * math.pi, 0, 8 * math.pi)),
-        ("TUBE", (2.0, 1.0), (3 * math.pi, 15 * math.pi / 4, 15 * math.pi / 4, 0, 15 * math.pi / 2)),
-        ("TUBE2", (2.0, 1.0), (3 * math.pi, 15 * math.pi / 4, 15 * math.pi / 4, 0, 15 * math.pi / 2)),
-        ("BAR", (3.0, 3.0), (9, 27 / 4, 27 / 4, 0, 0.1408 * 81)),  # torsion of a square: 0.1406 a^4
-        # outer 40 x 60, walls 3 above and below, 2 at the sides
-        ("BOX", (40.0, 60.0, 3.0, 2.0), (456, (40 * 60**3 - 36 * 54**3) / 12, (60 * 40**3 - 54 * 36**3) / 12, 0, None)),
-        # height 100, flanges 50 x 10, web 6
-        (
-            "I",
-            (100.0, 50.0, 50.0, 6.0, 10.0, 10.0),
-            (1480, (50 * 100**3 - 44 * 80**3) / 12, (20 * 50**3 + 80 * 6**3) / 12, 0, None),
-        ),
-        (
-            "I1",
-            (44.0, 6.0, 80.0, 100.0),
-            (1480, (50 * 100**3 - 44 * 80**3) / 12, (20 * 50**3 + 80 * 6**3) / 12, 0, None),
-        ),
-        # the same pieces lying: legs 10 x 50 upright at both sides, web 80 x 6
-        ("H", (80.0, 20.0, 50.0, 6.0), (1480, (20 * 50**3 + 80 * 6**3) / 12, (50 * 100**3 - 44 * 80**3) / 12, 0, None)),
-        ("CHAN", (50.0, 100.0, 6.0, 10.0), (1480, (50 * 100**3 - 44 * 80**3) / 12, None, 0, None)),
-        # flange 60 x 10 over a stem 10 x 60: centroid 52.5 from below by hand
-        (
-            "T",
-            (60.0, 70.0, 10.0, 10.0),
-            (
-                1200,
-                60 * 10**3 / 12 + 600 * 17.5**2 + 10 * 60**3 / 12 + 600 * 17.5**2,
-                (10 * 60**3 + 60 * 10**3) / 12,
-                0,
-                None,
-            ),
-        ),
-        # equal angle 100 x 10: I12 = -1.05e6 about, J = sum b t^3 / 3 on mid-lines
-        ("L", (100.0, 100.0, 10.0, 10.0), (1900, 1.8002e6, 1.8002e6, -1.0658e6, 190 * 1000 / 3)),
-    ],
-)
-def test_sections_by_their_dimensions(kind, dims, expected):
-    count, law = SHAPES[kind]
-    assert count == len(dims)
-    for found, value in zip(law(*dims), expected, strict=True):
-        assert value is None or found == pytest.approx(value, rel=2e-3 if kind in ("BAR", "L") else 1e-12, abs=1e-9)
-
-
-def test_closed_and_open_torsion():
-    """Bredt for the box; a slit makes it an open section, so its J is far above that of the I."""
-    J = SHAPES["BOX"][1](40.0, 60.0, 3.0, 2.0)[4]
-    assert pytest.approx(4 * (38 * 57) ** 2 / (2 * 38 / 3 + 2 * 57 / 2)) == J
-    assert SHAPES["I"][1](100.0, 50.0, 50.0, 6.0, 10.0, 10.0)[4] == pytest.approx((2 * 50 * 10**3 + 90 * 6**3) / 3)
-    assert Section(A=1, I1=2.0, I2=2.0, I12=1.0, J=1).turned == pytest.approx((3, 1, math.pi / 4))
 
 
 def test_units_inch_pound_and_metre_decks_agree(read):

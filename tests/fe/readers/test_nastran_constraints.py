@@ -119,6 +119,31 @@ def test_cards_that_say_the_same(read, one, other, systems):
     np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
 
 
+def test_an_rbe3_of_two_grids_takes_their_rotations(read):
+    """Least squares by hand, reference in the middle, arms a: the twist is the mean one, a tilt counts half by each.
+
+    With rotations weighted by a^2: ``theta = sum(r_i v_i + a^2 theta_i) / sum(r_i^2 + a^2)``.
+    """
+    line = "GRID,1,,0.,0.,0.\nGRID,2,,4.,0.,0.\nGRID,3,,2.,0.,0.\nCBAR,1,5,1,2,0.,1.,0.\n"
+    deck = line + TAIL + "RBE3,9,,3,123456,1.,123456,1,2,\n,ALPHA,1.-6\n"
+    mesh = read(deck, length=1e-3, mass=1e3)
+    u = random_motion(model(mesh))
+    a, b, ref = (u[row(mesh, k)] for k in (1, 2, 3))
+    np.testing.assert_allclose(ref[:4], (a + b)[:4] / 2, atol=1e-14)
+    arm = 2e-3
+    assert ref[5] == pytest.approx((arm * (b[1] - a[1]) + arm**2 * (a[5] + b[5])) / (4 * arm**2), rel=1e-9)
+    assert ref[4] == pytest.approx((-arm * (b[2] - a[2]) + arm**2 * (a[4] + b[4])) / (4 * arm**2), rel=1e-9)
+    assert not [note for note in model(mesh).notes if "RBE3" in note or "rigid" in note]
+
+
+def test_equations_that_define_scalar_points_constrain_nothing(read):
+    """Each has a scalar point that no other equation has, the first only once the second is left out."""
+    scalars = "SPOINT,50,51\nMPC,1,50,0,1.,51,0,2.\n,,3,1,1.\nMPC,1,51,0,-1.,4,2,1.\n"
+    mesh = read(FRAME + TAIL + "RBE2,8,2,123456,5\n" + scalars)
+    assert mesh.equations == ()
+    assert "equations that only define a scalar point (MPC) are left out" in mesh.notes
+
+
 def test_an_mpc_along_systems_of_its_grids(read):
     """2 u_theta of grid 3 - 0.5 rz of grid 5 (system 8) = 0, in millimetres."""
     join = "RBE2,8,2,456,5\nRBE2,10,2,123,5\n"
@@ -154,7 +179,7 @@ BAD = {
     "rbe1 with five": ("RBE1,9,2,12345\n,UM,3,1\n", "it has 5 independent and 1 dependent components"),
     "rbar twice": ("RBAR,9,2,3,123456,,1,23\n", "it has 6 independent and 3 dependent"),
     "rrod without length": ("GRID,12,,1.,0.,0.\nRROD,9,2,12,1\n", "RROD 9: its ends are in one place"),
-    "mpc of a scalar point": ("SPOINT,50\nMPC,1,50,0,1.,2,1,1.\n", "grid 50 is a scalar point"),
+    "mpc of a scalar point": ("SPOINT,50\nMPC,1,50,0,1.,2,1,1.\nMPC,1,50,0,1.,3,1,1.\n", "grid 50 is a scalar point"),
     "mpc of component 7": ("MPC,1,3,7,1.,2,1,1.\n", "component 7 is not one of 1 to 6"),
     "mpc with zero first": ("MPC,1,3,1,0.,2,1,1.\n", "its first coefficient is missing or zero"),
 }

@@ -108,6 +108,24 @@ def test_code_of_another_version_or_half_a_file_is_compiled_anew(tmp_path):
     assert [file] == list(tmp_path.iterdir())  # nothing is left of the old one
 
 
+@pytest.mark.parametrize("lacking", [None, "fma"])
+def test_code_of_the_installed_wheel_is_used_where_the_processor_runs_it(tmp_path, monkeypatch, lacking):
+    signature, triple, function = (numba.types.float64(numba.types.float64),), "x86_64-any", ("code", "cells")
+    wheel = tmp_path / "compiled"
+    wheel.mkdir()
+    compiled_files(wheel).save((signature, (triple, jit.BASELINE, ""), function), "of the wheel")
+    (tmp_path / "own").mkdir()
+    features = dict.fromkeys(jit.BASELINE_FEATURES, True) | {lacking: False}
+    monkeypatch.setattr(jit, "COMPILED", wheel)
+    monkeypatch.setattr(jit, "_runs_baseline", jit._runs_baseline.__wrapped__)
+    monkeypatch.setattr(jit.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(jit.llvm, "get_host_cpu_features", lambda: features)
+    key = signature, (triple, "this-cpu", "+avx512"), function
+    assert compiled_files(tmp_path / "own").load(key) == (None if lacking else "of the wheel")
+    compiled_files(tmp_path / "own").save(key, "own")
+    assert compiled_files(tmp_path / "own").load(key) == "own"
+
+
 def test_full_disk_leaves_the_cache_as_it_was(tmp_path):
     key = (numba.types.float64(numba.types.float64), "cpu")
     compiled_files(tmp_path / "missing").save(key, "code")

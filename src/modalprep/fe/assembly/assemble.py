@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import get_args
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -18,6 +19,7 @@ from modalprep.fe.assembly.sparsity import Pattern, node_graph
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import Totals
 from modalprep.fe.elements.block import Block
+from modalprep.fe.elements.distribution import Distribution, Inertia, MassRule
 from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.elements.mass import MassObjects
 from modalprep.fe.links.constraints import constrain
@@ -28,7 +30,7 @@ from modalprep.fe.mesh.mesh import Mesh, SupportSet
 from modalprep.fe.properties.plausible import implausible_sections
 from modalprep.fe.properties.points import PointMass
 from modalprep.fe.properties.properties import Property
-from modalprep.suggest import refuse_other
+from modalprep.suggest import refuse_other, refuse_unknown
 
 
 @explained
@@ -39,6 +41,7 @@ def assemble(
     root: str | None = None,
     connections: Mapping[str, Connection] | None = None,
     supports: Mapping[str, Support] | None = None,
+    mass: Distribution = "coupled",
 ) -> FEModel:
     """Assemble the finite-element model of a mesh.
 
@@ -56,6 +59,9 @@ def assemble(
     supports : {name: Support}
         Components of nodes that are held at the frame of the root. Those of the mesh file are used only where one of
         these names them (``Support(set=...)``).
+    mass : {"coupled", "lumped", "nastran"}
+        Consistent mass of the elements; all mass at the nodes; or as MSC Nastran distributes it, lumped unless the
+        deck has ``PARAM,COUPMASS,1``.
 
     Returns
     -------
@@ -82,6 +88,7 @@ def assemble(
     True
     """
     refuse_other("assemble: the mesh", Mesh, mesh)
+    refuse_unknown(str(mass), get_args(Distribution), "assemble: mass")
     order, connections = root_first(interfaces, root), dict(connections or {})
     for name in set(connections) & set(mesh.groups):
         raise InputError(f"connection {name!r} has the name of a mesh group; choose another")
@@ -91,7 +98,7 @@ def assemble(
     known = {name: section for name, section in sections.items() if name not in connections}
     mesh = connect(mesh, connections, used_nodes(find_parts(mesh, known, boundary)[0]))
     parts, notes = find_parts(mesh, sections, boundary)
-    held = held_nodes(mesh, supports, used_nodes(parts))
+    held = held_nodes(mesh, supports, _with_dofs(mesh, parts))
     nodes = {name: _interface_nodes(mesh, name, interfaces[name], held, parts, name == order[0]) for name in order}
     at = {name: interface_position(mesh, name, interfaces[name], nodes[name]) for name in order}
     refuse_disconnected(mesh.points, parts, _tied(mesh, interfaces, nodes, held, order[0]))
@@ -99,7 +106,14 @@ def assemble(
     dof = _number(mesh, parts, sum(spec.kind != "node" for spec in interfaces.values()))
     placed = place(mesh, interfaces, nodes, at, dof, held)
     more += [*placed.notes, *hidden_hinges(mesh, parts), *_odd_units(mesh, parts)]
-    return _sum(mesh, parts, dof, at[order[0]], placed, (*mesh.notes, *notes, *more))
+    rule = MassRule(mass, mesh.coupled_mass)
+    return _sum(mesh, parts, dof, rule, at[order[0]], placed, (*mesh.notes, *notes, *more))
+
+
+def _with_dofs(mesh: Mesh, parts: list[Part]) -> np.ndarray:
+    """Return the nodes of elements, and those that links or equations bring, such as the frames of couplings."""
+    linked = np.array([link.node for link in mesh.links], dtype=int)
+    return np.unique(np.concatenate([used_nodes(parts), linked, *(e.nodes for e in mesh.equations)]))
 
 
 def _interface_nodes(mesh, name, spec: Interface, held: dict[str, SupportSet], parts, root: bool) -> np.ndarray:
@@ -138,21 +152,24 @@ def root_first(interfaces: Mapping[str, Interface], root: str | None) -> list[st
     return [root, *(name for name in names if name != root)]
 
 
-def _sum(mesh, parts, dof, origin, placed: Placed, notes) -> FEModel:
+def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
     """Evaluate every element once and sum up the model."""
     pattern = Pattern.build([part.nodes for part in parts], dof)
-    total = _totals(parts, pattern, dof)
+    total = _totals(parts, pattern, dof, rule)
     built = [(part, piece) for part in parts for piece in part.pieces()]
-    blocks = []
-    for block, *found in ahead(lambda own: _evaluated(own[0].block(own[1], mesh.points, origin)), built):
+    blocks, inertias, points = [], [], mesh.points - origin
+    for block, inertia, *found in ahead(
+        lambda own: _evaluated(own[0].block(own[1], mesh.points, origin), rule, points), built
+    ):
         total.add(block, *found)
         blocks.append(block)
+        inertias.append(inertia)
     K, M = pattern.csr(total.K), total.mass()
     constraints = constrain(placed.links, total.n, placed.equations, placed.kept)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
     C, free = without_unused_dofs(constraints.C, constraints.free, diagonal, placed.frames)
     return FEModel(
-        points=mesh.points - origin,
+        points=points,
         cells=_cells(parts),
         dof=dof,
         K=K,
@@ -165,7 +182,7 @@ def _sum(mesh, parts, dof, origin, placed: Placed, notes) -> FEModel:
         free=free,
         interfaces=placed.frames,
         geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, constraints),
-        rotating_mass=RotatingMass(blocks, dof),
+        rotating_mass=RotatingMass(inertias, dof),
         strain_energy=StrainEnergy([part.kind for part, _ in built], blocks, dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
@@ -173,17 +190,18 @@ def _sum(mesh, parts, dof, origin, placed: Placed, notes) -> FEModel:
     )
 
 
-def _evaluated(block: Block) -> tuple[Block, np.ndarray | None, MassObjects | None]:
-    return block, block.stiffness(), block.mass()
+def _evaluated(
+    block: Block, rule: MassRule, points: np.ndarray
+) -> tuple[Block, Inertia, np.ndarray | None, MassObjects | None]:
+    inertia = rule.inertia(block, points)
+    return block, inertia, block.stiffness(), inertia.mass()
 
 
-def _with_tensor(parts: list[Part], form: str) -> list[np.ndarray]:
-    """Nodes of the parts whose mass tensor has that form."""
-    return [part.nodes for part in parts if part.family.tensor == form]
-
-
-def _totals(parts: list[Part], pattern: Pattern, dof: np.ndarray) -> Totals:
-    shells, thin = (_with_tensor(parts, form) for form in ("functions", "pairs"))
+def _totals(parts: list[Part], pattern: Pattern, dof: np.ndarray, rule: MassRule) -> Totals:
+    """Begin the sums over elements whose mass tensors have different forms."""
+    shells, thin = (
+        [part.nodes for part in parts if rule.tensor(part.family) == form] for form in ("functions", "pairs")
+    )
     graph = None
     if shells:
         graph = pattern.graph if len(shells) == len(parts) else node_graph(shells, len(dof))

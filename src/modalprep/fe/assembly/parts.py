@@ -119,7 +119,7 @@ def _left_out(mesh: Mesh, covered: dict[str, np.ndarray], boundary: set[str]) ->
         sentence = f"{missing.sum()} of {len(count)} {kind} cells have no property ({where})"
         if cell_dimension(kind) == top:
             raise InputError(f"{sentence}; add one under [properties]")
-        notes.append(f"{sentence} and are left out")
+        notes.append(f"{sentence} and are left out; their groups name nodes only")
     return notes
 
 

@@ -10,7 +10,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.spatial.transform import Rotation
 
 from modalprep.fe.elements.arms import RotatingArms
-from modalprep.fe.elements.block import Block
+from modalprep.fe.elements.distribution import Inertia
 from modalprep.fe.links.interface import link_geometric_stiffness
 
 
@@ -20,11 +20,11 @@ class RotatingMass:
 
     Attributes
     ----------
-    blocks : list of Block
+    blocks : list of Inertia
     dof : (n_nodes, 6) int
     """
 
-    blocks: list[Block]
+    blocks: list[Inertia]
     dof: np.ndarray
 
     def project(self, Phi: np.ndarray) -> np.ndarray:

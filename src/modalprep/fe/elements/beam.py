@@ -8,81 +8,18 @@ inertia enters every mass integral by itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from skfem import Basis, MeshLine1
-from skfem.element import DiscreteField, Element
-from skfem.refdom import RefLine
 
 from modalprep.errors import InputError
 from modalprep.fe.elements.arms import RotatingArms, nodal_arms, node_transformation, section_arms
+from modalprep.fe.elements.beam_shapes import Along, along, contract
 from modalprep.fe.elements.block import NodalStress
 from modalprep.fe.elements.corotation import Corotational, line_rotation
 from modalprep.fe.elements.mass import MassObjects, MassSamples, mass_from_samples
 from modalprep.fe.properties.properties import Beam
-
-QUADRATURE = 6  # degree: cubic shapes squared; 4 Gauss points
-
-
-class ElementBeam(Element):
-    """scikit-fem element of the 12 beam shape functions; value, grad, hess of the six section motions."""
-
-    refdom = RefLine
-    nodal_dofs = 6
-    maxdeg = 3
-
-    def __init__(self, phi_y: np.ndarray, phi_z: np.ndarray) -> None:
-        self.phi_y, self.phi_z = phi_y, phi_z
-
-    def gbasis(self, mapping, X, i, tind=None):  # noqa: D102 - scikit-fem's protocol
-        length = mapping.detDF(X)
-        motion = np.zeros((3, 6, *length.shape))  # derivative order, component, element, point
-        node, component = divmod(i, 6)
-        if component in (0, 3):  # u, tx: linear
-            motion[0, component] = X[0] if node else 1 - X[0]
-            motion[1, component] = (2 * node - 1) / length
-        else:
-            self._bend(motion, X[0], length, node, component)
-        return (DiscreteField(value=motion[0], grad=motion[1][:, None], hess=motion[2][:, None, None]),)
-
-    def _bend(self, motion, s, L, node, component):
-        in_xy = component in (1, 5)
-        phi = (self.phi_y if in_xy else self.phi_z)[:, None]
-        rotational = component > 2
-        deflection, slope = _bending_shapes(s, L, phi, 2 * node + rotational)
-        lateral, angle, sign = (1, 5, 1.0) if in_xy else (2, 4, -1.0)  # in x-z the slope is -ty
-        own = sign if rotational else 1.0
-        motion[:, lateral] = own * deflection
-        motion[:, angle] = own * sign * slope
-
-
-def _bending_shapes(s, L, phi, k):
-    """Return the deflection and slope of shape k (w1, slope1, w2, slope2) and their first two derivatives."""
-    m = 1 / (1 + phi)
-    zero = 0 * L
-    if k % 2 == 0:
-        sign = 1 if k == 0 else -1
-        w = (1 - 3 * s**2 + 2 * s**3 + phi * (1 - s), -6 * s + 6 * s**2 - phi, -6 + 12 * s)
-        deflection = np.array([sign * m * w[0] + (k == 2), sign * m * w[1] / L, sign * m * w[2] / L**2])
-        slope = sign * 6 * m / L * np.array([s**2 - s + zero, (2 * s - 1) / L, 2 / L**2])
-    elif k == 1:
-        w = (
-            s - 2 * s**2 + s**3 + phi / 2 * (s - s**2),
-            1 - 4 * s + 3 * s**2 + phi / 2 * (1 - 2 * s),
-            -4 + 6 * s - phi,
-        )
-        deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
-        slope = m * np.array([1 - 4 * s + 3 * s**2 + phi * (1 - s), (-4 + 6 * s - phi) / L, 6 / L**2])
-    else:
-        w = (
-            -(s**2) + s**3 + phi / 2 * (s**2 - s),
-            -2 * s + 3 * s**2 + phi / 2 * (2 * s - 1),
-            -2 + 6 * s + phi,
-        )
-        deflection = m * L * np.array([w[0] + zero, w[1] / L, w[2] / L**2])
-        slope = m * np.array([3 * s**2 - 2 * s + phi * s, (6 * s - 2 + phi) / L, 6 / L**2])
-    return deflection, slope
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,13 +31,12 @@ class BeamBlock(Corotational):
     nodes : (ne, 2) int
     frame : (ne, 3, 3)
         Rows e1, e2, e3.
-    centre : (ne, nq, 3)
-        Centroids of the section at the quadrature points in the model's frame, m.
+    ends : (ne, 2, 3)
+        Of the centroid line in the model's frame, m.
     arm : (ne, 2, 3)
         From the nodes to the ends of the centroid line, mesh axes, m.
-    motion, grad, hess : (ne, nq, 6, 12)
-        Section motions in the element frame per nodal DOF in mesh axes, and their derivatives along e1.
-    dx : (ne, nq)
+    inside, outside : Along
+        Section motions in the element frame per local DOF of the ends, at quadrature points and at the ends.
     """
 
     alike = (0, 1, 2)
@@ -109,23 +45,22 @@ class BeamBlock(Corotational):
     section: Beam
     nodes: np.ndarray
     frame: np.ndarray
-    centre: np.ndarray
+    ends: np.ndarray
     arm: np.ndarray
-    motion: np.ndarray
-    grad: np.ndarray
-    hess: np.ndarray
-    dx: np.ndarray
+    inside: Along
+    outside: Along
 
     @classmethod
     def build(cls, kind, points, nodes, section, data, origin) -> BeamBlock:
         """Evaluate the shapes of the elements ``nodes (ne, 2)`` at ``points (n, 3)`` (mesh axes).
 
-        `data` may override ``up (ne, 3)`` and give ``ends (ne, 2, 3)``; `origin` is the model's origin.
+        `data` may override ``up (ne, 3)`` and give ``ends (ne, 2, 3)`` and ``pins (ne, 12)``; `origin` is the model's
+        origin.
 
         Raises
         ------
         InputError
-            When an element has no length, or `up` is parallel to it.
+            When an element has no length, `up` is parallel to it, or its pins let it move without strain.
         """
         up = data.get("up", np.full((len(nodes), 3), np.nan))
         up = np.where(np.isfinite(up), up, np.asarray(section.up, dtype=float))
@@ -134,38 +69,52 @@ class BeamBlock(Corotational):
         arm = arm + np.einsum("k,eka->ea", section.offset, frame[:, 1:])[:, None]
         ends = points[nodes] + arm
         length, frame = line_frames(ends, nodes, up)
-        basis = _basis(length, section)
-        T = node_transformation(frame, arm)
-        fields = [_stack(basis, name) @ T[:, None] for name in ("value", "grad", "hess")]
-        at = basis.X[0][None, :, None]
-        centre = (1 - at) * ends[:, None, 0] + at * ends[:, None, 1] - origin
-        return cls(section, nodes, frame, centre, arm, *fields, basis.dx)
+        pins = np.nan_to_num(data["pins"]) > 0 if "pins" in data else None
+        return cls(section, nodes, frame, ends - origin, arm, *along(length, section, pins))
+
+    @property
+    def dx(self) -> np.ndarray:
+        """(ne, nq) lengths of the quadrature points, m."""
+        return self.inside.dx
+
+    @cached_property
+    def at_nodes(self) -> Along:
+        """`inside` per nodal DOF in mesh axes."""
+        return self.inside.transformed(node_transformation(self.frame, self.arm))
+
+    @property
+    def centre(self) -> np.ndarray:
+        """(ne, nq, 3) centroids at the quadrature points in the model's frame, m."""
+        at = self.inside.at[None, :, None]
+        return (1 - at) * self.ends[:, None, 0] + at * self.ends[:, None, 1]
 
     def stiffness(self) -> np.ndarray:
         """``int B^T C B`` with strains (u', v' - tz, w' + ty, tx', ty', tz')."""
-        B, C = self._strain()
-        return _contract(B, B * (self.dx[:, :, None] * C)[..., None])
+        B = self.at_nodes.strain()
+        return contract(B, B * (self.dx[:, :, None] * self.inside.elasticity(self.section))[..., None])
 
-    def _strain(self) -> tuple[np.ndarray, np.ndarray]:
-        s, mat = self.section, self.section.material
-        shear = (s.ky * mat.G * s.A, s.kz * mat.G * s.A) if s.theory == "timoshenko" else (0.0, 0.0)
-        C = np.array([mat.E * s.A, *shear, mat.G * s.J, mat.E * s.Iy, mat.E * s.Iz])
-        B = self.grad.copy()
-        B[:, :, 1] -= self.motion[:, :, 5]
-        B[:, :, 2] += self.motion[:, :, 4]
-        return B, C
+    @property
+    def line_mass(self) -> np.ndarray:
+        """(ne, nq) mass of the quadrature points, kg."""
+        return (self.section.material.rho * self.inside.A + self.inside.nsm) * self.dx
+
+    def nodal_masses(self) -> np.ndarray:
+        """Mass ``(ne, 2)`` of the two ends that keeps the centre of mass, kg."""
+        at = self.inside.at
+        return self.line_mass @ np.stack([1 - at, at], axis=1)
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1; the section adds two samples per point."""
-        s, nq = self.section, self.dx.shape[1]
-        tx, ty, tz = np.moveaxis(self.motion[:, :, 3:], 2, 0)
+        s, own, nq = self.section, self.inside, self.dx.shape[1]
+        motion = self.at_nodes.value
+        tx, ty, tz = np.moveaxis(motion[:, :, 3:], 2, 0)
         zero = np.zeros_like(tx)
-        local = (self.motion[:, :, :3], np.stack([-tz, zero, tx], 2), np.stack([ty, -tx, zero], 2))
+        local = (motion[:, :, :3], np.stack([-tz, zero, tx], 2), np.stack([ty, -tx, zero], 2))
         shapes = np.concatenate([np.einsum("eca,eqcj->eqaj", self.frame, f) for f in local], axis=1)
         e2, e3 = (np.repeat(self.frame[:, None, k], nq, axis=1) for k in (1, 2))
         rho = s.material.rho
         samples = MassSamples(
-            weight=np.concatenate([f * self.dx for f in (rho * s.A + s.nsm, rho * s.Iz, rho * s.Iy)], axis=1),
+            weight=np.concatenate([self.line_mass, rho * own.Iz * self.dx, rho * own.Iy * self.dx], axis=1),
             unit=np.repeat([1.0, 0.0, 0.0], nq),
             position=np.concatenate([self.centre, e2, e3], axis=1),
             shape=shapes,
@@ -174,17 +123,17 @@ class BeamBlock(Corotational):
 
     def rotating_arms(self) -> RotatingArms:
         """Mass off the line of the nodes: of the section, and on the arms of eccentric beams."""
-        s = self.section
-        rotation = np.swapaxes(self.frame, 1, 2)[:, None] @ self.motion[:, :, 3:]
-        inertia = ((s.Iz, self.frame[:, None, 1]), (s.Iy, self.frame[:, None, 2]))
-        parts = [section_arms(s.material.rho * size * self.dx, axis, rotation) for size, axis in inertia]
+        rho, own = self.section.material.rho, self.inside
+        rotation = np.swapaxes(self.frame, 1, 2)[:, None] @ self.at_nodes.value[:, :, 3:]
+        inertia = ((own.Iz, self.frame[:, None, 1]), (own.Iy, self.frame[:, None, 2]))
+        parts = [section_arms(rho * size * self.dx, axis, rotation) for size, axis in inertia]
         if np.any(self.arm):
             parts.append(nodal_arms(self.mass(), self.arm))
         return RotatingArms.joined(parts)
 
     def volume(self) -> np.ndarray:
         """Area times length ``(ne,)``, m^3."""
-        return self.section.A * self.dx.sum(axis=1)
+        return self.dx @ self.inside.A
 
     def nodal_stress(self, d: np.ndarray) -> NodalStress:
         """Stress in each fibre of the section at both ends, for displacements ``d (ne, 12, k)``.
@@ -192,20 +141,21 @@ class BeamBlock(Corotational):
         Along the beam ``E (u' + z ty' - y tz')`` of normal force and bending, and the shear of the torque where the
         section knows it. The shear of transverse forces, none at outer fibres, is left out.
         """
-        s, mat = self.section, self.section.material
-        ends = _basis(self.dx.sum(axis=1), s, (np.array([[0.0, 1.0]]), np.full(2, 0.5)))
-        rates = (_stack(ends, "grad") @ node_transformation(self.frame, self.arm)[:, None]) @ d[:, None]
+        s, mat, ends = self.section, self.section.material, self.outside
+        rates = (ends.grad @ node_transformation(self.frame, self.arm)[:, None]) @ d[:, None]
         stretch, twist, bend_y, bend_z = (rates[:, :, i] for i in (0, 3, 4, 5))
+        twist = ends.J[:, None] * twist
         at = {}
         for number, (y, z, *torsion) in enumerate(s.fibres, start=1):
-            values = [mat.E * (stretch + z * bend_y - y * bend_z), *(w * mat.G * s.J * twist for w in torsion)]
+            values = [mat.E * (stretch + z * bend_y - y * bend_z), *(w * mat.G * twist for w in torsion)]
             label = str(number) if len(s.fibres) > 1 else ""
             at[label] = (("xx", "torsion")[: len(values)], np.stack(values, axis=2))
         return at
 
     def piece(self, some: slice | np.ndarray) -> BeamBlock:
         """Return the block of `some` of the elements."""
-        return replace(self, **{f.name: getattr(self, f.name)[some] for f in fields(self) if f.name != "section"})
+        arrays = {name: getattr(self, name)[some] for name in ("nodes", "frame", "ends", "arm")}
+        return replace(self, inside=self.inside.piece(some), outside=self.outside.piece(some), **arrays)
 
     @property
     def position(self) -> np.ndarray:
@@ -217,15 +167,13 @@ class BeamBlock(Corotational):
     @property
     def axes_rotation(self) -> np.ndarray:
         """(ne, 3, 12) rotation of the element's axes per local DOF."""
-        return line_rotation(self.dx.sum(axis=1))
+        return line_rotation(self.dx.sum(axis=1)) @ self.outside.ends()
 
     def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
         """v', w', tx', tx, ty, tz, ty', tz' at the quadrature points; rotations of both ends."""
-        back = np.linalg.inv(node_transformation(self.frame, self.arm))[:, None]
-        motion, grad = self.motion @ back, self.grad @ back
-        ends = np.eye(12)[[3, 4, 5, 9, 10, 11]]
-        fields = np.concatenate([grad[:, :, 1:4], motion[:, :, 3:], grad[:, :, 4:]], axis=2)
-        return fields, np.tile(ends, (len(self.nodes), 1, 1))
+        own, ends = self.inside, self.outside.ends()
+        fields = np.concatenate([own.grad[:, :, 1:4], own.value[:, :, 3:], own.grad[:, :, 4:]], axis=2)
+        return fields, ends[:, [3, 4, 5, 9, 10, 11]]
 
     def inner_weights(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Work of normal force, shears and moments on the slopes against the element.
@@ -235,23 +183,23 @@ class BeamBlock(Corotational):
         ``T (tz dty' - ty dtz' + ..) / 2``. The nodes rotate by rotation vectors, so that beams may meet at an angle:
         ``v' = tz + tx ty / 2``, ``w' = -ty + tx tz / 2``; on these the end moments do ``tx (my tz - mz ty) / 2``.
         """
-        s, E = self.section, self.section.material.E
-        first, second = ((x @ d[:, None, :, None])[..., 0] for x in (self.grad, self.hess))
-        N, My, Mz = E * s.A * first[..., 0], E * s.Iy * first[..., 4], E * s.Iz * first[..., 5]
-        Vz, Vy = E * s.Iy * second[..., 4], -E * s.Iz * second[..., 5]
-        G = np.zeros((*self.dx.shape, 8, 8))
-        G[..., 0, 0] = G[..., 1, 1] = N
-        G[..., 2, 2] = N * (s.Iy + s.Iz) / s.A
-        half = 0.5 * s.material.G * s.J * first[..., 3]
+        own, E, G = self.inside, self.section.material.E, self.section.material.G
+        first, second = ((x @ d[:, None, :, None])[..., 0] for x in (self.at_nodes.grad, self.at_nodes.rate))
+        N, My, Mz = E * own.A * first[..., 0], E * own.Iy * first[..., 4], E * own.Iz * first[..., 5]
+        Vz, Vy = E * own.Iy * second[..., 0], -E * own.Iz * second[..., 1]
+        weight = np.zeros((*self.dx.shape, 8, 8))
+        weight[..., 0, 0] = weight[..., 1, 1] = N
+        weight[..., 2, 2] = N * (own.Iy + own.Iz) / own.A
+        half = 0.5 * G * own.J * first[..., 3]
         for i, j, value in ((0, 2, -My), (1, 2, -Mz), (0, 3, -Vz), (1, 3, Vy), (4, 7, -half), (5, 6, half)):
-            G[..., i, j] = G[..., j, i] = value
+            weight[..., i, j] = weight[..., j, i] = value
         force, moment = np.split((self.stiffness() @ d[..., None]).reshape(-1, 2, 6), 2, axis=2)
         moment = (moment - np.cross(self.arm, force)) @ self.frame.transpose(0, 2, 1)
         W = np.zeros((len(d), 6, 6))
         for tx in (0, 3):
             for other, value in ((1, -moment[:, tx // 3, 2] / 2), (2, moment[:, tx // 3, 1] / 2)):
                 W[:, tx, tx + other] = W[:, tx + other, tx] = value
-        return G * self.dx[..., None, None], W
+        return weight * self.dx[..., None, None], W
 
 
 def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -279,25 +227,3 @@ def line_frames(ends: np.ndarray, nodes: np.ndarray, up: np.ndarray) -> tuple[np
         )
     e2 = e2 / size
     return length, np.stack([e1, e2, np.cross(e1, e2)], axis=1)
-
-
-def _basis(length: np.ndarray, s: Beam, rule: tuple[np.ndarray, np.ndarray] | None = None) -> Basis:
-    """Disjoint flat line elements, so that scikit-fem sees one-dimensional geometry; at points and weights `rule`."""
-    ne, mat = len(length), s.material
-    ratio = 12 * mat.E / (mat.G * s.A * length**2) if s.theory == "timoshenko" else np.zeros(ne)
-    mesh = MeshLine1(np.stack([0 * length, length], 1).reshape(1, -1), np.arange(2 * ne).reshape(ne, 2).T)
-    element = ElementBeam(ratio * s.Iz / s.ky, ratio * s.Iy / s.kz)
-    return Basis(mesh, element, intorder=QUADRATURE, quadrature=rule, disable_doflocs=True)
-
-
-def _stack(basis: Basis, name: str) -> np.ndarray:
-    """Collect one field of all 12 shapes as (ne, nq, 6, 12)."""
-    fields = [np.asarray(shape[0] if name == "value" else getattr(shape[0], name)) for shape in basis.basis]
-    return np.moveaxis(np.array([f.reshape(6, *basis.dx.shape) for f in fields]), (0, 1), (3, 2))
-
-
-def _contract(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """``sum_q left^T right`` of (ne, nq, k, nl) arrays, as one matrix product per element."""
-    ne, nq, k, nl = left.shape
-    K = left.reshape(ne, nq * k, nl).transpose(0, 2, 1) @ right.reshape(ne, nq * k, nl)
-    return (K + K.transpose(0, 2, 1)) / 2  # symmetric to the last bit

@@ -1,4 +1,4 @@
-"""Solids: tetrahedra, wedges and hexahedra, isoparametric; the 8-node hexahedron with incompatible modes.
+"""Solids: tetrahedra, pyramids, wedges and hexahedra, isoparametric; 8-node bricks with incompatible modes.
 
 Linear hexahedra lock in bending; nine internal DOFs on the shapes ``1 - xi^2`` (Wilson), with their gradients
 taken at the element's centre (Taylor) so that the patch test holds, cure it. They are condensed per element and
@@ -25,7 +25,10 @@ from modalprep.fe.properties.properties import Solid
 DEGREE = {
     "tetra": (1, 1, 2),
     "tetra10": (2, 6, 5),
+    "pyramid": (3, 3, 3),
+    "pyramid13": (5, 5, 5),
     "wedge": (2, 2, 4),
+    "wedge15": (4, 4, 5),
     "hexahedron": (3, 3, 5),
     "hexahedron20": (5, 5, 5),
     "hexahedron27": (5, 5, 7),

@@ -12,7 +12,7 @@ from modalprep.errors import InputError
 from modalprep.fe.external.checks import COMPONENTS
 from modalprep.fe.external.entries import Found, Labelled, mirrored, refuse_hollow
 from modalprep.fe.readers.ansys.read import turned_nodes
-from modalprep.fe.readers.read import ANSYS
+from modalprep.fe.readers.digest import ANSYS
 
 FULL_FILE = -4  # word 1 of the header of matrices that are sorted by equations
 INTEGER, SHORT, PACKED = 1 << 31, 1 << 30, 0b111 << 27  # flags of a record

@@ -166,7 +166,7 @@ def _eliminated(equations: Iterable[PlacedEquation], C: csr_array, free: np.ndar
             raise InputError(f"{equation.name} would hold an interface, which must stay free; leave one of the two out")
         others = {dof: -value / left[choice] for dof, value in left.items() if dof != choice and value}
         found[choice] = len(found), others
-    notes = (f"{len(empty)} equations say what others say already, the first is {empty[0]}",) if empty else ()
+    notes = (f"equations that others contain are left out ({len(empty)}, the first is {empty[0]})",) if empty else ()
     return [(dof, np.array(list(of), dtype=int), np.array(list(of.values()))) for dof, (_, of) in found.items()], notes
 
 

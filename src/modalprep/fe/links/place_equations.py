@@ -53,6 +53,6 @@ def _note(grounded: list[tuple[str, str, float]]) -> tuple[str, ...]:
         return ()
     name, motion, value = grounded[0]
     return (
-        f"{len(grounded)} equations do not respect rigid motions and hold the model at the frame of its root: in the "
-        f"first, {name}, a {motion} leaves {value:.2g} of its terms; correct its coefficients, unless it is a support",
+        f"equations that rigid motions break hold the model at the frame of its root ({len(grounded)}): in the first, "
+        f"{name}, a {motion} leaves {value:.2g} of its terms; correct its coefficients, unless it is a support",
     )

@@ -35,15 +35,13 @@ class Cell:
     regular : float
         Factor that makes the smallest scaled Jacobian of the best shape one.
     reference : str or None
-        The element of scikit-fem that has the shape functions; None where no element family uses the cell.
+        The element of scikit-fem that has the shape functions; None where they follow from `powers`, if at all.
     powers : tuple of tuples of int
-        Exponents of the monomials that span the shape functions of faces and of curved volumes.
+        Exponents of the monomials that span the shape functions of faces and of volumes; pyramids have further terms.
     vtk : int or None
         Cell type of VTK; None for cells that VTK does not draw.
     uff : (int, tuple of int) or None
         FE descriptor of the linear element in dataset 2412 of universal files, and its nodes among the corners.
-    abaqus : str or None
-        Regular expression of the element types in Abaqus input files.
     nastran : tuple of str
         Names of the element cards in Nastran decks.
     nastran_order : tuple of int
@@ -61,7 +59,6 @@ class Cell:
     powers: Powers = ()
     vtk: int | None = None
     uff: tuple[int, tuple[int, ...]] | None = None
-    abaqus: str | None = None
     nastran: tuple[str, ...] = ()
     nastran_order: tuple[int, ...] = ()
 
@@ -132,42 +129,42 @@ def _second(shape: str, count: int, **given) -> None:
     CELLS[f"{shape}{count}"] = Cell(name=f"{shape}{count}", count=count, **common, **given)
 
 
-_first("vertex", np.zeros((1, 0)), (), vtk=1, abaqus="MASS|ROTARYI|SPRING1")
+_first("vertex", np.zeros((1, 0)), (), vtk=1)
 _first(
     "line", [(0,), (1,)], [(0, 1)], vtk=3, uff=(21, (0, 1)),
-    abaqus="B3[13]H?|B31OSH?|B3[13]OS|T3D2H?|CONN3D2|SPRINGA|SPRING2",
 )  # fmt: skip
 _second("line", 3, vtk=21)
 _first(
     "triangle", _TRIANGLE, [(0, 1), (1, 2), (2, 0)], ((0, 1, 2),), regular=2 / 3**0.5, reference="ElementTriP1",
-    powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)), abaqus="S3R?S?|STRI3|M3D3|S3RT|DS3",
+    powers=((0, 0), (1, 0), (0, 1)), vtk=5, uff=(91, (0, 1, 2)),
     nastran=("CTRIA3", "CTRIAR"),
 )  # fmt: skip
 _second(
     "triangle", 6, reference="ElementTriP2", powers=((0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (0, 2)), vtk=22,
-    abaqus="STRI65|S6R?|DS6", nastran=("CTRIA6",),
+    nastran=("CTRIA6",),
 )  # fmt: skip
 _second("triangle", 7)
 _first(
     "quad", _SQUARE, [(0, 1), (1, 2), (2, 3), (3, 0)], ((0, 1, 2, 3),), reference="ElementQuad1", powers=_PLANE[:4],
-    vtk=9, uff=(94, (0, 1, 2, 3)), abaqus="S4R?5?S?W?|M3D4R?|S4RT|DS4", nastran=("CQUAD4", "CQUADR"),
+    vtk=9, uff=(94, (0, 1, 2, 3)), nastran=("CQUAD4", "CQUADR"),
 )  # fmt: skip
-_second("quad", 8, powers=_PLANE[:8], vtk=23, nastran=("CQUAD8",))
-_second("quad", 9, powers=_PLANE, vtk=28)
+_second("quad", 8, reference="ElementQuadS2", powers=_PLANE[:8], vtk=23, nastran=("CQUAD8",))
+_second("quad", 9, reference="ElementQuad2", powers=_PLANE, vtk=28)
 _first(
     "tetra", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)],
     ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2)), regular=2**0.5, reference="ElementTetP1",
-    vtk=10, uff=(111, (0, 1, 2, 3)), abaqus="C3D4H?", nastran=("CTETRA",),
+    vtk=10, uff=(111, (0, 1, 2, 3)), nastran=("CTETRA",),
 )  # fmt: skip
 _second(
     "tetra", 10, reference="ElementTetP2", powers=tuple(e for e in _ALL if sum(e) <= 2),
-    vtk=24, abaqus="C3D10M?I?H?S?", nastran=("CTETRA",),
+    vtk=24, nastran=("CTETRA",),
 )  # fmt: skip
 _first(
     "pyramid", [(x, y, 0) for x, y in _SQUARE] + [(0.5, 0.5, 1)],
     [(0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)],
     ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)), regular=2**0.5,
-    vtk=14, uff=(115, (0, 1, 2, 3, 4, 4, 4, 4)), nastran=("CPYRAM",),  # a brick whose upper corners are one point
+    powers=((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)), vtk=14, nastran=("CPYRAM",),
+    uff=(115, (0, 1, 2, 3, 4, 4, 4, 4)),  # a brick whose upper corners are one point
 )  # fmt: skip
 _second("pyramid", 13, powers=tuple(e for e in _ALL if sum(e) <= 2), vtk=27, nastran=("CPYRAM",))
 _second("pyramid", 14, powers=tuple(e for e in _ALL if sum(e) <= 2))
@@ -175,10 +172,11 @@ _first(
     "wedge", [(*c, z) for z in (0, 1) for c in _TRIANGLE],
     [(0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)],
     ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)), regular=2 / 3**0.5,
-    reference="ElementWedge1", vtk=13, uff=(112, (0, 1, 2, 3, 4, 5)), abaqus="C3D6H?", nastran=("CPENTA",),
+    reference="ElementWedge1", vtk=13, uff=(112, (0, 1, 2, 3, 4, 5)), nastran=("CPENTA",),
 )  # fmt: skip
 _second(
-    "wedge", 15, powers=tuple(e for e in _ALL if e[0] + e[1] <= (2 if e[2] < 2 else 1)), vtk=26, nastran=("CPENTA",),
+    "wedge", 15, powers=tuple(e for e in _ALL if e[0] + e[1] <= (2 if e[2] < 2 else 1)), vtk=26,
+    nastran=("CPENTA",),
     nastran_order=(*range(9), 12, 13, 14, 9, 10, 11),  # Nastran lists the upright edges before those of the top
 )  # fmt: skip
 _second("wedge", 18, powers=tuple(e for e in _ALL if e[0] + e[1] <= 2))
@@ -186,11 +184,11 @@ _first(
     "hexahedron", [(*c, z) for z in (0, 1) for c in _SQUARE],
     [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)],
     ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 3, 2, 1), (4, 5, 6, 7)),
-    reference="ElementHex1", vtk=12, uff=(115, (0, 1, 2, 3, 4, 5, 6, 7)), abaqus="C3D8R?I?H?S?", nastran=("CHEXA",),
+    reference="ElementHex1", vtk=12, uff=(115, (0, 1, 2, 3, 4, 5, 6, 7)), nastran=("CHEXA",),
 )  # fmt: skip
 _second(
     "hexahedron", 20, reference="ElementHexS2",
-    powers=tuple(e for e in _ALL if sum(p for p in e if p > 1) <= 2 and sum(e) <= 4), vtk=25, abaqus="C3D20R?H?",
+    powers=tuple(e for e in _ALL if sum(p for p in e if p > 1) <= 2 and sum(e) <= 4), vtk=25,
     nastran=("CHEXA",), nastran_order=(*range(12), 16, 17, 18, 19, 12, 13, 14, 15),
 )  # fmt: skip
 _second("hexahedron", 27, reference="ElementHex2", powers=_ALL, vtk=29)

@@ -134,8 +134,11 @@ class Mesh(Record):
         What the file holds, by the names of its sets.
     data : {name: {cell type: (n_cells, ...) float}}
         Per element, NaN where the section's own value holds: ``up (3)`` of a beam, ``ends (2, 3)`` offsets of a
-        beam's ends (mesh axes, m), ``axis (3)``, ``angle`` (rad) and ``offset`` (m) of a shell, ``frame (3, 3)``
-        rows e1, e2, e3 of a spring or of a solid's material.
+        beam's ends (mesh axes, m), ``pins (12)``, 1 where a DOF of a beam's ends in its axes is released, ``axis (3)``,
+        ``angle`` (rad), ``offset`` (m) and ``thickness`` (m, one value or one for each corner or node) of a shell,
+        ``frame (3, 3)`` rows e1, e2, e3 of a spring or of a solid's material.
+    coupled_mass : bool
+        Whether a Nastran deck asks for coupled masses (``PARAM,COUPMASS``), which ``mass = "nastran"`` follows.
     notes : tuple of str
         Messages for the user about content that the reader left out.
 
@@ -159,6 +162,7 @@ class Mesh(Record):
     equations: tuple[Equation, ...] = ()
     supports: dict[str, SupportSet] = field(default_factory=dict)
     data: dict[str, dict[str, np.ndarray]] = field(default_factory=dict)
+    coupled_mass: bool = False
     notes: tuple[str, ...] = ()
 
     def group(self, name: str) -> dict[str, np.ndarray]:

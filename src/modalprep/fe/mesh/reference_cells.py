@@ -1,15 +1,17 @@
-"""Reference cells: shape functions of scikit-fem at its quadrature points, in the node order of meshio."""
+"""Reference cells: shape functions at quadrature points, mostly those of scikit-fem, in the node order of meshio."""
 
 from __future__ import annotations
 
 from functools import cache
 
 import numpy as np
+from scipy.special import roots_jacobi
 from skfem import element as skfem_element
 from skfem.quadrature import get_quadrature
 from skfem.refdom import RefLine, RefTri
 
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.fe.mesh.polynomial_shapes import polynomial_shapes
 
 NODES = 0  # in place of a degree: the nodes of the cell with equal weights, for what is evaluated there
 
@@ -30,6 +32,8 @@ def shapes(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 def shapes_at(kind: str, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return shape functions ``(nq, nn)`` and gradients ``(nq, nn, dim)`` at points ``X (dim, nq)``."""
+    if CELLS[kind].reference is None:
+        return polynomial_shapes(CELLS[kind], X)
     element = _element(kind)()
     own = np.array([element.lbasis(X, i)[0] + 0 * X[0] for i in range(len(element.doflocs))])
     slope = np.array([np.broadcast_to(element.lbasis(X, i)[1], X.shape) for i in range(len(element.doflocs))])
@@ -38,15 +42,29 @@ def shapes_at(kind: str, X: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def quadrature(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return points ``(dim, nq)`` and weights of a rule of the cell, or its `NODES`; a wedge is triangle times line."""
+    """Return points ``(dim, nq)`` and weights of a rule of the cell, or its `NODES`.
+
+    The rule of a wedge is that of a triangle times that of a line; that of a pyramid has equal points in all sections.
+    """
     if degree == NODES:
         X = CELLS[kind].node_coordinates().T
         return X, np.full(X.shape[1], quadrature(kind, 1)[1].sum() / X.shape[1])
-    if kind != "wedge":
+    if CELLS[kind].shape == "pyramid":
+        return _pyramid(degree // 2 + 1)
+    if CELLS[kind].shape != "wedge":
         return get_quadrature(_element(kind).refdom, degree)
     (XY, plane), (Z, line) = get_quadrature(RefTri, degree), get_quadrature(RefLine, degree)
     X = np.concatenate([np.repeat(XY, Z.shape[1], axis=1), np.tile(Z, XY.shape[1])])
     return X, np.repeat(plane, len(line)) * np.tile(line, len(plane))
+
+
+def _pyramid(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points of squares on those of Jacobi along the height, whose weight ``(1 - z)^2`` is their area."""
+    line, share = np.polynomial.legendre.leggauss(n)
+    height, weight = roots_jacobi(n, 2, 0)
+    x, y, z = np.meshgrid(line / 2, line / 2, (1 + height) / 2, indexing="ij")
+    weights = np.einsum("i,j,k->ijk", share / 2, share / 2, weight / 8)
+    return np.stack([0.5 + x * (1 - z), 0.5 + y * (1 - z), z]).reshape(3, -1), weights.ravel()
 
 
 def _element(kind: str) -> type:

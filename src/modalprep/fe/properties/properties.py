@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal, get_args
 
 from modalprep.errors import InputError
@@ -49,6 +50,13 @@ class Beam(Property):
     fibres : tuple of tuples of 2 or 3 floats
         Points of the section where stress is recovered: y, z from the centroid along e2 and e3 (m) and, where it is
         known, the shear stress of a unit torque there (1/m^3).
+    shear_centre : tuple of 2 floats
+        From the centroid to the shear centre along e2 and e3, m.
+    taper : tuple of tuples of 6 floats
+        Sections of a tapered beam: position between 0 and 1, A, Iy, Iz, J and nsm, from the first node to the second;
+        linear in between. Empty for a beam of one section.
+    bar : bool
+        Whether it is a CBAR, which has no inertia about its own axis where the mass is distributed as in Nastran.
 
     Raises
     ------
@@ -78,9 +86,36 @@ class Beam(Property):
     nsm: float = 0.0
     theory: BeamTheory = "timoshenko"
     fibres: tuple[tuple[float, ...], ...] = ()
+    shear_centre: tuple[float, float] = (0.0, 0.0)
+    taper: tuple[tuple[float, ...], ...] = ()
+    bar: bool = False
+
+    def at(self, x: float) -> tuple[float, ...]:
+        """Return A, Iy, Iz, J and nsm at the fraction x of the length.
+
+        Examples
+        --------
+        >>> steel = Material(E=210e9, nu=0.3, rho=7800.0)
+        >>> ends = (0.0, 1e-4, 4e-9, 2e-9, 5e-9, 0.0), (1.0, 3e-4, 8e-9, 2e-9, 9e-9, 0.0)
+        >>> Beam(material=steel, A=2e-4, Iy=6e-9, Iz=2e-9, J=7e-9, taper=ends).at(0.5)[1]
+        6e-09
+        """
+        if not self.taper:
+            return self.A, self.Iy, self.Iz, self.J, self.nsm
+        for (a, *first), (b, *second) in pairwise(self.taper):
+            if x <= b:
+                w = (x - a) / (b - a)
+                return tuple((1 - w) * u + w * v for u, v in zip(first, second, strict=True))
+        return tuple(self.taper[-1][1:])
 
     def __post_init__(self) -> None:
         """Refuse sections without area or stiffness."""
+        places = [place[0] for place in self.taper]
+        if (places and (places[0], places[-1]) != (0.0, 1.0)) or any(a >= b for a, b in pairwise(places)):
+            raise InputError(f"taper of a beam: the positions {places} do not increase from 0 to 1")
+        for place in self.taper:
+            names = ("position", "A", "Iy", "Iz", "J", "nsm")
+            refuse_not_positive("taper of a beam", **dict(zip(names, place, strict=True)) | {"position": 1, "nsm": 1})
         values = {name: getattr(self, name) for name in ("A", "Iy", "Iz", "J", "ky", "kz")}
         refuse_not_positive("beam section", **values)
         refuse_unknown(self.theory, get_args(BeamTheory), "theory of a beam:")
@@ -164,10 +199,10 @@ class Ply:
 class Shell(Property):
     """Section of shells with membrane, bending, transverse shear and drilling stiffness.
 
-    Cells are flat three-node and warped four-node ones, and curved six-node triangles. A homogeneous sheet has
+    Cells are flat three-node and warped four-node ones, and curved ones of six to nine nodes. A homogeneous sheet has
     `material` and `thickness`; a laminate has `plies`, listed from the bottom (-e3) to the top. Axis 1 of the material
     is the projection of `axis` on the element, rotated by `angle` about its normal. The mesh may override `axis`,
-    `angle` and `offset` for single elements (``Mesh.data``).
+    `angle`, `offset` and, at the corners of a homogeneous sheet, `thickness` for single elements (``Mesh.data``).
 
     Attributes
     ----------
@@ -235,7 +270,7 @@ class Shell(Property):
 
 @dataclass(frozen=True, kw_only=True)
 class Solid(Property):
-    """Three-dimensional continuum of tetrahedra, wedges and hexahedra of first or second order.
+    """Three-dimensional continuum of tetrahedra, pyramids, wedges and hexahedra of first or second order.
 
     The mesh may override the axes of the material for single elements (``Mesh.data``, "frame").
 

@@ -10,6 +10,7 @@ from modalprep.fe.readers.abaqus.lexer import read_blocks
 from modalprep.fe.readers.nastran.cards import read_cards
 
 NASTRAN = {".bdf", ".dat", ".nas", ".blk"}
+ANSYS = {".cdb", ".ans"}
 
 
 def mesh_digest(path: Path) -> str:

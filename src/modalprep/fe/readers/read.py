@@ -1,4 +1,4 @@
-"""Readers of mesh files: Nastran and Abaqus by own parsers, other formats through meshio; all are validated."""
+"""Readers of mesh files: decks by own parsers, other formats through meshio; all are validated."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.reader import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
-from modalprep.fe.readers.digest import NASTRAN
+from modalprep.fe.readers.digest import ANSYS, NASTRAN
 from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
 from modalprep.fe.readers.nastran.deck import read_nastran
 from modalprep.fe.readers.universal import read_universal
@@ -36,8 +36,7 @@ MASS_UNITS = {
     "slinch": POUND * 9.80665 / 0.0254,  # lbf s^2 / in
 }
 VTK = (".vtu", ".vtk")
-ABAQUS = ".inp"
-ANSYS = {".cdb", ".ans"}
+DECKS = {".inp": read_abaqus, **dict.fromkeys(ANSYS, read_ansys), **dict.fromkeys(NASTRAN, read_nastran)}
 UNIVERSAL, MED = {".unv", ".uff"}, ".med"
 
 
@@ -62,7 +61,7 @@ def read_mesh(
         Unit of mass that makes a deck's units consistent with seconds (mm and t, in and slinch, m and kg).
         A deck in metres is taken to be in kg; with any other unit of length it must be given.
     ignore : collection of str
-        Keywords of an Abaqus or CalculiX deck that are left out, such as ``"*TIE"`` or ``"*ELEMENT, TYPE=CONN3D2"``; a
+        Keywords or cards of a deck that are left out, such as ``"*TIE"``, ``"*ELEMENT, TYPE=CONN3D2"`` or ``"CGAP"``; a
         note counts them.
 
     Returns
@@ -86,15 +85,11 @@ def read_mesh(
     refuse_units(length_unit, mass_unit)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
-    reader = {ABAQUS: read_abaqus, **dict.fromkeys(ANSYS, read_ansys)}.get(path.suffix.lower())
+    reader = DECKS.get(path.suffix.lower())
     if reader is not None:
         return _deck(_checked(reader(path, *units, ignore), path), path, length_unit, mass_unit)
     if ignore:
-        raise InputError(
-            f"mesh file {path}: 'ignore' names keywords of {ABAQUS} and .cdb decks; leave it out for other files"
-        )
-    if path.suffix.lower() in NASTRAN:
-        return _deck(read_nastran(path, *units), path, length_unit, mass_unit)
+        raise InputError(f"mesh file {path}: 'ignore' names keywords of decks; leave it out for other files")
     if path.suffix.lower() in UNIVERSAL:
         return _checked(read_universal(path, LENGTH_UNITS[length_unit]), path)
     content = path.read_bytes()
@@ -153,7 +148,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
     from meshio._helpers import extension_to_filetypes
 
     if path.suffix.lower() not in extension_to_filetypes:
-        known = ", ".join(sorted({*extension_to_filetypes, *NASTRAN, *ANSYS, *UNIVERSAL, ABAQUS}))
+        known = ", ".join(sorted({*extension_to_filetypes, *DECKS, *UNIVERSAL}))
         raise InputError(f"mesh file {path}: the format {path.suffix!r} is not known; known are {known}")
     content = content.removeprefix(codecs.BOM_UTF8)
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"

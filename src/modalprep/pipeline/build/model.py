@@ -49,7 +49,7 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
     if not {**mesh.properties, **sections}:
         raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
     supports = pipeline_supports(pipeline, mesh)
-    model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections, supports)
+    model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections, supports, pipeline.mesh.mass)
     return model.with_(notes=(*model.notes, *_defects(mesh_quality(mesh, sections, interfaces, connections, supports))))
 
 

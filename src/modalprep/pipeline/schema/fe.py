@@ -18,8 +18,11 @@ class MeshTable(Table):
         None, description="of a deck's own materials: kg, g, t, lbm, slug, slinch (lbf s^2/in)"
     )
     ignore: list[str] = Field(
-        default_factory=list,
-        description='keywords of .inp and .cdb decks to leave out, such as "*TIE"; a note counts them',
+        default_factory=list, description='keywords or cards of a deck to leave out, such as "*TIE"; a note counts them'
+    )
+    mass: Literal["coupled", "lumped", "nastran"] = Field(
+        "coupled",
+        description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",
     )
 
 

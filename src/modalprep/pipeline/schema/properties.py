@@ -115,12 +115,18 @@ AnyMaterial = Annotated[
 ]
 
 
+ONLY = {
+    Orthotropic: "orthotropic: only shells and plies",
+    Orthotropic3D: "orthotropic in three directions: only solids",
+    Anisotropic: "anisotropic: only solids",
+}
+
+
 def find_material(name: str, materials: Materials, kinds: tuple[type, ...]) -> Any:
     """Return the material of that name; refuse one that is not there or not of the `kinds`."""
     refuse_unknown(name, materials, "material")
     if not isinstance(materials[name], kinds):
-        made = "shells and plies" if isinstance(materials[name], Orthotropic) else "solids"
-        raise InputError(f"material {name!r} is not isotropic: only {made} can be made of it")
+        raise InputError(f"material {name!r} is {ONLY[type(materials[name])]} can be made of it")
     return materials[name]
 
 

@@ -34,6 +34,7 @@ from modalprep.fe.elements.shells.laminate import (
     total_thickness,
 )
 from modalprep.fe.elements.shells.second_order import STIFFNESS_DEGREE, ShellInside
+from modalprep.fe.elements.shells.thickness import thickness_ratio
 from modalprep.fe.mesh.reference_cells import NODES
 from modalprep.fe.properties.properties import Shell
 
@@ -62,6 +63,8 @@ class ShellBlock(ShellInside):
         From the mean plane of the nodes to the mid-surface, m.
     angle : (ne,)
         From e1 to axis 1 of the material, rad.
+    ratio : (ne, n) or None
+        Thickness at the nodes over that of the section, where the mesh prescribes it.
     """
 
     alike = (2,)
@@ -76,12 +79,13 @@ class ShellBlock(ShellInside):
     height: np.ndarray
     offset: np.ndarray
     angle: np.ndarray
+    ratio: np.ndarray | None = None
 
     @classmethod
     def build(cls, kind, points, nodes, section, data, origin) -> ShellBlock:
         """Take the elements ``nodes (ne, n)`` at ``points (k, 3)`` (mesh axes); `origin` is the model's origin.
 
-        `data` may override ``axis (ne, 3)``, ``angle (ne,)`` and ``offset (ne,)``.
+        `data` may override ``axis (ne, 3)``, ``angle (ne,)``, ``offset (ne,)`` and the thickness.
 
         Raises
         ------
@@ -96,7 +100,8 @@ class ShellBlock(ShellInside):
         offset = given(data, "offset", section.offset, len(nodes))
         height = offset[:, None] - local[..., 2]
         angle = material_angle(corners, frame, section, data)
-        return cls(kind, section, nodes, frame, centre - origin, local[..., :2].copy(), height, offset, angle)
+        ratio = thickness_ratio(kind, section, data, len(nodes))
+        return cls(kind, section, nodes, frame, centre - origin, local[..., :2].copy(), height, offset, angle, ratio)
 
     @cached_property
     def arm(self) -> np.ndarray:
@@ -113,8 +118,27 @@ class ShellBlock(ShellInside):
 
     @cached_property
     def moduli(self) -> tuple[np.ndarray, np.ndarray]:
-        """``[[A, B], [B, D]] (ne or 1, 6, 6)`` and ``S (ne or 1, 2, 2)`` in the element's axes."""
-        return section_moduli(self._section, self.angle)
+        """``[[A, B], [B, D]] (ne or 1, 6, 6)`` and ``S (ne or 1, 2, 2)`` in the element's axes.
+
+        Where the thickness varies, means over the element: of it, and of its cube for D.
+        """
+        C, S = section_moduli(self._section, self.angle)
+        if self.ratio is None:
+            return C, S
+        first, third = self._mean_ratio
+        grown = np.repeat([first, third], 3, axis=0).T
+        return C * np.sqrt(grown[:, :, None] * grown[:, None, :]), S * first[:, None, None]
+
+    @cached_property
+    def _mean_ratio(self) -> tuple[np.ndarray, np.ndarray]:
+        """Means (ne,) over the element of the thickness over that of the section, and of its cube."""
+        cells = FlatCells(self.kind, self.xy, MASS_DEGREE[self.kind][0])
+        ratio, share = self._ratio_at(cells.N), cells.mapped[1]
+        return tuple(np.sum(share * ratio**k, axis=1) / np.sum(share, axis=1) for k in (1, 3))
+
+    def _ratio_at(self, N: np.ndarray) -> np.ndarray:
+        """Thickness over that of the section, ``(ne, nq)`` or ``(1, 1)``, where the shapes are ``N (nq, n)``."""
+        return np.ones((1, 1)) if self.ratio is None else self.ratio @ N.T
 
     @cached_property
     def strain(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -174,6 +198,7 @@ class ShellBlock(ShellInside):
         Of the membrane strains and curvatures that make `forces`; the top is towards +e3.
         """
         strain = self._strain_rows(NODES)[0][:, :, :6] @ d[:, None]
+        strain[:, :, 3:] *= self._ratio_at(np.eye(self.nodes.shape[1]))[..., None, None]
         at = {}
         for face, (stretched, bent) in faces(self.section).items():
             Q = np.concatenate([rotated_moduli(Q, self.angle) for Q in (stretched, bent)], axis=2)
@@ -183,7 +208,8 @@ class ShellBlock(ShellInside):
     def piece(self, some: slice | np.ndarray) -> ShellBlock:
         """Return the block of `some` of the elements."""
         names = ("nodes", "frame", "centre", "xy", "height", "offset", "angle")
-        return replace(self, **{name: getattr(self, name)[some] for name in names})
+        ratio = None if self.ratio is None else self.ratio[some]
+        return replace(self, ratio=ratio, **{name: getattr(self, name)[some] for name in names})
 
     def mass(self) -> MassObjects:
         """Every mass object of theory 1: samples of the mid-surface, and of the thickness."""
@@ -217,8 +243,14 @@ class ShellBlock(ShellInside):
         dx, position, values = np.empty((ne, ns)), np.empty((ne, ns, 3)), np.empty((ne, ns, n, 10))
         middle = self.centre + self.offset[:, None] * self.frame[:, 2]
         in_threads(mass_samples, ne, self._geometry, middle, self._lift, *rules, dx, position, values)
-        s = self._section
-        weight = dx * np.repeat([s.mass, s.second - s.mass * self._lift**2], self._counts)
+        s, nsm = self._section, self.section.nsm
+        surface, sheet = np.split(dx, self._counts[:1], axis=1)
+        ratio = [self._ratio_at(at.N) for at in rules]
+        surface, sheet = (
+            (nsm + (s.mass - nsm) * ratio[0]) * surface,
+            (s.second - s.mass * self._lift**2) * ratio[1] ** 3 * sheet,
+        )
+        weight = np.concatenate([surface, sheet], axis=1)
         return NodalFunctions(weight, np.repeat([1.0, 0.0], self._counts), position, values)
 
     def _rotations(self, degree: int) -> np.ndarray:
@@ -232,4 +264,4 @@ class ShellBlock(ShellInside):
     def volume(self) -> np.ndarray:
         """Area times thickness ``(ne,)``, m^3."""
         area = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]).mapped[1].sum(axis=1)
-        return total_thickness(self.section) * area
+        return total_thickness(self.section) * area * (1.0 if self.ratio is None else self._mean_ratio[0])

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.mesh.mesh import Link
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.lexer import Block, Row
@@ -113,6 +114,17 @@ def distributing(deck: Deck, block: Block) -> None:
     if block.choice("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
         block.refuse(f"has WEIGHTING METHOD={block.options['WEIGHTING METHOD']}; only UNIFORM is read")
     deck.links.append(Link(kind="rbe3", node=node, nodes=np.array(tied), components=mask, weights=np.ones(len(tied))))
+
+
+def mean_terms(deck: Deck, link: Link) -> Iterator[list[tuple[int, int, float]]]:
+    """Yield the terms of the equations of an averaging link whose node something else holds."""
+    points = np.array([deck.points[i] for i in link.nodes]) - deck.points[link.node]
+    every, dofs = np.ones(6, dtype=bool), np.full((len(points), 6), -1)
+    mean = PlacedLink("rbe3", "*DISTRIBUTING", np.arange(6), dofs, points, every, link.weights, False).average()[0]
+    for c in np.flatnonzero(link.components):
+        rows = mean[c].reshape(-1, 3)
+        terms = [(int(n), k, -float(x)) for n, row in zip(link.nodes, rows, strict=True) for k, x in enumerate(row)]
+        yield [(link.node, int(c), 1.0), *terms]
 
 
 def _coupled(deck: Deck, block: Block) -> tuple[int, list[int]]:

@@ -50,6 +50,7 @@ class Deck:
     parts: Parts
     points: list[np.ndarray] = field(default_factory=list)
     nodes: dict[Key, int] = field(default_factory=dict)
+    keys: list[Key] = field(default_factory=list)  # of the nodes, in the order of the points
     elements: dict[Key, Element] = field(default_factory=dict)
     cells: dict[str, list[list[int]]] = field(default_factory=dict)
     sets: dict[str, dict[Name, list]] = field(default_factory=lambda: {"NSET": {}, "ELSET": {}})
@@ -99,6 +100,7 @@ class Deck:
         known = self.nodes.setdefault((scope, label), len(self.points))
         if known == len(self.points):
             self.points.append(point)
+            self.keys.append((scope, label))
         elif not np.allclose(self.points[known], point, rtol=1e-9, atol=1e-300):
             raise row.error(f"node {label} is there twice and differs; give every node its own number")
 
@@ -111,7 +113,7 @@ class Deck:
 
     def label(self, index: int) -> str:
         """Return the name of a node in the deck."""
-        scope, label = list(self.nodes)[index]
+        scope, label = self.keys[index]
         return f"{self.parts.spelled[scope]}.{label}" if scope else str(label)
 
     def add_element(self, row: Row, scope: str, label: int, element: Element) -> bool:

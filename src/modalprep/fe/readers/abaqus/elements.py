@@ -11,7 +11,8 @@ from modalprep.fe.readers.abaqus.geometry import label_of
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.coverage import Entry
 
-MOST = 10_000_000  # elements that one line may make
+MOST = 1_000_000  # elements that one line may make
+SHELL = "The shell is that of theory 7; CalculiX makes solids of shells."
 FULL = "The element is integrated fully here."
 
 
@@ -30,20 +31,25 @@ def _type(family: str, cell: str, names: str, remark: str = "", treatment: str =
 
 TYPES: dict[str, Type] = {
     "C3D4": _type("solid", "tetra", "C3D4H?T?"),
+    "C3D5": _type("solid", "pyramid", "C3D5H?"),
     "C3D6": _type("solid", "wedge", "C3D6H?T?"),
-    "C3D8": _type("solid", "hexahedron", "C3D8(H|T|S|HS)?", "It has nine incompatible modes here, as C3D8I."),
+    "C3D8": _type(
+        "solid", "hexahedron", "C3D8(H|T|S|HS)?",
+        "It has nine incompatible modes here, and a consistent mass, which Abaqus lumps.",
+    ),
     "C3D8I": _type("solid", "hexahedron", "C3D8IH?", "Its incompatible modes are those of our hexahedron."),
     "C3D8R": _type("solid", "hexahedron", "C3D8R[HT]?", f"{FULL} It has nine incompatible modes, and no hourglasses."),
     "C3D10": _type("solid", "tetra10", "C3D10(H|T|M|MH|I|HS|R|MT)?"),
     "C3D15": _type("solid", "wedge15", "C3D15H?"),
     "C3D20": _type("solid", "hexahedron20", "C3D20[HT]?"),
     "C3D20R": _type("solid", "hexahedron20", "C3D20R[HT]?", FULL),
-    "S3, S3R": _type("shell", "triangle", "S3R?S?T?|STRI3|DS3", "The shell is ours; CalculiX makes solids of shells."),
+    "S3, S3R": _type("shell", "triangle", "S3R?S?T?|STRI3|DS3", SHELL),
     "S4, S4R, S4R5": _type(
-        "shell", "quad", "S4R?5?S?W?T?|DS4", "The shell is ours; CalculiX makes solids of shells."
+        "shell", "quad", "S4R?5?S?W?T?|DS4", SHELL
     ),
-    "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", "The shell is ours; CalculiX makes solids of shells."),
-    "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", "The shell is ours; CalculiX makes solids of shells."),
+    "S6, STRI65": _type("shell", "triangle6", "S6R?|STRI65|DS6", SHELL),
+    "S8, S8R, S8R5": _type("shell", "quad8", "S8R?5?T?|DS8", SHELL),
+    "S9R5": _type("shell", "quad9", "S9R5"),
     "B31": _type(
         "beam", "line", "B31R?H?|PIPE31H?",
         "The beam is exact in statics and its mass consistent, where Abaqus lumps it and CalculiX makes solids of it.",
@@ -85,6 +91,7 @@ COLLAPSED = {  # cells whose corners fall together: which are left, of which cel
     ("hexahedron", (0, 1, 2, 2, 4, 5, 6, 6)): ("wedge", (0, 1, 2, 4, 5, 6)),
     ("hexahedron", (0, 0, 2, 3, 4, 4, 6, 7)): ("wedge", (0, 2, 3, 4, 6, 7)),
     ("hexahedron", (0, 1, 2, 2, 4, 4, 4, 4)): ("tetra", (0, 1, 2, 4)),
+    ("hexahedron", (0, 1, 2, 3, 4, 4, 4, 4)): ("pyramid", (0, 1, 2, 3, 4)),
     ("quad", (0, 1, 2, 2)): ("triangle", (0, 1, 2)),
     ("quad", (0, 1, 2, 0)): ("triangle", (0, 1, 2)),
     ("quad", (0, 0, 2, 3)): ("triangle", (0, 2, 3)),
@@ -150,7 +157,8 @@ def _add(deck: Deck, row: Row, scope: str, given: str, known: Type, count: int) 
             f"element {', '.join(row.fields)} of type {given} needs a number and {count} nodes; export again"
         )
     own, more = row.fields[1 : count + 1], row.fields[count + 1 :]
-    nodes = [_node(deck, row, scope, label, text) for text in own]
+    found = [deck.nodes.get((scope, int(text))) if text.isdecimal() else None for text in own]
+    nodes = [_node(deck, row, scope, label, own[k]) if node is None else node for k, node in enumerate(found)]
     extra = [_node(deck, row, scope, label, text) for text in more[:1]] if known.family == "beam" else []
     if more[len(extra) :]:
         deck.skipped.append((f"extra nodes in *ELEMENT, TYPE={given}", f"line {row.line}"))
@@ -227,12 +235,9 @@ def _repeat(deck: Deck, row: Row, scope: str, source: tuple[int, Element], nodes
     label, master = source
     if not own:
         return
-    if "labels" not in deck.current:
-        deck.current["labels"] = list(deck.nodes)
-    labels = deck.current["labels"]
     moved = []
     for node in (*master.nodes, *master.extra):
-        of, number = labels[node]
+        of, number = deck.keys[node]
         if (of, number + nodes) not in deck.nodes:
             raise row.error(f"element {label + own} needs node {number + nodes}, which is not there; add the node")
         moved.append(deck.nodes[of, number + nodes])

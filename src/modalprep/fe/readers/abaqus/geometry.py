@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from modalprep.fe.readers.abaqus.deck import LABEL, Deck
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 
-MOST = 10_000_000  # nodes that one line may make
+MOST = 1_000_000  # nodes that one line may make
 
 
 def label_of(row: Row, k: int, what: str) -> int:
@@ -48,7 +50,7 @@ def nodes(deck: Deck, block: Block) -> None:
     members = deck.members("NSET", block.scope, block.options["NSET"]) if block.options.get("NSET") else []
     for row in block.rows:
         label = label_of(row, 0, "node")
-        point = _local(kind, np.array([row.real(k, f"coordinate {k} of node {label}", 0.0) for k in (1, 2, 3)]))
+        point = _local(kind, _coordinates(row, label))
         if block.scope in deck.systems:
             origin, axes = deck.systems[block.scope]
             point = origin + point @ axes
@@ -56,6 +58,16 @@ def nodes(deck: Deck, block: Block) -> None:
         members.append((block.scope, label))
         if any(row.fields[4:7]):
             deck.skipped.append(("normals in lines of *NODE", f"line {row.line}"))
+
+
+def _coordinates(row: Row, label: int) -> np.ndarray:
+    try:
+        x, y, z = (float(text or 0.0) for text in (*row.fields[1:4], "", "", "")[:3])
+    except ValueError:  # the exponents of Fortran, or no number
+        x, y, z = (row.real(k, f"coordinate {k} of node {label}", 0.0) for k in (1, 2, 3))
+    if not math.isfinite(x + y + z):
+        x, y, z = (row.real(k, f"coordinate {k} of node {label}", 0.0) for k in (1, 2, 3))
+    return np.array([x, y, z])
 
 
 def _local(kind: str, x: np.ndarray) -> np.ndarray:
@@ -123,14 +135,13 @@ def nfill(deck: Deck, block: Block) -> None:
 
 
 def _fill(deck: Deck, block: Block, row: Row, ends: tuple[list[int], list[int]], count: int, step: int) -> None:
-    labels = list(deck.nodes)
     members = deck.members("NSET", block.scope, block.options["NSET"]) if block.options.get("NSET") else []
     for a, b in zip(*ends, strict=True):
-        members += [(block.scope, labels[i][1]) for i in (a, b)]
+        members += [(block.scope, deck.keys[i][1]) for i in (a, b)]
         for k in range(1, count):
             point = deck.points[a] + k / count * (deck.points[b] - deck.points[a])
-            deck.add_node(row, block.scope, labels[a][1] + k * step, point)
-            members.append((block.scope, labels[a][1] + k * step))
+            deck.add_node(row, block.scope, deck.keys[a][1] + k * step, point)
+            members.append((block.scope, deck.keys[a][1] + k * step))
 
 
 def ncopy(deck: Deck, block: Block) -> None:
@@ -143,10 +154,9 @@ def ncopy(deck: Deck, block: Block) -> None:
     length = np.linalg.norm(b - a)
     turn = Rotation.from_rotvec(np.radians(angle) * (b - a) / (length or 1.0)).as_matrix()
     own, moved = deck.parts.moves.get(block.scope, (np.eye(3), np.zeros(3)))
-    labels = list(deck.nodes)
     members = deck.members("NSET", block.scope, block.options["NEW SET"]) if block.options.get("NEW SET") else []
     for index in deck.nodes_of(block, block.scope, block.option("OLD SET")):
         local = own.T @ (deck.points[index] - moved)
-        label = labels[index][1] + step
+        label = deck.keys[index][1] + step
         deck.add_node(block.row(0), block.scope, label, deck.placed(block.scope, a + turn @ (local + shift - a)))
         members.append((block.scope, label))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from modalprep.fe.properties.materials import Material, Orthotropic
+from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.geometry import frame
 from modalprep.fe.readers.abaqus.lexer import Block, Row
@@ -17,6 +17,9 @@ CONSTANTS = {"ISOTROPIC": 2, "LAMINA": 6, "ENGINEERING CONSTANTS": 9, "ORTHOTROP
 SPELLINGS = {
     "ISO": "ISOTROPIC", "ORTHO": "ORTHOTROPIC", "ANISO": "ANISOTROPIC", "ENGINEERINGCONSTANTS": "ENGINEERING CONSTANTS",
 }  # fmt: skip
+
+NINE = ("E1", "E2", "E3", "nu12", "nu13", "nu23", "G12", "G13", "G23")
+STRAINS = [0, 1, 2, 3, 5, 4]  # where strains 11, 22, 33, 12, 23, 13 stand in Abaqus' order
 
 
 @dataclass
@@ -64,6 +67,11 @@ class Orientation:
             z = (b - a) / np.linalg.norm(b - a)
             if self.kind == "CYLINDRICAL":
                 radial = radial - (radial @ z) * z
+            if np.linalg.norm(radial) <= 1e-9 * np.linalg.norm(point - a):
+                at = ", ".join(f"{x:.4g}" for x in point)
+                self.block.refuse(
+                    f"has no radial direction at ({at}), which lies on its axis; leave that out of the set"
+                )
             axes = frame(self.block, radial, np.cross(z, radial))
         turn = np.zeros(3)
         turn[self.axis - 1] = self.angle
@@ -146,6 +154,23 @@ def of_sheet(deck: Deck, block: Block, name: str) -> Material | Orthotropic:
         block.refuse(f"needs a material of at most orthotropic stiffness; {substance.name} is {substance.kind}")
     moduli = {"E1": E1, "E2": E2, "G12": G12, "G13": G13, "G23": G23}
     return substance.block.made(Orthotropic, nu12=nu12, rho=rho, **{k: v * stress for k, v in moduli.items()})
+
+
+def of_solid(deck: Deck, block: Block, name: str) -> Material | Orthotropic3D | Anisotropic:
+    """Return the material of a solid."""
+    substance, stress, rho = _elastic_of(deck, block, block.scope, name)
+    if substance.kind == "ISOTROPIC":
+        return isotropic(deck, block, name)
+    if substance.kind == "LAMINA":
+        block.refuse(f"needs a material of solids; {substance.name} is a LAMINA of plane stress")
+    if substance.kind == "ANISOTROPIC":
+        C = np.zeros((6, 6))
+        C.T[np.tril_indices(6)] = substance.constants  # column by column, strains 11, 22, 33, 12, 13, 23
+        C = (C + np.triu(C, 1).T)[np.ix_(STRAINS, STRAINS)] * stress
+        return substance.block.made(Anisotropic, C=tuple(C[np.triu_indices(6)].tolist()), rho=rho)
+    constants = engineering(substance) if substance.kind == "ORTHOTROPIC" else substance.constants
+    values = {name: value * (1.0 if name[0] == "n" else stress) for name, value in zip(NINE, constants, strict=True)}
+    return substance.block.made(Orthotropic3D, rho=rho, **{name: float(value) for name, value in values.items()})
 
 
 def engineering(substance: Substance) -> list[float]:

@@ -12,7 +12,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
-from modalprep.fe.readers.abaqus.constraints import ROTATING
+from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
@@ -150,6 +150,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
     turning = {n for e in deck.elements.values() if e.family in ROTATING for n in (*e.nodes, *e.extra)}
     turning |= {link.node for link in deck.links}
     tie_equations(deck, turning)
+    _free_held_means(deck)
     _name_supports(deck)
     order, labels = _labels(deck)
     place = np.empty(len(order), dtype=int)
@@ -172,6 +173,14 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
     )
 
 
+def _free_held_means(deck: Deck) -> None:
+    """Write couplings to a mean as equations where a support holds their node, which then cannot follow."""
+    for link in [link for link in deck.links if link.kind == "rbe3" and link.node in deck.held]:
+        deck.links.remove(link)
+        name = f"*DISTRIBUTING of node {deck.label(link.node)}"
+        deck.equations += [(terms, name) for terms in mean_terms(deck, link)]
+
+
 def _equations(deck: Deck, place: np.ndarray, turning: set[int]) -> Iterator[Equation]:
     """Yield the equations between components that the nodes have: an equation between rotations of solids is none."""
     for terms, name in deck.equations:
@@ -186,8 +195,7 @@ def _name_supports(deck: Deck) -> None:
     """Make the nodes that are held a group, and say that they are free without a word of the user."""
     if not deck.held:
         return
-    keys = list(deck.nodes)
-    deck.members("NSET", "", BOUNDARY).extend((keys[node][0], keys[node][1]) for node in sorted(deck.held))
+    deck.members("NSET", "", BOUNDARY).extend(deck.keys[node] for node in sorted(deck.held))
     deck.note(
         f"*BOUNDARY holds {len(deck.held)} nodes where a support names the set {BOUNDARY!r}, and nothing without it"
     )
@@ -205,12 +213,11 @@ def _supports(deck: Deck, place: np.ndarray) -> dict[str, SupportSet]:
 
 def _labels(deck: Deck) -> tuple[np.ndarray, np.ndarray]:
     """Return the order of the nodes by their numbers, and these; instances that share numbers are numbered apart."""
-    keys = list(deck.nodes)
-    numbers = np.array([label for _, label in keys])
+    numbers = np.array([label for _, label in deck.keys])
     if len(np.unique(numbers)) < len(numbers):
         step = 10 ** len(str(numbers.max()))
         shift = {scope: k * step for k, scope in enumerate(["", *deck.parts.moves])}
-        numbers = numbers + np.array([shift[scope] for scope, _ in keys])
+        numbers = numbers + np.array([shift[scope] for scope, _ in deck.keys])
         listed = ", ".join(f"{deck.parts.spelled[scope]} {shift[scope]}" for scope in deck.parts.moves)
         deck.note(f"instances share numbers of nodes: to those of each is added {listed}")
     order = np.argsort(numbers, kind="stable")

@@ -23,12 +23,13 @@ MATERIALS = {
     "MATERIAL": Entry("read", "", materials.material),
     "ELASTIC": Entry(
         "read",
-        "ISOTROPIC; of shells also LAMINA, ENGINEERING CONSTANTS and ORTHOTROPIC. Of temperatures the first holds.",
+        "ISOTROPIC, ENGINEERING CONSTANTS, ORTHOTROPIC, of solids ANISOTROPIC, of shells LAMINA. Of temperatures the "
+        "first holds.",
         materials.elastic,
     ),
     "DENSITY": Entry("read", "Of temperatures the first holds.", materials.density),
     "DISTRIBUTION": Entry("read", "Of coordinates for *ORIENTATION.", materials.distribution),
-    "NODAL THICKNESS": Entry("read", "The same at all nodes of a section.", sections.nodal_thickness),
+    "NODAL THICKNESS": Entry("read", "At every node of a section that asks for it.", sections.nodal_thickness),
     "TRANSVERSE SHEAR STIFFNESS": Entry(
         "read", "Of beams, without slenderness compensation.", beams.transverse_shear
     ),

@@ -9,7 +9,7 @@ from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.properties import Ply, Property, Shell, Solid, Truss
 from modalprep.fe.readers.abaqus.deck import Deck, Key
 from modalprep.fe.readers.abaqus.lexer import Block, Row
-from modalprep.fe.readers.abaqus.materials import Orientation, isotropic, of_sheet
+from modalprep.fe.readers.abaqus.materials import Orientation, isotropic, of_sheet, of_solid
 
 SHELL_OPTIONS = ("SHELL THICKNESS", "DENSITY", "ZMODULUS", "STACK DIRECTION", "LAYUP")
 NORMAL = 0.1  # degrees: an axis this close to the normal of a shell gives no direction
@@ -55,7 +55,19 @@ def solid_section(deck: Deck, block: Block) -> None:
         material = isotropic(deck, block, block.option("MATERIAL"))
         give(deck, block, block.made(Truss, material=material, A=area))
         return
-    give(deck, block, Solid(material=isotropic(deck, block, block.option("MATERIAL"))))
+    material = of_solid(deck, block, block.option("MATERIAL"))
+    give(deck, block, Solid(material=material))
+    if not isinstance(material, Material):
+        _put_frames(deck, block, _axes(deck, block), keys)
+
+
+def _put_frames(deck: Deck, block: Block, axes: Orientation | None, keys: list[Key]) -> None:
+    """Give every solid the axes of its material: of the orientation, else of the part."""
+    own = np.array([deck.turned(block.scope, axis) for axis in np.eye(3)])
+    for key in keys:
+        for kind, row in deck.elements[key].cells:
+            centre = np.mean([deck.points[i] for i in deck.cells[kind][row]], axis=0)
+            deck.put("frame", (kind, row), own if axes is None else axes.at(deck, key, centre))
 
 
 def shell_section(deck: Deck, block: Block) -> None:
@@ -89,17 +101,22 @@ def _material(block: Block) -> str:
 
 
 def _thickness(deck: Deck, block: Block, keys: list[Key]) -> float:
+    """Return the thickness of a section; where it differs by node, every element has its own ones."""
     if "NODAL THICKNESS" not in block.options:
         return block.row().real(0, "thickness")
     table: dict[int, float] = deck.current.get("nodal thickness", {})
-    found = {table.get(node) for key in keys for node in deck.elements[key].nodes[: _corners(deck, key)]}
-    if len(found) > 1 or None in found:
-        block.refuse("has NODAL THICKNESS that is not the same at all its nodes; give one thickness in its line")
-    return found.pop()
-
-
-def _corners(deck: Deck, key: Key) -> int:
-    return len(CELLS[deck.elements[key].cells[0][0]].corners)
+    values = [(key, [table.get(n, np.nan) for n in deck.elements[key].nodes]) for key in keys]
+    every = np.concatenate([own for _, own in values])
+    if not np.isfinite(every).all():
+        block.refuse("has NODAL THICKNESS, but not all its nodes have one; give it for every node")
+    if np.ptp(every) > 0:
+        if _offset(block):
+            block.refuse("has an OFFSET of a thickness that differs by node; give the mid-surface")
+        for key, own in values:
+            for kind, row in deck.elements[key].cells:
+                count = len(own) if CELLS[kind].second_order else len(CELLS[kind].corners)
+                deck.put("thickness", (kind, row), np.array(own[:count]) * deck.units.length)
+    return float(every.mean())
 
 
 def nodal_thickness(deck: Deck, block: Block) -> None:

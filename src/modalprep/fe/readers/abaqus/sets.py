@@ -9,6 +9,7 @@ from modalprep.fe.readers.abaqus.lexer import Block, Row
 # Position in the table of faces of a cell (fe/mesh/cells.py) of the faces S1, S2, ... of the deck's elements.
 FACES = {
     "tetra": (0, 1, 2, 3),
+    "pyramid": (0, 1, 2, 3, 4),
     "wedge": (0, 1, 2, 3, 4),
     "hexahedron": (4, 5, 2, 1, 3, 0),
 }

@@ -15,7 +15,7 @@ from modalprep.fe.readers.nastran.materials import Conversion, Units
 from modalprep.fe.readers.nastran.properties import BUILDERS, bar
 from modalprep.fe.readers.nastran.sections import SECTIONS
 
-SECTION_FAMILIES = ("shell", "bar", "beam", "rod", "solid", "bush", "elas")
+SECTION_FAMILIES = ("shell", "bar", "beam", "bend", "rod", "tube", "shear", "solid", "bush", "elas")
 
 
 class Builder:
@@ -35,6 +35,8 @@ class Builder:
         self.seen: dict[tuple[str, int], Card] = {}
         self.built: dict[tuple[str, int], str] = {}
         self.twist: dict[str, float] = {}
+        self.more_points: list[np.ndarray] = []  # of new grids, basic coordinates
+        self.scalar_masses: dict[int, tuple[Card, np.ndarray]] = {}  # by row of the grid: first card, six sums
         self.fluid = 0  # elements of the fluid, which are left out
 
     def add(self, card: Card, handler: Callable[[Builder, Card], None]) -> None:
@@ -57,6 +59,11 @@ class Builder:
         rows.append(nodes)
         self.groups.setdefault(group, {}).setdefault(kind, []).append(len(rows) - 1)
         return len(rows) - 1
+
+    def point(self, position: np.ndarray) -> int:
+        """Append a new grid, which no card can name, and return its row."""
+        self.more_points.append(position)
+        return len(self.grids.points) + len(self.more_points) - 1
 
     def put(self, name: str, kind: str, row: int, value: np.ndarray | float) -> None:
         """Set a value that one cell has for itself."""
@@ -96,22 +103,29 @@ class Builder:
             notes.append(f"left out: {self.fluid} elements of the fluid; neither its mass nor its pressure acts")
         data: dict[str, dict[str, np.ndarray]] = {}
         for (name, kind), values in self.data.items():
-            blank = 0.0 if name == "ends" else np.nan
+            blank = 0.0 if name in ("ends", "pins") else np.nan
             table = np.full((len(self.cells[kind]), *next(iter(values.values())).shape), blank)
             table[list(values)] = list(values.values())
             data.setdefault(name, {})[kind] = table
         return Mesh(
-            points=self.grids.points * self.units.length,
+            points=np.vstack([self.grids.points, *self.more_points]) * self.units.length,
             cells={kind: np.array(rows) for kind, rows in self.cells.items()},
             groups={n: {kind: np.array(rows) for kind, rows in g.items()} for n, g in self.groups.items()},
             source=path.name,
             sha256=sha256,
             scale=self.units.length,
-            labels=self.grids.ids,
+            labels=np.append(self.grids.ids, self.grids.ids[-1] + 1 + np.arange(len(self.more_points))),
             properties=self.properties,
             links=tuple(self.links),
             equations=tuple(self.equations),
             supports=self.supports,
             data=data,
+            coupled_mass=_coupled(self.tables),
             notes=(*notes, *self.conversion.notes),
         )
+
+
+def _coupled(tables: Tables) -> bool:
+    """Whether the deck asks for coupled masses; lumped is Nastran's default."""
+    asked = [card.integer(1, "COUPMASS", -1) for card in tables.get("PARAM", {}).values() if card.text(0) == "COUPMASS"]
+    return bool(asked) and asked[-1] > 0

@@ -18,13 +18,14 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.readers.nastran import replication
 
 REAL = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[ED]?([+-]\d+)|[ED](\d+))?")
-REPEATS = re.compile(r"=+|=\(?\d+\)?|\*\(?[+-]?[\d.][\dED.+-]*\)?")  # of the card before: =, ==, =3, *(1), *1.5
 INTEGER = re.compile(r"[+-]?\d{1,10}")
 BEGIN = re.compile(r"^\s*BEGIN\b(?!\s+SUPER)", re.IGNORECASE)
 INCLUDE = re.compile(r"^\s*INCLUDE\b\s*(.*)$", re.IGNORECASE)
 MAX_DEPTH, MAX_FILES = 10, 1000  # of INCLUDE; Nastran itself stops at ten levels
+MAX_COPIES = 10**6  # cards that one deck makes by replication
 
 
 @dataclass(slots=True)
@@ -155,6 +156,8 @@ class _Reader:
         self.folder, self.digest = path.parent, hashlib.sha256()
         self.cards: list[Card] = []
         self.files, self.ended, self.open = 0, False, False
+        self.steps: dict[int, str] = {}  # increments of the last card, by field
+        self.copies = 0
 
     def read(self, path: Path, stack: tuple[Path, ...]) -> None:
         """Append the cards of a file; `stack` are the files that include it."""
@@ -196,10 +199,14 @@ class _Reader:
         head, data, marker = _split(line)
         if data is None:
             raise InputError(f"{file} line {number}: more than ten fields in one line; continue the card on the next")
-        if head.startswith("=") or any(REPEATS.fullmatch(field) for field in data):
-            raise InputError(
-                f"{file} line {number}: = and *(1) repeat the card before; export the deck with every card written out"
-            )
+        if (copies := replication.count(head)) is not None:
+            self._copy(copies, f"{file} line {number}")
+            self.open = False
+            return
+        if head == "=" or replication.repeats(data):
+            head, data = self._replicated(head, data, f"{file} line {number}")
+        elif head and head[0] not in "+*":
+            self.steps = {}
         if not head or head[0] in "+*":
             if not self.cards:
                 raise InputError(f"{file} line {number}: a continuation without a card before it; start at BEGIN BULK")
@@ -212,6 +219,42 @@ class _Reader:
         else:
             self.cards.append(Card(head.rstrip("* "), data, file, number))
         self.open = bool(marker) or (len(data) == 4 and head[:1] != "*")
+
+    def _replicated(self, head: str, data: list[str], where: str) -> tuple[str, list[str]]:
+        """Fill the fields that refer to the card before, or of a continuation to the same line of the card before."""
+        continues = not head or head[0] in "+*"
+        if len(self.cards) < 1 + continues:
+            raise InputError(f"{where}: = and *(1) repeat the card before, and there is none; write the card out")
+        before = self.cards[-2 if continues else -1]
+        name, start = head.rstrip("* "), 0
+        if continues:
+            width = len(data)
+            start = -(-len(self.cards[-1].fields) // width) * width
+        elif name not in ("=", before.name):
+            raise InputError(f"{where}: = and *(1) repeat fields of {before.name} in a {name}; write the card out")
+        try:
+            data, steps = replication.replicated(data, before.fields[start : start + len(data)])
+        except ValueError as error:
+            raise InputError(f"{where}: {error}; write the card out") from None
+        self.steps = {**(self.steps if continues else {}), **{start + k: step for k, step in steps.items()}}
+        return before.name if head == "=" else head, data
+
+    def _copy(self, copies: int, where: str) -> None:
+        """Append `copies` cards, each with the increments of the last one."""
+        self.copies += copies
+        if not self.cards or not self.steps:
+            raise InputError(f"{where}: =(n) repeats increments as *(1) of the card before, which has none")
+        if self.copies > MAX_COPIES:
+            raise InputError(f"{where}: more than {MAX_COPIES} cards by replication; write them out")
+        for _ in range(copies):
+            last = self.cards[-1]
+            fields = list(last.fields)
+            try:
+                for k, step in self.steps.items():
+                    fields[k] = replication.increased(fields[k], step)
+            except ValueError as error:
+                raise InputError(f"{where}: {error}; write the cards out") from None
+            self.cards.append(Card(last.name, fields, last.file, last.line))
 
 
 def _split(line: str) -> tuple[str, list[str] | None, str]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from modalprep.fe.links.components import oblique
-from modalprep.fe.links.multipoint import PlacedLink
 from modalprep.fe.mesh.mesh import Equation, Link
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import BEGIN, Card
@@ -18,7 +18,9 @@ LISTS = ("MPC", "MPCADD")
 SELECTS = re.compile(r"^\s*MPC\s*=\s*(\d+)", re.IGNORECASE | re.MULTILINE)
 SINGULAR = 1e-9  # of the independent components of a rigid element, over its size
 ALL = "123456"
+LINE = 1e-6  # of the length of a row of grids
 Named = list[tuple[int, int]]  # components 0 to 5 of nodes
+Measured = list[tuple[int, int, float]]  # with weights
 
 
 def digits_of(card: Card, text: str) -> set[str]:
@@ -140,7 +142,28 @@ def add_equations(b: Builder, path: Path) -> None:
     joined = {card.id: card.numbers(1, "a set", b.grids.ids) for card in b.tables.get("MPCADD", {}).values()}
     wanted = _selected(b, path, cards, joined)
     parts = {number for chosen in wanted for number in joined.get(chosen, [chosen])}
-    b.equations += [_equation(b, card) for card in cards if card.id in parts]
+    chosen = _without_definitions(b, [card for card in cards if card.id in parts])
+    b.equations += [_equation(b, card) for card in chosen]
+
+
+def _without_definitions(b: Builder, cards: list[Card]) -> list[Card]:
+    """Leave out equations that only say what a scalar point is, which no other equation has."""
+    points = [[int(n) for n, *_ in _terms(card) if n.isdigit() and b.grids.is_scalar(int(n))] for card in cards]
+    while True:
+        count = Counter(point for named in points for point in named)
+        alone = [any(count[point] == 1 for point in named) for named in points]
+        if not any(alone):
+            return cards
+        b.conversion.note("equations that only define a scalar point (MPC) are left out")
+        cards = [card for card, out in zip(cards, alone, strict=True) if not out]
+        points = [named for named, out in zip(points, alone, strict=True) if not out]
+
+
+def _terms(card: Card) -> Iterator[list[str]]:
+    """Yield grid, component and coefficient of each term as text."""
+    for k in (k for row in range(card.rows) for k in (8 * row + 1, 8 * row + 4)):
+        if any(card.fields[k : k + 3]):
+            yield [card.text(k), card.text(k + 1), card.text(k + 2)]
 
 
 def _selected(b: Builder, path: Path, cards: list[Card], joined: dict[int, list[int]]) -> list[int]:
@@ -176,35 +199,48 @@ def _case_control(path: Path) -> str | None:
 
 def _equation(b: Builder, card: Card) -> Equation:
     terms = []
-    for row in range(card.rows):
-        for k in (8 * row + 1, 8 * row + 4):
-            if not any(card.fields[k : k + 3]):
-                continue
-            node = b.grids.node(card, k, "a grid")
-            component = card.integer(k + 1, "its component", lowest=1)
-            if component > 6:
-                raise card.error(f"component {component} is not one of 1 to 6")
-            terms.append((node, component - 1, card.real(k + 2, "a coefficient")))
+    for words in _terms(card):
+        term = Card(card.name, words, card.file, card.line)
+        node, component = b.grids.node(term, 0, "a grid"), term.integer(1, "its component", lowest=1)
+        if component > 6:
+            raise card.error(f"component {component} is not one of 1 to 6")
+        terms.append((node, component - 1, term.real(2, "a coefficient")))
     if not terms or not terms[0][2]:
         raise card.error("its first coefficient is missing or zero; that grid and component is to depend on the others")
     axes = {node: b.grids.displacement(node) for node, _, _ in terms}
     return Equation.of_terms(terms, length=b.units.length, name=place_of(card), axes=axes)
 
 
-def mean_equations(b: Builder, card: Card, link: Link, dependent: list[int]) -> None:
-    """Add the equations of an averaging link of which the grids of numbers `dependent` follow, not its own node."""
-    points = b.grids.points * b.units.length
-    k = len(link.nodes)
-    arm, dofs = points[link.nodes] - points[link.node], np.full((k, 6), -1)
-    every = np.ones(6, dtype=bool)
-    placed = PlacedLink("rbe3", place_of(card), np.arange(6), dofs, arm, every, link.weights, False)
-    mean = placed.average()[0].reshape(6, k, 3)
-    turn = np.kron(np.eye(2), link.axes[0] if len(link.axes) else np.eye(3))
-    first = [b.grids.of(card, number) for number in dependent]
-    order = np.argsort(~np.isin(link.nodes, first), kind="stable")
+def mean_equations(b: Builder, card: Card, link: Link, measured: Measured, dependent: Iterable[int] = ()) -> None:
+    """Add the equations of an averaging link whose nodes count with components of any kind.
+
+    Weighted least squares; rotations have the weight of translations times the square of the mean arm. The grids of
+    the numbers `dependent` depend in the first place, else the link's own.
+
+    References
+    ----------
+    MSC Nastran 2004 Reference Manual, section on RBE3.
+    """
+    points, own = b.grids.points * b.units.length, link.node
+    arm = points[[node for node, _, _ in measured]] - points[own]
+    size = np.linalg.norm(arm, axis=1).mean() or 1.0
+    S = np.array([_row(b, r, node, c, size) for r, (node, c, _) in zip(arm, measured, strict=True)])
+    weighted = S.T * [weight for _, _, weight in measured]
+    normal = weighted @ S
+    if np.linalg.eigvalsh(normal)[0] < SINGULAR * np.trace(normal):
+        raise card.error("its grids and components do not determine a rigid motion; add grids, or components 456")
+    scale = np.array([1.0] * 3 + [size] * 3)  # of a rotation, which is counted as a displacement at the mean arm
+    mean = np.linalg.solve(normal, weighted) / scale[:, None] * scale[[c for _, c, _ in measured]]
+    axes = {node: b.grids.displacement(node) for node in {own, *(node for node, _, _ in measured)}}
+    first = {b.grids.of(card, number) for number in dependent}
+    turned = np.kron(np.eye(2), axes[own]) @ mean
     for c in np.flatnonzero(link.components):
-        coefficients = np.zeros((k + 1, 6))
-        coefficients[:k, :3] = -np.einsum("a,aij->ij", turn[c], mean)[order]
-        coefficients[k] = turn[c]
-        nodes = np.append(link.nodes[order], link.node)
-        b.equations.append(Equation(nodes=nodes, coefficients=coefficients, name=place_of(card)))
+        terms = [(own, int(c), 1.0), *((node, k, -v) for (node, k, _), v in zip(measured, turned[c], strict=True))]
+        terms.sort(key=lambda term: term[0] not in first)
+        b.equations.append(Equation.of_terms(terms, length=1.0, name=place_of(card), axes=axes))
+
+
+def is_line(b: Builder, nodes: list[int]) -> bool:
+    """Whether grids lie on one line, so that their displacements do not determine a rotation."""
+    spread = np.linalg.svd(b.grids.points[nodes] - b.grids.points[nodes].mean(axis=0), compute_uv=False)
+    return len(nodes) < 3 or bool(spread[1] <= LINE * spread[0])

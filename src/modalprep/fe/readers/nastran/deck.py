@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-import re
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,47 +13,24 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran import constraints as nastran_constraints
-from modalprep.fe.readers.nastran import elements as nastran_elements
 from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.nastran.points import add_scalar_masses
+from modalprep.fe.readers.nastran.registry import REGISTRY, Table, unused
 from modalprep.fe.readers.nastran.superelements import read_parts, sections
-from modalprep.fe.readers.nastran.unused import unused
 
-# Cards with an id share it within a family; every other card that is read stands for itself.
-FAMILY = {
-    **dict.fromkeys(("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S"), "system"),
-    **dict.fromkeys(("MAT1", "MAT2", "MAT3", "MAT8", "MAT9", "MAT10", "MAT11"), "material"),
-    **dict.fromkeys(("PSHELL", "PCOMP", "PCOMPG"), "shell"),
-    **dict.fromkeys(("PBAR", "PBARL"), "bar"),
-    **dict.fromkeys(("PBEAM", "PBEAML"), "beam"),
-    **{"GRID": "grid", "PROD": "rod", "PSOLID": "solid", "PBUSH": "bush", "PELAS": "elas"},
-}
-LISTS = (
-    "GRDSET",
-    "BAROR",
-    "BEAMOR",
-    "PARAM",
-    "SPOINT",
-    "SPCADD",
-    *nastran_constraints.LISTS,
-    *nastran_links.SUPPORTS,
-    *nastran_links.NODE_SETS,
-)
-SKIPPED = re.compile(
-    r"PLOTEL|FORCE\d?|MOMENT\d?|PLOAD\d?|GRAV|ACCEL1?|RFORCE|[DT]?LOAD\d?|[RT]LOAD\d|DAREA|TABLE\w*|TABD\w*|EIG\w+|TSTEP\w*"
-    r"|FREQ\d?|SET\d|TEMP\w*|DPHASE|DELAY|D(RESP|ESVAR|CONSTR|VPREL|OPTPRM)\w*|MDLPRM|NLPARM|SPCD|CSUPEXT|OMIT1?|ECHO\w*"
-)
 ADVICE = (
-    "replace by cards that are read, such as RBE2, RBE3, CONM2, CBUSH, what of these carries mass, stiffness or "
-    "constraints"
+    "the reader does not know these cards; replace by cards that are read, such as RBE2, RBE3, CONM2, CBUSH, what of "
+    "these carries mass, stiffness or constraints"
 )
-HANDLERS = {**nastran_elements.HANDLERS, **nastran_links.HANDLERS}
+HARMLESS = "they carry no stiffness, mass or constraints"
+IGNORED = "the ignore of this mesh names them"
 
 
-def read_nastran(path: Path, length: float, mass: float) -> Mesh:
+def read_nastran(path: Path, length: float, mass: float, ignore: Collection[str] = ()) -> Mesh:
     r"""Read a Nastran deck with its sections, rigid elements and constraint sets.
 
     A deck without any property card gives groups without properties. Groups are ``pshell_4``, ``pbar_12``,
@@ -66,6 +43,9 @@ def read_nastran(path: Path, length: float, mass: float) -> Mesh:
     path : Path
     length, mass : float
         m and kg per unit of length and mass of the deck; its time is in seconds, its force mass length / s^2.
+    ignore : collection of str
+        Names of cards that are left out; those that carry stiffness, mass or constraints and cannot be read are
+        refused otherwise.
 
     Raises
     ------
@@ -87,62 +67,73 @@ def read_nastran(path: Path, length: float, mass: float) -> Mesh:
     deck = read_cards(path)
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
-            return _whole(path, deck, Units(length=length, mass=mass))
+            return _whole(path, deck, Units(length=length, mass=mass), {name.strip().upper() for name in ignore})
     except ArithmeticError:
         raise InputError(f"{path.name}: its numbers overflow; correct its coordinates and values") from None
 
 
-def _whole(path: Path, deck: Deck, units: Units) -> Mesh:
+def _whole(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
     parts = sections(deck.cards)
     if len(parts) == 1:
-        mesh = _mesh(path, deck, units)
+        mesh = _mesh(path, deck, units, ignore)
     else:
-        mesh = read_parts(parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units))
+        mesh = read_parts(
+            parts, lambda k, own: _mesh(path, replace(deck, cards=own, ended=deck.ended or k > 0), units, ignore)
+        )
     if all(kind == "vertex" for kind in mesh.cells):
         raise InputError(f"{path.name}: the deck has no elements that can be read; give the deck with its elements")
     return mesh
 
 
-def _mesh(path: Path, deck: Deck, units: Units) -> Mesh:
-    tables, notes = _filed(deck.cards)
+def _mesh(path: Path, deck: Deck, units: Units, ignore: set[str]) -> Mesh:
+    tables, structure, notes = _sorted(deck.cards, ignore)
     if not deck.ended:
         notes.append("the deck has no ENDDATA; if it was cut short, elements are missing")
     notes += unused(deck.cards)
     grids = Grids(path, tables)
     builder = Builder(tables, grids, replace(units, wtmass=_wtmass(tables)))
-    for card in deck.cards:
-        if handler := HANDLERS.get(card.name):
-            builder.add(card, handler)
+    for card in structure:
+        builder.add(card, REGISTRY[card.name].handle)
+    add_scalar_masses(builder)
     nastran_constraints.add_equations(builder, path)
     nastran_links.add_node_sets(builder)
     return builder.mesh(path, deck.sha256, notes)
 
 
-def _filed(cards: list[Card]) -> tuple[Tables, list[str]]:
-    """Return the cards that other cards refer to, by family and id, and the note on what is left out."""
+def _sorted(cards: list[Card], ignore: set[str]) -> tuple[Tables, list[Card], list[str]]:
+    """Return the cards that others refer to, by family and id, the elements and links, and notes on all others."""
     tables: Tables = {}
-    unknown: list[tuple[str, str]] = []
+    structure: list[Card] = []
+    others: dict[str, list[tuple[str, str]]] = {ADVICE: [], HARMLESS: [], IGNORED: []}
+    refused: list[Card] = []
     for card in cards:
-        family = FAMILY.get(card.name)
-        if family:
-            for entry in _entries(card):
-                known = tables.setdefault(family, {}).setdefault(entry.id, entry)
-                if known.fields != entry.fields or known.name != entry.name:
-                    raise entry.error(f"another {known.name} in line {known.line} has this id; keep one of the two")
-        elif card.name in (*LISTS, *nastran_constraints.LISTS):
-            table = tables.setdefault(card.name, {})
-            table[len(table)] = card
-        elif card.name not in HANDLERS and not SKIPPED.fullmatch(card.name):
-            unknown.append((card.name[:16], f"{card.file} line {card.line}"))
-    return tables, list(left_out(unknown, ADVICE))
+        entry, place = REGISTRY.get(card.name), (card.name[:16], f"{card.file} line {card.line}")
+        if card.name in ignore:
+            others[IGNORED].append(place)
+        elif entry is None:
+            others[ADVICE].append(place)
+        elif isinstance(entry.handle, Table):
+            entry.handle(tables, card)
+        elif entry.handle:
+            structure.append(card)
+        elif entry.treatment == "refused":
+            refused.append(card)
+        elif entry.remark:
+            others[HARMLESS].append(place)
+    if refused:
+        raise _refusal(refused)
+    return tables, structure, [note for advice, found in others.items() for note in left_out(found, advice)]
 
 
-def _entries(card: Card) -> list[Card]:
-    """Split the cards that hold two entries."""
-    if card.name[:5] != "CORD1" and card.name != "PELAS":
-        return [card]
-    halves = [card.fields[:4], card.fields[4:8]]
-    return [Card(card.name, half, card.file, card.line) for half in halves if any(half)]
+def _refusal(cards: list[Card]) -> InputError:
+    """Return the error that names every card that cannot be read, and the way round."""
+    names = sorted({card.name for card in cards})
+    counted = ", ".join(f"{sum(card.name == name for card in cards)} {name}" for name in names)
+    listed = ", ".join(f"'{name}'" for name in names)
+    return cards[0].error(
+        f"{REGISTRY[cards[0].name].remark} The deck has {counted}; replace them, "
+        f"or leave them out by ignore = [{listed}]"
+    )
 
 
 def _wtmass(tables: Tables) -> float:

@@ -1,21 +1,19 @@
-"""Nastran solids, shells, bars, springs and masses to cells."""
+"""Nastran solids, shells, panels, bars and bushings to cells."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
-from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import CELLS, Cell
-from modalprep.fe.properties.points import PointMass
-from modalprep.fe.properties.properties import Property, Shell, Solid
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.materials import made
-from modalprep.fe.readers.nastran.properties import bush, rod, spring
+from modalprep.fe.readers.nastran.properties import bush, flange, rod
 
+CHORDS = 16  # of the arc of a CBEND
 SHELLS = {card: cell for cell in CELLS.values() for card in cell.nastran if cell.dimension == 2}
 SOLIDS: dict[str, dict[int, Cell]] = {}  # by name of the card and number of grids
 for _cell in CELLS.values():
@@ -32,8 +30,6 @@ def _solid(b: Builder, card: Card) -> None:
     if count not in kinds:
         raise card.error(f"it has {max(count, 0)} grids and needs {' or '.join(map(str, kinds))}; complete the card")
     cell = kinds[count]
-    if cell.shape == "pyramid":
-        _refuse_without_element(b, card, cell, Solid)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     row = b.cell(card, cell.name, [nodes[i] for i in cell.nastran_order or range(count)], b.section(card, "solid"))
     _put_material_axes(b, card, cell.name, row, nodes)
@@ -60,25 +56,21 @@ def _is_fluid(b: Builder, card: Card) -> bool:
 def _shell(b: Builder, card: Card) -> None:
     cell = SHELLS[card.name]
     kind, count = cell.name, cell.count
-    _refuse_without_element(b, card, cell, Shell)
     nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(count)]
     name = b.section(card, "shell")
     row = b.cell(card, kind, nodes, name)
     if not b.bare:
-        _shell_axis(b, card, kind, row, 2 + count)
+        theta, flag = {"quad8": (14, 16), "triangle6": (8, 13)}.get(kind, (2 + count, 9))
+        _shell_axis(b, card, kind, row, theta)
         shell = b.properties[name]
-        if offset := card.real(3 + count, "ZOFFS", 0.0) * b.units.length:
+        if offset := card.real(theta + 1, "ZOFFS", 0.0) * b.units.length:
             b.put("offset", kind, row, shell.offset + offset)
-        flag = card.text(13 if cell.second_order else 9)  # the mid-side grids of CTRIA6 move it behind T3
-        for k in range(len(cell.corners)):
-            t = card.real(10 + k, f"T{k + 1}", 0.0) * (1 if flag == "1" else b.units.length / (shell.thickness or 1))
-            if t and not math.isclose(t, 1.0, rel_tol=1e-6):
-                raise card.error("its corners have a thickness of their own; give the thickness on PSHELL")
-
-
-def _refuse_without_element(b: Builder, card: Card, cell: Cell, section: type[Property]) -> None:
-    if cell.name not in FAMILIES[section] and not b.bare:
-        raise card.error(f"{cell.name} cells have no element here; mesh with {', '.join(FAMILIES[section])}")
+        t = np.array([card.real(10 + k, f"T{k + 1}", 0.0) for k in range(len(cell.corners))])
+        t *= shell.thickness if card.text(flag) == "1" else b.units.length
+        if np.any(np.abs(t - shell.thickness) > 1e-6 * shell.thickness, where=t != 0):
+            if shell.plies:
+                raise card.error("its corners have a thickness, but its property has plies; remove T1 to T4")
+            b.put("thickness", kind, row, np.where(t == 0, shell.thickness, t))
 
 
 def _shell_axis(b: Builder, card: Card, kind: str, row: int, k: int) -> None:
@@ -108,14 +100,30 @@ def _bar(b: Builder, card: Card) -> None:
     if b.bare:
         return
     flags = card.text(7) or (defaults[0].text(7) if defaults else "") or "GGG"
-    ends = _ends(b, card, nodes, flags)
-    axis = np.diff(b.grids.points[nodes] + ends, axis=0)[0]
     up = _up(b, card, nodes, flags, defaults)
+    ends = _ends(b, card, nodes, flags, up)
+    axis = np.diff(b.grids.points[nodes] + ends, axis=0)[0]
     b.put("up", "line", row, _turned(card, axis, up, b.twist.get(name, 0.0)))
     if ends.any():
         b.put("ends", "line", row, ends * b.units.length)
-    if any(card.text(k) not in ("", "0") for k in (8, 9)):
-        b.conversion.note("pin flags PA, PB of bars are left out: the bars hold all six components at both ends")
+    if pins := [6 * end + int(c) - 1 for end in (0, 1) for c in _pin_flags(card, 8 + end)]:
+        across = [{pin % 6 % 3 for pin in pins if pin // 3 == part} for part in range(4)]
+        if b.twist.get(name) and any(len(some & {1, 2}) == 1 for some in across):
+            raise card.error("its pin flags act along axes that I12 turns; release both directions across the bar")
+        b.put("pins", "line", row, np.isin(np.arange(12), [_ours(pin) for pin in pins]).astype(float))
+
+
+def _pin_flags(card: Card, k: int) -> str:
+    """Return the components that an end of a bar releases, in its own axes."""
+    flags = card.text(k) if card.text(k) != "0" else ""
+    if set(flags) - set("123456"):
+        raise card.error(f"pin flags {flags} are not made of the digits 1 to 6; give such as 456")
+    return flags
+
+
+def _ours(pin: int) -> int:
+    """Return the DOF in our axes of a bar: along y of Nastran is e3, along z is -e2."""
+    return pin + (0, 1, -1)[pin % 3]
 
 
 def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Card]) -> np.ndarray:
@@ -129,14 +137,19 @@ def _up(b: Builder, card: Card, nodes: list[int], flags: str, defaults: list[Car
     return source.reals(4, 3, "X") @ axes
 
 
-def _ends(b: Builder, card: Card, nodes: list[int], flags: str) -> np.ndarray:
-    """Return the offsets WA, WB in basic coordinates, deck units."""
+def _ends(b: Builder, card: Card, nodes: list[int], flags: str, up: np.ndarray) -> np.ndarray:
+    """Return the offsets WA, WB in basic coordinates, deck units; flag O gives them along GA-GB and the orientation."""
     offsets = card.reals(10, 6, "W").reshape(2, 3)
-    if not offsets.any():
-        return offsets
-    if "O" in flags[1:3] or "E" in flags[1:3]:
-        raise card.error(f"OFFT = {flags} gives offsets in the element's axes; give them in the grids' (GGG)")
-    return np.array([offset @ b.grids.displacement(i) for offset, i in zip(offsets, nodes, strict=True)])
+    found = np.zeros((2, 3))
+    for end in np.flatnonzero(offsets.any(axis=1)):
+        axes = b.grids.displacement(nodes[end])
+        if flags[1 + end : 2 + end] in ("O", "E"):
+            x = np.diff(b.grids.points[nodes], axis=0)[0]
+            y = _turned(card, x, up, 0.0)
+            z = np.cross(x, y) / np.linalg.norm(np.cross(x, y))
+            axes = np.array([x / np.linalg.norm(x), np.cross(z, x) / np.linalg.norm(x), z])
+        found[end] = offsets[end] @ axes
+    return found
 
 
 def _turned(card: Card, axis: np.ndarray, up: np.ndarray, angle: float) -> np.ndarray:
@@ -184,64 +197,76 @@ def _bush_axes(b: Builder, card: Card, nodes: list[int]) -> np.ndarray:
     return frame / np.linalg.norm(frame, axis=1, keepdims=True)
 
 
-def _elas(b: Builder, card: Card) -> None:
-    """CELAS1 and CELAS2: one component of one or two grids, in basic axes."""
-    ends = [(k, card.integer(k + 1, "C", 0)) for k in (2, 4) if card.text(k) not in ("", "0")]
-    nodes = [b.grids.node(card, k, f"G{k // 2}") for k, _ in ends]
-    components = {c for _, c in ends}
-    if len(components) != 1 or not components <= set(range(1, 7)):
-        raise card.error("it joins no grid or unlike components; use one component from 1 to 6 for both ends")
-    if any(not np.allclose(b.grids.displacement(i), np.eye(3), atol=1e-9) for i in nodes):
-        raise card.error("its grids have a displacement system CD; use CBUSH with its CID")
-    c = components.pop() - 1
-    along = np.ptp(b.grids.points[nodes], axis=0)
-    if np.delete(along, c % 3).any() or (c > 2 and along.any()):
-        b.conversion.note(
-            "CELAS between distant grids acts through rigid arms to the middle, so that it is free of rotation"
-        )
-    kind, name = ("vertex", "line")[len(nodes) - 1], f"{card.name.lower()}_{card.id}"
-    k = [0.0] * 6
-    k[c] = _stiffness(b, card)
-    if k[c]:
-        b.put("frame", kind, b.cell(card, kind, nodes, name), np.eye(3))
-        b.properties[name] = spring(b.conversion, card, k)
+def _tube(b: Builder, card: Card) -> None:
+    b.cell(card, "line", [b.grids.node(card, k, f"G{k - 1}") for k in (2, 3)], b.section(card, "tube"))
 
 
-def _stiffness(b: Builder, card: Card) -> float:
-    if card.name == "CELAS2":
-        return card.real(1, "K")
-    number = card.integer(1, "PID", card.id, lowest=1)
-    if number not in b.tables.get("elas", {}):
-        raise card.error(f"property {number} is not in the deck; add its PELAS card")
-    return b.tables["elas"][number].real(1, "K")
+def _panel(b: Builder, card: Card) -> None:
+    """CSHEAR: a sheet for the shear, and rods along its edges where PSHEAR has F1 or F2."""
+    nodes = [b.grids.node(card, 2 + k, f"G{k + 1}") for k in range(4)]
+    b.cell(card, "quad", nodes, b.section(card, "shear"))
+    if b.bare:
+        return
+    source = b.tables["shear"][card.integer(1, "PID", card.id, lowest=1)]
+    x = b.grids.points[nodes]
+    sides = np.linalg.norm(np.roll(x, -1, axis=0) - x, axis=1)
+    for k in (0, 1):  # F1 of the sides 1-2 and 3-4, F2 of the others
+        if factor := source.real(4 + k, f"F{k + 1}", 0.0):
+            name = f"cshear_{card.id}_f{k + 1}"
+            b.properties[name] = flange(b.conversion, source, factor, (sides[1 - k] + sides[3 - k]) / 2)
+            for i in (k, k + 2):
+                b.cell(card, "line", [nodes[i], nodes[(i + 1) % 4]], name)
 
 
-def _mass(b: Builder, card: Card) -> None:
-    node, cid = b.grids.node(card, 1, "G"), card.integer(2, "CID", 0)
-    point, offset = b.grids.points[node], card.reals(4, 3, "X")
-    I11, I21, I22, I31, I32, I33 = card.reals(8, 6, "inertia ")
-    tensor = np.array([[I11, -I21, -I31], [-I21, I22, -I32], [-I31, -I32, I33]])
-    axes = b.grids.system(card, max(cid, 0)).at(point)
-    offset = offset - point if cid == -1 else offset @ axes
-    tensor = axes.T @ tensor @ axes * b.units.inertial * b.units.length**2
-    name = f"conm2_{card.id}"
-    b.cell(card, "vertex", [node], name)
-    b.properties[name] = made(
-        card,
-        PointMass,
-        mass=card.real(3, "M") * b.units.inertial,
-        inertia=tuple(tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]].tolist()),
-        offset=tuple((offset * b.units.length).tolist()),
-    )
+def _bend(b: Builder, card: Card) -> None:
+    """CBEND: its arc is followed by short straight beams between new grids."""
+    nodes = [b.grids.node(card, k, end) for k, end in ((2, "GA"), (3, "GB"))]
+    name = b.section(card, "bend")
+    if b.bare:
+        raise card.error("its property is not in the deck; add its PBEND card")
+    start, end = b.grids.points[nodes]
+    centre, angle = _arc(b, card, start, end, _up(b, card, nodes, "GGG", []))
+    first = start - centre
+    ahead = np.cross(np.cross(first, end - centre) * np.sign(math.pi - angle), first)
+    ahead *= np.linalg.norm(first) / np.linalg.norm(ahead)
+    steps = angle * np.arange(CHORDS + 1) / CHORDS
+    at = centre + np.cos(steps)[:, None] * first + np.sin(steps)[:, None] * ahead
+    rows = [nodes[0], *(b.point(x) for x in at[1:-1]), nodes[1]]
+    for k, pair in enumerate(pairwise(rows)):
+        row = b.cell(card, "line", list(pair), name)
+        up = at[k] + at[k + 1] - 2 * centre
+        b.put("up", "line", row, up / np.linalg.norm(up))
+    b.conversion.note(f"CBEND: the arc is followed by {CHORDS} straight beams between new grids")
 
 
-def _conm1(b: Builder, card: Card) -> None:
-    raise card.error("a full mass matrix has no counterpart here; give mass, offset and inertia as CONM2")
+def _arc(b: Builder, card: Card, start: np.ndarray, end: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, float]:
+    """Return centre and angle of the arc by GEOM: v points to the centre (1), along the arc (2), or away (3, 4)."""
+    geometry, chord, source = card.integer(7, "GEOM", lowest=1), end - start, b.tables["bend"][card.integer(1, "PID")]
+    half = np.linalg.norm(chord) / 2
+    across = v - chord * (v @ chord) / (chord @ chord)
+    if geometry > 4 or not np.linalg.norm(across) > 1e-9 * np.linalg.norm(v):
+        raise card.error("GEOM is not 1 to 4, or the orientation lies along GA-GB; correct them")
+    if geometry == 1:
+        centre = start + v * (chord @ chord) / (2 * (v @ chord))
+    elif geometry == 2:
+        normal = chord - v * (v @ chord) / (v @ v)
+        centre = start + normal * (chord @ chord) / (2 * (normal @ chord))
+    elif geometry == 3:
+        radius = source.real(6, "RB")
+        if radius < half:
+            raise card.error(f"RB = {radius:g} is less than half of the distance between its grids; correct it")
+        centre = start + chord / 2 - across / np.linalg.norm(across) * math.sqrt(radius**2 - half**2)
+    else:
+        angle = math.radians(source.real(7, "THETAB"))
+        if not 0 < angle < 2 * math.pi - 1e-6 or abs(angle - math.pi) < 1e-6:
+            raise card.error("THETAB is not between 0 and 360, or 180; correct it")
+        return start + chord / 2 - across / np.linalg.norm(across) * half / math.tan(angle / 2), angle
+    return centre, 2 * math.asin(min(1.0, half / np.linalg.norm(start - centre)))
 
 
 HANDLERS: dict[str, Callable[[Builder, Card], None]] = {
     **dict.fromkeys(SOLIDS, _solid),
     **dict.fromkeys(SHELLS, _shell),
-    **{"CBAR": _bar, "CBEAM": _bar, "CROD": _rod, "CONROD": _conrod, "CBUSH": _bush},
-    **{"CELAS1": _elas, "CELAS2": _elas, "CONM2": _mass, "CONM1": _conm1},
+    **{"CBAR": _bar, "CBEAM": _bar, "CROD": _rod, "CONROD": _conrod, "CTUBE": _tube, "CSHEAR": _panel},
+    **{"CBUSH": _bush, "CBEND": _bend},
 }

@@ -13,6 +13,7 @@ from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.constraints import (
     components_of,
     digits_of,
+    is_line,
     made_link,
     mean_equations,
     pairs,
@@ -37,23 +38,29 @@ def _rbe3(b: Builder, card: Card) -> None:
     """REFGRID and REFC, then groups of weight, components, grids; UM and ALPHA end the list."""
     node = b.grids.node(card, 2, "REFGRID")
     words = [text for text in card.fields[4:] if text]
-    stop = min((words.index(w) for w in ("UM", "ALPHA") if w in words), default=len(words))
-    nodes, weights, k = [], [], 0
+    words = words[: words.index("ALPHA")] if "ALPHA" in words else words
+    stop = words.index("UM") if "UM" in words else len(words)
+    nodes, weights, digits = [], [], []
     starts = [i for i, w in enumerate(words[:stop]) if "." in w] + [stop]
     if starts[0] or stop == 0:
         raise card.error("the weight before its components and grids is missing; write it with a decimal point")
     for k, end in pairwise(starts):
         group = Card(card.name, words[k:end], card.file, card.line)
-        if group.text(1) not in ("123", "123456"):
-            b.conversion.note("RBE3: every independent grid counts with components 123")
         found = [b.grids.of(card, number) for number in group.numbers(2, "a grid", b.grids.ids)]
         nodes, weights = nodes + found, weights + [group.real(0, "a weight")] * len(found)
+        digits += [sorted(digits_of(card, group.text(1)))] * len(found)
     mask, axes = components_of(card, card.text(3)), b.grids.displacement(node)[None]
     link = made_link(b, card, "rbe3", node, nodes, mask, axes, weights)
-    if "UM" in words:
-        mean_equations(b, card, link, [number for number, _ in pairs(card, words[words.index("UM") + 1 :])])
-    else:
-        b.links.append(link)
+    dependent = [number for number, _ in pairs(card, words[stop + 1 :])]
+    plain = all(digit == ["1", "2", "3"] for digit in digits)
+    whole = all(digit == list("123456") for digit in digits) and not is_line(b, nodes)
+    if dependent or not (plain or whole):
+        measured = [(n, int(c) - 1, w) for n, w, own in zip(nodes, weights, digits, strict=True) for c in own]
+        mean_equations(b, card, link, measured, dependent)
+        return
+    if not plain:
+        b.conversion.note("RBE3: every independent grid counts with components 123")
+    b.links.append(link)
 
 
 HANDLERS: dict[str, Callable[[Builder, Card], None]] = {

@@ -12,6 +12,7 @@ from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic
 from modalprep.fe.readers.nastran.cards import Card
 
 RATIOS, SHEARS = ("NU12", "NU13", "NU23"), ("G12", "G13", "G23")
+DENSITY = {"MAT1": 4, "MAT2": 7, "MAT8": 7}  # its field
 RHO_MIN = 1e-6  # kg/m^3: stands for the zero density that Nastran allows and Material does not
 
 
@@ -79,13 +80,15 @@ def made(card: Card, kind: Callable[..., Any], **values: Any) -> Any:
 
 
 def elastic(card: Card) -> tuple[float, float, float]:
-    """Return E, G, nu of a MAT1; a blank one of the three follows from the others."""
+    """Return E, G, nu of a MAT1; a blank one of the three follows from the others. E alone means nu = G = 0."""
     E, G = (card.real(k, name, 0.0) for k, name in ((1, "E"), (2, "G")))
     nu = card.real(3, "nu", math.nan) if card.text(3) else math.nan
+    if E > 0 and not G and math.isnan(nu):
+        return E, 0.0, 0.0
     if not E and G > 0 and not math.isnan(nu):
         E = 2 * G * (1 + nu)
     if not (E > 0 and (G > 0 or nu > -1)):
-        raise card.error(f"E = {E:g}, G = {G:g}, nu = {nu:g}; give two of them, the moduli positive")
+        raise card.error(f"E = {E:g}, G = {G:g}, nu = {nu:g}; give two of them, or E alone; the moduli positive")
     return E, G or E / (2 * (1 + nu)), E / (2 * G) - 1 if math.isnan(nu) else nu
 
 
@@ -105,7 +108,9 @@ def bar_material(conversion: Conversion, card: Card, k: int) -> tuple[Material, 
     """
     source = conversion.material(card, k, "MID", ("MAT1",))
     E, G, _ = elastic(source)
-    nu = E / (2 * G) - 1
+    nu = E / (2 * G) - 1 if G else 0.0
+    if not G:
+        conversion.note("bars of a MAT1 with E alone have G = 0, as in Nastran: no torsion, and no shear flexibility")
     if not -1 < nu < 0.5:
         conversion.note(
             "bars with E and G that no isotropic body has keep E A, E I, G J and k G A through scaled J and k"
@@ -115,12 +120,34 @@ def bar_material(conversion: Conversion, card: Card, k: int) -> tuple[Material, 
     return material, G * 2 * (1 + nu) / E
 
 
+def _anisotropic(card: Card, stress: float, rho: float, shear: bool) -> Orthotropic:
+    """MAT2 that is orthotropic along its axes; of MID3 it holds the two transverse shear moduli."""
+    G11, G12, G13, G22, G23, G33 = (card.real(k + 1, f"G{ij}", 0.0) for k, ij in enumerate((11, 12, 13, 22, 23, 33)))
+    if max(abs(G13), abs(G23), abs(G12) if shear else 0.0) > 1e-6 * max(G11, G22):
+        raise card.error("it couples shear with tension; turn it to its own axes by THETA, or use MAT8")
+    if shear:
+        moduli, nu = {"E1": G11, "E2": G22, "G12": G11, "G13": G11, "G23": G22}, 0.0
+    elif G11 > 0 and G22 > 0 and G12**2 < G11 * G22:
+        nu, left = G12 / G22, 1 - G12**2 / (G11 * G22)
+        moduli = {"E1": G11 * left, "E2": G22 * left, "G12": G33, "G13": G33, "G23": G33}
+    else:
+        raise card.error(f"G11 = {G11:g}, G12 = {G12:g}, G22 = {G22:g} are no elastic sheet; correct them")
+    return made(card, Orthotropic, nu12=nu, rho=rho, **{name: value * stress for name, value in moduli.items()})
+
+
 def sheet_material(conversion: Conversion, card: Card, k: int) -> Material | Orthotropic:
     """Return the material of a shell or a ply."""
-    source = conversion.material(card, k, "MID", ("MAT1", "MAT8"))
-    stress, rho = conversion.units.stress, density(conversion, source, 4 if source.name == "MAT1" else 7)
+    source = conversion.material(card, k, "MID", ("MAT1", "MAT2", "MAT8"))
+    stress, rho = conversion.units.stress, density(conversion, source, DENSITY[source.name])
+    if source.name == "MAT2":
+        return _anisotropic(source, stress, rho, shear=k == 5)
     if source.name == "MAT1":
         E, G, nu = elastic(source)
+        if not G:
+            G = E / 2
+            conversion.note(
+                "sheets of a MAT1 with E alone have NU = 0 and G = E / 2, where Nastran has no shear stiffness"
+            )
         if math.isclose(G, E / (2 * (1 + nu)), rel_tol=1e-2):  # E, G and nu rounded on the card
             return made(source, Material, E=E * stress, nu=nu, rho=rho)
         moduli = {name: G * stress for name in ("G12", "G13", "G23")}

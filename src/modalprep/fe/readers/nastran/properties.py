@@ -5,10 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
+from modalprep.fe.properties.materials import Material, Orthotropic
 from modalprep.fe.properties.points import Spring
 from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Solid, Truss
 from modalprep.fe.readers.nastran.cards import Card
-from modalprep.fe.readers.nastran.materials import Conversion, bar_material, made, sheet_material, solid_material
+from modalprep.fe.readers.nastran.materials import (
+    RHO_MIN,
+    Conversion,
+    bar_material,
+    density,
+    elastic,
+    made,
+    sheet_material,
+    solid_material,
+)
 from modalprep.fe.readers.nastran.sections import Section
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
@@ -21,14 +31,17 @@ def bar(conversion: Conversion, card: Card, section: Section) -> Beam | Truss:
     ``up`` is Nastran's y axis, so e3 = y and Iy = I1, kz = K1.
     """
     material, factor = bar_material(conversion, card, 1)
-    m, nsm = conversion.units.length, section.nsm * conversion.units.inertial / conversion.units.length
+    m, inertial = conversion.units.length, conversion.units.inertial
+    nsm = section.nsm * inertial / m
     I1, I2, _ = section.turned
     if not (I1 or I2):
         return made(card, Truss, material=material, A=section.A * m**2, J=section.J * factor * m**4, nsm=nsm)
-    if not (I1 and I2 and section.J):
+    if not (I1 and I2 and section.J * factor):
         conversion.note(f"zero I1, I2 or J of bars is replaced by {SLIGHT:g} of the section's largest moment")
     slight = SLIGHT * max(I1, I2)
-    k1, k2 = (0.0, 0.0) if section.I12 else (section.k1, section.k2)  # Nastran drops shear when I12 is given
+    k1, k2 = section.k1 * factor, section.k2 * factor
+    if section.I12:
+        k1 = k2 = 0.0  # Nastran drops shear when I12 is given
     return made(
         card,
         Beam,
@@ -36,12 +49,26 @@ def bar(conversion: Conversion, card: Card, section: Section) -> Beam | Truss:
         A=section.A * m**2,
         Iy=(I1 or slight) * m**4,
         Iz=(I2 or slight) * m**4,
-        J=(section.J or slight) * factor * m**4,
-        kz=(k1 or RIGID) * factor,
-        ky=(k2 or RIGID) * factor,
+        J=(section.J * factor or slight) * m**4,
+        kz=k1 or RIGID,
+        ky=k2 or RIGID,
         nsm=nsm,
         theory="timoshenko" if k1 or k2 else "euler-bernoulli",
         fibres=tuple((y * m, z * m) for y, z in section.fibres),
+        taper=tuple(
+            (
+                x,
+                A * m**2,
+                (I1 or slight) * m**4,
+                (I2 or slight) * m**4,
+                (J * factor or slight) * m**4,
+                more / m * inertial,
+            )
+            for x, A, I1, I2, J, more in section.stations
+        ),
+        offset=tuple(m * x for x in section.ours(*section.neutral)),
+        shear_centre=tuple(0.0 - m * x for x in section.ours(*section.neutral)),
+        bar=card.name in ("PBAR", "PBARL"),
     )
 
 
@@ -52,6 +79,45 @@ def rod(conversion: Conversion, card: Card, first: int = 1) -> Truss:
     A, J, nsm = card.real(first + 1, "A"), card.real(first + 2, "J", 0.0), card.real(first + 4, "NSM", 0.0)
     nsm *= conversion.units.inertial / m
     return made(card, Truss, material=material, A=A * m**2, J=J * factor * m**4, nsm=nsm)
+
+
+def tube(conversion: Conversion, card: Card) -> Truss:
+    """PTUBE: outer diameters at both ends and the thickness, blank or zero for a solid rod."""
+    material, factor = bar_material(conversion, card, 1)
+    m, first, t = conversion.units.length, card.real(2, "OD"), card.real(3, "T", 0.0)
+    outer = (first + card.real(5, "OD2", first)) / 2
+    if outer != first:
+        conversion.note("PTUBE with OD2: the mean of both diameters holds along the whole rod")
+    inner = outer - 2 * t if t else 0.0
+    if inner < 0:
+        raise card.error(f"its wall of {t:g} is thicker than its radius of {outer / 2:g}; give a thinner one")
+    A, J = math.pi / 4 * (outer**2 - inner**2), math.pi / 32 * (outer**4 - inner**4)
+    nsm = card.real(4, "NSM", 0.0) * conversion.units.inertial / m
+    return made(card, Truss, material=material, A=A * m**2, J=J * factor * m**4, nsm=nsm)
+
+
+def panel(conversion: Conversion, card: Card) -> Shell:
+    """PSHEAR: a sheet that resists shear in its plane, and little else."""
+    source = conversion.material(card, 1, "MID", ("MAT1",))
+    E, G, _ = elastic(source)
+    stress, m = conversion.units.stress, conversion.units.length
+    soft = SLIGHT * E * stress
+    moduli = {"E1": soft, "E2": soft, "G12": (G or E / 2) * stress, "G13": soft, "G23": soft}
+    material = made(source, Orthotropic, nu12=0.0, rho=density(conversion, source, 4), **moduli)
+    conversion.note("CSHEAR: the panel is a sheet with its shear stiffness and 1e-6 of the others")
+    nsm = card.real(3, "NSM", 0.0) * conversion.units.inertial / m**2
+    thickness = card.real(2, "T") * m
+    return made(card, Shell, material=material, thickness=thickness, nsm=nsm, bending_ratio=SLIGHT)
+
+
+def flange(conversion: Conversion, card: Card, factor: float, across: float) -> Truss:
+    """Return the rod along an edge of a panel that is `across` wide (deck units), by the factor F1 or F2 of PSHEAR."""
+    t, m = card.real(2, "T"), conversion.units.length
+    area = factor * t * (across / 2 if factor <= 1.01 else t / 2)
+    source = conversion.material(card, 1, "MID", ("MAT1",))
+    E, _, nu = elastic(source)
+    material = made(source, Material, E=E * conversion.units.stress, nu=nu, rho=RHO_MIN)
+    return made(card, Truss, material=material, A=area * m**2)
 
 
 def solid(conversion: Conversion, card: Card) -> Solid:
@@ -132,6 +198,8 @@ def spring(conversion: Conversion, card: Card, k: list[float], location: float =
 
 BUILDERS: dict[str, Callable[[Conversion, Card], Property]] = {
     "PROD": rod,
+    "PTUBE": tube,
+    "PSHEAR": panel,
     "PSOLID": solid,
     "PSHELL": pshell,
     "PCOMP": pcomp,

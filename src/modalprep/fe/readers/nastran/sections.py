@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import Conversion
+from modalprep.fe.readers.nastran.shapes import SHAPES, Shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +32,8 @@ class Section:
     k1: float = 0.0
     k2: float = 0.0
     points: tuple[tuple[float, float], ...] = ()
+    neutral: tuple[float, float] = (0.0, 0.0)  # y, z from the shear centre, on the element's axis, to the centroid
+    stations: tuple[tuple[float, ...], ...] = ()  # of a taper: position, A, I1, I2, J, nsm
 
     @property
     def turned(self) -> tuple[float, float, float]:
@@ -50,8 +53,12 @@ class Section:
         >>> Section(A=2.0, I1=8 / 12, I2=2 / 12, I12=0.0, J=0.0, points=((1.0, 0.5),)).fibres
         ((-0.5, 1.0),)
         """
+        return tuple(self.ours(y - self.neutral[0], z - self.neutral[1]) for y, z in self.points)
+
+    def ours(self, y: float, z: float) -> tuple[float, float]:
+        """Return a position in the section along e2 and e3 of `Beam`."""
         c, s = math.cos(self.turned[2]), math.sin(self.turned[2])
-        return tuple((s * y - c * z, c * y + s * z) for y, z in self.points)
+        return s * y - c * z, c * y + s * z
 
 
 def _points(card: Card) -> tuple[tuple[float, float], ...]:
@@ -68,120 +75,124 @@ def pbar(conversion: Conversion, card: Card) -> Section:
 
 
 def pbeam(conversion: Conversion, card: Card) -> Section:
-    """PBEAM: the section at end A; K1, K2 default to 1."""
-    A, I1, I2, I12, J, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "I12", "J", "NSM"), 2))
-    row, ends, known = 1, ("YES", "YESA", "NO"), (A, I1, I2, I12, J)
-    points = () if card.row(1)[0] in ends else _points(card)  # of end A
-    row += card.row(1)[0] not in ends
+    """PBEAM: the sections along the beam; K1, K2 default to 1."""
+    ends, first = ("YES", "YESA", "NO"), _station(card, 2, (0.0,) * 6)
+    row = 1 + (card.row(1)[0] not in ends)
+    points = () if row == 1 else _points(card)  # of end A
+    stations = {0.0: first}
     while card.row(row)[0] in ends:
-        there = [card.real(8 * row + k, "a station's value", value) for k, value in enumerate(known, 2)]
-        if not np.allclose(there, known, rtol=1e-3):
-            conversion.note("tapered PBEAM: the section at end A holds along the whole element")
+        at = card.real(8 * row + 1, "X/XB", 1.0)
+        if not 0 <= at <= 1:
+            raise card.error(f"X/XB = {at:g} is not between 0 and 1; give the fraction of the length")
+        if at == 1 or any(card.row(row)[2:]):  # a station without values lies on the line between the ends
+            stations[at] = _station(card, 8 * row + 2, first)
         row += 2 if card.row(row)[0] == "YES" else 1
     k1, k2 = (card.real(8 * row + k, name, 1.0) for k, name in enumerate(("K1", "K2")))
-    if any(card.real(8 * (row + 1) + k, "N1, N2 or M1, M2", 0.0) for k in range(8)) or any(
+    if any(card.real(8 * (row + 1) + k, "M1 or M2", 0.0) for k in range(4)) or any(
         card.real(8 * row + k, "S1 to CW", 0.0) for k in range(2, 8)
     ):
-        conversion.note("PBEAM: shear relief, warping, and offsets of neutral axis and nsm are left out")
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=nsm, k1=k1, k2=k2, points=points)
+        conversion.note("PBEAM: shear relief, warping, and the offset and inertia of nsm are left out")
+    N1, N2 = (card.real(8 * (row + 1) + k, name, 0.0) for k, name in ((4, "N1(A)"), (5, "N2(A)")))
+    if (N1, N2) != tuple(card.real(8 * (row + 1) + k, "N1, N2(B)", value) for k, value in ((6, N1), (7, N2))):
+        conversion.note("PBEAM: N1 and N2 of end A hold along the whole beam")
+    return Section(**_tapered(conversion, card, stations), k1=k1, k2=k2, points=points, neutral=(N1, N2))
 
 
-def _strips(J: float, *rectangles: tuple[float, float, float, float]) -> tuple[float, ...]:
-    """Return A, I1, I2, I12, J of rectangles (width along z, height along y, centre z, centre y); width < 0 cuts."""
-    b, h, z, y = np.array(rectangles).T
-    area = b * h
-    A = area.sum()
-    z, y = z - area @ z / A, y - area @ y / A
-    own = area * h**2 / 12, area * np.abs(b) ** 2 / 12
-    I1, I2, I12 = (own[0] + area * y**2).sum(), (own[1] + area * z**2).sum(), area @ (y * z)
-    return float(A), float(I1), float(I2), float(I12) if abs(I12) > 1e-12 * (I1 + I2) else 0.0, J
+def pbend(conversion: Conversion, card: Card) -> Section:
+    """PBEND: A, I1 in the plane of the arc, I2, J; or mean radius RM and wall T of a pipe behind FSI."""
+    if card.whole(2) and card.integer(2, "FSI") in (1, 2, 3):
+        if card.integer(2, "FSI") > 1:
+            conversion.note("PBEND: a pipe has the flexibility of its circular section, without that of its ovalling")
+        radius, wall = card.real(3, "RM"), card.real(4, "T")
+        found = SHAPES["TUBE"][1](radius + wall / 2, radius - wall / 2)
+        return Section(A=found.A, I1=found.I1, I2=found.I2, I12=0.0, J=found.J, nsm=card.real(10, "NSM", 0.0))
+    A, I1, I2, J = (card.real(k, name, 0.0) for k, name in enumerate(("A", "I1", "I2", "J"), 2))
+    k1, k2, nsm = (card.real(k, name, 0.0) for k, name in enumerate(("K1", "K2", "NSM"), 16))
+    if any(card.real(k, "RC, ZC or DELTAN", 0.0) for k in (19, 20, 21)):
+        conversion.note("PBEND: the offsets RC, ZC and DELTAN of the arc are left out")
+    return Section(A=A, I1=I1, I2=I2, I12=0.0, J=J, nsm=nsm, k1=k1, k2=k2, points=_points(card))
 
 
-def _open(*walls: tuple[float, float]) -> float:
-    """Torsion constant of thin open walls (length, thickness)."""
-    return sum(length * thickness**3 for length, thickness in walls) / 3
+def _station(card: Card, k: int, default: tuple[float, ...]) -> tuple[float, ...]:
+    """Return A, I1, I2, I12, J and nsm from field k on."""
+    names = ("A", "I1", "I2", "I12", "J", "NSM")
+    return tuple(card.real(k + i, name, default[i]) for i, name in enumerate(names))
 
 
-def _ring(outer: float, inner: float) -> tuple[float, ...]:
-    second = math.pi * (outer**4 - inner**4) / 4
-    return math.pi * (outer**2 - inner**2), second, second, 0.0, 2 * second
-
-
-def _bar(b: float, h: float) -> tuple[float, ...]:
-    s, t = max(b, h), min(b, h)
-    return _strips(s * t**3 * (1 / 3 - 0.21 * t / s * (1 - t**4 / (12 * s**4))), (b, h, 0, 0))  # Roark, table 10.7
-
-
-def _box(b: float, h: float, t1: float, t2: float) -> tuple[float, ...]:
-    """Walls t1 above and below, t2 at the sides; torsion after Bredt."""
-    J = 2 * t1 * t2 * (b - t2) ** 2 * (h - t1) ** 2 / ((b - t2) * t2 + (h - t1) * t1)
-    return _strips(J, (b, h, 0, 0), (-(b - 2 * t2), h - 2 * t1, 0, 0))
-
-
-def _i(h: float, b1: float, b2: float, tw: float, t1: float, t2: float) -> tuple[float, ...]:
-    J = _open((b1, t1), (b2, t2), (h - (t1 + t2) / 2, tw))
-    return _strips(J, (b1, t1, 0, t1 / 2), (b2, t2, 0, h - t2 / 2), (tw, h - t1 - t2, 0, (h + t1 - t2) / 2))
-
-
-def _i1(outstands: float, tw: float, inside: float, h: float) -> tuple[float, ...]:
-    return _i(h, outstands + tw, outstands + tw, tw, (h - inside) / 2, (h - inside) / 2)
-
-
-def _t(b: float, h: float, tf: float, tw: float) -> tuple[float, ...]:
-    return _strips(_open((b, tf), (h - tf / 2, tw)), (b, tf, 0, h - tf / 2), (tw, h - tf, 0, (h - tf) / 2))
-
-
-def _l(b: float, h: float, t1: float, t2: float) -> tuple[float, ...]:
-    """Lower leg of thickness t1 towards +z, upright leg of thickness t2."""
-    J = _open((b - t2 / 2, t1), (h - t1 / 2, t2))
-    return _strips(J, (b, t1, b / 2, t1 / 2), (t2, h - t1, t2 / 2, (h + t1) / 2))
-
-
-def _chan(b: float, h: float, tw: float, tf: float) -> tuple[float, ...]:
-    J = _open((b - tw / 2, tf), (b - tw / 2, tf), (h - tf, tw))
-    flange = (b, tf, b / 2)
-    return _strips(J, (*flange, tf / 2), (*flange, h - tf / 2), (tw, h - 2 * tf, tw / 2, h / 2))
-
-
-def _h(inside: float, legs: float, h: float, tw: float) -> tuple[float, ...]:
-    leg, z = legs / 2, (inside + legs / 2) / 2
-    J = _open((h, leg), (h, leg), (inside + leg, tw))
-    return _strips(J, (leg, h, -z, 0), (leg, h, z, 0), (inside, tw, 0, 0))
-
-
-SHAPES: dict[str, tuple[int, Callable[..., tuple[float, ...]]]] = {
-    "ROD": (1, lambda r: _ring(r, 0.0)),
-    "TUBE": (2, _ring),
-    "TUBE2": (2, lambda r, t: _ring(r, r - t)),
-    "BAR": (2, _bar),
-    "BOX": (4, _box),
-    "I": (6, _i),
-    "I1": (4, _i1),
-    "T": (4, _t),
-    "L": (4, _l),
-    "CHAN": (4, _chan),
-    "H": (4, _h),
-}
+def _tapered(conversion: Conversion, card: Card, stations: dict[float, tuple[float, ...]]) -> dict[str, Any]:
+    """Return the values of `Section`: the mean of those between the stations, and these; the last holds to the end."""
+    at = sorted(stations)
+    values = np.array([stations[x] for x in at])
+    if at[-1] < 1:
+        at, values = [*at, 1.0], np.vstack([values, values[-1]])
+    mean = np.sum(np.diff(at)[:, None] * (values[1:] + values[:-1]) / 2, axis=0)
+    found = dict(zip(("A", "I1", "I2", "I12", "J", "nsm"), mean.tolist(), strict=True))
+    if np.allclose(values, mean, rtol=1e-6, atol=1e-12 * np.abs(mean).max()):
+        return found
+    if np.any(values[:, 3]):
+        conversion.note(f"{card.name}: a tapered beam with I12 has the mean of its sections along the whole element")
+        return found
+    rows = values[:, [0, 1, 2, 4, 5]]
+    return found | {"stations": tuple((x, *row) for x, row in zip(at, rows.tolist(), strict=True))}
 
 
 def shape(conversion: Conversion, card: Card) -> Section:
-    """PBARL and PBEAML: a section by its dimensions; PBARL is rigid in shear, PBEAML has K1 = K2 = 1."""
+    """PBARL and PBEAML: a section by its dimensions, with the shear factors of its shape."""
     kind = card.text(3)
     if kind not in SHAPES:
         raise card.error(f"section {kind!r} is not known ({', '.join(SHAPES)}); use PBAR with its area and moments")
-    count, law = SHAPES[kind]
-    values = law(*(card.real(8 + k, f"DIM{k + 1}") for k in range(count)))
-    if card.name == "PBEAML" and kind in ("T", "L", "CHAN", "I"):
-        conversion.note(f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran")
-    shear = "K1 = K2 = 1" if card.name == "PBEAML" else "no shear flexibility"
-    conversion.note(
-        f"{card.name}: sections by their shape have {shear} here, where Nastran may take factors of the shape; "
-        f"give {card.name[:-1]} with K1 and K2 where shear matters"
-    )
-    A, I1, I2, I12, J = values
-    # A beam without K1, K2 in Nastran takes 1; for PBARL we keep PBAR's default, no shear flexibility.
-    k = 1.0 if card.name == "PBEAML" else 0.0
-    return Section(A=A, I1=I1, I2=I2, I12=I12, J=J, nsm=card.real(8 + count, "NSM", 0.0), k1=k, k2=k)
+    count = SHAPES[kind][0]
+    found, nsm = _by_dimensions(card, kind, 8, [None] * count), card.real(8 + count, "NSM", 0.0)
+    if kind != "ROD":
+        conversion.note(
+            f"{card.name} {kind}: torsion constant and shear factors are those of the textbook for this shape; "
+            "Nastran's own may differ"
+        )
+    stations, shear = {0.0: (*found[:5], nsm)}, {"k1": found.k1, "k2": found.k2}
+    if card.name == "PBEAML":
+        if kind in ("T", "T2", "I"):
+            shear["neutral"] = (_below_shear_centre(kind, [card.real(8 + k, "DIM") for k in range(count)]), 0.0)
+        elif kind in ("T1", "L", "CHAN", "CHAN1", "CHAN2", "HAT", "HAT1", "BOX1"):
+            conversion.note(
+                f"PBEAML {kind}: the centroid lies on the element's axis, not the shear centre as in Nastran"
+            )
+        stations = _stations(card, kind, count, stations[0.0])
+    return Section(**_tapered(conversion, card, stations | {1.0: stations.get(1.0, stations[0.0])}), **shear)
 
 
-SECTIONS = {"PBAR": pbar, "PBEAM": pbeam, "PBARL": shape, "PBEAML": shape}
+def _below_shear_centre(kind: str, sizes: list[float]) -> float:
+    """Return the height of the centroid over the shear centre of T, T2 (where flange and web meet) and I."""
+    if kind == "I":
+        h, b1, b2, tw, t1, t2 = sizes
+        parts, share = ((b1 * t1, t1 / 2), (b2 * t2, h - t2 / 2), (tw * (h - t1 - t2), (h + t1 - t2) / 2)), t2 * b2**3
+        centre = t1 / 2 + (h - (t1 + t2) / 2) * share / (share + t1 * b1**3)
+    else:
+        b, h, tf, tw = sizes
+        parts, centre = ((b * tf, h - tf / 2), (tw * (h - tf), (h - tf) / 2)), h - tf / 2
+    y = sum(area * at for area, at in parts) / sum(area for area, _ in parts) - centre
+    return -y if kind == "T2" else y
+
+
+def _by_dimensions(card: Card, kind: str, first: int, default: list[float | None]) -> Shape:
+    sizes = [card.real(first + k, f"DIM{k + 1}", value) for k, value in enumerate(default)]
+    found = SHAPES[kind][1](*sizes)
+    if min(sizes) < 0 or not all(value > 0 for value in (found.A, found.I1, found.I2, found.J, found.k1, found.k2)):
+        raise card.error(f"the dimensions {', '.join(f'{size:g}' for size in sizes)} make no {kind}; correct them")
+    return found
+
+
+def _stations(card: Card, kind: str, count: int, first: tuple[float, ...]) -> dict[float, tuple[float, ...]]:
+    """Return the sections of PBEAML along the beam: behind those of end A, each SO, X/XB, dimensions and nsm."""
+    stations, k = {0.0: first}, 9 + count
+    sizes = [card.real(8 + i, "DIM") for i in range(count)]
+    while card.text(k) or card.text(k + 1) or any(card.fields[k + 2 : k + 3 + count]):
+        at = card.real(k + 1, "X/XB", 1.0)
+        if not 0 <= at <= 1:
+            raise card.error(f"X/XB = {at:g} is not between 0 and 1; give the fraction of the length")
+        there = _by_dimensions(card, kind, k + 2, sizes)
+        stations[at] = (*there[:5], card.real(k + 2 + count, "NSM", first[5]))
+        k += 3 + count
+    return stations
+
+
+SECTIONS = {"PBAR": pbar, "PBEAM": pbeam, "PBARL": shape, "PBEAML": shape, "PBEND": pbend}

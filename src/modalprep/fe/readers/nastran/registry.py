@@ -1,0 +1,183 @@
+"""What the reader does with each Nastran card: tables of other cards, elements, links, and what is left out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from modalprep.fe.mesh.left_out import left_out
+from modalprep.fe.readers.coverage import Entry
+from modalprep.fe.readers.nastran import constraints, elements, links, points, superelements
+from modalprep.fe.readers.nastran.cards import Card
+
+
+class Table(NamedTuple):
+    """Cards that others refer to: those of one family share their ids; of a list each stands for itself."""
+
+    family: str
+    listed: bool = False
+
+    def __call__(self, tables: dict[str, dict[int, Card]], card: Card) -> None:
+        """File a card."""
+        table = tables.setdefault(self.family, {})
+        if self.listed:
+            table[len(table)] = card
+            return
+        for entry in _entries(card):
+            known = table.setdefault(entry.id, entry)
+            if known.fields != entry.fields or known.name != entry.name:
+                raise entry.error(f"another {known.name} in line {known.line} has this id; keep one of the two")
+
+
+def _entries(card: Card) -> list[Card]:
+    """Split the cards that hold several entries."""
+    width = {"CORD1": 4, "PELAS": 4, "PMASS": 2}.get(card.name[:5])
+    if width is None:
+        return [card]
+    parts = [card.fields[k : k + width] for k in range(0, min(len(card.fields), 8), width)]
+    return [Card(card.name, part, card.file, card.line) for part in parts if any(part)]
+
+
+FAMILIES = {
+    "grid": "GRID",
+    "system": "CORD1R CORD1C CORD1S CORD2R CORD2C CORD2S",
+    "material": "MAT1 MAT2 MAT3 MAT8 MAT9 MAT10 MAT11",
+    "shell": "PSHELL PCOMP PCOMPG",
+    "bar": "PBAR PBARL",
+    "beam": "PBEAM PBEAML",
+    "bend": "PBEND",
+    "rod": "PROD",
+    "tube": "PTUBE",
+    "shear": "PSHEAR",
+    "solid": "PSOLID",
+    "bush": "PBUSH",
+    "elas": "PELAS",
+    "mass": "PMASS",
+}
+LISTS = (
+    "GRDSET",
+    "BAROR",
+    "BEAMOR",
+    "PARAM",
+    "SPOINT",
+    "SPCADD",
+    *constraints.LISTS,
+    *links.SUPPORTS,
+    *links.NODE_SETS,
+)
+
+REMARKS = {
+    "PBARL": "Area and moments are exact; torsion constant and, but for ROD, shear factors are those of the textbook.",
+    "PBEAML": "As PBARL; a taper is linear between its stations; the shear centre is that of Nastran for T, T2 and I.",
+    "PBEAM": "A taper is linear between its stations; warping, shear relief and the offset of nsm are left out.",
+    "PSHELL": "MID4, the coupling of membrane and bending, is refused.",
+    "PBUSH": "The K row is read; damping and other rows are left out with a note.",
+    "PTUBE": "A taper is replaced by its mean.",
+    "MAT2": "For shells, where it is orthotropic along the material's axes.",
+    "PARAM": "WTMASS and COUPMASS are read; G, W3, W4, ALPHA1, ALPHA2, K6ROT and SNORM are noted; others do nothing.",
+    "CELAS1": "Between distant grids it acts through rigid arms to the middle.",
+    "CELAS2": "Between distant grids it acts through rigid arms to the middle.",
+    "CBEND": "Sixteen straight beams between new grids follow the arc.",
+    "PBEND": "The ovalling of pipes and the offsets RC, ZC and DELTAN are left out with a note.",
+    "CSHEAR": "A sheet that keeps 1e-6 of its normal stiffness; F1 and F2 become rods along its edges.",
+    "CMASS1": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
+    "CMASS2": "A mass that acts in all three directions of a grid, or an inertia of its rotations.",
+    "CONM1": "The matrix of a rigid body; others are refused.",
+}
+APPROXIMATED = {"PBARL", "PBEAML", "PBEAM", "PTUBE", "CBEND", "PBEND", "CELAS1", "CELAS2", "CSHEAR"}
+
+QUIET = """
+PLOTEL PLOTEL3 PLOTEL4 FORCE FORCE1 FORCE2 MOMENT MOMENT1 MOMENT2 PLOAD PLOAD1 PLOAD2 PLOAD4 PLOADX1 GRAV ACCEL ACCEL1
+RFORCE LOAD DLOAD TLOAD1 TLOAD2 RLOAD1 RLOAD2 LSEQ SLOAD DAREA TABLED1 TABLED2 TABLED3 TABLED4 TABLEM1 TABLEM2 TABLEM3
+TABLEM4 TABLES1 TABLEST TABDMP1 TABRND1 EIGB EIGC EIGP EIGR EIGRL TSTEP TSTEPNL FREQ FREQ1 FREQ2 FREQ3 FREQ4 FREQ5 SET1
+SET2 SET3 TEMP TEMPD TEMPP1 TEMPRB TEMPADD DPHASE DELAY DRESP1 DRESP2 DRESP3 DESVAR DCONSTR DCONADD DVPREL1 DVPREL2
+DVMREL1 DOPTPRM DLINK DSCREEN MDLPRM NLPARM NLPCI SPCD CSUPEXT OMIT OMIT1 ECHOOFF ECHOON DTI USET USET1 RANDPS RANDT1
+CREEP DEFORM BCONP BLSEG BFRIC BSURF BSURFS BCTSET SESET SEBSET SEELT RELEASE EXTRN
+"""
+DAMPING = (
+    "CDAMP1 CDAMP2 CDAMP3 CDAMP4 CDAMP5 CVISC PDAMP PDAMP5 PVISC CBUSH1D PBUSH1D PBUSHT PELAST PDAMPT MATT1 MATS1 MATT8"
+)
+MATRICES = "DMIG DMIAX DMIJ DMIK DMI TF GENEL"
+REFUSED = {
+    **dict.fromkeys(
+        "CGAP CFAST CWELD CSEAM CBEAM3 CQUADR CTRIAR CQUAD CTRIAX CTRIAX6 CQUADX CTRIA CRAC2D CRAC3D CDUM1 "
+        "CTWIST CTRAPRG CTRIARG CHEXA1 CHEXA2 CIHEX1 CIHEX2 CIHEX3 CELBOW".split(),
+        "This element has no counterpart here.",
+    ),
+    **dict.fromkeys(
+        "CELAS3 CELAS4 CMASS3 CMASS4".split(), "It acts on scalar points, which have no position in the body."
+    ),
+    **dict.fromkeys("PBCOMP PBMSECT PBRSECT PBEAM3 PCOMPLS".split(), "This section has no counterpart here."),
+    **dict.fromkeys("NSM NSM1 NSML NSML1 NSMADD".split(), "Give the further mass on the properties themselves."),
+    **dict.fromkeys(MATRICES.split(), "Matrices of a deck are read by [matrices]."),
+    **dict.fromkeys(
+        "MPCY RJOINT RSPLINE RSSCON RTRPLT RTRPLT1 RBAR1 CYJOIN CYAX".split(),
+        "This constraint is not read.",
+    ),
+    **{name: f"It cannot be read: {remark}." for name, remark in superelements.REFUSED.items()},
+    **dict.fromkeys("SEUPR SEDLINK".split(), "Trees of superelements are not read."),
+    **dict.fromkeys("ACMODL CAABSF CHACAB CHACBR CHBDYE CHBDYG CHBDYP".split(), "Fluids and heat are not read."),
+}
+FLUIDS = {"CAABSF", "CHACAB", "CHACBR", "ACMODL", "CHBDYE", "CHBDYG", "CHBDYP"}
+
+
+def _read(names: Iterable[str], handles) -> dict[str, Entry]:
+    return {
+        name: Entry("approximated" if name in APPROXIMATED else "read", REMARKS.get(name, ""), handle)
+        for name, handle in zip(names, handles, strict=True)
+    }
+
+
+def _registry() -> dict[str, Entry]:
+    found = {name: Entry("refused", remark) for name, remark in REFUSED.items()}
+    found |= {name: Entry("no effect", "Fluids and heat are left out with a note.") for name in FLUIDS}
+    found |= {name: Entry("no effect") for name in QUIET.split()}
+    found |= {
+        name: Entry("read", "It belongs to the parts of a deck with BEGIN SUPER.", Table(name, listed=True))
+        for name in superelements.OWN
+    }
+    found |= {
+        name: Entry("no effect", "Damping and nonlinear laws are left out with a note.") for name in DAMPING.split()
+    }
+    found |= _read(LISTS, (Table(name, listed=True) for name in LISTS))
+    for family, names in FAMILIES.items():
+        found |= _read(names.split(), (Table(family) for _ in names.split()))
+    handlers = {**elements.HANDLERS, **points.HANDLERS, **links.HANDLERS}
+    return dict(sorted((found | _read(handlers, handlers.values())).items()))
+
+
+REGISTRY: dict[str, Entry] = _registry()
+
+GE = {"MAT1": 7, "MAT2": 12, "MAT8": 16, "PCOMP": 6, "PCOMPG": 6, "PELAS": 2}  # field of the structural damping GE
+PARAMETERS = ("G", "W3", "W4", "ALPHA1", "ALPHA2", "K6ROT", "SNORM", "COUPMASS")
+SEID = 7  # field of a grid
+SAID_BESIDES = (
+    "damping is given in the pipeline file, superelements are one structure here, drilling stiffness and normals of "
+    "shells are those of the elements, and the mass is consistent unless mass = 'nastran'"
+)
+
+
+def unused(cards: list[Card]) -> tuple[str, ...]:
+    """Return the note on fields and parameters that are left out; empty without any.
+
+    Examples
+    --------
+    >>> unused([Card("PARAM", ["G", ".02"], "a.bdf", 3)])[0][:39]
+    'left out: 1 PARAM,G (a.bdf line 3); dam'
+    """
+    return left_out(((what, f"{card.file} line {card.line}") for card in cards for what in _of(card)), SAID_BESIDES)
+
+
+def _of(card: Card) -> Iterator[str]:
+    """Yield what a card says besides."""
+    if card.name in GE and card.real(GE[card.name], "GE", 0.0):
+        yield f"GE of {card.name}"
+    if card.name == "GRID" and card.text(SEID) not in ("", "0"):
+        yield "SEID of GRID"
+    if card.name == "PARAM" and card.text(0) in PARAMETERS and card.text(1) != _usual(card):
+        yield f"PARAM,{card.text(0)}"
+
+
+def _usual(card: Card) -> str:
+    """Return the value that asks for what the model has: the consistent mass."""
+    return "1" if card.text(0) == "COUPMASS" else ""

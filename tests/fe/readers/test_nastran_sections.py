@@ -1,0 +1,156 @@
+"""Sections of Nastran's bars by their dimensions, against hand calculation and contour integrals."""
+
+import math
+
+import numpy as np
+import pytest
+from fe.decks import BAR, GRIDS, STEEL
+
+from modalprep.errors import InputError
+from modalprep.fe.readers.nastran.sections import Section
+from modalprep.fe.readers.nastran.shapes import SHAPES
+
+
+@pytest.mark.parametrize(
+    ("kind", "dims", "expected"),
+    [
+        ("ROD", (2.0,), (4 * math.pi, 4 * math.pi, 4 * math.pi, 0, 8 * math.pi)),
+        ("TUBE", (2.0, 1.0), (3 * math.pi, 15 * math.pi / 4, 15 * math.pi / 4, 0, 15 * math.pi / 2)),
+        ("TUBE2", (2.0, 1.0), (3 * math.pi, 15 * math.pi / 4, 15 * math.pi / 4, 0, 15 * math.pi / 2)),
+        ("BAR", (3.0, 3.0), (9, 27 / 4, 27 / 4, 0, 0.1408 * 81)),  # torsion of a square: 0.1406 a^4
+        # outer 40 x 60, walls 3 above and below, 2 at the sides
+        ("BOX", (40.0, 60.0, 3.0, 2.0), (456, (40 * 60**3 - 36 * 54**3) / 12, (60 * 40**3 - 54 * 36**3) / 12, 0, None)),
+        # height 100, flanges 50 x 10, web 6
+        (
+            "I",
+            (100.0, 50.0, 50.0, 6.0, 10.0, 10.0),
+            (1480, (50 * 100**3 - 44 * 80**3) / 12, (20 * 50**3 + 80 * 6**3) / 12, 0, None),
+        ),
+        (
+            "I1",
+            (44.0, 6.0, 80.0, 100.0),
+            (1480, (50 * 100**3 - 44 * 80**3) / 12, (20 * 50**3 + 80 * 6**3) / 12, 0, None),
+        ),
+        # the same pieces lying: legs 10 x 50 upright at both sides, web 80 x 6
+        ("H", (80.0, 20.0, 50.0, 6.0), (1480, (20 * 50**3 + 80 * 6**3) / 12, (50 * 100**3 - 44 * 80**3) / 12, 0, None)),
+        ("CHAN", (50.0, 100.0, 6.0, 10.0), (1480, (50 * 100**3 - 44 * 80**3) / 12, None, 0, None)),
+        # flange 60 x 10 over a stem 10 x 60: centroid 52.5 from below by hand
+        (
+            "T",
+            (60.0, 70.0, 10.0, 10.0),
+            (
+                1200,
+                60 * 10**3 / 12 + 600 * 17.5**2 + 10 * 60**3 / 12 + 600 * 17.5**2,
+                (10 * 60**3 + 60 * 10**3) / 12,
+                0,
+                None,
+            ),
+        ),
+        # equal angle 100 x 10: I12 = -1.05e6 about, J = sum b t^3 / 3 on mid-lines
+        ("L", (100.0, 100.0, 10.0, 10.0), (1900, 1.8002e6, 1.8002e6, -1.0658e6, 190 * 1000 / 3)),
+    ],
+)
+def test_sections_by_their_dimensions(kind, dims, expected):
+    count, law = SHAPES[kind]
+    assert count == len(dims)
+    for found, value in zip(law(*dims)[:5], expected, strict=True):
+        assert value is None or found == pytest.approx(value, rel=2e-3 if kind in ("BAR", "L") else 1e-12, abs=1e-9)
+
+
+def test_closed_and_open_torsion():
+    """Bredt for the box; a slit makes it an open section, so its J is far above that of the I."""
+    J = SHAPES["BOX"][1](40.0, 60.0, 3.0, 2.0)[4]
+    assert pytest.approx(4 * (38 * 57) ** 2 / (2 * 38 / 3 + 2 * 57 / 2)) == J
+    assert SHAPES["I"][1](100.0, 50.0, 50.0, 6.0, 10.0, 10.0)[4] == pytest.approx((2 * 50 * 10**3 + 90 * 6**3) / 3)
+    assert Section(A=1, I1=2.0, I2=2.0, I12=1.0, J=1).turned == pytest.approx((3, 1, math.pi / 4))
+
+
+def contour(*loops):
+    """Area and moments (about z, about y, product) at the centroid of polygons (y, z); clockwise ones are holes."""
+    sums = np.zeros(6)
+    for loop in loops:
+        (y0, z0), (y1, z1) = np.array(loop, dtype=float).T, np.roll(np.array(loop, dtype=float), -1, axis=0).T
+        cross = y0 * z1 - y1 * z0
+        terms = [cross / 2, (y0 + y1) * cross / 6, (z0 + z1) * cross / 6, (y0**2 + y0 * y1 + y1**2) * cross / 12,
+                 (z0**2 + z0 * z1 + z1**2) * cross / 12,
+                 (y0 * z1 + 2 * y0 * z0 + 2 * y1 * z1 + y1 * z0) * cross / 24]  # fmt: skip
+        sums += np.array([np.sum(term) for term in terms])
+    A, Sy, Sz, yy, zz, yz = sums * np.sign(sums[0])
+    return A, yy - Sy**2 / A, zz - Sz**2 / A, yz - Sy * Sz / A
+
+
+# Contours from the figures of the PBARL card, corner by corner: height along y, width along z.
+CONTOURS = [
+    ("BOX1", (8, 12, 1, 2, 0.5, 1.5), [[(0, 0), (0, 8), (12, 8), (12, 0)], [(2, 1.5), (11, 1.5), (11, 7.5), (2, 7.5)]]),
+    ("CHAN1", (5, 1, 8, 10), [[(0, 0), (0, 6), (1, 6), (1, 1), (9, 1), (9, 6), (10, 6), (10, 0)]]),
+    ("CHAN2", (1, 2, 7, 10), [[(0, 0), (0, 10), (7, 10), (7, 9), (2, 9), (2, 1), (7, 1), (7, 0)]]),
+    (
+        "CROSS",
+        (6, 2, 10, 3),
+        [[(-5, -1), (-1.5, -1), (-1.5, -4), (1.5, -4), (1.5, -1), (5, -1), (5, 1), (1.5, 1), (1.5, 4), (-1.5, 4),
+          (-1.5, 1), (-5, 1)]],
+    ),
+    ("HEXA", (2, 9, 6), [[(-3, -2.5), (-3, 2.5), (0, 4.5), (3, 2.5), (3, -2.5), (0, -4.5)]]),
+    (
+        "HAT",
+        (6, 1, 8, 3),
+        [[(0, -7), (0, -3), (5, -3), (5, 3), (0, 3), (0, 7), (1, 7), (1, 4), (6, 4), (6, -4), (1, -4), (1, -7)]],
+    ),
+    (
+        "HAT1",
+        (14, 7, 8, 1, 2),
+        [[(0, -7), (0, 7), (3, 7), (3, 4), (7, 4), (7, -4), (3, -4), (3, -7)], [(2, -3), (6, -3), (6, 3), (2, 3)]],
+    ),
+    ("T1", (10, 7, 1, 2), [[(-5, 7), (-5, 8), (5, 8), (5, 7), (1, 7), (1, 0), (-1, 0), (-1, 7)]]),
+    ("T2", (8, 10, 1, 2), [[(0, -4), (0, 4), (1, 4), (1, 1), (10, 1), (10, -1), (1, -1), (1, -4)]]),
+    ("Z", (4, 2, 8, 10), [[(-5, -1), (-5, 5), (-4, 5), (-4, 1), (5, 1), (5, -5), (4, -5), (4, -1)]]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("kind", "dims", "loops"), CONTOURS)
+def test_area_and_moments_are_those_of_the_contour(kind, dims, loops):
+    count, law = SHAPES[kind]
+    assert count == len(dims)
+    np.testing.assert_allclose(law(*dims)[:4], contour(*loops), rtol=1e-12, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_every_shape_has_positive_stiffness(kind, read):
+    """Dimensions that fit every figure; the shear factors are below one."""
+    sizes = {
+        "9.,4.,5.,1.,1.,1.": "I",
+        "9.,8.,1.,1.,1.,1.": "BOX1",
+        "5.,9.,1.,1.": "CHAN T T2",
+        "9.,8.,1.,1.": "BOX L",
+        "9.,5.,1.,1.": "T1",
+        "5.,1.,8.,3.": "HAT",
+        "14.,7.,8.,1.,2.": "HAT1",
+        "4.,1.,7.,9.": "I1 CHAN1 Z",
+        "1.,1.,7.,9.": "CHAN2",
+        "4.,1.,7.,1.": "CROSS",
+        "4.,2.,7.,1.": "H",
+        "2.,9.,6.": "HEXA",
+        "2.": "ROD",
+        "2.,1.": "TUBE TUBE2",
+        "3.,4.": "BAR",
+    }
+    dims = {name: text for text, names in sizes.items() for name in names.split()}
+    mesh = read(GRIDS + BAR + f"PBARL,5,7,,{kind},,,,,+\n+,{dims[kind]},.7\n" + STEEL)
+    beam = mesh.properties["pbarl_5"]
+    assert min(beam.A, beam.Iy, beam.Iz, beam.J, beam.nsm) > 0
+    assert beam.nsm == 0.7
+    assert kind in ("L", "Z") or (0 < beam.ky < 1 and 0 < beam.kz < 1 and beam.theory == "timoshenko")
+    assert any(f"PBARL {kind}: torsion constant" in note for note in mesh.notes) == (kind != "ROD")
+
+
+def test_shear_factors_of_the_shapes():
+    """Round 0.9 (NX Nastran's frequencies, test_mass_distribution.py), rectangle 5/6, web over area."""
+    assert SHAPES["ROD"][1](2.0)[5:] == (0.9, 0.9)
+    assert SHAPES["BAR"][1](2.0, 3.0)[5:] == pytest.approx((5 / 6, 5 / 6))
+    assert SHAPES["I"][1](100.0, 50.0, 50.0, 6.0, 10.0, 10.0)[5:] == pytest.approx((480 / 1480, 5 / 6 * 1000 / 1480))
+    assert SHAPES["BOX"][1](40.0, 60.0, 3.0, 2.0)[5:] == pytest.approx((4 * 54 / 456, 6 * 36 / 456))
+
+
+def test_walls_that_do_not_fit_are_refused(read):
+    with pytest.raises(InputError, match="PBARL 5: the dimensions 4, 4, 3, 3 make no BOX; correct them"):
+        read(GRIDS + BAR + "PBARL,5,7,,BOX,,,,,+\n+,4.,4.,3.,3.\n" + STEEL)

@@ -1,0 +1,148 @@
+"""Many modes slice by slice: repeated roots across the ends, shifts on modes, modes that a slice has missed."""
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron
+
+from modalprep.errors import AccuracyError
+from modalprep.linalg import modes, slices
+from modalprep.linalg.factor import factorise
+from modalprep.linalg.lanczos import block_lanczos
+from modalprep.linalg.modes import lowest_modes
+from modalprep.linalg.pencil import Pencil
+from modalprep.linalg.slices import sliced_modes
+
+pytest.importorskip("pypardiso", reason="PARDISO has no wheel here")
+
+N, SIZE = 46, 40  # nodes a side of the square; modes of a slice
+
+
+def square(n=N):
+    """Membrane of n^2 points, mass between neighbours too: the closed form of its matrices' eigenvalues, ascending."""
+    line = diags_array([np.full(n, 2.0), np.full(n - 1, -1.0), np.full(n - 1, -1.0)], offsets=[0, 1, -1])
+    K = kron(line, eye_array(n)) + kron(eye_array(n), line)
+    M = eye_array(n * n) - K / 12.0
+    single = 4 * np.sin(np.arange(1, n + 1) * np.pi / (2 * (n + 1))) ** 2
+    k = np.add.outer(single, single).ravel()
+    return csr_array(K), csr_array(M), np.sort(k / (1 - k / 12))
+
+
+def check(found, exact, n):
+    w2, phi, M = *found, square()[1]
+    np.testing.assert_allclose(w2, exact[:n], rtol=1e-10)  # residuals of 1e-10 enter squared; round-off of K
+    np.testing.assert_allclose(phi.T @ (M @ phi), np.eye(n), atol=1e-10)
+
+
+def by_slices(n, size=SIZE):
+    K, M, _ = square()
+    return sliced_modes(K, M, n, factorise(K), 0.0, size)
+
+
+def test_closed_form_with_pairs_of_equal_roots():
+    check(by_slices(300), square()[2], 300)
+
+
+def test_equal_parts_repeat_each_root_more_often_than_slices_overlap():
+    """Each root twenty times or forty: no slice ends between two roots, and the inertia counts all copies."""
+    K, M, exact = square(12)
+    copies = 20
+    K, M = (csr_array(block_diag([A] * copies)) for A in (K, M))
+    w2, phi = sliced_modes(K, M, 400, factorise(K), 0.0, 60)
+    np.testing.assert_allclose(w2, np.repeat(exact, copies)[:400], rtol=1e-10)
+    np.testing.assert_allclose(phi.T @ (M @ phi), np.eye(400), atol=1e-10)
+
+
+def test_a_shift_on_a_mode_is_moved(monkeypatch):
+    exact = square()[2]
+    tried, place = [], slices.Slices._next_shift
+
+    def onto_a_mode(self, half):
+        shift, factor = place(self, half)
+        if len(tried) % 2 == 0:
+            shift = exact[factor.negative]
+            factor = self.pencil.at(shift)
+        tried.append(shift)
+        return shift, factor
+
+    monkeypatch.setattr(slices.Slices, "_next_shift", onto_a_mode)
+    check(by_slices(200), exact, 200)
+    assert len(tried) >= 4  # each slice twice
+
+
+@pytest.mark.parametrize("place", [2, SIZE - 2])  # far below the overlap, and inside
+def test_a_mode_that_a_slice_has_missed_is_found_by_the_next(monkeypatch, place):
+    _, _, exact = square()
+    runs = []
+
+    def skip_one(*arguments, **options):
+        runs.append(1)
+        found = block_lanczos(*arguments, **options)
+        return found if len(runs) > 1 else tuple(np.delete(part, place, axis=-1) for part in found)
+
+    monkeypatch.setattr(slices, "block_lanczos", skip_one)
+    check(by_slices(200), exact, 200)
+
+
+def test_slices_that_never_agree_with_their_count(monkeypatch):
+    def skip_one(*arguments, **options):
+        return tuple(part[..., 1:] for part in block_lanczos(*arguments, **options))
+
+    monkeypatch.setattr(slices, "block_lanczos", skip_one)
+    with pytest.raises(AccuracyError, match="not as many modes as its inertia counts"):
+        by_slices(200)
+    K, M, exact = square()
+    monkeypatch.setattr(slices, "SMALLEST", SIZE)
+    np.testing.assert_allclose(lowest_modes(K, M, 200).w2, exact[:200], rtol=1e-10)  # one run of Lanczos then
+
+
+def test_lowest_modes_takes_slices_for_many(monkeypatch):
+    K, M, exact = square()
+    taken = []
+    monkeypatch.setattr(slices, "SMALLEST", SIZE)
+    monkeypatch.setattr(modes, "sliced_modes", lambda *given: taken.append(sliced_modes(*given)) or taken[-1])
+    for n in (100, 300):
+        found = lowest_modes(K, M, n)
+        np.testing.assert_allclose(found.w2, exact[:n], rtol=1e-10)
+        assert found.counted == "counted by the inertia of K - w^2 M"
+    assert taken[0] is None
+    assert len(taken[1][0]) == 300
+
+
+def test_a_body_with_rigid_motions(monkeypatch):
+    """Twenty free squares have twenty constant vectors without strain, below the first shift."""
+    n, copies = 12, 20
+    K, _, _ = square(n)
+    K = K - diags_array(np.asarray(K.sum(axis=1)).ravel())
+    single = 4 * np.sin(np.arange(n) * np.pi / (2 * n)) ** 2  # free ends
+    exact = np.repeat(np.sort(np.add.outer(single, single).ravel()), copies)
+    K, M = csr_array(block_diag([K] * copies)), csr_array(eye_array(copies * n * n))
+    w2, _ = sliced_modes(K, M, 300, factorise((K + 0.01 * M).tocsr()), -0.01, 60)
+    np.testing.assert_allclose(w2, exact[:300], rtol=1e-10, atol=1e-12)
+
+
+def test_less_memory_than_one_basis():
+    """One basis has some 2 n vectors beside the n modes; slices have the modes and 4 to 6 of their own size."""
+    K, M, _ = square(60)
+    factor, n = factorise(K), 300
+    peak = {}
+    for name, call in (
+        ("slices", lambda: sliced_modes(K, M, n, factor, 0.0, 30)),
+        ("one", lambda: block_lanczos(factor, M, n, shift=0.0)),
+    ):
+        tracemalloc.start()
+        call()
+        peak[name] = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+    assert peak["slices"] < 0.5 * peak["one"]
+
+
+def test_factors_of_a_pencil_are_those_of_the_matrices():
+    K, M, exact = square()
+    pencil, b = Pencil(K, M, 0.0), np.random.default_rng(0).standard_normal(len(exact))
+    for shift in (exact[:2].mean(), 0.3, 0.0):
+        x = factorise((K - shift * M).tocsr(), definite=False).solve(b)
+        factor = pencil.at(shift)
+        np.testing.assert_allclose(factor.solve(b), x, atol=1e-9 * np.abs(x).max())
+        assert factor.negative == np.sum(exact < shift)
