@@ -74,7 +74,7 @@ BODY = [
     ("E = 7e10", "E = -1", "job.toml", "E = -1 must be positive"),
     ("E = 7e10", "E = 1979-05-27", "[materials.alloy", "E"),
     ("E = 7e10", "E = true", "[materials.alloy", "E"),
-    ("E = 7e10", 'E = "70 psi"', "[materials.alloy.E]", "or a unit of Pa, kPa, MPa, GPa"),
+    ("E = 7e10", 'E = "70 kg/m"', "[materials.alloy.E]", "another dimension than Pa", "'210 GPa'"),
     ("nu = 0.4", "nu = 0.5", "nu = 0.5 must lie between"),
     ("[materials.alloy]", '[materials.alloy]\ntype = "plastic"', "isotropic", "orthotropic"),
     ("[materials.alloy]", "[materials]\nalloy = 3\n[materials.other]", "[materials.alloy"),
