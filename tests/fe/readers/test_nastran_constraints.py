@@ -114,7 +114,7 @@ def in_systems():
             yield pytest.param(one, other, "local", id=f"{name}-local")
 
 
-@pytest.mark.parametrize(("one", "other", "systems"), in_systems())
+@pytest.mark.parametrize(("one", "other", "systems"), list(in_systems()))
 def test_cards_that_say_the_same(read, one, other, systems):
     found = []
     for card, name in ((one, "one.bdf"), (other, "other.bdf")):
