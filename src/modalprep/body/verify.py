@@ -63,7 +63,9 @@ def check_projection(model: FEModel, reduction: Reduction, body: FlexibleBody) -
     MR = model.M @ R
     mass = relative(rigid_mass_matrix(body.m, body.s0, body.E0), R.T @ MR)
     coupling = np.vstack([body.S, cross_moment(body.H)])
-    scale = np.sqrt(np.einsum("ij,ij->j", R, MR))[:, None]  # Cauchy-Schwarz: no entry exceeds it
+    inertia = np.einsum("ij,ij->j", R, MR)
+    inertia[3:] = np.maximum(inertia[3:], 1e-12 * inertia[3:].max())  # that of a line of points about itself is zero
+    scale = np.sqrt(inertia)[:, None]  # Cauchy-Schwarz: no entry exceeds it
     return [
         Check("mass matrix of the model", mass, IDENTITY, "m, s0, E0 of the body = R^T M R of the mesh"),
         Check("momentum of the modes", relative(coupling / scale, MR.T @ reduction.basis / scale, floor=1.0), IDENTITY,
