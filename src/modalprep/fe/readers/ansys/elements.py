@@ -95,14 +95,13 @@ def _link(b: Builder, element: Element) -> None:
 
 
 def _beam(b: Builder, element: Element) -> None:
-    """Two-node beams with an orientation node, and three-node ones as two straight pieces."""
+    """Beams of two or three nodes (the ends, then the middle), and a node of orientation."""
     number = b.deck.types[element.type].name
-    ends = [(0, 1)] if number in ("4", "188", "288") else [(0, 2), (2, 1)]
-    up = _up(b, element, 3 if len(ends) == 2 else 2)
+    kind, count = ("line3", 3) if number in ("189", "289") else ("line", 2)
+    nodes, up = b.nodes(element, range(count)), _up(b, element, count)
+    b.turning.update(nodes)
     name = b.group(element, "mrs", b.sections.beam4 if number == "4" else b.sections.beam)
-    for pair in ends:
-        b.turning.update(b.nodes(element, pair))
-        b.put("up", "line", b.cell(element, "line", b.nodes(element, pair), name), up)
+    b.put("up", kind, b.cell(element, kind, nodes, name), up)
 
 
 def _up(b: Builder, element: Element, place: int) -> np.ndarray:
@@ -230,12 +229,12 @@ ELEMENTS: dict[str, Entry] = {
     "SOLID186": Entry("approximated", OWN, _solid),
     "SOLID187": Entry("read", "", _tetra),
     "BEAM188": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
-    "BEAM189": Entry("approximated", "It is read as two straight beams.", _beam),
+    "BEAM189": Entry("approximated", "Shear factors and torsion constant are those of the shape here.", _beam),
     "MESH200": Entry("no effect", "It has no stiffness."),
     "SHELL281": Entry("approximated", QUADRATIC, _shell),
     "SOLID285": Entry("approximated", OWN, _tetra),
     "PIPE288": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),
-    "PIPE289": Entry("approximated", "It is read as two straight tubes.", _beam),
+    "PIPE289": Entry("approximated", "It is read as a tube, without pressure and contents.", _beam),
     **{f"CONTA{k}": Entry("refused", CONTACT) for k in (171, 172, 173, 174, 175, 176, 177, 178)},
     **{f"TARGE{k}": Entry("refused", CONTACT) for k in (169, 170)},
     "PRETS179": Entry("refused", "Pretension is not linear."),
