@@ -274,7 +274,7 @@ REFUSED = {
     "a part twice": ("*PART, NAME=p\n*END PART\n*PART, NAME=p\n*END PART\n", "has the name p of another part"),
     "an imported instance": ("*INSTANCE, LIBRARY=old, NAME=i, PART=p\n", "imports the result of another analysis"),
     "axes on one line": ("*SYSTEM\n0, 0, 0, 1, 0, 0\n2, 0, 0\n", "points on one line, which give no axes"),
-    "a number that is none": ("*NODE\nnine, 0, 0, 0\n", "node nine, 0, 0, 0 begins with no number"),
+    "a number that is none": ("*NODE\nnine, 0, 0, 0\n", "node 'nine, 0, 0, 0' begins with no number"),
 }  # fmt: skip
 
 

@@ -16,7 +16,7 @@ MOST = 1_000_000  # nodes that one line may make
 def label_of(row: Row, k: int, what: str) -> int:
     """Return the number in field `k`."""
     if not LABEL.fullmatch(row.text(k)):
-        raise row.error(f"{what} {', '.join(row.fields)} begins with no number; repair the line")
+        raise row.error(f"{what} {', '.join(row.fields)[:60]!r} begins with no number; repair the line")
     return int(row.text(k))
 
 

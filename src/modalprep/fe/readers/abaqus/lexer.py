@@ -39,9 +39,9 @@ class Row(NamedTuple):
         try:
             value = float(text.upper().replace("D", "E"))
         except ValueError:
-            raise self.error(f"{what} is {text!r}, which is no number; correct field {k + 1}") from None
+            raise self.error(f"{what} is {text[:60]!r}, which is no number; correct field {k + 1}") from None
         if not math.isfinite(value):
-            raise self.error(f"{what} = {text} is not finite; correct field {k + 1}")
+            raise self.error(f"{what} = {text[:60]} is not finite; correct field {k + 1}")
         return value
 
     def reals(self, first: int, count: int, what: str) -> list[float]:
@@ -52,7 +52,7 @@ class Row(NamedTuple):
         """Return the whole number in field `k`."""
         value = self.real(k, what, default)
         if value != int(value) or abs(value) > 1e15:
-            raise self.error(f"{what} = {self.text(k)} is no whole number; correct field {k + 1}")
+            raise self.error(f"{what} = {self.text(k)[:60]} is no whole number; correct field {k + 1}")
         return int(value)
 
 
