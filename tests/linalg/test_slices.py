@@ -56,7 +56,7 @@ def test_equal_parts_repeat_each_root_more_often_than_slices_overlap():
 
 def test_a_shift_on_a_mode_is_moved(monkeypatch):
     exact = square()[2]
-    tried, place = [], slices.Slices._next_shift
+    tried, used, place = [], [], slices.Slices._next_shift
 
     def onto_a_mode(self, half):
         shift, factor = place(self, half)
@@ -66,9 +66,14 @@ def test_a_shift_on_a_mode_is_moved(monkeypatch):
         tried.append(shift)
         return shift, factor
 
+    def far_from_modes(*arguments, **options):
+        used.append(options["shift"])
+        return block_lanczos(*arguments, **options)
+
     monkeypatch.setattr(slices.Slices, "_next_shift", onto_a_mode)
+    monkeypatch.setattr(slices, "block_lanczos", far_from_modes)
     check(by_slices(200), exact, 200)
-    assert len(tried) >= 4  # each slice twice
+    assert np.abs(np.subtract.outer(used, exact)).min() > 1e-7  # modes are some 0.01 apart, `CLOSE` is 1e-5 of that
 
 
 @pytest.mark.parametrize("place", [2, SIZE - 2])  # far below the overlap, and inside

@@ -12,6 +12,7 @@ from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressRecovery
+from modalprep.linalg.blas import inner
 from modalprep.reduction.basis import Reduction
 from modalprep.suggest import refuse_other
 
@@ -83,8 +84,8 @@ def flexible_body(
         m=model.rigid.m,
         s0=model.rigid.s0,
         E0=model.rigid.E0,
-        S=model.g.T @ Phi,
-        H=(model.h.reshape(-1, 9).T @ Phi).reshape(3, 3, n),
+        S=inner(model.g, Phi),
+        H=inner(model.h.reshape(-1, 9), Phi).reshape(3, 3, n),
         P=model.M_ab.project(Phi),
         Kg_A=Kg_A,
         Kg_W=Kg_W,

@@ -10,6 +10,7 @@ from modalprep.fe.assembly.sparse_kernels import scatter_rows
 from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.block import Block
 from modalprep.fe.elements.mass import PAIRS, MassObjects, RigidInertia
+from modalprep.linalg.blas import inner
 
 ROWS = 2048  # of the basis at a time
 BLOCK = 16  # columns of a basis at a time: products with a sparse matrix are as quick as with all
@@ -84,7 +85,7 @@ class MassTensor:
                 for rows in (slice(r, r + ROWS) for r in range(0, len(u), ROWS)):
                     force = self._scalar[rows] @ u
                     for a in range(b + 1):
-                        P[a, b] += Phi[self._dof[rows, a]].T @ force
+                        P[a, b] += inner(Phi[self._dof[rows, a]], force)
         for a, b in PAIRS:
             P[b, a] = P[a, b].T
         return P
