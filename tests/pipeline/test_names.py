@@ -39,7 +39,7 @@ from modalprep.reduction import Load, Rayleigh
 PAIRS = {
     "material": (mp.Material, properties.MaterialTable, set(), set()),
     "lamina": (Orthotropic, properties.OrthotropicTable, set(), set()),
-    "beam": (mp.Beam, properties.BeamTable, {"fibres"}, {"section"}),
+    "beam": (mp.Beam, properties.BeamTable, {"fibres", "bar"}, {"section"}),
     "truss": (mp.Truss, properties.TrussTable, set(), set()),
     "shell": (
         mp.Shell,

@@ -105,7 +105,7 @@ def elsewhere(points, quads, lines):
 def orthotropic_beam(points, quads, lines):
     text = TOML + "[properties.stringer]\n" + BEAM.replace('"steel"', '"cfrp"')
     text += '[materials.cfrp]\ntype = "orthotropic"\nE1 = 1e11\nE2 = 1e10\nnu12 = 0.3\nG12 = 5e9\nG13 = 5e9\nG23 = 4e9\nrho = 1600\n'  # noqa: E501
-    return points, quads, lines, text, ["[properties.stringer]", "'cfrp' is not isotropic", "only shells and plies"]
+    return points, quads, lines, text, ["[properties.stringer]", "'cfrp' is orthotropic", "only shells and plies"]
 
 
 def anisotropic_sheet(points, quads, lines):

@@ -53,8 +53,8 @@ class Beam(Property):
     shear_centre : tuple of 2 floats
         From the centroid to the shear centre along e2 and e3, m.
     taper : tuple of tuples of 6 floats
-        Sections of a tapered beam: position between 0 and 1, A, Iy, Iz, J and nsm, from the first node to the second;
-        linear in between. Empty for a beam of one section.
+        Sections along each element: position from 0 at its first node to 1 at its second, A, Iy, Iz, J and nsm; linear
+        in between. Empty for beams of one section. Beams of several elements need a section for each of them.
     bar : bool
         Whether it is a CBAR, which has no inertia about its own axis where the mass is distributed as in Nastran.
 

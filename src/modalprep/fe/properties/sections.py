@@ -30,7 +30,7 @@ def beam_section(
     theory : {"timoshenko", "euler-bernoulli"}
     **sizes
         Of the shape, m: ``rectangle(width, height)``, ``rod(diameter)``, ``tube(diameter, thickness)``,
-        ``box(width, height, thickness)``, ``i(width, height, flange, web)``; `offset` and `nsm` as in `Beam`.
+        ``box(width, height, thickness)``, ``i(width, height, flange, web)``; `offset`, `nsm`, `shear_centre` and `taper` as in `Beam`.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def beam_section(
     """
     if shape not in SHAPES:
         raise InputError(f"unknown section shape {shape!r}; {suggestion(shape, SHAPES, 'known are')}")
-    more = {name: sizes.pop(name) for name in ("offset", "nsm") if name in sizes}
+    more = {name: sizes.pop(name) for name in ("offset", "nsm", "shear_centre", "taper") if name in sizes}
     wanted = list(inspect.signature(SHAPES[shape]).parameters)[1:]
     if set(sizes) != set(wanted):
         raise InputError(f"section {shape!r} needs {', '.join(wanted)}; got {', '.join(sizes) or 'nothing'}")

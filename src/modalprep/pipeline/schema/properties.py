@@ -160,6 +160,13 @@ class BeamTable(Table):
     )
     nsm: MassPerLength = Field(0.0, ge=0, description="further mass, kg/m")
     theory: Literal["timoshenko", "euler-bernoulli"] = "timoshenko"
+    shear_centre: Annotated[list[Length], Field(min_length=2, max_length=2)] = Field(
+        [0.0, 0.0], description="from the centroid along e2 and e3, m"
+    )
+    taper: list[Annotated[list[float], Field(min_length=6, max_length=6)]] = Field(
+        [],
+        description="sections along each element: position from 0 to 1, A, Iy, Iz, J and nsm; linear in between",
+    )
 
     @model_validator(mode="after")
     def _one_section(self) -> BeamTable:
@@ -174,7 +181,8 @@ class BeamTable(Table):
     def build(self, materials: Materials) -> Beam:
         """Return the property in SI."""
         material = find_material(self.material, materials, (Material,))
-        more = {"offset": tuple(self.offset), "nsm": self.nsm}
+        more = {"offset": tuple(self.offset), "nsm": self.nsm, "shear_centre": tuple(self.shear_centre)}
+        more["taper"] = tuple(tuple(row) for row in self.taper)
         if self.section is not None:
             sizes = self.section.model_dump(exclude={"shape"}, exclude_none=True)
             return beam_section(self.section.shape, material, up=tuple(self.up), theory=self.theory, **sizes, **more)
