@@ -30,7 +30,8 @@ def beam_section(
     theory : {"timoshenko", "euler-bernoulli"}
     **sizes
         Of the shape, m: ``rectangle(width, height)``, ``rod(diameter)``, ``tube(diameter, thickness)``,
-        ``box(width, height, thickness)``, ``i(width, height, flange, web)``; `offset`, `nsm`, `shear_centre` and `taper` as in `Beam`.
+        ``box(width, height, thickness)``, ``i(width, height, flange, web)``; `offset`, `nsm`, `shear_centre` and
+        `taper` as in `Beam`.
 
     Returns
     -------
