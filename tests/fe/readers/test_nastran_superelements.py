@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 
 import modalprep as mp
 from modalprep.errors import InputError
+from modalprep.reduction import synthesise
 
 DATA = Path(os.environ.get("MODALPREP_DATA", Path(__file__).parents[4] / "shared" / "data")) / "superelements"
 needs_data = pytest.mark.skipif(not DATA.is_dir(), reason="the folder of foreign decks is not there")
@@ -104,3 +105,28 @@ def test_two_parts_of_a_cantilever_as_nastran_has_them(tmp_path):
         root = np.sqrt(np.diag(M))
         found = np.sort(1 / np.sqrt(eigh(root[:, None] * flexibility * root, eigvals_only=True)[-4:])) / (2 * np.pi)
         np.testing.assert_allclose(found, expected, rtol=1e-6)  # seven digits are printed
+
+
+def part_of_a_cantilever(file, modes, **interfaces):
+    """Craig-Bampton body of one part along x with its interfaces at these x, fixed, and the lumped mass of Nastran."""
+    fixed = {name: mp.Interface(near=(x, 0, 0), boundary="fixed") for name, x in interfaces.items()}
+    model = mp.assemble(mp.read_mesh(DATA / file), {}, fixed, mass="nastran")
+    return mp.flexible_body(model, mp.craig_bampton(model, modes=modes, truncation=()), name=file)
+
+
+@needs_data
+def test_two_superelements_of_three_modes_as_nastran_has_them():
+    """MSC Nastran's component modes and frequencies of the two welded parts (cbSuper3Modes.f06), seven digits.
+
+    Nastran's beam is plane; here each bending mode comes twice, and the parts have axial modes, one or two below their
+    third bending modes.
+    """
+    inner = part_of_a_cantilever("cantileverBar2.dat", 8, root=0.0, tip=5.0)
+    outer = part_of_a_cantilever("cantileverBar1.dat", 7, root=5.0)
+    of_part = outer.frequency[[0, 2, 5]]
+    np.testing.assert_allclose(of_part, [1380.011, 8287.086, 22364.10], rtol=4e-7)
+    whole = synthesise({"inner": inner, "outer": outer}, [("inner.tip", "outer.root")], ground=["inner.root"])
+    x, y, z = np.abs(whole.nodal_shape("outer")).max(axis=0)
+    bending = whole.frequency[np.maximum(y, z) > x]
+    expected = np.repeat([349.7289, 2167.436, 6008.068, 11670.88, 19073.61], 2)
+    np.testing.assert_allclose(bending[:10], expected, rtol=4e-7)
