@@ -84,7 +84,7 @@ def flexible_body(
         m=model.rigid.m,
         s0=model.rigid.s0,
         E0=model.rigid.E0,
-        S=inner(model.g, Phi),
+        S=np.ascontiguousarray(inner(model.g, Phi)),
         H=inner(model.h.reshape(-1, 9), Phi).reshape(3, 3, n),
         P=model.M_ab.project(Phi),
         Kg_A=Kg_A,
