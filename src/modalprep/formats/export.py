@@ -86,6 +86,11 @@ def import_body(path: str | Path, *, root: str | None = None) -> tuple[FlexibleB
     root : str or None
         Interface to which the body's frame is moved.
 
+    Returns
+    -------
+    FlexibleBody, list of str
+        The body, and notes on what the file does not hold.
+
     Raises
     ------
     InputError
