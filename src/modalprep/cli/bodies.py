@@ -159,6 +159,36 @@ def export(
         print_json({"files": [str(f) for f in reporter.files], "notes": notes})
 
 
+@app.command("import")
+def import_file(
+    file: Annotated[Path, typer.Argument(help="SID_FEM file (.sid, .sid_fem).")],
+    target: Annotated[
+        Path | None, typer.Option("-o", help="Modal file to write; the default is beside the file.")
+    ] = None,
+    root: Annotated[
+        str | None, typer.Option("--root", help="Interface that becomes the root, as reroot moves the frame.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """Read a body of another program, and write its modal file."""
+    from modalprep.formats.export import import_body
+    from modalprep.formats.modalfile import write_body
+    from modalprep.pipeline.build.sources import refuse_overwriting
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.tables import body_summary
+
+    reporter = Reporter(quiet=as_json)
+    target = target or file.with_suffix(".h5")
+    refuse_overwriting([target], [file])
+    body, notes = import_body(file, root=root)
+    reporter.wrote(write_body(body, target))
+    body_summary(body, reporter.console)
+    for note in notes:
+        reporter.say(f"  the file does not hold {note}")
+    if as_json:
+        print_json({"files": [str(f) for f in reporter.files], "notes": notes})
+
+
 @app.command()
 def diff(
     first: ModalFile,

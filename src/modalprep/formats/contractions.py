@@ -1,6 +1,7 @@
 """The three contractions by which exchange formats store the modal integrals ``H, P, Kg_W`` of theory 4.
 
-Each takes an array ``X[a, b, ...]`` that stands for ``int rho r_b X_a``, the first moment of a vector field.
+They take an array ``X[a, b, ...]`` that stands for ``int rho r_b X_a``, the first moment of a vector field;
+`from_moment` and `from_centrifugal` return its antisymmetric and its symmetric part.
 """
 
 from __future__ import annotations
@@ -45,3 +46,31 @@ def inertia(X: np.ndarray) -> np.ndarray:
     """
     trace = np.einsum("aa...->...", X)
     return np.multiply.outer(np.eye(3), trace) - X
+
+
+def from_moment(M: np.ndarray) -> np.ndarray:
+    """Return the antisymmetric X (3, 3, ...) whose `moment` is M.
+
+    Examples
+    --------
+    >>> moment(from_moment(np.array([1.0, 2, 4])))
+    array([1., 2., 4.])
+    """
+    X = np.zeros((3, *M.shape))
+    for a, b, c in ((2, 1, 0), (0, 2, 1), (1, 0, 2)):
+        X[a, b], X[b, a] = M[c] / 2, -M[c] / 2
+    return X
+
+
+def from_centrifugal(spin: np.ndarray) -> np.ndarray:
+    """Return the symmetric X (3, 3, ...) whose `centrifugal` coefficients are `spin` (6, ...).
+
+    Examples
+    --------
+    >>> centrifugal(from_centrifugal(np.array([-6.0, -5, -3, 2, 4, 8])))
+    array([-6., -5., -3.,  2.,  4.,  8.])
+    """
+    X, trace = np.zeros((3, 3, *spin.shape[1:])), -spin[:3].sum(axis=0) / 2
+    for value, (a, b) in zip(spin, SPIN_PRODUCTS, strict=True):
+        X[a, b] = X[b, a] = value + trace if a == b else value / 2
+    return X

@@ -1,4 +1,4 @@
-"""Exchange formats by name: file suffix, writer and variants."""
+"""Exchange formats by name: file suffix, writer and variants; and the readers of their files."""
 
 from __future__ import annotations
 
@@ -35,6 +35,7 @@ EXPORTS: dict[str, Export] = {
 }
 
 
+READ = (".sid", ".sid_fem")  # suffixes of files that `import_body` reads
 PICTURES = ("uff", "vtu")  # mode shapes, no equations of motion
 
 
@@ -75,6 +76,41 @@ def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | 
     module, function = export.writer.split(".")
     getattr(import_module(f"modalprep.formats.{module}"), function)(body, path, **given)
     return Path(path)
+
+
+def import_body(path: str | Path, *, root: str | None = None) -> tuple[FlexibleBody, list[str]]:
+    """Read a body from a file of another program, and say what the file does not hold.
+
+    Parameters
+    ----------
+    root : str or None
+        Interface to which the body's frame is moved.
+
+    Returns
+    -------
+    FlexibleBody, list of str
+        The body, and notes on what the file does not hold.
+
+    Raises
+    ------
+    InputError
+        When the suffix is none of `READ`, or the file is missing or damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> file = export_body(uniform_beam(modes=2), "sid", Path(tempfile.mkdtemp()) / "beam.sid_fem")
+    >>> body, notes = import_body(file)
+    >>> body.interface_name, len(notes)
+    (('root', 'tip'), 3)
+    """
+    from modalprep.formats.sid_reader import notes_of, read_sid
+
+    if Path(path).suffix.lower() not in READ:
+        raise InputError(f"{path}: bodies are read from files {', '.join(READ)} (SID_FEM)")
+    body = read_sid(path, root=root)
+    return body, notes_of(body)
 
 
 def lost_in(body: FlexibleBody, to: str) -> list[str]:

@@ -157,13 +157,13 @@ def read_body(path: str | Path, *, checked: bool = True) -> FlexibleBody:
         version = _known_version(file)
         body = _read(file)
         if checked:
-            _refuse_impossible(body, CHECKSUM in file.attrs)
+            refuse_impossible(body, CHECKSUM in file.attrs)
         if (CHECKSUM in file.attrs or version not in WITHOUT_CHECKSUM) and file.attrs.get(CHECKSUM) != checksum(file):
             raise InputError("its contents do not match its checksum: it was damaged or changed since it was written")
         return body
 
 
-def _refuse_impossible(body: FlexibleBody, vouched: bool) -> None:
+def refuse_impossible(body: FlexibleBody, vouched: bool) -> None:
     """Refuse a body that violates an identity; where a checksum vouches for it, P and the mode table may be missing."""
     missing = {OF_THE_TABLE} | (set() if np.any(body.P) else {OF_P})
     for check in check_identities(body):

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import ceil, cos, isfinite, pi, sin
@@ -16,23 +15,13 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.fe.generation import geometries as shapes
+from modalprep.fe.generation.session import gmsh_session
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.read import read_mesh
 from modalprep.suggest import suggestion
 
 LENGTHS = 1e-5, 1e6  # m; gmsh merges what is nearer than 1e-7 m in solids, 1e-8 of the whole elsewhere
 SLENDER = 1e6  # longest over shortest
-ADVICE = (  # what libgmsh links to, also without a display
-    "as root: apt-get install libgl1 libglu1-mesa libgomp1 libfontconfig1 libx11-6 libxcursor1 libxext6 libxfixes3 "
-    "libxft2 libxinerama1 libxrender1"
-)
-OPTIONS = {  # the same input gives the same bytes
-    "General.Terminal": 0,
-    "General.NumThreads": 1,
-    "Mesh.MshFileVersion": 4.1,
-    "Mesh.Binary": 0,
-    "Mesh.SecondOrderIncomplete": 1,  # 20 nodes in a hexahedron, not 27
-}
 
 
 @dataclass(frozen=True)
@@ -168,31 +157,13 @@ def make_mesh(name: str, path: str | Path, /, **params: float | int | str) -> Me
     values = GENERATORS[name].read(params)
     if path.suffix != ".msh":  # Nastran and Abaqus files lose groups of nodes and edges on the way
         raise InputError(f"cannot write {path}: generated meshes are .msh files, which keep all groups; give one")
-    with atomic_path(path) as temporary, _session() as gmsh:
+    with atomic_path(path) as temporary, gmsh_session() as gmsh:
         _generate(gmsh, GENERATORS[name], values)
         try:
             gmsh.write(str(temporary))
         except Exception as error:  # gmsh knows no other
             raise OSError(str(error)) from error
     return read_mesh(path)
-
-
-@contextmanager
-def _session() -> Iterator[Any]:
-    """Open gmsh, silent and with its own defaults, and close it whatever happens."""
-    try:
-        import gmsh
-    except (ImportError, OSError) as error:
-        raise InputError(f"gmsh cannot be imported: {error} ({ADVICE})") from None
-    if gmsh.isInitialized():
-        raise InputError("gmsh is open in this program, with a model of its own; call gmsh.finalize() first")
-    gmsh.initialize(readConfigFiles=False, interruptible=False)  # Ctrl-C stays Python's
-    try:
-        for option, value in OPTIONS.items():
-            gmsh.option.setNumber(option, value)
-        yield gmsh
-    finally:
-        gmsh.finalize()
 
 
 def _generate(gmsh: Any, generator: Generator, values: dict[str, Any]) -> None:

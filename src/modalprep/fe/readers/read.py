@@ -9,7 +9,7 @@ import io
 import re
 from collections.abc import Collection
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.abaqus.reader import read_abaqus
 from modalprep.fe.readers.ansys.read import read_ansys
+from modalprep.fe.readers.cad import CAD, read_cad
 from modalprep.fe.readers.digest import ANSYS, NASTRAN
 from modalprep.fe.readers.med import in_vtk_order, learn_cells, name_groups
 from modalprep.fe.readers.nastran.deck import read_nastran
@@ -41,7 +42,13 @@ UNIVERSAL, MED = {".unv", ".uff"}, ".med"
 
 
 def read_mesh(
-    path: str | Path, length_unit: str = "m", mass_unit: str | None = None, ignore: Collection[str] = ()
+    path: str | Path,
+    length_unit: str = "m",
+    mass_unit: str | None = None,
+    ignore: Collection[str] = (),
+    *,
+    size: float | None = None,
+    order: Literal[1, 2] = 2,
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
@@ -50,19 +57,24 @@ def read_mesh(
     meshio reads (.msh 4.1 is best, .med, .vtu, ...) provide points, cells and groups: the file's cell sets and node
     sets, its ``gmsh:physical`` numbers with their names, or the integer cell arrays of a .vtu file
     (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups, is kept once in both
-    groups.
+    groups. The solids of CAD files (.step, .iges, .brep) are meshed with tetrahedra, each solid and each face a group.
 
     Parameters
     ----------
     path : str or Path
     length_unit : {"m", "mm", "cm", "km", "in", "ft"}
-        Unit of the file's coordinates, of a deck also of its sections and materials.
+        Unit of the file's coordinates, of a deck also of its sections and materials. STEP and IGES files say their
+        own unit; it is then the unit of `size`.
     mass_unit : {"kg", "g", "t", "lbm", "slug", "slinch"}, optional
         Unit of mass that makes a deck's units consistent with seconds (mm and t, in and slinch, m and kg).
         A deck in metres is taken to be in kg; with any other unit of length it must be given.
     ignore : collection of str
         Keywords or cards of a deck that are left out, such as ``"*TIE"``, ``"*ELEMENT, TYPE=CONN3D2"`` or ``"CGAP"``; a
         note counts them.
+    size : float, optional
+        For CAD files, which need it: edge of an element, in `length_unit`.
+    order : {1, 2}
+        For CAD files: order of the tetrahedra.
 
     Returns
     -------
@@ -85,6 +97,10 @@ def read_mesh(
     refuse_units(length_unit, mass_unit)
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
+    if path.suffix.lower() in CAD and not ignore:
+        return read_cad(path, units[0], size, order)
+    if size is not None:
+        raise InputError(f"mesh file {path}: 'size' is for CAD files, this mesh has its elements; leave it out")
     reader = DECKS.get(path.suffix.lower())
     if reader is not None:
         return _deck(_checked(reader(path, *units, ignore), path), path, length_unit, mass_unit)
@@ -148,7 +164,7 @@ def _read_with_meshio(path: Path, content: bytes) -> Any:
     from meshio._helpers import extension_to_filetypes
 
     if path.suffix.lower() not in extension_to_filetypes:
-        known = ", ".join(sorted({*extension_to_filetypes, *DECKS, *UNIVERSAL}))
+        known = ", ".join(sorted({*extension_to_filetypes, *DECKS, *UNIVERSAL, *CAD}))
         raise InputError(f"mesh file {path}: the format {path.suffix!r} is not known; known are {known}")
     content = content.removeprefix(codecs.BOM_UTF8)
     damaged = f"mesh file {path} is damaged or cut short; export it again (.msh 4.1 is best)"

@@ -32,7 +32,14 @@ def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
         return read_matrices(**pipeline.matrices.model_dump() | matrix_files(path, pipeline))
     if table is None:
         raise InputError(f"{path} has no [mesh]: there is no body to build")
-    return read_mesh(path.parent / table.file, table.length_unit, table.mass_unit, table.ignore)
+    return read_mesh(
+        path.parent / table.file,
+        table.length_unit,
+        table.mass_unit,
+        table.ignore,
+        size=table.size,
+        order=table.order,
+    )
 
 
 def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:

@@ -12,7 +12,9 @@ from modalprep.pipeline.schema.base import Table, Vector
 class MeshTable(Table):
     """The mesh file."""
 
-    file: str = Field(description="mesh file, relative to this file; .msh 4.1 is best; .inp, .bdf/.dat, .cdb, .vtu")
+    file: str = Field(
+        description="mesh file, relative to this file; .msh 4.1 is best; .inp, .bdf/.dat, .cdb, .vtu, .step"
+    )
     length_unit: str = Field("m", description="unit of its coordinates: m, mm, cm, in, ft")
     mass_unit: str | None = Field(
         None, description="of a deck's own materials: kg, g, t, lbm, slug, slinch (lbf s^2/in)"
@@ -20,6 +22,10 @@ class MeshTable(Table):
     ignore: list[str] = Field(
         default_factory=list, description='keywords or cards of a deck to leave out, such as "*TIE"; a note counts them'
     )
+    size: float | None = Field(
+        None, description="of a CAD file (.step, .iges, .brep): edge of an element, in length_unit or as text"
+    )
+    order: Literal[1, 2] = Field(2, description="of a CAD file: order of its tetrahedra")
     mass: Literal["coupled", "lumped", "nastran"] = Field(
         "coupled",
         description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",

@@ -45,7 +45,7 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "couplers": "coupler",
     "events": "event",
 }
-IN_MESH_UNIT = ("interfaces", "connections", "supports", "stress", "loads")
+IN_MESH_UNIT = ("mesh", "interfaces", "connections", "supports", "stress", "loads")
 BODIES = ("bodies", "chains", "beams", "deployments")  # a dot ends the name of a body
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
 

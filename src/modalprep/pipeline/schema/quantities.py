@@ -41,7 +41,14 @@ EXAMPLES = {
     "kg": "'500 g' or 0.5", "rad/s": "'5 rpm' or 0.52", "Hz": "'2 kHz' or 2000", "s": "'20 ms' or 0.02",
     "N": "'2 kN' or 2000", "N/m": "'50 N/mm' or 50000", "m/s": "'36 km/h' or 10", "kg m^2": "'2 kg mm^2' or 2e-6",
 }  # fmt: skip
-COORDINATES = ("near", "box", "point", "radius", "position")  # keys of tables whose lengths are in the mesh's unit
+COORDINATES = (
+    "near",
+    "box",
+    "point",
+    "radius",
+    "position",
+    "size",
+)  # keys of tables whose lengths are in the mesh's unit
 LONGEST = 80  # characters; what is longer is an expression
 NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(?![*^/])(.*?)\s*", re.DOTALL)
 FACTOR = re.compile(r"([A-Za-zµ]+|1)(?:\^|\*\*)?(-?\d)?")

@@ -1,0 +1,45 @@
+"""The session of gmsh, which is imported only here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from modalprep.errors import InputError
+
+ADVICE = (  # what libgmsh links to, also without a display
+    "as root: apt-get install libgl1 libglu1-mesa libgomp1 libfontconfig1 libx11-6 libxcursor1 libxext6 libxfixes3 "
+    "libxft2 libxinerama1 libxrender1"
+)
+OPTIONS = {  # the same input gives the same bytes
+    "General.Terminal": 0,
+    "General.NumThreads": 1,
+    "Mesh.MshFileVersion": 4.1,
+    "Mesh.Binary": 0,
+    "Mesh.SecondOrderIncomplete": 1,  # 20 nodes in a hexahedron, not 27
+}
+
+
+@contextmanager
+def gmsh_session() -> Iterator[Any]:
+    """Open gmsh, silent and with its own defaults, and close it whatever happens.
+
+    Raises
+    ------
+    InputError
+        When gmsh cannot be imported, or is open already.
+    """
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        raise InputError(f"gmsh cannot be imported: {error} ({ADVICE})") from None
+    if gmsh.isInitialized():
+        raise InputError("gmsh is open in this program, with a model of its own; call gmsh.finalize() first")
+    gmsh.initialize(readConfigFiles=False, interruptible=False)  # Ctrl-C stays Python's
+    try:
+        for option, value in OPTIONS.items():
+            gmsh.option.setNumber(option, value)
+        yield gmsh
+    finally:
+        gmsh.finalize()
