@@ -34,6 +34,9 @@ cylinder = {{ point = [65, 20, 0], axis = [0, 0, 1], radius = 6 }}
 
 [reduction]
 modes = 4
+
+[output]
+pictures = "none"
 """
 
 

@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.generation.geometries import SEGMENTS, TETRAHEDRA, refuse_too_many
-from modalprep.fe.generation.session import gmsh_session
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.gmsh_session import SEGMENTS, TETRAHEDRA, gmsh_session, refuse_too_many
 
 MM = 1e-3
 STEP, IGES, BREP = {".step", ".stp"}, {".iges", ".igs"}, {".brep"}
