@@ -135,6 +135,19 @@ def test_a_step_file_in_metres_and_an_iges_file_in_inches(parts, tmp_path):
     np.testing.assert_allclose(np.ptp(inches.points, axis=0), 0.0254 * np.array([80, 40, 8]), rtol=1e-6)
 
 
+def test_the_unit_that_another_program_set_is_not_taken(parts):
+    import gmsh
+
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        gmsh.model.occ.importShapes(str(parts / "plate.step"))
+    finally:
+        gmsh.finalize()
+    mesh = mp.read_mesh(parts / "plate.iges", length_unit="mm", size=8)
+    np.testing.assert_allclose(np.ptp(mesh.points, axis=0), [0.08, 0.04, 0.008], rtol=1e-6)
+
+
 def test_solids_that_touch_share_their_nodes(tmp_path):
     draw(tmp_path, two_cubes_that_touch, "two", [".step", ".brep"])
     for suffix, unit in ((".step", 1e-3), (".brep", 1.0)):
