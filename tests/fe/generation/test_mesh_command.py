@@ -11,8 +11,8 @@ from fe.generated import HOLED, STRUCTURE, area, every, needs_gmsh
 
 from modalprep.cli import main
 from modalprep.errors import InputError
-from modalprep.fe.generation import session
 from modalprep.fe.generation.generate import GENERATORS, make_mesh
+from modalprep.fe.readers import gmsh_session
 from modalprep.fe.readers.read import read_mesh
 
 # --- files ----------------------------------------------------------------------------------------------------------
@@ -183,7 +183,7 @@ def test_gmsh_without_its_libraries(tmp_path, monkeypatch, capsys, error):
 
 def test_advice_names_the_libraries_that_make_demo_installs(project):
     known = runpy.run_path(str(project / ".ci" / "system-libraries"))["GMSH"]
-    assert session.ADVICE.split("apt-get install ")[1].split() == list(known)
+    assert gmsh_session.ADVICE.split("apt-get install ")[1].split() == list(known)
 
 
 # --- command line ---------------------------------------------------------------------------------------------------

@@ -34,6 +34,9 @@ cylinder = {{ point = [65, 20, 0], axis = [0, 0, 1], radius = 6 }}
 
 [reduction]
 modes = 4
+
+[output]
+pictures = "none"
 """
 
 
@@ -130,6 +133,19 @@ def test_a_step_file_in_metres_and_an_iges_file_in_inches(parts, tmp_path):
     (tmp_path / "a.igs").write_text(text.replace("1.,2,2HMM,1", "1.,1,2HIN,1"))
     inches = mp.read_mesh(tmp_path / "a.igs", size=0.2)
     np.testing.assert_allclose(np.ptp(inches.points, axis=0), 0.0254 * np.array([80, 40, 8]), rtol=1e-6)
+
+
+def test_the_unit_that_another_program_set_is_not_taken(parts):
+    import gmsh
+
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setString("Geometry.OCCTargetUnit", "M")
+        gmsh.model.occ.importShapes(str(parts / "plate.step"))
+    finally:
+        gmsh.finalize()
+    mesh = mp.read_mesh(parts / "plate.iges", length_unit="mm", size=8)
+    np.testing.assert_allclose(np.ptp(mesh.points, axis=0), [0.08, 0.04, 0.008], rtol=1e-6)
 
 
 def test_solids_that_touch_share_their_nodes(tmp_path):

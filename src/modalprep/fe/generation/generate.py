@@ -15,8 +15,8 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.fe.generation import geometries as shapes
-from modalprep.fe.generation.session import gmsh_session
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.gmsh_session import SEGMENTS, gmsh_session, refuse_too_many
 from modalprep.fe.readers.read import read_mesh
 from modalprep.suggest import suggestion
 
@@ -200,7 +200,7 @@ class Drawing:
         for option, value in {
             "Mesh.MeshSizeMin": least,
             "Mesh.MeshSizeMax": most,
-            "Mesh.MeshSizeFromCurvature": shapes.SEGMENTS * curved,
+            "Mesh.MeshSizeFromCurvature": SEGMENTS * curved,
             "Mesh.Algorithm": 8 if element == "quad" else 6,  # frontal, made for quads or for triangles
             "Mesh.RecombineAll": element in ("quad", "hexahedron"),
             "Mesh.RecombinationAlgorithm": 2 if element == "quad" else 1,  # 2: leaves no triangle
@@ -216,7 +216,7 @@ class Drawing:
         """
         geo = self.model.geo
         along, across = shapes.steps(length, size), [shapes.steps(d, size) for d in np.diff(ys)]
-        shapes.refuse_too_many(along * sum(across) * (1 if element == "quad" else 2), "give a larger size")
+        refuse_too_many(along * sum(across) * (1 if element == "quad" else 2), "give a larger size")
         left, right = ([geo.addPoint(x, y, 0) for y in ys] for x in (0, length))
         rows = [geo.addLine(a, b) for a, b in zip(left, right, strict=True)]
         root, tip = ([geo.addLine(*ends) for ends in pairwise(side)] for side in (left, right))
@@ -247,7 +247,7 @@ class Drawing:
         geo = self.model.geo
         quarters = max(1, ceil(2 * arc / pi - 1e-9))  # arcs of gmsh stay below half a turn
         around, along = shapes.steps(around, quarters), shapes.steps(length, size)
-        shapes.refuse_too_many(quarters * around * along * (1 if element == "quad" else 2), "give a larger size")
+        refuse_too_many(quarters * around * along * (1 if element == "quad" else 2), "give a larger size")
         angles = start + arc * np.arange(quarters + (arc < 2 * pi)) / quarters
         centre = geo.addPoint(0, 0, 0)
         points = [geo.addPoint(0, radius * cos(a), radius * sin(a)) for a in angles]

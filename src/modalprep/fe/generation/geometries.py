@@ -15,11 +15,9 @@ from typing import Annotated, Any, Literal
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.readers.gmsh_session import SEGMENTS, TETRAHEDRA, refuse_too_many
 
 ZERO, SIGNED = "may be zero", "may be negative"
-LIMIT = 500_000  # elements: gmsh makes as many in half a minute
-TETRAHEDRA = 8.5  # in a cube whose edge is the element size: 6 sqrt(2)
-SEGMENTS = 16  # elements around a circle, at least
 SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 Face = Literal["quad", "triangle"]
@@ -47,12 +45,6 @@ def steps(length: float, size: float) -> int:
     (10, 10, 1)
     """
     return max(1, ceil(length / size - 1e-9))
-
-
-def refuse_too_many(count: float, remedy: str) -> None:
-    """Raise InputError when a mesh would have more than `LIMIT` elements."""
-    if count > LIMIT:
-        raise InputError(f"the mesh would have about {count:.2g} elements, more than {LIMIT}; {remedy}")
 
 
 @groups("beam", "root", "tip")

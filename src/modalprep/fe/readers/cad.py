@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from modalprep.errors import InputError
-from modalprep.fe.generation.geometries import SEGMENTS, TETRAHEDRA, refuse_too_many
-from modalprep.fe.generation.session import gmsh_session
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.readers.gmsh_session import SEGMENTS, TETRAHEDRA, gmsh_session, refuse_too_many
 
 MM = 1e-3
 STEP, IGES, BREP = {".step", ".stp"}, {".iges", ".igs"}, {".brep"}
@@ -89,11 +88,9 @@ def _load(gmsh: Any, path: Path) -> None:
     suffix = path.suffix.lower()
     if suffix in BREP and not WHOLE_BREP.search(path.read_bytes()):  # OpenCASCADE would read a cut one for ever
         raise InputError(f"CAD file {path} is damaged or no BREP file; export it again")
-    if suffix in STEP:  # OpenCASCADE takes the option only when it reads STEP; its own default is mm
-        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     try:
         with _silent():
-            shapes = gmsh.model.occ.importShapes(str(path), format=_format(suffix))
+            shapes = _shapes(gmsh, path)
             if suffix in IGES and shapes:
                 _sew(gmsh)
         gmsh.model.occ.synchronize()
@@ -101,8 +98,17 @@ def _load(gmsh: Any, path: Path) -> None:
         raise InputError(f"CAD file {path} is damaged or no {suffix[1:].upper()} file: {error}") from None
 
 
-def _format(suffix: str) -> str:
-    return "step" if suffix in STEP else "iges" if suffix in IGES else "brep"
+def _shapes(gmsh: Any, path: Path) -> list[tuple[int, int]]:
+    suffix = path.suffix.lower()
+    kind = "step" if suffix in STEP else "iges" if suffix in IGES else "brep"
+    gmsh.option.setString("Geometry.OCCTargetUnit", "" if kind == "brep" else "MM")
+    try:
+        return gmsh.model.occ.importShapes(str(path), format=kind)
+    except Exception as error:
+        if "target unit" not in str(error):
+            raise
+    gmsh.option.setString("Geometry.OCCTargetUnit", "")  # before the first STEP file the unit is mm, and cannot be set
+    return gmsh.model.occ.importShapes(str(path), format=kind)
 
 
 def _sew(gmsh: Any) -> None:

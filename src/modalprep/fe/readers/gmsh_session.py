@@ -1,4 +1,4 @@
-"""The session of gmsh, which is imported only here."""
+"""The session of gmsh, which is imported only here, and limits of the meshes that it makes."""
 
 from __future__ import annotations
 
@@ -19,6 +19,10 @@ OPTIONS = {  # the same input gives the same bytes
     "Mesh.Binary": 0,
     "Mesh.SecondOrderIncomplete": 1,  # 20 nodes in a hexahedron, not 27
 }
+
+LIMIT = 500_000  # elements: gmsh makes as many in half a minute
+TETRAHEDRA = 8.5  # in a cube whose edge is the element size: 6 sqrt(2)
+SEGMENTS = 16  # elements around a circle, at least
 
 
 @contextmanager
@@ -43,3 +47,9 @@ def gmsh_session() -> Iterator[Any]:
         yield gmsh
     finally:
         gmsh.finalize()
+
+
+def refuse_too_many(count: float, remedy: str) -> None:
+    """Raise InputError when a mesh would have more than `LIMIT` elements."""
+    if count > LIMIT:
+        raise InputError(f"the mesh would have about {count:.2g} elements, more than {LIMIT}; {remedy}")
