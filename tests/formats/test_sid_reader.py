@@ -171,6 +171,18 @@ def test_fembs_file_is_a_pendulum(fembs):
     assert_close(w2, 9.81 * 98.125 / 32711.6, 1e-6)
 
 
+def test_fembs_pendulum_swings_down(fembs):
+    """From rest to the vertical: w^2 = 2 m g c / J of the rigid bar, whose units of length the file's numbers are."""
+    body = read_sid(fembs, root="node_1")
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="bar")
+    system = mp.System(bodies={"bar": body}, joints=(hinge,), gravity=(0, -9.81, 0))
+    result = mp.simulate(system, 20.0, output_step=0.01)
+    angle, rate = result.channels["hinge.angle"].ravel(), result.channels["hinge.rate"].ravel()
+    assert angle.min() < -3.1  # to the other side
+    expected = np.sqrt(-2 * 9.81 * 98.125 / 32711.6 * np.sin(angle))
+    assert_close(np.abs(rate)[1:], expected[1:], 1e-4)
+
+
 def test_command_imports(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     body = uniform_beam(modes=2)
