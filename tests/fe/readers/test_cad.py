@@ -193,9 +193,10 @@ def test_solids_that_overlap(tmp_path):
         mp.read_mesh(tmp_path / "two.brep", size=0.3)
 
 
-def test_a_mesh_has_no_size(project):
-    with pytest.raises(InputError, match="'size' is for CAD files"):
-        mp.read_mesh(project / "meshes" / "bracket.msh", size=1.0)
+@pytest.mark.parametrize("given", [{"size": 1.0}, {"order": 2}])
+def test_a_mesh_has_its_elements(project, given):
+    with pytest.raises(InputError, match=f"'{next(iter(given))}' is for CAD files"):
+        mp.read_mesh(project / "meshes" / "beam.msh", **given)
 
 
 def test_a_pipeline_file_with_a_part(parts, tmp_path, capsys):

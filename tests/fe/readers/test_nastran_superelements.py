@@ -72,6 +72,10 @@ def test_numbers_that_parts_share(read):
 BAD = {
     "no number": (WHOLE + "BEGIN SUPER\n", "the number of the superelement is missing"),
     "moved": (parts(RESIDUAL + "SELOC,1,2,3,4\n"), "SELOC 1: it moves a part, which is not read"),
+    "external, number after a space": (
+        "CEND\nBEGIN BULK\n" + RESIDUAL + "SEBULK,101,EXTOP4\nBEGIN SUPER      101\n" + ONE,
+        "a part of type EXTOP4 is not read",
+    ),
     "external": (parts(RESIDUAL + "SEBULK,1,EXTERNAL\n"), "a part of type EXTERNAL is not read"),
     "not there": (parts(RESIDUAL + "SECONCT,1,0\n,60,6\n"), "grids 60 and 6 cannot be joined"),
 }

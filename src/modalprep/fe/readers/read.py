@@ -48,7 +48,7 @@ def read_mesh(
     ignore: Collection[str] = (),
     *,
     size: float | None = None,
-    order: Literal[1, 2] = 2,
+    order: Literal[1, 2] | None = None,
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
@@ -73,8 +73,8 @@ def read_mesh(
         note counts them.
     size : float, optional
         For CAD files, which need it: edge of an element, in `length_unit`.
-    order : {1, 2}
-        For CAD files: order of the tetrahedra.
+    order : {1, 2}, optional
+        For CAD files: order of the tetrahedra, by default 2.
 
     Returns
     -------
@@ -98,9 +98,10 @@ def read_mesh(
     refuse_missing(path, "mesh file", "give a path relative to the pipeline file")
     units = LENGTH_UNITS[length_unit], MASS_UNITS[mass_unit or "kg"]
     if path.suffix.lower() in CAD and not ignore:
-        return read_cad(path, units[0], size, order)
-    if size is not None:
-        raise InputError(f"mesh file {path}: 'size' is for CAD files, this mesh has its elements; leave it out")
+        return read_cad(path, units[0], size, 2 if order is None else order)
+    for name, given in (("size", size), ("order", order)):
+        if given is not None:
+            raise InputError(f"mesh file {path}: {name!r} is for CAD files, this mesh has its elements; leave it out")
     reader = DECKS.get(path.suffix.lower())
     if reader is not None:
         return _deck(_checked(reader(path, *units, ignore), path), path, length_unit, mass_unit)

@@ -25,7 +25,7 @@ class MeshTable(Table):
     size: float | None = Field(
         None, description="of a CAD file (.step, .iges, .brep): edge of an element, in length_unit or as text"
     )
-    order: Literal[1, 2] = Field(2, description="of a CAD file: order of its tetrahedra")
+    order: Literal[1, 2] | None = Field(None, description="of a CAD file: order of its tetrahedra; default 2")
     mass: Literal["coupled", "lumped", "nastran"] = Field(
         "coupled",
         description="mass of elements: consistent, all at the nodes, or as Nastran (PARAM,COUPMASS of a deck)",

@@ -12,7 +12,7 @@ from modalprep.fe.mesh.join import join_meshes
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran.cards import Card
 
-NUMBER = re.compile(r"SUPER\s*=\s*(\d+)")
+NUMBER = re.compile(r"SUPER\s*=?\s*(\d+)")
 OWN = ("SEBULK", "SECONCT", "SETREE", "SEELT", "SEEXCLD", "SELABEL", "SEBNDRY", "SESET", "SECSET1", "SEQSET1")
 REFUSED = {"SELOC": "it moves a part", "SEMPLN": "it mirrors a part", "CSUPER": "its part has no cards of its own"}
 TOLERANCE = 1e-5  # of Nastran, in units of the deck
