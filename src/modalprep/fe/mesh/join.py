@@ -8,9 +8,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from modalprep.fe.mesh.builder import BLANK
 from modalprep.fe.mesh.mesh import Link, Mesh
-
-BLANK = {"ends": 0.0}  # data of cells that have none of their own; NaN for the others
 
 
 def join_meshes(meshes: Mapping[int, Mesh], same: Sequence[tuple[tuple[int, int], tuple[int, int]]]) -> Mesh:

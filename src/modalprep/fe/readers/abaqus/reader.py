@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.fe.mesh.builder import cell_data
 from modalprep.fe.mesh.left_out import left_out
 from modalprep.fe.mesh.mesh import Equation, Mesh, SupportSet
 from modalprep.fe.readers.abaqus.constraints import ROTATING, mean_terms
@@ -168,7 +169,7 @@ def _mesh(deck: Deck, sha256: str) -> Mesh:
         links=tuple(replace(link, node=int(place[link.node]), nodes=place[link.nodes]) for link in deck.links),
         equations=tuple(_equations(deck, place, turning)),
         supports=_supports(deck, place),
-        data=_data(deck),
+        data=cell_data(deck.data, deck.cells),
         notes=(*deck.notes, *left_out(deck.skipped, "model them otherwise where they matter")),
     )
 
@@ -261,12 +262,3 @@ def _rows(deck: Deck, kind: str, key: tuple[str, str]) -> dict[str, list[int]]:
         for cell, row in deck.elements[element].cells:
             rows.setdefault(cell, []).append(row)
     return rows
-
-
-def _data(deck: Deck) -> dict[str, dict[str, np.ndarray]]:
-    data: dict[str, dict[str, np.ndarray]] = {}
-    for (name, kind), values in deck.data.items():
-        table = np.full((len(deck.cells[kind]), *np.shape(next(iter(values.values())))), np.nan)
-        table[list(values)] = list(values.values())
-        data.setdefault(name, {})[kind] = table
-    return data

@@ -8,7 +8,8 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.families import FAMILIES
-from modalprep.fe.mesh.mesh import Equation, Link, Mesh, SupportSet
+from modalprep.fe.mesh.builder import MeshBuilder
+from modalprep.fe.mesh.mesh import Link, Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.materials import Materials
@@ -17,10 +18,11 @@ from modalprep.fe.readers.nastran.grids import System
 from modalprep.fe.readers.nastran.materials import Units
 
 
-class Builder:
+class Builder(MeshBuilder):
     """Cells, groups, properties and links by the nodes' rows."""
 
     def __init__(self, deck: Deck, units: Units) -> None:
+        super().__init__()
         self.deck, self.units = deck, units
         self.labels = np.array(sorted(deck.points))
         self.points = np.array([deck.points[int(label)] for label in self.labels]).reshape(-1, 3)
@@ -28,13 +30,6 @@ class Builder:
         self.materials = Materials(deck, units)
         self.sections = Sections(deck, self.materials)
         self.bare = not deck.materials  # a mesh without materials
-        self.cells: dict[str, list[list[int]]] = {}
-        self.groups: dict[str, dict[str, list[int]]] = {}
-        self.properties: dict[str, Property] = {}
-        self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
-        self.links: list[Link] = []
-        self.equations: list[Equation] = []
-        self.supports: dict[str, SupportSet] = {}
         self.turning: set[int] = set()  # rows of nodes of beams and shells, which have rotations
         self.of_element: dict[int, list[tuple[str, int]]] = {}
         self.rigid: list[tuple[int, int]] = []  # pairs of nodes that MPC184 joins
@@ -55,15 +50,9 @@ class Builder:
             raise self.deck.error(
                 element, f"nodes of this {kind} coincide in a way that Ansys does not define; mesh again"
             )
-        rows = self.cells.setdefault(kind, [])
-        rows.append(nodes)
-        self.groups.setdefault(group, {}).setdefault(kind, []).append(len(rows) - 1)
-        self.of_element.setdefault(element.label, []).append((kind, len(rows) - 1))
-        return len(rows) - 1
-
-    def put(self, name: str, kind: str, row: int, value: np.ndarray | float) -> None:
-        """Set a value that one cell has for itself."""
-        self.data.setdefault((name, kind), {})[row] = np.asarray(value)
+        row = self.append(kind, nodes, group)
+        self.of_element.setdefault(element.label, []).append((kind, row))
+        return row
 
     def group(self, element: Element, kinds: str, make: Callable[[Element], Property]) -> str:
         """Return the group of an element's type and attributes, whose property is made once.
@@ -104,24 +93,13 @@ class Builder:
             self.deck.note("the deck has no materials; its groups have no sections")
         self._add_rigid()
         self._add_sets()
-        data: dict[str, dict[str, np.ndarray]] = {}
-        for (name, kind), values in self.data.items():
-            table = np.full((len(self.cells[kind]), *next(iter(values.values())).shape), np.nan)
-            table[list(values)] = list(values.values())
-            data.setdefault(name, {})[kind] = table
         return Mesh(
             points=self.points * self.units.length,
-            cells={kind: np.array(rows) for kind, rows in self.cells.items()},
-            groups={n: {kind: np.array(rows) for kind, rows in g.items()} for n, g in self.groups.items()},
             source=self.deck.path.name,
             sha256=sha256,
             scale=self.units.length,
             labels=self.labels,
-            properties=self.properties,
-            links=tuple(self.links),
-            equations=tuple(self.equations),
-            supports=self.supports,
-            data=data,
+            **self.fields(),
         )
 
     def _add_sets(self) -> None:
@@ -131,13 +109,7 @@ class Builder:
                 self.groups.setdefault(name, {}).setdefault(kind, []).append(row)
         for name, labels in self.deck.node_sets.items():
             for label in (label for label in labels if label in self.row):
-                self.vertex(name, self.row[label])
-
-    def vertex(self, group: str, row: int) -> None:
-        """Append a node to a group."""
-        rows = self.cells.setdefault("vertex", [])
-        rows.append([row])
-        self.groups.setdefault(group, {}).setdefault("vertex", []).append(len(rows) - 1)
+                self.append("vertex", [self.row[label]], name)
 
     def _add_rigid(self) -> None:
         """Join the pairs of rigid beams that hang together to one link about their most frequent node."""

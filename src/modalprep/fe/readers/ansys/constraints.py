@@ -45,7 +45,7 @@ def _add_supports(b: Builder) -> None:
         )
         b.deck.note(f"{len(nodes)} nodes are held by D: the group and the set of supports {SUPPORTS!r}")
         for node in nodes:
-            b.vertex(SUPPORTS, node)
+            b.append("vertex", [node], SUPPORTS)
 
 
 def _axes(b: Builder, row: int) -> np.ndarray:

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from modalprep.fe.mesh.mesh import Equation, Link, Mesh, SupportSet
-from modalprep.fe.properties.properties import Property
+from modalprep.fe.mesh.builder import MeshBuilder
+from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.grids import Grids, Tables
 from modalprep.fe.readers.nastran.materials import Conversion, Units
@@ -18,20 +18,14 @@ from modalprep.fe.readers.nastran.sections import SECTIONS
 SECTION_FAMILIES = ("shell", "bar", "beam", "bend", "rod", "tube", "shear", "solid", "bush", "elas")
 
 
-class Builder:
+class Builder(MeshBuilder):
     """The mesh under construction, card by card."""
 
     def __init__(self, tables: Tables, grids: Grids, units: Units) -> None:
+        super().__init__()
         self.tables, self.grids, self.units = tables, grids, units
         self.conversion = Conversion(units, tables.get("material", {}))
         self.bare = not any(tables.get(family) for family in SECTION_FAMILIES)  # a mesh without sections
-        self.cells: dict[str, list[list[int]]] = {}
-        self.groups: dict[str, dict[str, list[int]]] = {}
-        self.properties: dict[str, Property] = {}
-        self.data: dict[tuple[str, str], dict[int, np.ndarray]] = {}
-        self.links: list[Link] = []
-        self.equations: list[Equation] = []
-        self.supports: dict[str, SupportSet] = {}
         self.seen: dict[tuple[str, int], Card] = {}
         self.built: dict[tuple[str, int], str] = {}
         self.twist: dict[str, float] = {}
@@ -55,19 +49,12 @@ class Builder:
         """Append a cell to a group and return its row."""
         if len(set(nodes)) < len(nodes):
             raise card.error("it names a grid twice; give every corner its own grid")
-        rows = self.cells.setdefault(kind, [])
-        rows.append(nodes)
-        self.groups.setdefault(group, {}).setdefault(kind, []).append(len(rows) - 1)
-        return len(rows) - 1
+        return self.append(kind, nodes, group)
 
     def point(self, position: np.ndarray) -> int:
         """Append a new grid, which no card can name, and return its row."""
         self.more_points.append(position)
         return len(self.grids.points) + len(self.more_points) - 1
-
-    def put(self, name: str, kind: str, row: int, value: np.ndarray | float) -> None:
-        """Set a value that one cell has for itself."""
-        self.data.setdefault((name, kind), {})[row] = np.asarray(value)
 
     def section(self, card: Card, family: str, default: int | None = None) -> str:
         """Return the group of the property in field 1 of an element; the property is built once."""
@@ -101,25 +88,13 @@ class Builder:
             notes.append("the deck has no property cards; its groups have no sections")
         if self.fluid:
             notes.append(f"left out: {self.fluid} elements of the fluid; neither its mass nor its pressure acts")
-        data: dict[str, dict[str, np.ndarray]] = {}
-        for (name, kind), values in self.data.items():
-            blank = 0.0 if name in ("ends", "pins") else np.nan
-            table = np.full((len(self.cells[kind]), *next(iter(values.values())).shape), blank)
-            table[list(values)] = list(values.values())
-            data.setdefault(name, {})[kind] = table
         return Mesh(
             points=np.vstack([self.grids.points, *self.more_points]) * self.units.length,
-            cells={kind: np.array(rows) for kind, rows in self.cells.items()},
-            groups={n: {kind: np.array(rows) for kind, rows in g.items()} for n, g in self.groups.items()},
             source=path.name,
             sha256=sha256,
             scale=self.units.length,
             labels=np.append(self.grids.ids, self.grids.ids[-1] + 1 + np.arange(len(self.more_points))),
-            properties=self.properties,
-            links=tuple(self.links),
-            equations=tuple(self.equations),
-            supports=self.supports,
-            data=data,
+            **self.fields(),
             coupled_mass=_coupled(self.tables),
             notes=(*notes, *self.conversion.notes),
         )

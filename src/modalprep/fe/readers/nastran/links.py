@@ -85,9 +85,7 @@ def add_node_sets(b: Builder) -> None:
             sets.setdefault(name.rstrip("1").lower(), set()).update(_set_nodes(b, card))
     for label, nodes in sets.items():
         for node in sorted(nodes):
-            rows = b.cells.setdefault("vertex", [])
-            rows.append([node])
-            b.groups.setdefault(label, {}).setdefault("vertex", []).append(len(rows) - 1)
+            b.append("vertex", [node], label)
 
 
 def _supports(b: Builder) -> dict[str, dict[int, set[str]]]:
