@@ -35,19 +35,20 @@ def _elas(b: Builder, card: Card) -> None:
         )
     kind, name = ("vertex", "line")[len(nodes) - 1], f"{card.name.lower()}_{card.id}"
     k = [0.0] * 6
-    k[c] = _stiffness(b, card)
+    k[c] = _scalar(b, card, "elas", "K")
     if k[c]:
         b.put("frame", kind, b.cell(card, kind, nodes, name), frame)
         b.properties[name] = spring(b.conversion, card, k)
 
 
-def _stiffness(b: Builder, card: Card) -> float:
-    if card.name == "CELAS2":
-        return card.real(1, "K")
+def _scalar(b: Builder, card: Card, family: str, name: str) -> float:
+    """Return the value of a scalar element: its own (CELAS2, CMASS2), or that of its property."""
+    if card.name.endswith("2"):
+        return card.real(1, name)
     number = card.integer(1, "PID", card.id, lowest=1)
-    if number not in b.tables.get("elas", {}):
-        raise card.error(f"property {number} is not in the deck; add its PELAS card")
-    return b.tables["elas"][number].real(1, "K")
+    if number not in b.tables.get(family, {}):
+        raise card.error(f"property {number} is not in the deck; add its P{family.upper()} card")
+    return b.tables[family][number].real(1, name)
 
 
 def _mass(b: Builder, card: Card) -> None:
@@ -102,16 +103,7 @@ def _scalar_mass(b: Builder, card: Card) -> None:
         raise card.error("it joins two grids, or none; give one grid and a component from 1 to 6, or name it in ignore")
     node = b.grids.node(card, ends[0][0], "G")
     _, sums = b.scalar_masses.setdefault(node, (card, np.zeros(6)))
-    sums[ends[0][1] - 1] += _scalar_value(b, card)
-
-
-def _scalar_value(b: Builder, card: Card) -> float:
-    if card.name == "CMASS2":
-        return card.real(1, "M")
-    number = card.integer(1, "PID", card.id, lowest=1)
-    if number not in b.tables.get("mass", {}):
-        raise card.error(f"property {number} is not in the deck; add its PMASS card")
-    return b.tables["mass"][number].real(1, "M")
+    sums[ends[0][1] - 1] += _scalar(b, card, "mass", "M")
 
 
 def add_scalar_masses(b: Builder) -> None:
