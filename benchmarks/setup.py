@@ -2,21 +2,28 @@
 
     python benchmarks/setup.py [--quick]
 
-Prints two tables, CPU time of one thread, then one line of JSON. Times that come to nothing against the machine are
-ratios to one evaluation of the same system:
+Prints three tables, CPU time of one thread but for the last, then one line of JSON. Times that come to nothing against
+the machine are ratios to one evaluation of the same system:
 
 - chains of 1000 and 10,000 rigid links, from the list of joints to the first step and its channels: what each part
   costs for each body; `prepare_10000_s_per_body`, the whole over one evaluation, and `prepare_slope`, the exponent of
   the whole over the number of bodies;
 - a double pendulum, simulated for 0.01 s: `double_pendulum_new` with a system that is new each time,
-  `double_pendulum_same` with the same system again, both over one evaluation.
+  `double_pendulum_same` with the same system again, both over one evaluation;
+- the same in two processes one after the other, which begin with an empty cache of compiled code:
+  `first_result_over_second`, wall time of the first, which compiles where the package brings no compiled code, over
+  that of the second. It takes about as long as the first tests after a change of the kernels.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import statistics
+import subprocess
+import sys
+import tempfile
 import time
 from collections.abc import Callable
 
@@ -89,12 +96,33 @@ def double_pendulum(quick: bool) -> dict[str, float]:
     return {f"double_pendulum_{name}": round(value / own) for name, value in found.items()}
 
 
+def first_results(quick: bool) -> dict[str, float]:
+    """Print how long a process takes from its start to its first result, without and with compiled code in its cache.
+
+    The first takes a minute or more, and is measured once, `quick` or not.
+    """
+    code = "from chains import chain; import modalprep as mp; mp.simulate(chain(2), t_end=0.01)"
+    with tempfile.TemporaryDirectory() as cache:
+        spent = []
+        for _ in range(2):
+            begin = time.perf_counter()
+            subprocess.run(
+                [sys.executable, "-c", code],
+                check=True,
+                cwd=os.path.dirname(os.path.abspath(__file__)),
+                env=os.environ | {"NUMBA_CACHE_DIR": cache},
+            )
+            spent.append(time.perf_counter() - begin)
+    print(f"first result of a new process: {spent[0]:.1f} s with an empty cache, {spent[1]:.2f} s after that")
+    return {"first_result_over_second": round(spent[0] / spent[1], 1)}
+
+
 def main() -> None:
     """Print the tables and the JSON line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="fewer rounds")
     quick, found = parser.parse_args().quick, {}
-    for table in (long_chains, double_pendulum):
+    for table in (long_chains, double_pendulum, first_results):
         found |= table(quick)
     print(json.dumps(found))
 

@@ -1,4 +1,4 @@
-"""A flat L-shaped bracket with a bolt hole near each end: `python meshes/bracket.py` writes bracket.msh."""
+"""A flat L-shaped bracket with a bolt hole near each end: `python meshes/bracket.py` writes it as .msh and .step."""
 
 from pathlib import Path
 
@@ -92,6 +92,7 @@ if __name__ == "__main__":
     gmsh.initialize()
     gmsh.option.setNumber("General.Verbosity", 2)  # warnings and errors only
     draw()
+    gmsh.write(str(Path(__file__).with_suffix(".step")))
     mesh()
     gmsh.write(str(Path(__file__).with_suffix(".msh")))  # 4.1 ASCII, gmsh's default
     gmsh.finalize()

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 import modalprep as mp
+from modalprep.report.pictures.render import drawing_problem
 
 PROJECT = Path(__file__).parent.parent
 COMPILING = ("test_rigid_systems.py", "test_flexible_systems.py")
@@ -29,6 +30,13 @@ def pytest_collection_modifyitems(items):
 def project() -> Path:
     """Root of the checkout, with meshes and pipelines."""
     return PROJECT
+
+
+@pytest.fixture(scope="session")
+def drawing():
+    """Skip the test where VTK cannot draw."""
+    if problem := drawing_problem():
+        pytest.skip(f"cannot draw: {problem}")
 
 
 @pytest.fixture(scope="session")

@@ -199,7 +199,8 @@ def modal(model: mp.fe.FEModel, surface: Surface, modes: int = 16) -> Modal:
     move = reduction.basis[dof[:, :3]]
     if np.any(np.abs(arm) > 1e-9):
         move = move + np.cross(reduction.basis[dof[:, 3:]], arm[..., None], axis=1)
-    return Modal(mp.flexible_body(model, reduction, name="strip"), move.reshape(-1, move.shape[2]))
+    body = mp.flexible_body(model, reduction, name="strip", second_order_mass=False)  # of which nothing is compared
+    return Modal(body, move.reshape(-1, move.shape[2]))
 
 
 def alignment(own: Modal, reference: Modal) -> np.ndarray:

@@ -1,12 +1,9 @@
 """Every table and key of a pipeline file, made from its JSON schema: ``<!-- schema -->``."""
 
-import json
-
 from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.report.schema_tables import Style, keys_of, kind_of, table_word, tables_named_in
 
 MARK = "<!-- schema -->"
-BOUNDS = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}
-WORDS = {"string": "text", "number": "number", "integer": "integer", "boolean": "true or false"}
 
 
 def on_page_markdown(markdown, page, config, files):
@@ -17,8 +14,8 @@ def on_page_markdown(markdown, page, config, files):
 def reference(schema):
     """Return a section for each table of the file; a table inside others is described where it is first met."""
     tables, told, lines = schema["$defs"], set(), []
-    plain = {k: v for k, v in schema["properties"].items() if v.get("type") != "object" and not _refs(v)}
-    lines += ["## Keys without a table { #top }", "", *_rows(plain, set()), ""]
+    plain = {k: v for k, v in schema["properties"].items() if v.get("type") != "object" and not tables_named_in(v)}
+    lines += ["## Keys without a table { #top }", "", *_rows({"properties": plain}), ""]
     for key, value in schema["properties"].items():
         if key not in plain:
             lines += _section(key, value, tables, told)
@@ -27,7 +24,7 @@ def reference(schema):
 
 def _section(key, value, tables, told):
     """Describe a table of the file, then the tables that its keys hold."""
-    refs = _refs(value)
+    refs = tables_named_in(value)
     name = f"[[{key}]]" if value.get("type") == "array" else f"[{key}]"
     name = f"[{key}.NAME]" if "additionalProperties" in value else name
     lines = [f"## `{name}` {{ #{key} }}", ""]
@@ -39,11 +36,11 @@ def _section(key, value, tables, told):
     elif refs:
         lines += [" or ".join(f"[{_title(ref, tables[ref])}](#{ref})" for ref in refs), ""]
     else:
-        lines += [f"A {_kind(value)}.", ""]
+        lines += [f"A {kind_of(value, STYLE)}.", ""]
     waiting = [*refs]
     while waiting:
         ref = waiting.pop(0)
-        waiting = [*_refs(tables[ref]["properties"]), *waiting] if ref not in told or ref in refs else waiting
+        waiting = [*tables_named_in(tables[ref]["properties"]), *waiting] if ref not in told or ref in refs else waiting
         waiting = [other for k, other in enumerate(waiting) if other not in told and other not in waiting[:k]]
         if ref not in told:
             told.add(ref)
@@ -53,15 +50,11 @@ def _section(key, value, tables, told):
 
 def _body(table):
     text = table.get("description", "").split("\n\nExamples")[0]
-    return [text, "", *_rows(table["properties"], set(table.get("required", []))), ""]
+    return [text, "", *_rows(table), ""]
 
 
-def _rows(properties, required):
-    rows = [
-        f"| `{key}` | {_kind(value)} | {'required' if key in required else _default(value)} "
-        f"| {_cell(value.get('description', ''))} |"
-        for key, value in properties.items()
-    ]
+def _rows(table):
+    rows = [f"| `{key.name}` | {key.kind} | {_default(key)} | {_cell(key.meaning)} |" for key in keys_of(table, STYLE)]
     return ["| key | value | default | |", "|---|---|---|---|", *rows]
 
 
@@ -70,54 +63,15 @@ def _title(ref, table):
     kind = table["properties"].get("type", {})
     if "const" in kind:
         return f'`type = "{kind["const"]}"`'
-    return _word(ref)
-
-
-def _word(ref):
-    name = ref.split("__")[-1].removesuffix("Table")
-    return "".join(f" {letter.lower()}" if letter.isupper() else letter for letter in name).strip()
+    return table_word(ref)
 
 
 def _link(ref):
-    return f"[{_word(ref)}](#{ref})"
+    return f"[{table_word(ref)}](#{ref})"
 
 
-def _refs(value):
-    """List the tables that a schema names, in order, each once."""
-    if isinstance(value, dict):
-        own = [value["$ref"].split("/")[-1]] if "$ref" in value else []
-        inner = [ref for key, part in value.items() if key != "discriminator" for ref in _refs(part)]
-        return list(dict.fromkeys(own + inner))
-    return list(dict.fromkeys(ref for part in value for ref in _refs(part))) if isinstance(value, list) else []
-
-
-def _kind(value):
-    """Say what a value may be."""
-    if "$ref" in value:
-        return _link(value["$ref"].split("/")[-1])
-    for key in ("anyOf", "oneOf"):
-        if key in value:
-            return " or ".join(dict.fromkeys(_kind(part) for part in value[key] if part.get("type") != "null"))
-    if "const" in value or "enum" in value:
-        return ", ".join(f"`{json.dumps(one)}`" for one in value.get("enum", [value.get("const")]))
-    if value.get("type") == "array":
-        return _list(value)
-    if value.get("type") == "object":
-        inner = value.get("additionalProperties")
-        return f"table of {_kind(inner)}" if isinstance(inner, dict) else "table"
-    bounds = [f"{word} {value[key]:g}" for key, word in BOUNDS.items() if key in value]
-    return " ".join([WORDS.get(value.get("type"), "any value"), " and ".join(bounds)]).strip()
-
-
-def _list(value):
-    least, most, item = value.get("minItems"), value.get("maxItems"), _kind(value.get("items", {}))
-    item = f"{item}s" if item in WORDS.values() else f"({item})" if " or " in item else item
-    return f"list of {item}" if least is None or least != most else f"{least} {item}"
-
-
-def _default(value):
-    default = value.get("default")
-    return "" if default in (None, {}, []) or isinstance(default, dict) else f"`{_cell(json.dumps(default))}`"
+def _default(key):
+    return key.default if key.default in ("", "required") else f"`{_cell(key.default)}`"
 
 
 def _cell(text):
@@ -126,3 +80,6 @@ def _cell(text):
 
 def _sentence(text):
     return text[0].upper() + text[1:].rstrip(".") + "."
+
+
+STYLE = Style(_link, "`{}`".format)

@@ -1,7 +1,8 @@
 """modalprep: finite-element meshes to flexible bodies for multibody dynamics, and their simulation.
 
-The names of the tour stand here, the others in `modalprep.fe`, `reduction`, `body`, `multibody`, `ensemble`, `formats`,
-`report` and `linalg`. A name is loaded on first use, so that ``import modalprep`` costs nothing.
+The names of the tour stand here, the others in `modalprep.fe`, `reduction`, `body`, `supplied`, `multibody`,
+`ensemble`, `formats`, `correlation`, `report` and `linalg`. A name is loaded on first use, so that ``import modalprep``
+costs nothing.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from modalprep.lazy import lazy
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
     from modalprep import body as body
+    from modalprep import correlation as correlation
     from modalprep import ensemble as ensemble
     from modalprep import fe as fe
     from modalprep import formats as formats
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from modalprep import multibody as multibody
     from modalprep import reduction as reduction
     from modalprep import report as report
+    from modalprep import supplied as supplied
     from modalprep.body.build import flexible_body as flexible_body
     from modalprep.body.checks import check_body as check_body
     from modalprep.body.rigid import rigid_body as rigid_body

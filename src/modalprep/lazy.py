@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from typing import Any
 
 # those with public names
-PACKAGES = ("fe", "reduction", "body", "multibody", "ensemble", "formats", "report", "linalg")
+PACKAGES = (
+    "fe", "reduction", "body", "supplied", "multibody", "ensemble", "formats", "correlation", "report", "linalg",
+)  # fmt: skip
 
 
 def lazy(package: str, names: Mapping[str, str]) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
@@ -37,16 +39,19 @@ def public_homes() -> dict[str, str]:
     >>> public_homes()["reduction.Load"], public_homes()["simulate"]
     ('modalprep.reduction.loads', 'modalprep.multibody.simulate')
     """
-    found = {}
-    for package in ("", *PACKAGES):
+    for package in () if _HOMES else ("", *PACKAGES):
         home = f"modalprep.{package}".rstrip(".")
         for module, names in import_module(home)._NAMES.items():
-            found |= {f"{package}.{name}".lstrip("."): f"{home}.{module}" for name in names.split()}
-    return found
+            _HOMES.update({f"{package}.{name}".lstrip("."): f"{home}.{module}" for name in names.split()})
+    return _HOMES
+
+
+_HOMES: dict[str, str] = {}  # filled at the first call
 
 
 def _unknown(package: str, name: str, known: list[str]) -> str:
-    elsewhere = [public for public in public_homes() if public.rpartition(".")[2] == name]
-    if elsewhere and not name.startswith("_"):
+    public = () if name.startswith("_") else public_homes()  # Python and pytest ask for many private names
+    elsewhere = [listed for listed in public if listed.rpartition(".")[2] == name]
+    if elsewhere:
         return f"{package} has no {name!r}; it is modalprep.{elsewhere[0]}"
     return f"{package} has no {name!r}; it has {', '.join(sorted(known))}"

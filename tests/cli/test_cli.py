@@ -14,7 +14,6 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.cli.commands import app
 from modalprep.examples import uniform_beam
-from modalprep.report.pictures.render import drawing_problem
 
 HEAVY = {
     "numpy",
@@ -140,7 +139,7 @@ def test_body_is_reused_until_its_inputs_change(job, capsys):
 
 
 def test_schema_describes_every_table(capsys):
-    assert main(["schema"]) == 0
+    assert main(["schema", "--json"]) == 0
     schema = json.loads(capsys.readouterr().out)
     assert {"mesh", "materials", "properties", "interfaces", "reduction", "simulation"} <= set(schema["properties"])
     assert "description" in schema["$defs"]["ReductionTable"]["properties"]["keep"]
@@ -154,7 +153,7 @@ def test_wrong_usage(arguments, capsys):
     assert len(error.splitlines()) == 1
 
 
-@pytest.mark.skipif(drawing_problem() is not None, reason=f"cannot draw: {drawing_problem()}")
+@pytest.mark.usefixtures("drawing")
 def test_render(body, tmp_path):
     for name, options in (("m.png", []), ("m.gif", ["--animate"]), ("mesh.png", ["--mode", "0"])):
         assert main(["render", str(body), "-o", str(tmp_path / name), *options]) == 0
@@ -194,7 +193,7 @@ def keys_unknown_to(schema, table, definitions, where=""):
 
 
 def test_schema_describes_the_shipped_pipelines(project, capsys):
-    assert main(["schema"]) == 0
+    assert main(["schema", "--json"]) == 0
     schema = json.loads(capsys.readouterr().out)
     pipelines = sorted((project / "pipelines").glob("*.toml"))
     assert pipelines
@@ -264,3 +263,74 @@ def test_render_into_an_unknown_format(body, tmp_path, capsys):
         error = capsys.readouterr().err
         assert "m.xyz" in error
         assert error.count("\n") == 1
+
+
+def test_the_program_alone_prints_its_help(capsys):
+    assert main([]) == 0
+    assert "Commands:" in capsys.readouterr().out
+
+
+def test_set_replaces_values_of_the_file(job, tmp_path, capsys):
+    out = tmp_path / "other"
+    material = next(iter(tomllib.loads(job.read_text())["materials"]))
+    dense = f"materials.{material}.rho='3100 kg/m^3'"
+    given = ["--output", str(out), "--set", dense, "--set", "output.pictures=none", "--quiet"]
+    assert main(["run", str(job), *given]) == 0
+    assert capsys.readouterr().out == ""
+    assert mp.read_body(out / "job" / "job.h5").m == pytest.approx(12.4)  # 12 kg at the file's 3000 kg/m^3
+    assert not (job.parent / "output").exists()
+    written = tomllib.loads((out / "job" / "job.toml").read_text())
+    assert written["materials"][material]["rho"] == "3100 kg/m^3"
+    assert (out / "job" / "job.toml").read_text().splitlines()[1] == f"# --set {dense}"
+
+
+@pytest.mark.parametrize(
+    ("setting", "said"),
+    [
+        ("modes", "--set 'modes' is not KEY=VALUE, such as reduction.modes=20"),
+        ("reduction..modes=2", "--set 'reduction..modes=2' is not KEY=VALUE"),
+        ("reduction.modes.first=2", "--set: 'reduction.modes.first' passes through 'modes', which is not a table"),
+        ("reduction.mode=2", "unknown key 'mode'"),
+    ],
+)
+def test_settings_that_cannot_be(job, setting, said, capsys):
+    assert main(["run", str(job), "--set", setting]) == 2
+    error = capsys.readouterr().err
+    assert said in error
+    assert len(error.splitlines()) == 1
+
+
+def test_no_pictures(job, capsys):
+    assert main(["run", str(job), "--no-pictures", "--set", "output.pictures=2"]) == 0
+    assert not list((job.parent / "output" / "job").glob("*-mode-*.png"))
+    assert (job.parent / "output" / "job" / "job.html").is_file()
+
+
+def test_open_shows_the_page_of_the_report(job, monkeypatch, capsys):
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    assert main(["run", str(job), "--no-pictures", "--open"]) == 0
+    assert opened == [(job.parent / "output" / "job" / "job.html").as_uri()]
+
+
+def test_open_is_refused_before_the_work(job, capsys):
+    """A file that has a system alone makes no page."""
+    assert main(["run", str(job)]) == 0
+    system = job.with_name("system.toml")
+    body = job.parent / "output" / "job" / "job.h5"
+    start = job.read_text().index("[joints")
+    system.write_text(f'[bodies.job]\nfile = "{body}"\n' + job.read_text()[start:])
+    capsys.readouterr()
+    assert main(["run", str(system), "--open"]) == 2
+    assert "makes no report page" in capsys.readouterr().err
+    assert not (job.parent / "output" / "system").exists()
+
+
+def test_schema_describes_a_table_in_words(capsys):
+    assert main(["schema", "materials.isotropic"]) == 0
+    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert ["rho", "number", "or", "text", "required", "density,", "kg/m^3"] in rows
+    assert main(["schema"]) == 0
+    assert "isotropic, orthotropic" in capsys.readouterr().out
+    assert main(["schema", "joints.revolut"]) == 2
+    assert "did you mean 'revolute'?" in capsys.readouterr().err

@@ -57,7 +57,7 @@ def handled():
 
 
 def interrupted(work, monkeypatch, capsys) -> bool:
-    monkeypatch.setattr(run, "run_pipeline", lambda *given: work())
+    monkeypatch.setattr(run, "run_pipeline", lambda *given, **options: work())
     return (main(["run", "job.toml"]), *capsys.readouterr()) == (130, "", "modalprep: interrupted\n")
 
 
@@ -110,7 +110,7 @@ def test_other_exceptions_of_finalisers_are_still_reported(monkeypatch):
 
     reported = []
     monkeypatch.setattr("sys.unraisablehook", lambda lost: reported.append(str(lost.exc_value)))
-    monkeypatch.setattr(run, "run_pipeline", lambda *given: Faulty() and None)
+    monkeypatch.setattr(run, "run_pipeline", lambda *given, **options: Faulty() and None)
     with suppress(AttributeError):  # of the outcome, which is None
         main(["run", "job.toml"])
     assert reported == ["not silenced"]

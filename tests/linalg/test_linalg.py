@@ -12,14 +12,15 @@ from scipy.sparse import csr_array, diags_array
 import modalprep as mp
 from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg import modes
+from modalprep.linalg.blas import add_inner_alone, inner, product, subtract
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.memory import available_memory
 from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.modes import count_below, lowest_modes
-from modalprep.linalg.pardiso import PardisoFactor
+from modalprep.linalg.pardiso import PardisoFactor, library
 from modalprep.reduction.clamped import clamp
 
-pytest.importorskip("pypardiso", reason="PARDISO has no wheel here")
+pytestmark = pytest.mark.skipif(library() is None, reason="PARDISO has no wheel here")
 
 
 def chain(n: int) -> tuple[csr_array, csr_array]:
@@ -194,3 +195,28 @@ def test_an_ended_process_of_the_same_number_left_an_empty_registration():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.stdout == "[0.5  0.25]\n", (done.returncode, done.stderr)
+
+
+def _stored(rng: np.random.Generator, rows: int, columns: int) -> list[np.ndarray]:
+    """One matrix by rows, by columns, as parts of larger ones, backwards and without a stride."""
+    A, large = rng.standard_normal((rows, columns)), np.zeros((rows + 3, columns + 2))
+    large[1:-2, 1:-1] = A
+    by_columns = np.asfortranarray(large)
+    same = np.broadcast_to(A[:1], A.shape)
+    return [A, np.asfortranarray(A), large[1:-2, 1:-1], by_columns[1:-2, 1:-1], A[:, ::-1], same]
+
+
+@pytest.mark.parametrize(("n", "m", "k"), [(7, 3, 2), (7, 1, 1), (1, 2, 3), (1, 1, 1), (5, 0, 2), (5, 2, 0)])
+def test_products_of_matrices_however_they_are_stored(n, m, k):
+    """Second implementation: NumPy's products. Sums of up to seven terms of size one keep 14 digits."""
+    rng = np.random.default_rng(0)
+    for A in _stored(rng, n, m):
+        for B in _stored(rng, n, k):
+            np.testing.assert_allclose(inner(A, B), A.T @ B, rtol=0, atol=1e-14)
+            total = np.ones((m, k))
+            add_inner_alone(A, B, total)
+            np.testing.assert_allclose(total, 1 + A.T @ B, rtol=0, atol=1e-14)
+        for B in _stored(rng, m, k) if m else [np.zeros((0, k))]:
+            np.testing.assert_allclose(product(A, B), A @ B, rtol=0, atol=1e-14)
+            for W in _stored(rng, n, k):
+                np.testing.assert_allclose(subtract(W, A, B), W - A @ B, rtol=0, atol=1e-14)

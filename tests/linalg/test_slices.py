@@ -11,10 +11,11 @@ from modalprep.linalg import modes, slices
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.modes import lowest_modes
+from modalprep.linalg.pardiso import library
 from modalprep.linalg.pencil import Pencil
 from modalprep.linalg.slices import sliced_modes
 
-pytest.importorskip("pypardiso", reason="PARDISO has no wheel here")
+pytestmark = pytest.mark.skipif(library() is None, reason="PARDISO has no wheel here")
 
 N, SIZE = 46, 40  # nodes a side of the square; modes of a slice
 

@@ -190,6 +190,12 @@ def model():
     return cantilever_model(100, tip="fixed")  # 594 DOFs inside: Lanczos and a sparse factor
 
 
+def test_arrays_without_entries_have_keys(cache):
+    """An array of no entries has a key of its own, by its shape."""
+    keys = {cache.key(np.zeros(shape)) for shape in ((0,), (3, 0), (0, 3), (1,))}
+    assert len(keys) == 4
+
+
 @pytest.mark.parametrize("reduce", [mp.craig_bampton, mp.reduction.free_interface])
 def test_reductions_come_back_to_the_last_bit(cache, model, monkeypatch, reduce):
     """Nothing is factorised the second time; each array is the one computed without a cache."""

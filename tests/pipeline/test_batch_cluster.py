@@ -15,7 +15,6 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import beam_mesh, spinup_section
 
-distributed = pytest.importorskip("distributed")
 ASSEMBLY = """
 [bodies.inner]
 pipeline = "inner.toml"
@@ -46,6 +45,7 @@ def module(name, *arguments):
 @pytest.fixture
 def scheduler(tmp_path):
     """Address of a scheduler without workers."""
+    pytest.importorskip("distributed")
     file = tmp_path / "scheduler.json"
     process = module("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file)
     try:
@@ -59,13 +59,15 @@ def scheduler(tmp_path):
 @pytest.fixture
 def workers(scheduler, tmp_path):
     """Two workers of one thread, each killed by a single signal (no nanny)."""
+    from distributed import Client
+
     own = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "dask"]
     with ExitStack() as stack:
         found = [module("dask_worker", scheduler, *own) for _ in range(2)]
         for process in found:
             stack.callback(process.wait)
             stack.callback(process.kill)
-        with distributed.Client(scheduler, timeout="60s", set_as_default=False) as client:
+        with Client(scheduler, timeout="60s", set_as_default=False) as client:
             client.wait_for_workers(2, timeout=60)
         yield found
 
@@ -80,10 +82,12 @@ def until(condition, seconds):
 @pytest.mark.slow
 def test_a_worker_killed_midway(project, tmp_path, scheduler, workers):
     """Its jobs go to the other one, and all of them are done."""
+    from distributed import Client
+
     file, output = write_grid(project, tmp_path / "beam.toml", reduction__modes=MODES), tmp_path / "output"
     with started(file, "--scheduler", scheduler, "--json") as process:
         until(lambda: len({record["worker"] for record in manifests(output).values()}) == 2, 120)
-        with distributed.Client(scheduler, timeout="60s", set_as_default=False) as client:
+        with Client(scheduler, timeout="60s", set_as_default=False) as client:
             pids = client.run(os.getpid)
             held = {pids[address]: jobs for address, jobs in client.processing().items()}
         assert held[workers[0].pid]  # it has something to lose

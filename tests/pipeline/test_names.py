@@ -6,7 +6,7 @@ import inspect
 import pytest
 
 import modalprep as mp
-from modalprep.fe import Orthotropic, Ply, StressPoint, read_matrices
+from modalprep.fe import Orthotropic, Ply, Recover, StressPoint, read_matrices
 from modalprep.multibody import (
     AxialSpring,
     Bushing,
@@ -53,6 +53,7 @@ PAIRS = {
     "interface": (mp.Interface, fe.InterfaceTable, set(), set()),
     "connection": (mp.Connection, fe.ConnectionTable, set(), set()),
     "stress": (StressPoint, fe.StressTable, set(), set()),
+    "recovery": (Recover, fe.RecoveryTable, set(), set()),
     "matrices": (read_matrices, fe.MatricesTable, set(), set()),
     "load": (Load, reduction.LoadTable, set(), set()),
     "rayleigh": (Rayleigh, reduction.RayleighTable, set(), set()),

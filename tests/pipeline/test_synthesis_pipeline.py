@@ -16,7 +16,6 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import system_damping
 from modalprep.reduction.selection import VALUES, select
 from modalprep.reduction.synthesis import synthesise
-from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.synthesis import draw_modes
 
 FRAME = """
@@ -83,7 +82,7 @@ def test_two_beams_are_the_uncut_beam(shipped):
     assert found["frequency"][0] == pytest.approx(closed, rel=1e-3)
 
 
-@pytest.mark.skipif(drawing_problem() is not None, reason=f"cannot draw: {drawing_problem()}")
+@pytest.mark.usefixtures("drawing")
 def test_pictures_of_the_system_modes(shipped, tmp_path):
     """Two beams in line, drawn as one body: the picture is not empty."""
     inner, outer = (mp.read_body(shipped / f"two-beams-{name}.h5") for name in ("inner", "outer"))

@@ -15,27 +15,30 @@ MAY_IMPORT = {
     "fe": BASE | {"linalg"},
     "reduction": BASE | {"linalg", "fe"},
     "body": BASE | {"linalg", "fe", "reduction"},
+    "supplied": BASE | {"linalg", "fe", "reduction", "body"},
     "multibody": BASE | {"body"},
-    "formats": BASE | {"linalg", "fe", "body", "reduction", "multibody"},
+    "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody"},
     "ensemble": BASE | {"multibody", "formats"},
-    "report": BASE | {"fe", "body", "reduction", "multibody", "formats", "ensemble"},
-    "pipeline": BASE | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report"},
+    "correlation": BASE | {"body"},
+    "report": BASE | {"correlation", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
+    "pipeline": BASE | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "supplied"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
     "fe": (
-        "properties", "mesh", "links", "quality", "elements", "elements.shells", "families", "readers.coverage",
-        "readers.nastran", "readers.abaqus", "readers.ansys", "readers", "generation", "assembly", "external",
+        "properties", "mesh", "links", "features", "quality", "elements", "elements.shells", "families",
+        "readers.coverage", "readers.units", "readers.systems", "readers.nastran", "readers.abaqus", "readers.ansys",
+        "readers", "generation", "assembly", "recovery", "external",
     ),
     "multibody": (
         "model", "kernels.algebra", "kernels", "kernels.closed_loops", "kernels.loads", "packing", "elements",
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "mac", "plots", "summary", "scene", "analysis", "synthesis", "ensemble",
-        "page",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "summary", "scene", "analysis",
+        "synthesis", "ensemble", "correlation", "page",
     ),
-    "pipeline": ("console", "schema", "build", "systems", "run", "batch"),
+    "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},
@@ -52,14 +55,23 @@ ONLY_IN = {  # third parties with one home
 }
 ONLY_FROM = {  # finer than packages: what a package may take from another, module by module
     # what files hold, nothing of the solver
-    ("formats", "multibody"): {"multibody.results.result", "multibody.analysis.state_space"},
-    # the solver sees bodies and their mass at a deflection and a fill level; of its own it makes only rigid rods
-    ("multibody", "body"): {"body.flexible_body", "body.levels", "body.line", "body.mass", "body.rigid"},
-    # of the model, what the cells of a mesh are
-    ("formats", "fe"): {"fe.mesh.cells"},
+    ("formats", "multibody"): {
+        *(f"multibody.results.{name}" for name in "result envelopes fields recovered".split()),
+        "multibody.analysis.state_space",
+    },
+    # the solver sees bodies, their mass at a deflection and a fill level and the motion from which they recover forces;
+    # of its own it makes only rigid rods
+    ("multibody", "body"): {
+        *(f"body.{name}" for name in "flexible_body levels line mass recovery rigid".split()),
+    },
+    # of the model, what the cells of a mesh are, and how matrices of other programs are read
+    ("formats", "fe"): {
+        "fe.mesh.cells", "fe.mesh.mesh", "fe.readers.abaqus.lexer",
+        *(f"fe.external.{name}" for name in "abaqus archive dmig entries files model output4".split()),
+    },
     ("report", "fe"): {"fe.mesh.cells"},
     ("linalg", ""): {"errors", "lazy"},  # numbers in, numbers out
-}
+}  # fmt: skip
 KERNELS_TAKE = {
     "modalprep.jit",
     "modalprep.by_address",

@@ -13,8 +13,7 @@ from modalprep.report.pictures import animation, render, sheet
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.sheet import contact_sheet
 
-REASON = render.drawing_problem()
-needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))
+needs_drawing = pytest.mark.usefixtures("drawing")
 
 
 def colourful(image) -> np.ndarray:

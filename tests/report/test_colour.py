@@ -18,8 +18,7 @@ from modalprep.report.pictures.colour import FULL, node_colour
 from modalprep.report.pictures.sheet import contact_sheet
 from modalprep.report.scene import scene
 
-REASON = render.drawing_problem()
-needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))
+needs_drawing = pytest.mark.usefixtures("drawing")
 
 
 @pytest.fixture(scope="module")

@@ -10,8 +10,7 @@ import modalprep as mp
 from modalprep.report.pictures import mesh_picture, render
 from modalprep.report.pictures.mesh_picture import render_findings
 
-REASON = render.drawing_problem()
-needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))
+needs_drawing = pytest.mark.usefixtures("drawing")
 LEGEND = 0.87  # the strip below holds axes and legend
 
 

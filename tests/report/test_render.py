@@ -13,8 +13,7 @@ from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.camera import view
 
-REASON = render.drawing_problem()
-needs_drawing = pytest.mark.skipif(REASON is not None, reason=str(REASON))
+needs_drawing = pytest.mark.usefixtures("drawing")
 
 
 @pytest.fixture

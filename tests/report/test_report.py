@@ -17,7 +17,7 @@ from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.tables import body_summary, mode_table
 
-needs_drawing = pytest.mark.skipif(render.drawing_problem() is not None, reason=str(render.drawing_problem()))
+needs_drawing = pytest.mark.usefixtures("drawing")
 
 
 @pytest.fixture(scope="module")

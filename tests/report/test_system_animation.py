@@ -9,10 +9,9 @@ from PIL import Image, ImageSequence
 import modalprep as mp
 from modalprep.examples import uniform_beam
 from modalprep.report.pictures import system_animation
-from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.pictures.system_animation import animate_system, viewpoint
 
-needs_drawing = pytest.mark.skipif(drawing_problem() is not None, reason="this machine cannot draw")
+needs_drawing = pytest.mark.usefixtures("drawing")
 
 
 @pytest.fixture(scope="module")

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
     from modalprep.body.levels import with_density_factor as with_density_factor
     from modalprep.body.linearised_stiffness import linearised_geometric_stiffness as linearised_geometric_stiffness
     from modalprep.body.mass import mass_matrix as mass_matrix
+    from modalprep.body.recovery import BodyMotion as BodyMotion
+    from modalprep.body.recovery import Recovery as Recovery
+    from modalprep.body.recovery import at_rest as at_rest
     from modalprep.body.stress import StressModes as StressModes
     from modalprep.body.verify import check_buckling as check_buckling
     from modalprep.body.verify import check_projection as check_projection
@@ -30,6 +33,7 @@ _NAMES = {
     "frames": "reroot in_frame in_mean_axes in_principal_axes at_centre_of_mass",
     "levels": "with_density_factor",
     "linearised_stiffness": "linearised_geometric_stiffness",
+    "recovery": "Recovery BodyMotion at_rest",
     "stress": "StressModes",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

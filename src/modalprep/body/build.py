@@ -7,11 +7,13 @@ from typing import Literal
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.recovery_matrices import recovery_matrices
 from modalprep.body.second_order import with_second_order_mass
 from modalprep.body.stress import StressModes
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.stress_recovery import StressRecovery
+from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.blas import inner
 from modalprep.reduction.basis import Reduction
 from modalprep.suggest import refuse_other
@@ -24,6 +26,7 @@ def flexible_body(
     name: str,
     damping: float = 0.0,
     stress: StressRecovery | None = None,
+    recovery: ModelRecovery | None = None,
     second_order_mass: bool | Literal["auto"] = "auto",
     provenance: dict[str, str] | None = None,
 ) -> FlexibleBody:
@@ -38,6 +41,8 @@ def flexible_body(
         Modal damping ratio (fraction of critical) of every mode.
     stress : StressRecovery
         Points with stress modes, from `stress_recovery` on this model.
+    recovery : ModelRecovery
+        Quantities with recovery matrices, from `model_recovery` on this model.
     second_order_mass : bool or "auto"
         Whether the body has T, the second order of its modal mass (second_order.py); "auto" takes it where it matters,
         and the provenance says how much.
@@ -105,6 +110,7 @@ def flexible_body(
         energy=_strain_energy(model, Phi, reduction.frequency > 0),
         volume=model.strain_energy.volume() if model.strain_energy else {},
         stress=_stress_modes(stress, Phi, reduction.frequency > 0) if stress else {},
+        recovery=recovery_matrices(model, reduction, recovery) if recovery else {},
         provenance={**model.source, **(provenance or {})},
     )
     return with_second_order_mass(body, model, reduction, second_order_mass)

@@ -54,6 +54,8 @@ class CheckReport(Record):
     subject : str
         The checked file.
     checks : tuple of Check
+    notes : tuple of str
+        What to know beside the checks, such as what of a supplied body is rebuilt.
 
     Examples
     --------
@@ -65,6 +67,7 @@ class CheckReport(Record):
 
     subject: str
     checks: tuple[Check, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def failed(self) -> tuple[Check, ...]:
@@ -85,7 +88,7 @@ class CheckReport(Record):
             Plain JSON, by the names of the fields.
         """
         rows = [vars(c) | {"passed": c.passed, "value": c.value if np.isfinite(c.value) else None} for c in self.checks]
-        return {"subject": self.subject, "passed": self.passed, "checks": rows}
+        return {"subject": self.subject, "passed": self.passed, "checks": rows, "notes": list(self.notes)}
 
 
 def check_model(model: FEModel) -> list[Check]:

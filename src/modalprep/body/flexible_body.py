@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from modalprep.body.recovery import BodyMotion, Recovery
 from modalprep.body.stress import StressModes
 from modalprep.records import Record
 from modalprep.reduction.table import ModeTable
@@ -61,6 +62,9 @@ class FlexibleBody(Record):
         m^3 of each cell, 0 for springs and masses; with `energy`, to draw its density.
     stress : {point: StressModes}
         Stress at chosen points; as `energy`, in the modes of the reduction and those that follow from them.
+    recovery : {name: Recovery}
+        Forces, moments, stress and accelerations that were asked for, or that the supplier of a reduced body recovers;
+        in the same modes as `stress`.
     modal_mass : (n, n)
         ``int rho phi^T phi``; the identity, except for a body with the modes of another fill level (levels.py).
     modes : ModeTable
@@ -104,6 +108,7 @@ class FlexibleBody(Record):
     energy: dict[str, np.ndarray] = field(default_factory=dict)
     volume: dict[str, np.ndarray] = field(default_factory=dict)
     stress: dict[str, StressModes] = field(default_factory=dict)
+    recovery: dict[str, Recovery] = field(default_factory=dict)
     modal_mass: np.ndarray | None = None
     T: np.ndarray | None = None
 
@@ -141,15 +146,15 @@ class FlexibleBody(Record):
     def with_(self, **changes: Any) -> Self:
         """Return a copy with the named fields changed.
 
-        New modes (`K`) have no `energy`, no `stress` and no `T`, and mass 1, unless given.
+        New modes (`K`) have no `energy`, `stress`, `recovery` and `T`, and mass 1, unless given.
 
         Returns
         -------
         FlexibleBody
             The changed copy.
         """
-        new_modes = {"energy": {}, "stress": {}, "modal_mass": None, "T": None} if "K" in changes else {}
-        return super().with_(**(new_modes | changes))
+        none = {"energy": {}, "stress": {}, "recovery": {}, "modal_mass": None, "T": None}
+        return super().with_(**((none if "K" in changes else {}) | changes))
 
     def stresses(self, q: np.ndarray) -> dict[str, np.ndarray]:
         """Return the stress (Pa) by ``point.component`` at modal coordinates ``q (..., n)``, m sqrt(kg), as ``(...)``.
@@ -176,6 +181,31 @@ class FlexibleBody(Record):
             f"{name}.{component}": values
             for name, point in self.stress.items()
             for component, values in point.histories(q).items()
+        }
+
+    def recovered(self, motion: BodyMotion) -> dict[str, np.ndarray]:
+        """Return the histories of every recovery by ``name.place.component``, and ``.von_mises`` of stress.
+
+        Returns
+        -------
+        dict of (nt,) float
+            In the units of the recovery.
+
+        References
+        ----------
+        Theory 4.9.
+
+        Examples
+        --------
+        >>> from modalprep.body.recovery import at_rest
+        >>> from modalprep.examples import uniform_beam
+        >>> uniform_beam(modes=2).recovered(at_rest(np.zeros((1, 2)), interfaces=2))
+        {}
+        """
+        return {
+            f"{name}.{row}": values
+            for name, block in self.recovery.items()
+            for row, values in block.histories(motion).items()
         }
 
     def conventional(self) -> FlexibleBody:

@@ -87,13 +87,13 @@ def in_frame(body: FlexibleBody, *, origin: np.ndarray, axes: np.ndarray | None 
         turned[key] = np.einsum("ia,jb,ij...->ab...", Q, Q, array, optimize=True)
     for key in ("Kg_F", "Kg_T", "phi", "psi", "shape"):
         turned[key] = np.einsum("ia,ki...->ka...", Q, getattr(body, key))
-    said = {"origin": name or f"origin at {c.tolist()} m of the former frame"} | ({} if axes is None else TURNED)
+    said = {"origin": name or f"origin at {c.tolist()} m of the former frame"} | (
+        {} if axes is None else {"axes": "axes turned"}
+    )
     turned["interface_position"], turned["points"] = (body.interface_position - c) @ Q, (body.points - c) @ Q
-    stress = {key: at.with_(position=(at.position - c) @ Q, axes=at.axes @ Q) for key, at in body.stress.items()}
-    return _relabelled(body.with_(**turned, stress=stress), said)
-
-
-TURNED = {"axes": "axes turned"}
+    for key in ("stress", "recovery"):
+        turned[key] = {name: at.in_frame(c, Q) for name, at in getattr(body, key).items()}
+    return _relabelled(body.with_(**turned), said)
 
 
 def _shifted(body: FlexibleBody, c: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -267,9 +267,9 @@ def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
         if body.T is not None:
             T = _mass_growth(body, a, first, P, turn)
             changed["T"] = np.einsum("ijk,ix,jy,kz->xyz", T, Y, Y, Y, optimize=True)
-    D = np.einsum("ni,n,ni->i", Y, body.D, Y)
-    stress = {name: at.in_basis(Y) for name, at in body.stress.items()}
-    return body.with_(**changed, K=w2, D=D, frequency=np.sqrt(w2) / (2 * np.pi), stress=stress)
+    changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
+    changed["recovery"] = {key: x.following(a).in_basis(Y) for key, x in body.recovery.items() if x.strained}
+    return body.with_(**changed, K=w2, D=np.einsum("ni,n,ni->i", Y, body.D, Y), frequency=np.sqrt(w2) / (2 * np.pi))
 
 
 def _rigid(body: FlexibleBody, a: np.ndarray) -> Moments:

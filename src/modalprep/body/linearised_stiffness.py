@@ -67,4 +67,5 @@ def linearised_geometric_stiffness(
         D=np.einsum("ij,i,ij->j", Y, body.D, Y),
         frequency=np.sqrt(K) / (2 * np.pi),
         stress={name: at.in_basis(Y) for name, at in body.stress.items()},
+        recovery={name: block.in_basis(Y) for name, block in body.recovery.items()},
     )

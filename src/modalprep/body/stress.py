@@ -57,6 +57,16 @@ class StressModes(Record):
         found = dict(zip(self.components, np.moveaxis(q @ self.modes.T, -1, 0), strict=True))
         return found | {VON_MISES: von_mises(found)}
 
+    def in_frame(self, c: np.ndarray, Q: np.ndarray) -> StressModes:
+        """Return the stress in a frame with its origin at c (m) and the columns of Q as axes, in the present ones.
+
+        Returns
+        -------
+        StressModes
+            Of the same components and coordinates.
+        """
+        return self.with_(position=(self.position - c) @ Q, axes=self.axes @ Q)
+
     def in_basis(self, Y: np.ndarray) -> StressModes:
         """Return the stress in the coordinates p of ``q = Y p``, ``Y (n, r)``.
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, ModalFile, Output, app, print_json
+from modalprep.cli.common import Json, ModalFile, Output, Settings, app, print_json
 from modalprep.formats.export import EXPORTS
 from modalprep.report import summary
 from modalprep.suggest import refuse_missing
@@ -21,12 +21,14 @@ if TYPE_CHECKING:
 def modes(
     file: Annotated[Path, typer.Argument(help="Pipeline file (TOML) or modal file (HDF5).")],
     output: Output = None,
+    settings: Settings = None,
     as_json: Json = False,
 ) -> None:
     """Print the mode-selection table of a body, and write its report.
 
     The report is an HTML page beside the modal file.
     """
+    from modalprep.errors import InputError
     from modalprep.pipeline.build.build import build_body, output_folder
     from modalprep.pipeline.console import Reporter
     from modalprep.report.page import write_page
@@ -34,6 +36,9 @@ def modes(
 
     reporter = Reporter(quiet=as_json)
     if file.suffix == ".toml":
+        from modalprep.pipeline.batch.settings import with_settings
+
+        file, output = with_settings(file, settings or [], output)
         built = build_body(file, output_folder(file, output), reporter)
         body, checks, notes = built.body, built.checks, list(built.notes)
         page = built.file.with_suffix(".html")
@@ -42,6 +47,8 @@ def modes(
         from modalprep.formats.modalfile import read_body
         from modalprep.pipeline.build.sources import refuse_overwriting
 
+        if settings:
+            raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}.html"
         refuse_overwriting([page], [file])
         body, notes = read_body(file), []
@@ -112,6 +119,12 @@ def check(
             "--energy", help="Also compare the geometric stiffness with finite differences of the nonlinear energy."
         ),
     ] = False,
+    speed: Annotated[
+        float | None,
+        typer.Option(
+            "--speed", help="Speed of rotation (rad/s) at which the error by rebuilt terms is estimated.", min=0.0
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Check a modal body; exit code 1 when a check fails.
@@ -122,7 +135,7 @@ def check(
     from modalprep.pipeline.console import Reporter
 
     reporter = Reporter(quiet=as_json)
-    _show(check_file(file, reporter, energy), reporter, as_json)
+    _show(check_file(file, reporter, energy, speed), reporter, as_json)
 
 
 @app.command()
@@ -161,17 +174,32 @@ def export(
 
 @app.command("import")
 def import_file(
-    file: Annotated[Path, typer.Argument(help="SID_FEM file (.sid, .sid_fem).")],
+    file: Annotated[Path, typer.Argument(help="File of another program, or of modalprep export, with a body.")],
     target: Annotated[
         Path | None, typer.Option("-o", help="Modal file to write; the default is beside the file.")
     ] = None,
     root: Annotated[
         str | None, typer.Option("--root", help="Interface that becomes the root, as reroot moves the frame.")
     ] = None,
+    length_unit: Annotated[
+        str, typer.Option("--length-unit", help="Unit of the file's lengths: m, mm, cm, in, ft.")
+    ] = "m",
+    mass_unit: Annotated[
+        str | None,
+        typer.Option("--mass-unit", help="Unit of the file's masses, with seconds: kg, g, t, lbm, slug, slinch."),
+    ] = None,
+    interface: Annotated[
+        list[str] | None,
+        typer.Option("--interface", help="Interface that the file does not name, with its nodes: NAME=1,2,3; repeat."),
+    ] = None,
+    nodes: Annotated[
+        Path | None, typer.Option("--nodes", help="File with the places of the nodes of a substructure: deck, .csv.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Read a body of another program, and write its modal file."""
-    from modalprep.formats.export import import_body
+    from modalprep.formats.bodies.described import notes_of
+    from modalprep.formats.bodies.read import import_body
     from modalprep.formats.modalfile import write_body
     from modalprep.pipeline.build.sources import refuse_overwriting
     from modalprep.pipeline.console import Reporter
@@ -179,14 +207,27 @@ def import_file(
 
     reporter = Reporter(quiet=as_json)
     target = target or file.with_suffix(".h5")
-    refuse_overwriting([target], [file])
-    body, notes = import_body(file, root=root)
+    refuse_overwriting([target], [file, *([] if nodes is None else [nodes])])
+    chosen = dict(map(_named_nodes, interface or ()))
+    body = import_body(file, root=root, length_unit=length_unit, mass_unit=mass_unit, interfaces=chosen, nodes=nodes)
     reporter.wrote(write_body(body, target))
     body_summary(body, reporter.console)
+    notes = notes_of(body)
     for note in notes:
         reporter.say(f"  the file does not hold {note}")
     if as_json:
         print_json({"files": [str(f) for f in reporter.files], "notes": notes})
+
+
+def _named_nodes(text: str) -> tuple[str, list[int]]:
+    """Return name and nodes of ``NAME=1,2,3``."""
+    from modalprep.errors import InputError
+
+    name, _, nodes = text.partition("=")
+    try:
+        return name, [int(node) for node in nodes.split(",")]
+    except ValueError:
+        raise InputError(f"--interface {text}: give a name and the numbers of its nodes, as root=1,2,3") from None
 
 
 @app.command()

@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
-from modalprep.cli import bodies, jobs, meshes
+from modalprep.cli import bodies, compare, jobs, meshes
 from modalprep.cli.common import app
 
-__all__ = ["app", "bodies", "jobs", "meshes", "perform"]
+__all__ = ["app", "bodies", "compare", "jobs", "meshes", "perform"]
 
 
 def _version(wanted: bool) -> None:
@@ -23,12 +23,15 @@ def _version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
+@app.callback(invoke_without_command=True)
 def _options(
+    context: typer.Context,
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
     ] = False,
-) -> None: ...
+) -> None:
+    if context.invoked_subcommand is None:
+        print(context.get_help())
 
 
 def perform(argv: Sequence[str]) -> int:

@@ -9,7 +9,6 @@ from typing import Annotated, Any
 import typer
 
 app = typer.Typer(
-    no_args_is_help=True,
     add_completion=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,  # help texts name tables such as [grid], which are no markup
@@ -19,6 +18,11 @@ app = typer.Typer(
 
 Output = Annotated[
     Path | None, typer.Option("--output", help="Folder for the outputs; the default is 'output' beside the file.")
+]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="KEY=VALUE that replaces the file's, such as reduction.modes=20; may be repeated."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON object instead of text.")]
 PipelineFile = Annotated[Path, typer.Argument(help="Pipeline file (TOML).")]

@@ -3,30 +3,58 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, Output, PipelineFile, app, print_json
+from modalprep.cli.common import Json, Output, PipelineFile, Quiet, Settings, app, print_json
 from modalprep.report import summary
+
+if TYPE_CHECKING:
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.schema.pipeline import Pipeline
+    from modalprep.pipeline.systems.systems import Simulated
 
 
 @app.command()
-def run(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
+def run(
+    file: PipelineFile,
+    output: Output = None,
+    settings: Settings = None,
+    pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the mesh and the modes.")] = True,
+    show: Annotated[bool, typer.Option("--open", help="Open the report page in the browser.")] = False,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
     """Build the body of a pipeline file, analyse and simulate it.
 
     Each part is done when the file asks for it. The body comes with a report page and pictures.
     """
+    from modalprep.errors import InputError
+    from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import run_pipeline
+    from modalprep.pipeline.schema.load import load_pipeline
 
-    reporter = Reporter(quiet=as_json)
-    outcome = run_pipeline(file, output, reporter)
+    reporter = Reporter(quiet=as_json or quiet)
+    file, output = with_settings(file, settings or [], output)
+    if show and not load_pipeline(file).has_body:
+        raise InputError("--open: this pipeline file makes no report page, as it has no body; leave --open out")
+    outcome = run_pipeline(file, output, reporter, pictures=pictures)
     if as_json:
         print_json(summary.outcome(outcome, reporter))
     else:
         reporter.say(f"outputs are in {outcome.folder}")
+    if show:
+        _open(next(path for path in reporter.files if path.suffix == ".html"), reporter)
     _end_with(outcome.failures)
+
+
+def _open(page: Path, reporter: Reporter) -> None:
+    import webbrowser
+
+    if not webbrowser.open(page.resolve().as_uri()):
+        reporter.say(f"  no browser was found to open {page}")
 
 
 @app.command()
@@ -46,6 +74,7 @@ def batch(
         typer.Option("--scheduler", help="Dask scheduler that runs the jobs instead, such as tcp://host:8786."),
     ] = None,
     listing: Annotated[bool, typer.Option("--list", help="Print the jobs and run none.")] = False,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
     """Run many pipeline files, and every combination of a [grid].
@@ -63,7 +92,7 @@ def batch(
         raise InputError(f"--cache-size {cache_size:g} must be positive; use --no-cache for none")
     if no_cache and cache:
         raise InputError("--no-cache and --cache contradict each other; give one of them")
-    reporter, planned = Reporter(quiet=as_json), plan_batch(files, output)
+    reporter, planned = Reporter(quiet=as_json or quiet), plan_batch(files, output)
     if listing:
         done = list_batch(planned, reporter)
     else:
@@ -87,6 +116,7 @@ def simulate(
         Path | None, typer.Option("-o", help="Result file (.h5); the CSV file is written beside it.")
     ] = None,
     output: Output = None,
+    settings: Settings = None,
     geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
     reference: Annotated[
         bool, typer.Option("--reference", help="Use the reference implementation with a full mass matrix (slow).")
@@ -94,34 +124,48 @@ def simulate(
     animate: Annotated[
         Path | None, typer.Option("--animate", help="Also write an animation of the moving system (.gif or .mp4).")
     ] = None,
+    colour: Annotated[
+        str, typer.Option("--colour", help="Of the animation: displacement, or a recovery such as skin.von_mises.")
+    ] = "displacement",
+    vtu: Annotated[
+        Path | None, typer.Option("--vtu", help="Also write each flexible body as a time series for ParaView (.pvd).")
+    ] = None,
+    quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
     """Simulate the system of a pipeline file with the order-n solver."""
+    from modalprep.errors import InputError
+    from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.build.build import output_folder
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.run import plot_runs
+    from modalprep.pipeline.run import film_run, plot_runs
     from modalprep.pipeline.schema.load import load_pipeline
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
+    file, output = with_settings(file, settings or [], output)
+    pipeline = load_pipeline(file)
     if animate:
-        from modalprep.errors import InputError
-        from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
-        from modalprep.report.pictures.animation import check_target
+        _refuse_animation(animate, file, target, pipeline)
+    elif colour != "displacement":
+        raise InputError(f"--colour {colour} is that of an animation; add --animate with a file")
+    if vtu:
+        from modalprep.formats.vtu import check_series
 
-        check_target(animate)
-        refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
-        if load_pipeline(file).deployments:
-            raise InputError(f"{file}: [deployments] cannot be animated; leave out --animate")
-    reporter = Reporter(quiet=as_json)
+        check_series(vtu)
+    reporter = Reporter(quiet=as_json or quiet)
     done = simulate_pipeline(
         file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, reference=reference
     )
     folder = target.parent if target else output_folder(file, output)
-    plot_runs(file, load_pipeline(file), done, folder, reporter)
+    plot_runs(file, pipeline, done, folder, reporter)
     if animate:
         from modalprep.report.pictures.system_animation import animate_system
 
-        reporter.wrote(animate_system(done.system, next(iter(done.runs.values())), animate))
+        reporter.wrote(animate_system(done.system, next(iter(done.runs.values())), animate, colour=colour))
+    else:
+        film_run(file, pipeline, done, folder, reporter, [])
+    if vtu:
+        _series(done, vtu, reporter)
     if as_json:
         print_json(summary.simulation(done, reporter))
     else:
@@ -129,17 +173,48 @@ def simulate(
     _end_with(done.failures)
 
 
+def _refuse_animation(animate: Path, file: Path, target: Path | None, pipeline: Pipeline) -> None:
+    """Refuse a film that cannot be drawn or would replace what it is made from, before the run."""
+    from modalprep.errors import InputError
+    from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+    from modalprep.report.pictures.animation import check_target
+
+    check_target(animate)
+    refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
+    if pipeline.deployments:
+        raise InputError(f"{file}: [deployments] cannot be animated; leave out --animate")
+
+
+def _series(done: Simulated, target: Path, reporter: Reporter) -> None:
+    """Write the flexible bodies of a run as time series, each in a file of its name if there are several."""
+    from modalprep.formats.vtu import write_vtu_series
+
+    run = next(iter(done.runs.values()))
+    bodies = {name: body for name, body in done.system.bodies.items() if body.n and body.cells}
+    for name, body in bodies.items():
+        file = target if len(bodies) == 1 else target.with_name(f"{target.stem}-{name}{target.suffix}")
+        reporter.wrote(write_vtu_series(body, run, file, name=name))
+
+
 @app.command()
-def analyse(file: PipelineFile, output: Output = None, as_json: Json = False) -> None:
+def analyse(
+    file: PipelineFile,
+    output: Output = None,
+    settings: Settings = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
     """Compute what the [analysis] table of a pipeline file asks for.
 
     This can be the equilibrium, the modes, the linearised equations, the frequency response, and the joint forces of a
     prescribed motion.
     """
+    from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.systems.analysis import analyse_pipeline
 
-    reporter = Reporter(quiet=as_json)
+    reporter = Reporter(quiet=as_json or quiet)
+    file, output = with_settings(file, settings or [], output)
     found = analyse_pipeline(file, output, reporter)
     if as_json:
         print_json(found.summary() | {"files": [str(f) for f in reporter.files]})

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from modalprep.cli.common import Json, app, print_json
 from modalprep.report import summary
+
+if TYPE_CHECKING:
+    from modalprep.pipeline.console import Reporter
 
 
 @app.command()
@@ -91,14 +94,110 @@ def quality(
 
 
 @app.command()
-def schema() -> None:
-    """Print the JSON schema of pipeline files.
+def init(
+    file: Annotated[Path, typer.Argument(help="Mesh, deck or CAD file of a part.")],
+    target: Annotated[
+        Path | None, typer.Option("-o", help="Pipeline file to write; the default is the file's name with .toml here.")
+    ] = None,
+    material: Annotated[
+        str | None,
+        typer.Option("--material", help="Name, such as aluminium, or E,nu,rho in SI units, where the file has none."),
+    ] = None,
+    size: Annotated[
+        float | None, typer.Option("--size", help="Edge of an element of a CAD part, in its unit of length.")
+    ] = None,
+    length_unit: Annotated[
+        str | None, typer.Option("--length-unit", help="Length unit: m, mm, cm, in or ft; guessed without.")
+    ] = None,
+    mass_unit: Annotated[
+        str | None, typer.Option("--mass-unit", help="Mass unit of the materials of a deck, such as t with mm.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Replace files that are there already.")] = False,
+    as_json: Json = False,
+) -> None:
+    """Write a first pipeline file for a part.
 
-    It lists every key with its type and its meaning.
+    The part is a mesh, a deck or a CAD file, whose groups, sets, openings and plane faces are listed, or a body that
+    another program has reduced. A second file is a system in which the part swings as a pendulum.
     """
-    from modalprep.pipeline.schema.pipeline import Pipeline
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.init.reduced import is_reduced
+    from modalprep.pipeline.init.write import init_pipeline, rows
+    from modalprep.pipeline.init.write import summary as found_in
+    from modalprep.report.check_tables import survey_table
 
-    print_json(Pipeline.model_json_schema())
+    reporter = Reporter(quiet=as_json)
+    units = {"length_unit": length_unit, "mass_unit": mass_unit}
+    if is_reduced(file):
+        _refuse_mesh_options(file, material, size)
+        _init_reduced(file, target, units, force, reporter, as_json)
+        return
+    found, written = init_pipeline(file, target, material=material, size=size, force=force, **units)
+    survey_table(*rows(found), reporter.console)
+    for note in found.notes:
+        reporter.say(f"  note: {note}")
+    for path in written:
+        reporter.wrote(path)
+    if as_json:
+        print_json(found_in(found) | {"files": [str(f) for f in reporter.files]})
+    _say_next(written, reporter)
+
+
+def _init_reduced(
+    file: Path, target: Path | None, units: dict[str, str | None], force: bool, reporter: Reporter, as_json: bool
+) -> None:
+    from modalprep.pipeline.init.reduced import init_reduced
+    from modalprep.report.tables import body_summary
+
+    body, notes, written = init_reduced(file, target, force=force, **units)
+    body_summary(body, reporter.console)
+    for note in notes:
+        reporter.say(f"  the file does not hold {note}")
+    for path in written:
+        reporter.wrote(path)
+    if not written[1:]:
+        reporter.say(f"  note: a hinge needs an interface at rest in the body's frame; choose a root in {written[0]}")
+    if as_json:
+        print_json({"interfaces": body.interface_name, "notes": notes, "files": [str(f) for f in reporter.files]})
+    _say_next(written, reporter)
+
+
+def _refuse_mesh_options(file: Path, material: str | None, size: float | None) -> None:
+    from modalprep.errors import InputError
+
+    for option, value in (("--material", material), ("--size", size)):
+        if value is not None:
+            raise InputError(f"{option} is of meshes, and {file} holds a reduced body; leave it out")
+
+
+def _say_next(written: Sequence[Path], reporter: Reporter) -> None:
+    reporter.say(
+        f"next: modalprep run {written[0]}, modalprep simulate {written[1]}" if written[1:] else "next: correct it"
+    )
+
+
+@app.command()
+def schema(
+    table: Annotated[
+        str | None, typer.Argument(help="Table or key, such as reduction or joints.revolute; the default is a list.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the JSON schema instead of text.")] = False,
+) -> None:
+    """Describe the tables and keys of pipeline files.
+
+    An editor that knows the JSON schema completes and checks pipeline files.
+    """
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.schema.pipeline import Pipeline
+    from modalprep.report.schema_tables import find_part, schema_list, schema_page
+
+    whole = Pipeline.model_json_schema()
+    if as_json:
+        print_json(find_part(whole, table) if table else whole)
+    elif table:
+        schema_page(whole, table, Reporter().console)
+    else:
+        schema_list(whole, Reporter().console)
 
 
 def _parameters(given: Sequence[str]) -> dict[str, str]:

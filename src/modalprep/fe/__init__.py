@@ -28,6 +28,11 @@ if TYPE_CHECKING:
     from modalprep.fe.quality.findings import Finding as Finding
     from modalprep.fe.quality.findings import Statistics as Statistics
     from modalprep.fe.quality.quality import Quality as Quality
+    from modalprep.fe.recovery.fields import Fields as Fields
+    from modalprep.fe.recovery.fields import Quantity as Quantity
+    from modalprep.fe.recovery.recover import ModelRecovery as ModelRecovery
+    from modalprep.fe.recovery.recover import Recover as Recover
+    from modalprep.fe.recovery.recover import model_recovery as model_recovery
 
 _NAMES = {
     "mesh.mesh": "Mesh Link Equation SupportSet",
@@ -39,6 +44,8 @@ _NAMES = {
     "assembly.model": "FEModel",
     "links.interface": "InterfaceFrame",
     "assembly.stress_recovery": "StressPoint StressRecovery Stress stress_recovery",
+    "recovery.fields": "Fields Quantity",
+    "recovery.recover": "Recover ModelRecovery model_recovery",
     "external.files": "Matrices read_matrices",
     "external.model": "model_from_matrices",
 }

@@ -1,4 +1,4 @@
-"""Files: the modal file and simulation results."""
+"""Files: the modal file, simulation results, and bodies of other programs."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ from modalprep.lazy import lazy
 
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from modalprep.formats.bodies.described import notes_of as notes_of
+    from modalprep.formats.bodies.read import import_body as import_body
     from modalprep.formats.export import export_body as export_body
-    from modalprep.formats.export import import_body as import_body
     from modalprep.formats.exudyn import write_exudyn as write_exudyn
     from modalprep.formats.mbdyn import write_mbdyn as write_mbdyn
     from modalprep.formats.nastran import write_dmig as write_dmig
@@ -15,22 +16,23 @@ if TYPE_CHECKING:
     from modalprep.formats.resultfile import read_csv as read_csv
     from modalprep.formats.resultfile import write_csv as write_csv
     from modalprep.formats.sid import write_sid as write_sid
-    from modalprep.formats.sid_reader import read_sid as read_sid
     from modalprep.formats.statespace import write_state_space as write_state_space
     from modalprep.formats.uff import write_uff as write_uff
     from modalprep.formats.vtu import write_vtu as write_vtu
+    from modalprep.formats.vtu import write_vtu_series as write_vtu_series
 
 _NAMES = {
     "resultfile": "write_csv read_csv",
     "statespace": "write_state_space",
-    "export": "export_body import_body",
+    "bodies.described": "notes_of",
+    "bodies.read": "import_body",
+    "export": "export_body",
     "sid": "write_sid",
-    "sid_reader": "read_sid",
     "mbdyn": "write_mbdyn",
     "exudyn": "write_exudyn",
     "nastran": "write_output4 write_dmig",
     "uff": "write_uff",
-    "vtu": "write_vtu",
+    "vtu": "write_vtu write_vtu_series",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -1,7 +1,7 @@
 """The three contractions by which exchange formats store the modal integrals ``H, P, Kg_W`` of theory 4.
 
 They take an array ``X[a, b, ...]`` that stands for ``int rho r_b X_a``, the first moment of a vector field;
-`from_moment` and `from_centrifugal` return its antisymmetric and its symmetric part.
+`from_moment` and `from_centrifugal` return its antisymmetric and its symmetric part, `from_inertia` the whole.
 """
 
 from __future__ import annotations
@@ -74,3 +74,14 @@ def from_centrifugal(spin: np.ndarray) -> np.ndarray:
     for value, (a, b) in zip(spin, SPIN_PRODUCTS, strict=True):
         X[a, b] = X[b, a] = value + trace if a == b else value / 2
     return X
+
+
+def from_inertia(J: np.ndarray) -> np.ndarray:
+    """Return the X (3, 3, ...) whose `inertia` is J.
+
+    Examples
+    --------
+    >>> from_inertia(np.diag([6.0, 5, 3])).diagonal()
+    array([1., 2., 4.])
+    """
+    return inertia(J) - np.multiply.outer(np.eye(3), np.einsum("aa...->...", J)) / 2

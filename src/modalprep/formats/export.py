@@ -1,4 +1,4 @@
-"""Exchange formats by name: file suffix, writer and variants; and the readers of their files."""
+"""Exchange formats by name: file suffix, writer and variants."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ EXPORTS: dict[str, Export] = {
 }
 
 
-READ = (".sid", ".sid_fem")  # suffixes of files that `import_body` reads
+LINEAR = ("op4", "nastran", "dmig")  # matrices
 PICTURES = ("uff", "vtu")  # mode shapes, no equations of motion
 
 
@@ -78,41 +78,6 @@ def export_body(body: FlexibleBody, to: str, path: str | Path, **options: str | 
     return Path(path)
 
 
-def import_body(path: str | Path, *, root: str | None = None) -> tuple[FlexibleBody, list[str]]:
-    """Read a body from a file of another program, and say what the file does not hold.
-
-    Parameters
-    ----------
-    root : str or None
-        Interface to which the body's frame is moved.
-
-    Returns
-    -------
-    FlexibleBody, list of str
-        The body, and notes on what the file does not hold.
-
-    Raises
-    ------
-    InputError
-        When the suffix is none of `READ`, or the file is missing or damaged.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from modalprep.examples import uniform_beam
-    >>> file = export_body(uniform_beam(modes=2), "sid", Path(tempfile.mkdtemp()) / "beam.sid_fem")
-    >>> body, notes = import_body(file)
-    >>> body.interface_name, len(notes)
-    (('root', 'tip'), 3)
-    """
-    from modalprep.formats.sid_reader import notes_of, read_sid
-
-    if Path(path).suffix.lower() not in READ:
-        raise InputError(f"{path}: bodies are read from files {', '.join(READ)} (SID_FEM)")
-    body = read_sid(path, root=root)
-    return body, notes_of(body)
-
-
 def lost_in(body: FlexibleBody, to: str) -> list[str]:
     """Return notes on the dynamics of a body that a format cannot represent.
 
@@ -126,6 +91,11 @@ def lost_in(body: FlexibleBody, to: str) -> list[str]:
     if to == "exudyn" and body.has_geometric_stiffness:
         said.append(
             "geometric stiffness has no place in this format: a fast turning body softens instead of stiffening"
+        )
+    if to in LINEAR:
+        said.append(
+            "all that is not linear has no place in this format: of the geometric stiffness and of P and H, which "
+            "large rotations need, a reader can rebuild a part"
         )
     if body.T is not None and to not in PICTURES:
         said.append(

@@ -13,6 +13,7 @@ import numpy as np
 
 from modalprep.body.checks import check_identities
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.recovery import DRIVES, Recovery
 from modalprep.body.stress import COMPONENTS, StressModes
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
@@ -25,6 +26,7 @@ WITHOUT_CHECKSUM = (1,)  # versions
 # Checks of what bodies may lack: a mode table those made by hand, P those linearised in the modes (`ruthless`).
 OF_THE_TABLE, OF_P = "mass and inertia", "modal mass"
 CONSEQUENCE = 1e-6  # relative: a body that violates an identity by more is another body
+FULL = 0.9  # of the numbers of an array differ from zero
 UNIT = 1e-9  # tolerance of orthogonal unit vectors
 SHAPES: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # name: shape from modes n and interfaces k
     "m": lambda n, k: (),
@@ -48,6 +50,15 @@ PER_CELL: dict[str, Callable[[int, int], tuple[int, ...]]] = {  # optional: shap
     "energy": lambda c, n: (c, n),
     "volume": lambda c, n: (c,),
 }
+RECOVERED = (
+    "q",
+    "qdd",
+    "loads",
+    "axes",
+    "position",
+    "node",
+    "cell",
+)  # arrays of a recovery; all but q and axes may be missing
 TABLE = np.dtype(
     [
         ("kind", h5py.string_dtype()),
@@ -97,25 +108,40 @@ def write_body(body: FlexibleBody, path: str | Path) -> Path:
             _store(file, "T", body.T)
         file["interface_name"] = np.array(body.interface_name, dtype=object)
         _store(file, "points", body.points)
-        _store(file, "shape", body.shape, packed=False)
+        _store(file, "shape", body.shape)
         for kind, cells in body.cells.items():
             _store(file, f"cells/{kind}", cells)
         for name in PER_CELL:
             for kind, values in getattr(body, name).items():
-                _store(file, f"{name}/{kind}", values, packed=False)
+                _store(file, f"{name}/{kind}", values)
         for name, at in body.stress.items():
             _store(file, f"stress/{name}", at.modes)
             file[f"stress/{name}"].attrs.update(components=at.components, position=at.position, axes=at.axes)
+        for name, block in body.recovery.items():
+            _store_recovery(file, f"recovery/{name}", block)
         _store_table(file, body.modes)
         file.attrs[CHECKSUM] = checksum(file)
     return path
 
 
-def _store(file: h5py.File, name: str, value: Any, packed: bool = True) -> None:
-    """Store an array; shapes and energies uncompressed, since packing takes seven times as long and saves a seventh."""
+def _store(file: h5py.File, name: str, value: Any) -> None:
+    """Store an array, packed if it is of integers or has many zeros: packing others takes long and saves a tenth."""
     value = np.asarray(value)
-    options = {"compression": "gzip", "shuffle": True} if packed and value.size > 1000 else {}
+    packs = value.size > 1000 and (value.dtype.kind in "iu" or np.count_nonzero(value) < FULL * value.size)
+    options = {"compression": "gzip", "shuffle": True} if packs else {}
     file.create_dataset(name, data=value, **options)
+
+
+def _store_recovery(file: h5py.File, name: str, block: Recovery) -> None:
+    for key in RECOVERED:
+        if getattr(block, key) is not None:
+            _store(file, f"{name}/{key}", getattr(block, key))
+    for key in ("places", "components", "units"):
+        file[f"{name}/{key}"] = np.array(getattr(block, key), dtype=object)
+    said = file[name].attrs
+    said["kind"] = block.kind
+    if block.allowable is not None:
+        said["allowable"] = block.allowable
 
 
 def _store_table(file: h5py.File, table: ModeTable) -> None:
@@ -213,6 +239,7 @@ def _read(file: h5py.File) -> FlexibleBody:
         T=_array(file, "T", (n, n, n)) if "T" in file else None,
         **{name: _per_cell(file, name, cells, n) for name in PER_CELL},
         stress={name: _stress(file, name, n) for name in file.get("stress", ())},
+        recovery={name: _recovery(file, f"recovery/{name}", n, k, len(points)) for name in file.get("recovery", ())},
         modes=ModeTable(
             kind=tuple(x.decode() for x in rows["kind"]),
             frequency=rows["frequency"],
@@ -260,6 +287,28 @@ def _stress(file: h5py.File, name: str, n: int) -> StressModes:
         raise InputError(f"the axes of {place} are not orthogonal unit vectors")
     modes = _array(file, place, (len(components), n))
     return StressModes(position=position, axes=axes, components=components, modes=modes)
+
+
+def _recovery(file: h5py.File, name: str, n: int, k: int, points: int) -> Recovery:
+    """Read a block of recovery matrices."""
+    group, said = file[name], file[name].attrs
+    places, components, units = (tuple(group[key].asstr()[()]) for key in ("places", "components", "units"))
+    p, c = len(places), len(components)
+    shapes = {"q": (p, c, n), "qdd": (p, c, n), "loads": (p, c, DRIVES + 6 * k), "axes": (3, 3)}
+    shapes |= {"position": (p, 3), "node": (p,), "cell": (p,)}
+    arrays = {key: _array(file, f"{name}/{key}", shapes[key]) for key in RECOVERED if key in group}
+    cells = sum(len(nodes) for nodes in file.get("cells", {}).values())
+    for key, count in {"node": points, "cell": cells}.items():
+        if key in arrays:
+            arrays[key] = arrays[key].astype(int)
+            if arrays[key].min(initial=0) < 0 or arrays[key].max(initial=0) >= count:
+                raise InputError(f"{name}/{key} names {key}s that are not there")
+    if not np.abs(arrays["axes"] @ arrays["axes"].T - np.eye(3)).max() <= UNIT:
+        raise InputError(f"the axes of {name} are not orthogonal unit vectors")
+    allowable = float(said["allowable"]) if "allowable" in said else None
+    return Recovery(
+        kind=str(said["kind"]), places=places, components=components, units=units, allowable=allowable, **arrays
+    )
 
 
 def _array(file: h5py.File, name: str, shape: tuple[int, ...]) -> np.ndarray:

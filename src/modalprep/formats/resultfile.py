@@ -12,6 +12,7 @@ import numpy as np
 from modalprep.atomic import write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
+from modalprep.multibody.results.envelopes import Envelope
 from modalprep.multibody.results.result import Result
 from modalprep.suggest import refuse_other
 
@@ -87,6 +88,23 @@ def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) ->
     refuse_other("write_csv: the result", Result, result)
     columns = {"time": result.time} | result.table(channels)
     return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
+
+
+def write_envelopes(envelopes: Sequence[Envelope], path: str | Path) -> Path:
+    """Write a row for each place and component of envelopes: extremes with their times, and the margin.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OutputError
+        When the folder cannot be written.
+    """
+    rows = [row for envelope in envelopes for row in envelope.rows()]
+    return write_table(rows[0] if rows else (), (tuple(row.values()) for row in rows), path)
 
 
 def read_csv(path: str | Path) -> Result:

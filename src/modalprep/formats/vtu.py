@@ -10,9 +10,15 @@ import numpy as np
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.recovery import BodyMotion
 from modalprep.errors import InputError
 from modalprep.fe.mesh.cells import CELLS
+from modalprep.multibody.results.fields import cell_fields, node_field, on_mesh
+from modalprep.multibody.results.recovered import body_motion
+from modalprep.multibody.results.result import Result
+from modalprep.vectors import as_rotation
 
+Fields = dict[str, np.ndarray]
 NAMES = {"float64": "Float64", "int64": "Int64", "uint8": "UInt8"}
 
 
@@ -51,25 +57,119 @@ def write_vtu(body: FlexibleBody, path: str | Path) -> Path:
     >>> list(meshio.read(file).point_data)
     ['mode_01_0.6Hz', 'mode_02_1.2Hz']
     """
+    _refuse_without_mesh(body)
+    if not body.n:
+        raise InputError(f"body {body.name!r} has no modes to write on its mesh; a rigid body has none")
+    return _write(path, body, body.points, _modes(body), {})
+
+
+def write_vtu_series(body: FlexibleBody, result: Result, path: str | Path, *, name: str = "", every: int = 1) -> Path:
+    """Write the motion of a body in a run as a time series for ParaView, with its recovered fields.
+
+    Each time is a file ``<stem>_0000.vtu`` beside the collection ``<stem>.pvd``. Points move with the body in inertial
+    axes, m; point data is the ``displacement`` in the body's axes, m, to first order in the modal coordinates, and
+    recoveries of nodes; cell data are recoveries of elements, such as ``skin.top.von_mises``, NaN in other cells.
+
+    Parameters
+    ----------
+    body : FlexibleBody
+    result : Result
+        Of a simulation with this body.
+    path : str or Path
+        Of the collection, ``.pvd``.
+    name : str
+        Of the body in the system; default its own.
+    every : int
+        Every so many times of the run.
+
+    Returns
+    -------
+    Path
+        The collection.
+
+    Raises
+    ------
+    InputError
+        When the body has no mesh, the run has no motion of it, or the file is of another kind.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> still = {"beam.origin": np.zeros((2, 3)), "beam.orientation": np.eye(4)[[0, 0]], "beam.modal": np.zeros((2, 2))}
+    >>> run = Result(time=np.array([0.0, 1.0]), channels=still, status="done", message="")
+    >>> series = write_vtu_series(uniform_beam(modes=2), run, Path(tempfile.mkdtemp()) / "beam.pvd")
+    >>> sorted(file.name for file in series.parent.iterdir())
+    ['beam.pvd', 'beam_0000.vtu', 'beam_0001.vtu']
+    """
+    path, name = Path(path), name or body.name
+    _refuse_without_mesh(body)
+    check_series(path)
+    if f"{name}.orientation" not in result or not body.n:
+        raise InputError(f"the result has no motion of a flexible body {name!r}; simulate the same system")
+    if every < 1:
+        raise InputError(f"every = {every} must be at least 1")
+    motion, written = body_motion(body, name, result.channels), []
+    for number, k in enumerate(range(0, len(result.time), every)):
+        file = path.with_name(f"{path.stem}_{number:04d}.vtu")
+        written.append((float(result.time[k]), _write_time(body, result, name, motion, k, file)))
+    lines = (f'<DataSet timestep="{t!r}" file="{file.name}"/>\n' for t, file in written)
+    text = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1"><Collection>\n'
+    with atomic_path(path) as temporary:
+        temporary.write_text(f"{text}{''.join(lines)}</Collection></VTKFile>\n", encoding="utf-8")
+    return path
+
+
+def check_series(path: Path) -> None:
+    """Refuse a collection of another kind."""
+    if path.suffix != ".pvd":
+        raise InputError(f"cannot write {path}: a series of VTU files is collected by a .pvd file")
+
+
+def _write_time(body: FlexibleBody, result: Result, name: str, motion: BodyMotion, k: int, file: Path) -> Path:
+    shift = body.shape @ motion.q[k]
+    turn = as_rotation(result[f"{name}.orientation"][k], f"orientation of {name}")
+    points = (body.points + shift) @ turn.T + result[f"{name}.origin"][k]
+    at_nodes, in_cells = {"displacement": shift}, {}
+    now = BodyMotion(*(x[k : k + 1] for x in motion))
+    complete = f"{name}.modal_acceleration" in result
+    for key, block in body.recovery.items():
+        if not on_mesh(block) or (block.moves and not complete):
+            continue
+        values = block.full_values(now)[0]
+        if block.node is not None:
+            parts = {part: node_field(body, block, values, part) for part in block.full_components}
+            at_nodes |= {f"{key}.{part}": field for part, field in parts.items()}
+        else:
+            in_cells |= {
+                f"{key}.{part}": np.concatenate([fields[kind] for kind in body.cells])
+                for part, fields in cell_fields(body, block, values).items()
+            }
+    return _write(file, body, points, at_nodes, in_cells)
+
+
+def _refuse_without_mesh(body: FlexibleBody) -> None:
     if not body.cells:
         raise InputError(f"body {body.name!r} has no mesh to write; a VTU file needs one")
     unknown = sorted(kind for kind in body.cells if kind not in CELLS or CELLS[kind].vtk is None)
     if unknown:
         raise InputError(f"body {body.name!r} has cells that VTK does not know: {', '.join(unknown)}")
-    if not body.n:
-        raise InputError(f"body {body.name!r} has no modes to write on its mesh; a rigid body has none")
-    with atomic_path(path) as temporary, open(temporary, "w", encoding="ascii") as file:
-        file.writelines(_lines(body))
+
+
+def _write(path: str | Path, body: FlexibleBody, points: np.ndarray, at_nodes: Fields, in_cells: Fields) -> Path:
+    with atomic_path(path) as temporary, open(temporary, "w", encoding="utf-8") as file:
+        file.writelines(_lines(body, points, at_nodes, in_cells))
     return Path(path)
 
 
-def _lines(body: FlexibleBody) -> Iterator[str]:
+def _lines(body: FlexibleBody, points: np.ndarray, at_nodes: Fields, in_cells: Fields) -> Iterator[str]:
     cells = sum(len(nodes) for nodes in body.cells.values())
     yield '<?xml version="1.0"?>\n'
     yield '<VTKFile type="UnstructuredGrid" version="1.0" byte_order="LittleEndian" header_type="UInt64">\n'
     yield f'<UnstructuredGrid><Piece NumberOfPoints="{len(body.points)}" NumberOfCells="{cells}">\n'
-    yield from _section("PointData", _modes(body))
-    yield from _section("Points", {"Points": body.points})
+    yield from _section("PointData", at_nodes)
+    yield from _section("CellData", in_cells)
+    yield from _section("Points", {"Points": points})
     yield from _section("Cells", _cells(body.cells))
     yield "</Piece></UnstructuredGrid></VTKFile>\n"
 

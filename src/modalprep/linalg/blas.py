@@ -26,45 +26,38 @@ def inner(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     array([[0., 1.],
            [2., 3.]])
     """
-    if library() is None:
-        return A.T @ B
-    A, B = np.asfortranarray(A), np.asfortranarray(B)
-    C = np.empty((A.shape[1], B.shape[1]), order="F")
-    return _gemm(b"T", 1.0, A, B, 0.0, C)
+    return _multiply(1.0, A.T, B, 0.0, np.empty((A.shape[1], B.shape[1]), order="F"))
 
 
-def inner_alone(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Return ``A^T B (m, k)`` of ``A (n, m)`` and ``B (n, k)``, stored by rows, by the calling thread alone.
+def add_inner_alone(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> None:
+    """Add ``A^T B`` of ``A (n, m)`` and ``B (n, k)`` to ``C (m, k)``, by the calling thread alone.
 
     For callers that share the work among threads of their own.
 
     Examples
     --------
-    >>> inner_alone(np.eye(3)[:, :2], np.arange(6.0).reshape(3, 2))
-    array([[0., 1.],
-           [2., 3.]])
+    >>> C = np.ones((2, 3))
+    >>> add_inner_alone(np.eye(3)[:, :2], np.arange(9.0).reshape(3, 3), C)
+    >>> C
+    array([[1., 2., 3.],
+           [4., 5., 6.]])
     """
-    if library() is None:
-        return A.T @ B
-    A, B = np.ascontiguousarray(A), np.ascontiguousarray(B)
-    before = library().MKL_Set_Num_Threads_Local(1)
-    C = _gemm(b"N", 1.0, B.T, A.T, 0.0, np.empty((B.shape[1], A.shape[1]), order="F"), b"T").T
-    library().MKL_Set_Num_Threads_Local(before)
-    return C
+    before = library().MKL_Set_Num_Threads_Local(1) if library() else 0
+    _multiply(1.0, A.T, B, 1.0, C)
+    if library():
+        library().MKL_Set_Num_Threads_Local(before)
 
 
 def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    """Return ``A B (n, k)`` of ``A (n, m)`` and ``B (m, k)``.
+    """Return ``A B (n, k)`` of ``A (n, m)`` and ``B (m, k)``, stored as A is.
 
     Examples
     --------
     >>> product(np.eye(2), np.array([[1.0], [2.0]])).ravel()
     array([1., 2.])
     """
-    if library() is None:
-        return A @ B
-    A, B = np.asfortranarray(A), np.asfortranarray(B)
-    return _gemm(b"N", 1.0, A, B, 0.0, np.empty((A.shape[0], B.shape[1]), order="F"))
+    order = "C" if A.flags.c_contiguous else "F"
+    return _multiply(1.0, A, B, 0.0, np.empty((A.shape[0], B.shape[1]), order=order))
 
 
 def subtract(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
@@ -75,9 +68,7 @@ def subtract(W: np.ndarray, A: np.ndarray, B: np.ndarray) -> np.ndarray:
     >>> subtract(np.ones((2, 1)), np.eye(2), np.array([[1.0], [2.0]])).ravel()
     array([ 0., -1.])
     """
-    if library() is None:
-        return W - A @ B
-    return _gemm(b"N", -1.0, np.asfortranarray(A), np.asfortranarray(B), 1.0, np.array(W, order="F"))
+    return _multiply(-1.0, A, B, 1.0, W.copy(order="K"))
 
 
 def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -101,17 +92,29 @@ def eigh(A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values, vectors
 
 
-def _gemm(
-    turned: bytes, alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.ndarray, other_turned: bytes = b"N"
-) -> np.ndarray:
-    """``C = alpha op(A) op(B) + beta C``, all stored by columns."""
-    length = B.shape[0 if other_turned == b"N" else 1]
-    if C.size == 0 or length == 0:
-        C[:] = beta * C if beta else 0.0
+def _multiply(alpha: float, A: np.ndarray, B: np.ndarray, beta: float, C: np.ndarray) -> np.ndarray:
+    """Set ``C = alpha A B + beta C`` and return it; matrices stored by rows or by columns are not copied."""
+    if library() is None or C.size == 0 or A.shape[1] == 0:
+        C[:] = alpha * (A @ B) + (beta * C if beta else 0.0)
         return C
-    sizes = [byref(c_int32(v)) for v in (*C.shape, length)]
-    leading = [byref(c_int32(M.strides[1] // M.itemsize if M.shape[1] > 1 else M.shape[0])) for M in (A, B, C)]
-    one, other = byref(c_double(alpha)), byref(c_double(beta))
-    flags = [byref(c_char(flag)) for flag in (turned, other_turned)]
-    library().dgemm(*flags, *sizes, one, at(A), leading[0], at(B), leading[1], other, at(C), leading[2])
+    left, right, out = (B.T, A.T, C.T) if C.flags.c_contiguous else (A, B, C)  # C^T = B^T A^T
+    (turned, left), (other, right) = _stored(left), _stored(right)
+    sizes = [byref(c_int32(v)) for v in (*out.shape, A.shape[1])]
+    leading = [byref(c_int32(_leading(M))) for M in (left, right, out)]
+    one, before = byref(c_double(alpha)), byref(c_double(beta))
+    flags = [byref(c_char(flag)) for flag in (turned, other)]
+    library().dgemm(*flags, *sizes, one, at(left), leading[0], at(right), leading[1], before, at(out), leading[2])
     return C
+
+
+def _stored(A: np.ndarray) -> tuple[bytes, np.ndarray]:
+    """Return whether the library has to transpose, and what it finds stored by columns."""
+    for flag, stored in ((b"N", A), (b"T", A.T)):
+        if A.dtype == float and stored.strides[0] == A.itemsize and _leading(stored) >= len(stored):
+            return flag, stored
+    return b"N", np.asfortranarray(A, dtype=float)
+
+
+def _leading(A: np.ndarray) -> int:
+    """Return the distance of columns in numbers."""
+    return A.strides[1] // A.itemsize if A.shape[1] > 1 else len(A)

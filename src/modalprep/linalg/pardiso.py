@@ -83,10 +83,10 @@ class PardisoFactor:
         if not B.size:  # which the library refuses
             return np.zeros(B.shape)
         scale = self._scale if B.ndim == 1 else self._scale[:, None]
-        right = np.asfortranarray(scale * B, dtype=self._dtype)
+        right = np.multiply(scale, B, out=np.empty(B.shape, dtype=self._dtype, order="F"), casting="same_kind")
         X = np.empty_like(right)
         self._call(SOLVE, right, X)
-        return scale * X
+        return np.multiply(scale, X, out=right if self._dtype is np.float64 else None)
 
     def _call(self, phase: int, B: np.ndarray | None = None, X: np.ndarray | None = None) -> None:
         columns = B.shape[1] if B is not None and B.ndim == 2 else 1

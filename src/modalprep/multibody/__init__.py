@@ -49,6 +49,9 @@ if TYPE_CHECKING:
     from modalprep.multibody.model.rotational_spring import RotationalSpring as RotationalSpring
     from modalprep.multibody.model.time_function import Piece as Piece
     from modalprep.multibody.model.time_function import TimeFunction as TimeFunction
+    from modalprep.multibody.results.envelopes import Envelope as Envelope
+    from modalprep.multibody.results.envelopes import envelopes as envelopes
+    from modalprep.multibody.results.recovered import body_motion as body_motion
 
 _NAMES = {
     "model.time_function": "TimeFunction Piece",
@@ -68,6 +71,8 @@ _NAMES = {
     "evaluation.feedback": "feedback",
     "evaluation.impact": "impact Impact",
     "free_body.free_flyer": "simulate_free_body FreeBodyMotion",
+    "results.recovered": "body_motion",
+    "results.envelopes": "Envelope envelopes",
     "analysis.equilibrium": "Equilibrium",
     "analysis.state_space": "StateSpace frequency_response",
     "analysis.system_modes": "SystemModes",

@@ -39,7 +39,9 @@ class Outcome:
         return tuple(why for part in (self.analysed, self.simulated) if part for why in part.failures)
 
 
-def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cache | None = None) -> Outcome:
+def run_pipeline(
+    path: Path, output: Path | None, reporter: Reporter, cache: Cache | None = None, *, pictures: bool = True
+) -> Outcome:
     """Run all stages of a pipeline file.
 
     Parameters
@@ -50,6 +52,8 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
     reporter : Reporter
     cache : Cache or None
         Cache of previous results.
+    pictures : bool
+        False draws no mesh and no modes, whatever the file says.
 
     Raises
     ------
@@ -60,6 +64,8 @@ def run_pipeline(path: Path, output: Path | None, reporter: Reporter, cache: Cac
     from modalprep.pipeline.build.build import output_folder
 
     pipeline = load_pipeline(path)
+    if not pictures:
+        pipeline = pipeline.model_copy(update={"output": pipeline.output.model_copy(update={"pictures": "none"})})
     if pipeline.joints or pipeline.simulation is not None:
         from modalprep.pipeline.systems.outline import refuse_before_work
 
@@ -145,6 +151,7 @@ def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Ou
     outcome.simulated = simulate_pipeline(path, output, reporter)
     outcome.notes += outcome.simulated.notes
     outcome.plots = plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
+    film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
 
 
 def plot_runs(
@@ -168,6 +175,21 @@ def plot_runs(
     return drawn
 
 
+def film_run(
+    path: Path, pipeline: Pipeline, simulated: Simulated, folder: Path, reporter: Reporter, notes: list[str]
+) -> None:
+    """Draw the film that a pipeline file asks for, or report in one line why not."""
+    if pipeline.output.film == "none":
+        return
+    from modalprep.report.pictures.system_animation import animate_system
+
+    try:
+        target = folder / f"{path.stem}.{pipeline.output.film}"
+        reporter.wrote(animate_system(simulated.system, next(iter(simulated.runs.values())), target))
+    except RenderError as error:
+        _not_drawn(error, notes, reporter)
+
+
 def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.report.page import write_page
 
@@ -186,6 +208,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         notes=outcome.notes,
         errors=built.error_curves or None,
         mass_plot=outcome.mass_plot,
+        envelopes=outcome.simulated.envelopes if outcome.simulated else (),
     )
     reporter.wrote(page)
 

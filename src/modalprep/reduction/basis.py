@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.assembly.model import FEModel
-from modalprep.linalg.blas import inner, product
+from modalprep.linalg.blas import eigh, inner, product
 from modalprep.linalg.modes import unique_modes
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
 
+DEPENDENT = 1e-14  # share of mass of a combination of unit vectors: round-off
 EIGEN = 1e-6  # residual of a mode of the full model, relative to its inertia force
 
 
@@ -91,25 +92,43 @@ def _inertial(clamped: Clamped, W: np.ndarray, modes: np.ndarray) -> np.ndarray:
 
     The response to a fixed-interface mode is the mode itself over w^2, apart from the reactions of the interfaces.
     """
-    W = _unit_mass(W, clamped)
-    force, strain = clamped.M @ W, clamped.K @ W
+    W, force = _unit_mass(W, clamped)
+    strain = clamped.K @ W
     quotient = np.einsum("ij,ij->j", W, strain)
-    x = np.divide(W, quotient, out=np.zeros_like(W), where=quotient > 0)
-    left = force - np.divide(strain, quotient, out=np.zeros_like(W), where=quotient > 0)
+    flexibility = np.divide(1.0, quotient, out=np.zeros_like(quotient), where=quotient > 0)
+    strain *= flexibility
+    left = np.subtract(force, strain, out=strain)
     left[clamped.b[:6]] = 0.0
-    own = np.linalg.norm(left[clamped.i], axis=0) <= EIGEN * np.linalg.norm(force[clamped.i], axis=0)
-    left[np.ix_(clamped.i, own)] = 0.0
-    x += clamped.static_free(left)
+    more = ~(_inside(left, clamped) <= EIGEN * _inside(force, clamped))
+    x = W * flexibility
+    x[:, more] += clamped.static_free(left[:, more])
+    if np.any(left[clamped.b[6:]][:, ~more]):
+        reaction = np.zeros((len(x), np.sum(~more)))
+        reaction[clamped.b] = left[clamped.b][:, ~more]
+        x[:, ~more] += clamped.static_free(reaction)
     loose = clamped.mechanisms
-    span, x = np.hstack([W, loose]), np.hstack([x, 0 * loose])
-    inertia = clamped.M @ span
-    return product(x, np.linalg.lstsq(inner(span, inertia), inner(inertia, modes), rcond=None)[0])
+    span, inertia = np.hstack([W, loose]), np.hstack([force, clamped.M @ loose])
+    share, Y = eigh(inner(span, inertia))
+    new = share > DEPENDENT * share.max(initial=0.0)
+    factors = Y[:, new] / share[new] @ (Y[:, new].T @ inner(inertia, modes))
+    return product(x, factors[: x.shape[1]])
 
 
-def _unit_mass(W: np.ndarray, clamped: Clamped) -> np.ndarray:
-    """Return the vectors with nonzero mass, scaled to unit mass."""
-    mass = np.einsum("ij,ij->j", W, clamped.M @ W)
-    return W[:, mass > 0] / np.sqrt(mass[mass > 0])
+def _inside(x: np.ndarray, clamped: Clamped) -> np.ndarray:
+    """Return the norms (k,) of vectors ``x (n_free, k)`` over the interior DOFs."""
+    held = x[clamped.b].copy()
+    x[clamped.b] = 0.0
+    norm = np.sqrt(np.einsum("ij,ij->j", x, x))
+    x[clamped.b] = held
+    return norm
+
+
+def _unit_mass(W: np.ndarray, clamped: Clamped) -> tuple[np.ndarray, np.ndarray]:
+    """Return the vectors with nonzero mass, scaled to unit mass, and their inertia ``M W``."""
+    force = clamped.M @ W
+    mass = np.einsum("ij,ij->j", W, force)
+    heavy, scale = mass > 0, 1 / np.sqrt(mass[mass > 0])
+    return W[:, heavy] * scale, force[:, heavy] * scale
 
 
 def unit_loads(model: FEModel, dofs: list[np.ndarray]) -> np.ndarray:
@@ -134,7 +153,7 @@ def effective_mass(clamped: Clamped, Phi: np.ndarray) -> tuple[np.ndarray, np.nd
     """
     R = clamped.model.rigid_body()[clamped.model.free]
     MR = clamped.M @ R
-    return (Phi.T @ MR[clamped.i]) ** 2, np.einsum("ij,ij->j", R, MR)
+    return inner(Phi, MR[clamped.i]) ** 2, np.einsum("ij,ij->j", R, MR)
 
 
 def _mechanism_note(clamped: Clamped) -> tuple[str, ...]:

@@ -90,9 +90,8 @@ class Clamped:
             f = f - self.M @ (loose @ (loose.T @ f))
         x = product(shapes, flexibility[:, None] * inner(shapes, f))
         inside = f[self.i]
-        loaded = np.flatnonzero(np.any(inside, axis=0))  # loads on fixed interfaces are not
-        if len(loaded):
-            x[np.ix_(self.i, loaded)] += self.factor.solve(inside[:, loaded])
+        loaded = np.any(inside, axis=0)  # loads on fixed interfaces are not
+        x[:, loaded] += self.expand(self.factor.solve(inside[:, loaded]))
         return x
 
     def expand(self, *x_i: np.ndarray) -> np.ndarray:

@@ -130,12 +130,14 @@ def craig_bampton(
 
 
 def _candidates(clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray) -> ModeTable:
-    """Select the modes; values that need a solution are computed only if `keep` uses them."""
+    """Select the modes; values that cost much are computed only if `keep` uses them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
     mass, total = effective_mass(clamped, Phi)
     table = ModeTable.empty(total).with_rows(FIXED, [""] * len(w2), frequency, mass)
     static = static_share(F, clamped.factor.solve(F), w2, Phi) if "static" in str(keep) else None
-    kept, reason = select(keep, frequency, table.fraction, static, *interface_shares(fixed_coupling(clamped, Phi), w2))
+    coupled = any(name in str(keep) for name in ("controllability", "observability"))
+    shares = interface_shares(fixed_coupling(clamped, Phi), w2) if coupled else ()
+    kept, reason = select(keep, frequency, table.fraction, static, *shares)
     return table.with_(kept=kept, reason=reason)
 
 

@@ -13,6 +13,7 @@ from modalprep.errors import InputError
 from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
+from modalprep.reduction.dropped import projected_recovery
 from modalprep.reduction.table import PROJECTED, ModeTable
 from modalprep.suggest import refuse_unknown
 from modalprep.vectors import skew
@@ -39,6 +40,7 @@ class ModalBody(Protocol):
     points: np.ndarray
     shape: np.ndarray
     stress: dict[str, Any]
+    recovery: dict[str, Any]
 
     @property
     def n(self) -> int:
@@ -200,6 +202,7 @@ def reduced_body(body: ModalBody, projected: ProjectedBasis) -> ModalBody:
     w = 2 * np.pi * projected.frequency
     damping = np.einsum("ij,i,ij->j", Y, body.D, Y)
     changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
+    changed["recovery"] = projected_recovery(body, Y, w)
     return body.with_(**changed, K=w**2, D=damping, frequency=projected.frequency, modes=_table(body, projected))
 
 

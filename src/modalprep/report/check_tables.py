@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from rich.console import Console
 from rich.text import Text
 
@@ -43,8 +45,30 @@ def quality_table(quality, console: Console) -> None:
     console.print(Text(_counts(quality)))
 
 
+def survey_table(title: str, rows: Iterable[tuple[str, str, str, bool]], console: Console) -> None:
+    """Print what a file of a part holds: kind, name and description of each item, and whether it is used.
+
+    Examples
+    --------
+    >>> survey_table("part.step", [("opening", "hole_1", "radius 4", True)], Console(width=80, color_system=None))
+    part.step
+    found    name    used
+    ───────────────────────────────
+    opening  hole_1  yes   radius 4
+    """
+    rich = plain_table()
+    for name in ("found", "name", "used"):
+        rich.add_column(name, no_wrap=True)
+    rich.add_column("", overflow="fold")
+    for kind, name, what, used in rows:
+        mark = Text("yes", "bold green") if used else Text("no")
+        rich.add_row(Text(kind), Text(name), mark, Text(what), style="" if used else "dim")
+    console.print(Text(title, "bold"), soft_wrap=False)
+    console.print(rich, soft_wrap=False)
+
+
 def check_table(report, console: Console) -> None:
-    """Print one row per physics check, and how many failed.
+    """Print one row per physics check, the notes, and how many failed.
 
     Parameters
     ----------
@@ -73,6 +97,8 @@ def check_table(report, console: Console) -> None:
         rich.add_row(mark + Text(check.name), f"{check.value:.1e}", f"{check.limit:.0e}", Text(check.meaning))
     console.print(Text.assemble(("Checks of ", "bold"), (report.subject, "bold"), (": relative errors", "dim")))
     console.print(rich, soft_wrap=False)
+    for note in report.notes:
+        console.print(Text(note), soft_wrap=True)
     failed, count = len(report.failed), len(report.checks)
     console.print(Text(f"{failed} of {count} checks failed." if failed else f"All {count} checks passed."))
 

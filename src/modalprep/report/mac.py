@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.correlation import criteria
 from modalprep.errors import InputError
 from modalprep.report.pictures.motion import largest_displacement
 from modalprep.report.tables import hertz
@@ -37,11 +38,10 @@ def auto_mac(shape: np.ndarray, nodal_mass: np.ndarray | None = None) -> np.ndar
     array([[1. , 0.5],
            [0.5, 1. ]])
     """
-    rows = shape.reshape(-1, shape.shape[2])
-    product = rows.T @ (rows if nodal_mass is None else np.repeat(_checked(nodal_mass, shape), 3)[:, None] * rows)
-    size = np.where(largest_displacement(shape) > 0, np.diag(product), 0.0)
-    whole = np.outer(size, size)
-    return np.where(whole > 0, product**2, 0.0) / np.where(whole > 0, whole, 1.0)
+    rows = np.where(largest_displacement(shape) > 0, shape, 0.0).reshape(-1, shape.shape[2])
+    if nodal_mass is not None:
+        rows = np.sqrt(np.repeat(_checked(nodal_mass, shape), 3))[:, None] * rows
+    return criteria.mac(rows, rows)
 
 
 def _checked(nodal_mass: np.ndarray, shape: np.ndarray) -> np.ndarray:

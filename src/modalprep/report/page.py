@@ -22,10 +22,20 @@ from modalprep.report.mac import mac_chart
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.scene import drawable
-from modalprep.report.tables import HELD, hertz, is_held_elsewhere, kept_fraction, percent, summary_rows
+from modalprep.report.tables import (
+    ENVELOPE,
+    HELD,
+    envelope_rows,
+    hertz,
+    is_held_elsewhere,
+    kept_fraction,
+    percent,
+    summary_rows,
+)
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
+    from modalprep.multibody.results.envelopes import Envelope
 
 
 def write_page(
@@ -41,6 +51,7 @@ def write_page(
     error_axes: tuple[str, str] = ("frequency (Hz)", "relative error"),
     mass_plot: Path | None = None,
     nodal_mass: np.ndarray | None = None,
+    envelopes: Sequence[Envelope] = (),
 ) -> Path:
     """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
 
@@ -61,6 +72,8 @@ def write_page(
         The chart of `effective_mass_plot`, where it is drawn already.
     nodal_mass : (n_points,), optional
         Weights of the nodes where modes are compared; default: equal weights.
+    envelopes : sequence of Envelope
+        Of the recoveries in a run.
 
     Returns
     -------
@@ -88,6 +101,8 @@ def write_page(
         mesh_picture=_embedded(mesh_picture) if mesh_picture else None,
         plots=[(title, _embedded(file)) for title, file in plots],
         errors_plot=_drawn(error_plot, errors, xlabel=error_axes[0], ylabel=error_axes[1]) if errors else None,
+        envelope_columns=ENVELOPE,
+        envelopes=envelope_rows(envelopes),
         checks=checks,
         failed=sum(not check.passed for check in checks),
         notes=notes,

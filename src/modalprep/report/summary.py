@@ -36,7 +36,30 @@ def simulation(simulated: Any, reporter: Any) -> dict[str, Any]:
     """Return the runs of a simulation, its files, and why its audit failed."""
     files = [str(f) for f in reporter.files]
     found = {"ensemble": ensemble(simulated.ensemble)} if simulated.ensemble is not None else {}
+    found |= {"envelopes": envelopes(simulated)} if simulated.envelopes else {}
     return {"runs": runs(simulated), **found, "files": files, "failures": list(simulated.failures)}
+
+
+def envelopes(simulated: Any) -> list[dict[str, Any]]:
+    """Return, of each recovered component, the place with its largest magnitude in the run."""
+    return plain([row for envelope in simulated.envelopes for row in envelope.worst()])
+
+
+def correlation(found: Any, reporter: Any) -> dict[str, Any]:
+    """Return the pairs of modes that a comparison found, its notes and files."""
+    files = [str(f) for f in reporter.files]
+    return {"pairs": plain(found.rows()), "notes": list(found.notes), "files": files}
+
+
+def plain(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows without NaN, which is not JSON.
+
+    Examples
+    --------
+    >>> plain([{"mac": 1.0, "damping": float("nan")}])
+    [{'mac': 1.0, 'damping': None}]
+    """
+    return [{key: None if x != x else x for key, x in row.items()} for row in rows]
 
 
 def ensemble(found: Any) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.multibody.results.envelopes import Envelope
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, PROJECTED, TRUNCATION, ModeTable
 
 WIDE = 105  # columns; with fewer, each row names its largest directions only
@@ -173,6 +174,8 @@ def summary_rows(body: FlexibleBody) -> list[tuple[str, str]]:
     rows.append(("geometric stiffness", "stored" if body.has_geometric_stiffness else "none"))
     if body.T is not None:
         rows.append(("second order of modal mass", "stored"))
+    if body.recovery:
+        rows.append(("recovery of", ", ".join(f"{key} ({block.kind})" for key, block in body.recovery.items())))
     if body.stress:
         names = list(body.stress)
         rows.append(
@@ -222,6 +225,41 @@ def hertz(value: float) -> str:
     ('0.6044', '231403')
     """
     return "" if np.isnan(value) else f"{value:.0f}" if 1e4 <= value < 1e7 else f"{value:.5g}"
+
+
+ENVELOPE = ("recovery", "component", "largest", "smallest", "at", "time", "margin")  # columns of `envelope_rows`
+
+
+def envelope_rows(envelopes: Sequence[Envelope]) -> list[tuple[str, ...]]:
+    """Return `ENVELOPE` of each recovered component over a run: extremes, where and when the larger is, the margin.
+
+    Examples
+    --------
+    >>> strut = Envelope(body="a", name="strut", places=("1",), components=("N",), units=("N",),
+    ...     highest=np.array([[3.0]]), lowest=np.array([[-4.0]]), highest_time=np.ones((1, 1)),
+    ...     lowest_time=np.zeros((1, 1)), allowable=5.0)
+    >>> envelope_rows([strut])
+    [('a.strut', 'N', '3 N', '-4 N', '1', '0 s', '+0.25')]
+    """
+    found = []
+    for row in (row for envelope in envelopes for row in envelope.worst()):
+        time = row["at_s"] if row["highest"] >= -row["lowest"] else row["lowest_at_s"]
+        margin = "" if np.isnan(row["margin"]) else f"{row['margin']:+.3g}"
+        extremes = (f"{row[key]:.4g} {row['unit']}" for key in ("highest", "lowest"))
+        name = f"{row['body']}.{row['recovery']}"
+        found.append((name, row["component"], *extremes, row["place"], f"{time:.4g} s", margin))
+    return found
+
+
+def envelope_table(envelopes: Sequence[Envelope], console: Console) -> None:
+    """Print `envelope_rows`; negative margins are red."""
+    console.print(Text("Recovered over the run", "bold"))
+    table = plain_table()
+    for name in ENVELOPE:
+        table.add_column(name, justify="left" if name in ("recovery", "component", "at") else "right")
+    for row in envelope_rows(envelopes):
+        table.add_row(*row, style="red" if row[-1].startswith("-") else None)
+    console.print(Padding(table, (0, 0, 1, 2)), soft_wrap=False)
 
 
 def shapes_table(generators: Iterable[Any], console: Console) -> None:

@@ -273,7 +273,7 @@ REFUSED = {
     "a mass on a brick": ("*MASS, ELSET=c\n5.\n", "*MASS of set c has the C3D8 element 1"),
     "contact": (
         "*CONTACT PAIR, INTERACTION=i\na, b\n",
-        'It carries constraints that have no counterpart here. To leave it out, ignore = ["*CONTACT PAIR"]',
+        'It carries constraints that have no counterpart here. Write ignore = ["*CONTACT PAIR"] to leave it out',
     ),
     "rubber": (
         "*MATERIAL, NAME=x\n*HYPERELASTIC, NEO HOOKE\n1., 2.\n", "*HYPERELASTIC is not read. It carries stiffness",

@@ -1,7 +1,10 @@
 """CAD files that gmsh's own kernel writes: a plate with two holes and a rounded corner, against its closed forms."""
 
+import re
+
 import numpy as np
 import pytest
+from fe.cad_parts import VOLUME, draw, plate
 from fe.generated import needs_gmsh
 
 import modalprep as mp
@@ -10,7 +13,6 @@ from modalprep.errors import InputError
 from modalprep.fe.mesh.select import NodeSet
 
 pytestmark = needs_gmsh
-VOLUME = 8 * (80 * 40 - 10**2 * (1 - np.pi / 4) - np.pi * (4**2 + 6**2))  # mm^3
 PIPELINE = """
 [mesh]
 file = "plate{suffix}"
@@ -38,31 +40,6 @@ modes = 4
 [output]
 pictures = "none"
 """
-
-
-def plate(occ):
-    """Draw 80 x 40 x 8 with holes of radius 4 and 6 and a corner of radius 10."""
-    holes = [(3, occ.addCylinder(x, 20, -1, 0, 0, 10, r)) for x, r in ((15, 4), (65, 6))]
-    (body, *_), _ = occ.cut([(3, occ.addBox(0, 0, 0, 80, 40, 8))], holes)
-    import gmsh
-
-    occ.synchronize()
-    edge = gmsh.model.getEntitiesInBoundingBox(79.9, 39.9, -1, 80.1, 40.1, 9, dim=1)
-    occ.fillet([body[1]], [tag for _, tag in edge], [10.0])
-
-
-def draw(folder, shape, name, suffixes=(".step", ".iges", ".brep")):
-    import gmsh
-
-    gmsh.initialize(readConfigFiles=False, interruptible=False)
-    try:
-        gmsh.option.setNumber("General.Terminal", 0)
-        shape(gmsh.model.occ)
-        gmsh.model.occ.synchronize()
-        for suffix in suffixes:
-            gmsh.write(str(folder / f"{name}{suffix}"))
-    finally:
-        gmsh.finalize()
 
 
 @pytest.fixture(scope="module")
@@ -133,6 +110,29 @@ def test_a_step_file_in_metres_and_an_iges_file_in_inches(parts, tmp_path):
     (tmp_path / "a.igs").write_text(text.replace("1.,2,2HMM,1", "1.,1,2HIN,1"))
     inches = mp.read_mesh(tmp_path / "a.igs", size=0.2)
     np.testing.assert_allclose(np.ptp(inches.points, axis=0), 0.0254 * np.array([80, 40, 8]), rtol=1e-6)
+
+
+@pytest.mark.parametrize(("flag", "name", "metres"), [("6", "1HM ", 1.0), ("10", "2HCM", 0.01), ("3", "2HCM", 0.01)])
+def test_iges_files_in_their_own_unit(parts, tmp_path, flag, name, metres):
+    """A part of 80 m converted to millimetres has faces that do not meet: it is read in metres."""
+    text = (parts / "plate.iges").read_text()
+    assert "1.,2,2HMM,1" in text
+    (tmp_path / "a.igs").write_text(text.replace("1.,2,2HMM,1", f"1.,{flag},{name.strip()},1"))
+    mesh = mp.read_mesh(tmp_path / "a.igs", size=8 * metres)
+    np.testing.assert_allclose(np.ptp(mesh.points, axis=0), metres * np.array([80, 40, 8]), rtol=1e-6)
+    assert mass(mesh, "body") == pytest.approx(7850 * VOLUME * metres**3, rel=1e-4)
+
+
+def test_names_of_an_assembly(tmp_path):
+    """Parts have the names of their products; those that touch share their nodes."""
+    draw(tmp_path, two_cubes_that_touch, "two", [".step"])
+    names = iter(["assembly", "base plate", "lever"])
+    product = re.compile(r"PRODUCT\('Open CASCADE STEP translator[^']*',\s*'[^']*'")
+    text = product.sub(lambda mark: "PRODUCT('{0}','{0}'".format(next(names)), (tmp_path / "two.step").read_text())
+    (tmp_path / "two.step").write_text(text)
+    mesh = mp.read_mesh(tmp_path / "two.step", length_unit="mm", size=0.4)
+    assert {"base plate", "lever"} <= set(mesh.groups)
+    assert len(np.intersect1d(mesh.nodes("base plate"), mesh.nodes("lever"))) > 4
 
 
 def test_the_unit_that_another_program_set_is_not_taken(parts):

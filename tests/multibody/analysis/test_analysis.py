@@ -14,10 +14,13 @@ from modalprep.multibody.analysis.linearise import linearise, transport
 from modalprep.multibody.analysis.state_space import frequency_response
 from modalprep.multibody.analysis.system_modes import system_modes
 from modalprep.multibody.evaluation.evaluator import Evaluator
+from modalprep.multibody.kernels import articulated_body
 from modalprep.multibody.kernels.data import FREE, SPHERICAL
+from modalprep.multibody.kernels.time_tables import table
 from modalprep.multibody.reference.equations import mass_and_force, quaternion_matrix
 
 L, EI, WEIGHT = 10.0, 1.4e4, 12.0  # the spin-up beam
+STATE = "array(float64, 1d, C)"
 
 
 def weld(child="beam"):
@@ -290,6 +293,18 @@ def test_prescribed_history_needs_the_torque_that_simulation_reports():
     still = inverse_dynamics(system, {"joint": "0.3"}, np.array([0.0]), modes="quasi_static")
     rest = static_equilibrium(system.with_(joints=(joint.with_(motion=mp.multibody.TimeFunction(0.3)),)))
     np.testing.assert_allclose(still.modal["beam"][0], rest.modal["beam"], rtol=1e-9, atol=1e-12)
+
+
+def test_frozen_states_whole_times_and_histories_need_no_other_kernels():
+    """A kernel is compiled for each type of its arguments, which here takes longer than the analysis itself."""
+    states, times = list(articulated_body.outward.signatures), list(table.signatures)
+    system = carried(uniform_beam(modes=1), type="revolute", motion=mp.multibody.TimeFunction("t**2 / 2"))
+    rest = static_equilibrium(system, t=1)
+    assert not rest.y.flags.writeable
+    system_modes(system, rest.y, t=1)
+    inverse_dynamics(system.with_(joints=(system.joints[0].with_(motion=None),)), {"joint": "t"}, np.array([0, 1]))
+    assert {str(taken[2]) for taken in articulated_body.outward.signatures if taken not in states} <= {STATE}
+    assert {str(taken[2]) for taken in table.signatures if taken not in times} <= {"float64"}
 
 
 def test_histories_that_cannot_be_are_refused():

@@ -103,7 +103,7 @@ def swinging(factor, damping):
 def test_auto_suits_the_tolerance_and_the_stiffness():
     """The explicit and an implicit one each somewhere, with the counted reason; never the wrong side of the two."""
     taken = set()
-    for factor, damping, rtol in ((1e6, 2.0, 1e-4), (1e6, 2.0, 1e-10), (1e5, 0.02, 1e-10)):
+    for factor, damping, rtol in ((1e6, 2.0, 1e-4), (1e6, 2.0, 1e-10), (1e5, 0.02, 1e-10), (1e5, 0.002, 1e-12)):
         system = swinging(factor, damping)
         tried = ("auto", "explicit", "rosenbrock")  # of order 2, generalised_alpha takes many times as much
         runs = {m: mp.simulate(system, t_end=0.5, output_step=0.5, rtol=rtol, method=m) for m in tried}
@@ -116,6 +116,20 @@ def test_auto_suits_the_tolerance_and_the_stiffness():
     assert taken & {1.0, 2.0}
 
 
+def test_vibrations_below_the_tolerance_do_not_hold_the_step():
+    """Adaptive steps against the same number of fixed ones, about: measured 463 and 402 evaluations, errors alike."""
+    options = {"t_end": 2.0, "output_step": 0.1}
+    fine = mp.simulate(swinging(1e6, 0.02), method="explicit", rtol=1e-9, **options)["arm.tip.position"]
+    adaptive, fixed = (
+        mp.simulate(swinging(1e6, 0.02), method="rosenbrock", **options, **steps)
+        for steps in ({"rtol": 1e-5}, {"step": 0.025})
+    )
+    errors = [np.abs(run["arm.tip.position"] - fine).max() for run in (adaptive, fixed)]
+    assert errors[0] < 1e-5 * np.ptp(fine, axis=0).max()
+    assert errors[0] < 1.5 * errors[1]
+    assert adaptive.stats["evaluations"] < 1.5 * fixed.stats["evaluations"]  # 3.5 times with vibrations in the error
+
+
 def test_auto_costs_nothing_where_its_first_method_is_right():
     """No trial before the run: as many evaluations as with the method asked for by name."""
     options = {"t_end": 0.5, "output_step": 0.5, "rtol": 1e-4}
@@ -126,10 +140,12 @@ def test_auto_costs_nothing_where_its_first_method_is_right():
 
 def test_auto_changes_as_vibrations_decay():
     """At a tight tolerance explicit as long as the start rings, implicit when it does not: less than any one method."""
-    options = {"t_end": 2.0, "output_step": 0.5, "rtol": 1e-8}
-    runs = {m: mp.simulate(swinging(1e5, 0.03), method=m, **options) for m in ("auto", *METHODS)}
-    fine = mp.simulate(swinging(1e5, 0.03), method="explicit", **options | {"rtol": 1e-11})
-    assert "; explicit before t = 0.0" in runs["auto"].message
+    system, options = swinging(2e4, 0.02), {"t_end": 2.0, "output_step": 0.5, "rtol": 1e-12}
+    # generalised-alpha is of order 2: already at 1e-9 it takes more
+    own = {"generalised_alpha": {"rtol": 1e-9}}
+    runs = {m: mp.simulate(system, method=m, **options | own.get(m, {})) for m in ("auto", *METHODS)}
+    fine = mp.simulate(system, method="explicit", **options | {"rtol": 1e-13})
+    assert "; explicit before t = 0." in runs["auto"].message
     np.testing.assert_allclose(runs["auto"]["hinge.angle"], fine["hinge.angle"], rtol=1e-7)  # of all steps together
     spent = {m: run.stats["evaluations"] for m, run in runs.items()}
     assert spent["auto"] < 0.8 * min(spent[m] for m in METHODS)

@@ -103,3 +103,10 @@ def test_data_frame_without_pandas_says_what_to_install(double, monkeypatch):
     monkeypatch.setattr("modalprep.multibody.results.result.find_spec", lambda name: None)
     with pytest.raises(mp.InputError, match=r"pip install 'modalprep\[dataframe\]'"):
         double.to_dataframe()
+
+
+def test_a_channel_with_a_wrong_letter_is_suggested():
+    channels = {"hinge.angle": np.zeros(1), "z": np.zeros(1)}
+    run = mp.Result(time=np.zeros(1), channels=channels, status="done", message="")
+    with pytest.raises(mp.InputError, match=r"'hinge.angel'; did you mean 'hinge.angle'\? it has hinge.angle, z"):
+        run["hinge.angel"]

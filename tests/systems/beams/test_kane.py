@@ -8,9 +8,6 @@ from scipy.integrate import quad
 import modalprep as mp
 from modalprep.examples import beam_mesh
 
-sympy = pytest.importorskip("sympy")
-mechanics = pytest.importorskip("sympy.physics.mechanics")
-
 # ---- rotating beam: one mode, generalised inertia force per unit of mass ----
 
 LENGTH, MU, EI = 10.0, 1.0, 1e4
@@ -25,6 +22,7 @@ def inertia_forces():
     The point moves by phi q across the beam and, as the beam does not stretch, by ``c q^2 / 2`` back along it, c the
     integral of phi'^2 from the root to x.
     """
+    sympy, mechanics = pytest.importorskip("sympy"), pytest.importorskip("sympy.physics.mechanics")
     t, (x, phi, c, epsilon) = mechanics.dynamicsymbols._t, sympy.symbols("x phi c epsilon")
     q, u, spin = mechanics.dynamicsymbols("q u Omega")
 
@@ -86,6 +84,7 @@ def engine_terms(body):
 @pytest.fixture(scope="module")
 def symbolic():
     """Stiffness by the spin (1/s^2 of Omega^2) by direct and by premature linearisation, and the spin-up's factor."""
+    sympy = pytest.importorskip("sympy")
     forces, (q, u, spin, x, phi, c) = inertia_forces()
     found = []
     for force in forces:
@@ -126,6 +125,7 @@ def test_the_program_linearises_directly(symbolic):
 @pytest.fixture(scope="module")
 def sliding():
     """Functions of (a, b, a', b'): tip force and accelerations with a multiplier, accelerations by elimination."""
+    sympy, mechanics = pytest.importorskip("sympy"), pytest.importorskip("sympy.physics.mechanics")
     a, b, ua, ub = mechanics.dynamicsymbols("a b u_a u_b")
     force, g = sympy.Symbol("lambda"), sympy.Rational(981, 100)
     inertial = mechanics.ReferenceFrame("N")

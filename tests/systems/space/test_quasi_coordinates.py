@@ -16,8 +16,6 @@ from systems.shipped import shipped
 
 from modalprep.multibody.evaluation.evaluator import Evaluator
 
-sympy = pytest.importorskip("sympy")
-
 BUS, INERTIA, ROTORS = 1000.0, (500.0, 600.0, 800.0), (0.5, 0.5, 0.8)  # with the rotors, locked; kg, kg m^2
 DAMPER, SPRING, DASHPOT = 10.0, 40.0, 6.0  # kg, N/m, N s/m, at x = 1.2 m
 PROPELLANT, ARM, FRICTION = 60.0, 0.4, 8.0  # kg, m, N m s, at z = 0.5 m
@@ -25,6 +23,7 @@ Q, A, B = range(9, 12)  # of the damper and the propellant among x; the others h
 
 
 def kinetic_energy(x, u):
+    sympy = pytest.importorskip("sympy")
     v, w, spins, (q, a, b) = (sympy.Matrix(u[k : k + 3]) for k in (0, 3, 6, 9))
     place = {
         DAMPER: sympy.Matrix([sympy.Rational(6, 5), 0, x[Q]]),
@@ -42,6 +41,7 @@ def kinetic_energy(x, u):
 @pytest.fixture(scope="module")
 def accelerations():
     """Function of (x (12,), u (12,)) that returns u': momenta, their change with x, and what is left, solved for u'."""
+    sympy = pytest.importorskip("sympy")
     x, u = (sympy.Matrix(sympy.symbols(f"{name}:12")) for name in "xu")
     energy = kinetic_energy(x, u)
     momentum = sympy.Matrix([energy]).jacobian(u).T

@@ -16,9 +16,10 @@ from modalprep.fe.elements.corotation import Corotational
 from modalprep.fe.elements.kernels import ahead
 from modalprep.fe.elements.solid import SolidBlock
 from modalprep.fe.links.constraints import Constraints
-from modalprep.linalg.blas import inner_alone
+from modalprep.linalg.blas import add_inner_alone
 
 COLUMNS, ROWS = 32, 512  # of the basis and of the matrices at a time
+CACHED = 64  # rows whose forces caches keep
 BYTES = 3e8  # of the matrices of a batch of prestresses
 AT_ONCE = 500_000  # numbers of element matrices held in memory: 4 MB, which caches keep
 
@@ -58,25 +59,26 @@ class GeometricStiffness:
         active = np.flatnonzero(np.any(loads, axis=0))
         solid = [block for block in self.blocks if hasattr(block, "geometric_scalar")]
         other = [block for block in self.blocks if not hasattr(block, "geometric_scalar")]
-        for some in _batches(active, self.pattern.graph.nnz) if solid else ():
-            data = self._over_nodes(solid, static[:, some])
-            graph = self.pattern.graph
+        graph, reused = self.pattern.graph, np.zeros(0)
+        for some in _batches(active, graph.nnz) if solid else ():
+            data = reused = self._over_nodes(solid, static[:, some], reused)
             out[some] += _projected(graph.indptr, graph.indices, data, self.dof[:, :3], Phi)
         for some in _batches(active, len(self.pattern.indices)) if other else ():
             data = self._over_dofs(other, static[:, some])
             rows = np.arange(len(Phi))[:, None]
             out[some] += _projected(self.pattern.indptr, self.pattern.indices, data, rows, Phi)
         if self.constraints.links:
-            held = self.K @ static - loads
-            for k in active:
-                links = self.of_links(held[:, k])
-                turn = np.flatnonzero(np.diff(links.indptr))
-                out[k] += Phi[turn].T @ (links[turn][:, turn] @ Phi[turn])
+            out[active] += self._projected_links(static[:, active], loads[:, active], Phi)
         return np.tril(out) + np.tril(out, -1).transpose(0, 2, 1)
 
-    def _over_nodes(self, blocks: list[SolidBlock], d: np.ndarray) -> np.ndarray:
-        """Return ``data (graph.nnz, k)`` over nodes of solids, for displacements ``d (n_dof, k)``."""
-        data = np.zeros((self.pattern.graph.nnz, d.shape[1]))
+    def _over_nodes(self, blocks: list[SolidBlock], d: np.ndarray, reused: np.ndarray) -> np.ndarray:
+        """Return ``data (graph.nnz, k)`` over nodes of solids, for displacements ``d (n_dof, k)``.
+
+        It takes the memory of an array that is no longer needed, where that suffices.
+        """
+        shape = self.pattern.graph.nnz, d.shape[1]
+        data = (reused if reused.size >= np.prod(shape) else np.empty(shape)).ravel()[: np.prod(shape)].reshape(shape)
+        data[:] = 0.0
         for block in blocks:
             ne, nn = block.nodes.shape
             step = max(1, int(AT_ONCE / (nn * nn * d.shape[1])))
@@ -92,6 +94,21 @@ class GeometricStiffness:
             for k, values in enumerate(_stiffnesses(block, own)):
                 self.pattern.add(data[k : k + 1], block.nodes, values[:, None])
         return np.ascontiguousarray(data.T)
+
+    def _projected_links(self, static: np.ndarray, loads: np.ndarray, Phi: np.ndarray) -> np.ndarray:
+        """Return ``Phi^T Kg Phi (k, n, n)`` of the links, of each static response (n_dof, k) under its load."""
+        links, step = self.constraints.links, self.constraints.step
+        rows = np.concatenate([np.flatnonzero(np.diff(step.indptr)), *(np.append(x.dofs, x.frame) for x in links)])
+        rows, held = np.unique(rows[rows >= 0]), np.zeros_like(loads)
+        held[rows] = self.K[rows] @ static - loads[rows]
+        total, out = self.constraints.transferred(held), np.zeros((held.shape[1], Phi.shape[1], Phi.shape[1]))
+        for link in self.constraints.links:
+            turn = Phi[link.frame[3:]]
+            for k, form in enumerate(out):
+                K, between, others = link.geometric_stiffness(total[:, k])
+                half = turn.T @ (K @ turn / 2 + between @ Phi[others])
+                form += half + half.T
+        return out
 
     def of_links(self, held: np.ndarray) -> csr_array:
         """Return the part of the links, ``(n_dof, n_dof)``; `held (n_dof,)` is the force they exert on each DOF."""
@@ -136,7 +153,7 @@ def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: 
     n, k = Phi.shape[1], data.shape[1]
     out = np.zeros((k, n, n))
     for J in (slice(j, min(j + COLUMNS, n)) for j in range(0, n, COLUMNS)):
-        share = partial(_share, indptr, indices, data, Phi[:, J][dofs], dofs, Phi[:, J.start :])
+        share = partial(_share, indptr, indices, data, Phi[:, J][dofs.T], dofs, Phi[:, J.start :])
         for part in ahead(share, range(0, len(dofs), ROWS)):
             out[:, J.start :, J] += part.transpose(1, 0, 2)
     return out
@@ -144,8 +161,12 @@ def _projected(indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, dofs: 
 
 def _share(indptr, indices, data, X, dofs, Phi, first: int) -> np.ndarray:
     """Return what `ROWS` rows from `first` on add to ``Phi^T A_k X (n, k, b)``, by the calling thread alone."""
-    left = Phi[dofs[first : first + ROWS]]
-    force = np.zeros((*left.shape[:2], data.shape[1], X.shape[2]))
-    products(0, len(left), first, indptr, indices, data, X, force)
-    left = left.reshape(-1, left.shape[2])
-    return inner_alone(left, force.reshape(len(left), -1)).reshape(-1, *force.shape[2:])
+    k, (w, m, b) = data.shape[1], X.shape
+    total, force = np.zeros((Phi.shape[1], k * b)), np.empty((CACHED, w, k, b))
+    end = min(first + ROWS, m)
+    for start in range(first, end, CACHED):
+        rows = slice(start, min(start + CACHED, end))
+        left = Phi[dofs[rows]]
+        products(start, rows.stop, indptr, indices, data, X, force)
+        add_inner_alone(left.reshape(-1, left.shape[2]), force[: len(left)].reshape(-1, k * b), total)
+    return total.reshape(-1, k, b)

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from scipy.sparse import bsr_array, coo_array, csr_array
 
-from modalprep.fe.assembly.sparse_kernels import add_functions, scatter_functions
+from modalprep.fe.assembly.sparse_kernels import add_functions, scatter_blocks
 from modalprep.fe.assembly.sparsity import Pattern
 from modalprep.fe.elements.kernels import in_threads
 
@@ -34,7 +34,8 @@ class NodeProducts:
     def add(self, nodes: np.ndarray, values: np.ndarray) -> None:
         """Add the products ``values (ne, 10 nn, 10 nn)`` of elements ``nodes (ne, nn)``."""
         span = range(int(nodes.min()), int(nodes.max()) + 1)
-        in_threads(scatter_functions, span, values, nodes, self.graph.indptr, self.graph.indices, self.data)
+        blocks = values.reshape(*nodes.shape, COUNT, -1, COUNT)
+        in_threads(scatter_blocks, span, blocks, nodes, self.graph.indptr, self.graph.indices, self.data)
 
     def add_mass(self, pattern: Pattern, M: np.ndarray) -> None:
         """Add the mass matrix to the data of a pattern that contains the graph."""

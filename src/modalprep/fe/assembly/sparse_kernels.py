@@ -46,8 +46,8 @@ def scatter(lo, hi, values, nodes, indptr, neighbour, column, row, data):
 
 
 @compile_allocating
-def scatter_functions(lo, hi, values, nodes, indptr, neighbour, data):
-    """Add ``values (ne, 10 nn, 10 nn)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, 10, 10)``."""
+def scatter_blocks(lo, hi, values, nodes, indptr, neighbour, data):
+    """Add ``values (ne, nn, p, nn, q)`` to the rows of the nodes ``lo <= node < hi`` of ``data (nnz, p, q)``."""
     nn = nodes.shape[1]
     for e in range(nodes.shape[0]):
         for i in range(nn):
@@ -55,9 +55,9 @@ def scatter_functions(lo, hi, values, nodes, indptr, neighbour, data):
             if lo <= node < hi:
                 for j in range(nn):
                     place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
-                    for a in range(10):
-                        for b in range(10):
-                            data[place, a, b] += values[e, 10 * i + a, 10 * j + b]
+                    for a in range(data.shape[1]):
+                        for b in range(data.shape[2]):
+                            data[place, a, b] += values[e, i, a, j, b]
 
 
 @compile_allocating
@@ -87,28 +87,23 @@ def add_functions(lo, hi, indptr, neighbour, products, place, data):
 
 
 @compile_allocating
-def products(lo, hi, first, indptr, indices, data, X, force):
-    """Add the rows `first + lo` ... of ``A_k X`` to ``force (rows, w, k, b)``.
+def products(lo, hi, indptr, indices, data, X, force):
+    """Set ``force (hi - lo, w, k, b)`` to the rows ``lo <= row < hi`` of ``A_k X``.
 
-    ``data (nnz, k)`` of matrices of one CSR pattern, ``X (m, w, b)``. Four entries of a row at a time, so that each
-    sum is loaded and stored a quarter as often.
+    ``data (nnz, k)`` of matrices of one CSR pattern, ``X (w, m, b)``. Of each row, dense products of all matrices with
+    what it touches of X.
     """
-    for r in range(lo, hi):
-        start, end = indptr[first + r], indptr[first + r + 1]
-        fours = start + (end - start) // 4 * 4
-        for p in range(start, fours, 4):
-            x0, x1, x2, x3 = X[indices[p]], X[indices[p + 1]], X[indices[p + 2]], X[indices[p + 3]]
-            for w in range(X.shape[1]):
-                for k in range(data.shape[1]):
-                    a0, a1, a2, a3 = data[p, k], data[p + 1, k], data[p + 2, k], data[p + 3, k]
-                    for b in range(X.shape[2]):
-                        force[r, w, k, b] += a0 * x0[w, b] + a1 * x1[w, b] + a2 * x2[w, b] + a3 * x3[w, b]
-        for p in range(fours, end):
-            x = X[indices[p]]
-            for w in range(X.shape[1]):
-                for k in range(data.shape[1]):
-                    for b in range(X.shape[2]):
-                        force[r, w, k, b] += data[p, k] * x[w, b]
+    longest = 0
+    for row in range(lo, hi):
+        longest = max(longest, indptr[row + 1] - indptr[row])
+    touched = np.empty((longest, X.shape[2]))
+    for row in range(lo, hi):
+        start, count = indptr[row], indptr[row + 1] - indptr[row]
+        for w in range(len(X)):
+            for p in range(count):
+                for b in range(X.shape[2]):
+                    touched[p, b] = X[w, indices[start + p], b]
+            np.dot(data[start : start + count].T, touched[:count], force[row - lo, w])
 
 
 @compile_allocating
@@ -117,20 +112,6 @@ def scatter_rows(rows, values, data):
     for k in range(len(rows)):
         for m in range(values.shape[1]):
             data[rows[k], m] += values[k, m]
-
-
-@compile_allocating
-def scatter_scalar(lo, hi, values, nodes, indptr, neighbour, data):
-    """Add ``values (ne, nn, nn, k)`` to k matrices whose rows are nodes, ``data (nnz, k)``."""
-    nn = nodes.shape[1]
-    for e in range(nodes.shape[0]):
-        for i in range(nn):
-            node = nodes[e, i]
-            if lo <= node < hi:
-                for j in range(nn):
-                    place = _find(neighbour, indptr[node], indptr[node + 1], nodes[e, j])
-                    for k in range(data.shape[1]):
-                        data[place, k] += values[e, i, j, k]
 
 
 @compile_allocating

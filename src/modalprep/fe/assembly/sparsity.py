@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import coo_array, csr_array
 
-from modalprep.fe.assembly.sparse_kernels import column_numbers, diagonal, scatter, scatter_scalar, spread_scalar
+from modalprep.fe.assembly.sparse_kernels import column_numbers, diagonal, scatter, scatter_blocks, spread_scalar
 from modalprep.fe.elements.kernels import in_threads
 
 
@@ -65,7 +65,8 @@ class Pattern:
 
     def add_scalar(self, data: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> None:
         """Add ``values (ne, nn, nn, k)`` to ``data (graph.nnz, k)`` of k matrices whose rows are nodes."""
-        in_threads(scatter_scalar, _span(nodes), values, nodes, self.graph.indptr, self.graph.indices, data)
+        blocks, sums = values[:, :, None], data[:, None]
+        in_threads(scatter_blocks, _span(nodes), blocks, nodes, self.graph.indptr, self.graph.indices, sums)
 
     def spread(self, data: np.ndarray, scalar: np.ndarray) -> None:
         """Add a matrix over nodes, ``scalar (graph.nnz,)``, to each of the three displacement components."""

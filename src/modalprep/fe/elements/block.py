@@ -42,3 +42,6 @@ class Block(Protocol):
 
     def volume(self) -> np.ndarray:
         """Volume of material ``(ne,)``, m^3; zero where the family has none."""
+
+    def piece(self, some: slice | np.ndarray) -> Block:
+        """Return the block of `some` of the elements."""

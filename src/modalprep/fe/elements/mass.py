@@ -36,6 +36,29 @@ class MassObjects(NamedTuple):
     functions: np.ndarray | None = None  # (ne, 10 nn, 10 nn): products of the functions of `NodalFunctions`
     pairs: np.ndarray | None = None  # (ne, 6, nl, nl) in the order of PAIRS
 
+    def rows(self, some: np.ndarray) -> MassObjects:
+        """Return the objects of `some` of the elements; `rigid` stays that of all."""
+        arrays = {k: x[some] for k, x in self._asdict().items() if k != "rigid" and x is not None}
+        return self._replace(**arrays)
+
+    def matrix(self) -> np.ndarray:
+        """Return the mass matrices ``(ne, nl, nl)``."""
+        ne, nl = self.g.shape[:2]
+        if self.pairs is not None:
+            return self.pairs[:, [PAIRS.index((a, a)) for a in range(3)]].sum(axis=1)
+        if self.scalar is not None:
+            nn = self.scalar.shape[1]
+            unit = np.diag(np.arange(nl // nn) < 3).astype(float)
+            return np.einsum("eij,ab->eiajb", self.scalar, unit).reshape(ne, nl, nl)
+        nn, total = nl // 6, 0.0
+        for a in range(3):
+            pick = np.zeros((nn, 10, nn, 6))
+            for i in range(nn):
+                pick[i, 9, i, a], pick[i, 3 * a : 3 * a + 3, i, 3:] = 1.0, np.eye(3)
+            pick = pick.reshape(10 * nn, 6 * nn)
+            total = total + pick.T @ self.functions @ pick
+        return total
+
     def of_translations(self) -> np.ndarray:
         """Rows ``(ne, nn, 3, nl)`` of the mass matrix at the translations of nodes with six DOFs."""
         ne, nl = self.g.shape[:2]
@@ -96,12 +119,14 @@ class NodalFunctions(NamedTuple):
         weighted = np.swapaxes(self.weight[..., None] * values, 1, 2)
         unit = np.broadcast_to(self.unit[:, None], (ne, ns, 1))
         moments = (weighted @ np.concatenate([unit, self.position], axis=2)).reshape(ne, nn, 10, 4)
-        linear = np.zeros((ne, nn, 6, 3, 4))
+        g, h = np.zeros((ne, nn, 6, 3)), np.zeros((ne, nn, 6, 3, 3))
         for a in range(3):
-            linear[:, :, a, a], linear[:, :, 3:, a] = moments[:, :, 9], moments[:, :, 3 * a : 3 * a + 3]
-        linear = linear.reshape(ne, 6 * nn, 3, 4)
+            moved, turned = moments[:, :, 9], moments[:, :, 3 * a : 3 * a + 3]
+            g[:, :, a, a], g[:, :, 3:, a] = moved[..., 0], turned[..., 0]
+            h[:, :, a, a], h[:, :, 3:, a] = moved[..., 1:], turned[..., 1:]
         rigid = rigid_from_samples(self.weight, self.unit, self.position)
-        return MassObjects(linear[..., 0], linear[..., 1:], rigid, functions=weighted @ values)
+        linear = g.reshape(ne, 6 * nn, 3), h.reshape(ne, 6 * nn, 3, 3)
+        return MassObjects(*linear, rigid, functions=weighted @ values)
 
 
 def mass_from_samples(s: MassSamples) -> MassObjects:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,10 @@ class MassBlock:
         weight = np.tile([s.mass, *size], (ne, 1))
         samples = MassSamples(weight, np.array([1.0, 0, 0, 0]), position, shape[..., : self.components])
         return mass_from_samples(samples)
+
+    def piece(self, some: slice | np.ndarray) -> MassBlock:
+        """Return the block of `some` of the masses."""
+        return replace(self, nodes=self.nodes[some], at=self.at[some])
 
     def rotating_arms(self) -> RotatingArms | None:
         """Arms to the mass centre, and along the principal axes of inertia."""
@@ -149,6 +153,10 @@ class SpringBlock(Corotational):
 
     def mass(self) -> None:
         """None: a spring has no mass."""
+
+    def piece(self, some: slice | np.ndarray) -> SpringBlock:
+        """Return the block of `some` of the springs."""
+        return replace(self, **{name: getattr(self, name)[some] for name in ("nodes", "strain", "arm", "frame")})
 
     def rotating_arms(self) -> None:
         """None: a spring has no mass."""

@@ -8,7 +8,7 @@ kept for the recovery of stress.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -36,6 +36,12 @@ DEGREE = {
 SIX = ("xx", "yy", "zz", "xy", "yz", "xz")  # components of stress
 STRAIGHT = 1e-9  # mid nodes off the middle of their edges, over the size of the element
 PRESTRESS = {"tetra10": 3}  # degree for Kg of straight elements: linear stress times linear gradients squared
+
+
+@cache
+def _middles() -> np.ndarray:
+    """Return the shapes ``(6, 4)`` of the corners of a tetrahedron in the middle of its edges."""
+    return shapes_at("tetra", CELLS["tetra10"].node_coordinates()[4:].T)[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,8 +225,7 @@ class SolidBlock:
         if self.kind != "tetra10":
             return True
         corners = 4
-        N = shapes_at("tetra", CELLS[self.kind].node_coordinates()[corners:].T)[0]
-        off = np.abs(self.x[:, corners:] - N @ self.x[:, :corners]).max(axis=(1, 2))
+        off = np.abs(self.x[:, corners:] - _middles() @ self.x[:, :corners]).max(axis=(1, 2))
         return bool(np.all(off <= STRAIGHT * np.ptp(self.x, axis=1).max(axis=1)))
 
     def _refuse_bad_shape(self, origin: np.ndarray) -> None:

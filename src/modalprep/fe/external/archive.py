@@ -9,6 +9,8 @@ from __future__ import annotations
 import math
 import pickle
 import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -59,29 +61,43 @@ def read_archive(path: Path) -> Found:
     InputError
         When the file is damaged, holds none of these, or a pickle that would do more than make arrays.
     """
+    with opened(path) as members:
+        names = members.names
+        if {"stiffnessMatrix", "massMatrix", "nodes"} <= names:
+            return _fem(members)
+        if {"format", "data", "shape"} <= names:
+            return Found({"": Labelled(_parts(members), None)})
+        if names & {"K", "M", "nodes"}:
+            return _plain(members, names)
+    raise InputError(f"archive {path} holds {', '.join(sorted(names)) or 'nothing'}; it needs K, M and nodes")
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Members]:
+    """Open an archive; every error becomes one message.
+
+    Raises
+    ------
+    InputError
+        When it is damaged, larger than the memory, or holds a pickle that would do more than make arrays.
+    """
     try:
         with zipfile.ZipFile(path) as archive:
             if COPIES * sum(info.file_size for info in archive.infolist()) > available_memory():
                 raise InputError(f"archive {path} takes more than the memory that is free; use a larger machine")
-            names = {name.removesuffix(".npy") for name in archive.namelist()}
-            if {"stiffnessMatrix", "massMatrix", "nodes"} <= names:
-                return _fem(_Members(archive, path))
-            if {"format", "data", "shape"} <= names:
-                return Found({"": Labelled(_parts(_Members(archive, path)), None)})
-            if names & {"K", "M", "nodes"}:
-                return _plain(_Members(archive, path), names)
+            yield Members(archive, path)
     except InputError:
         raise
     except Exception:  # a damaged archive may fail in any way
         raise InputError(f"archive {path} is damaged or cut short; write it again") from None
-    raise InputError(f"archive {path} holds {', '.join(sorted(names)) or 'nothing'}; it needs K, M and nodes")
 
 
-class _Members:
+class Members:
     """The arrays of an archive by name, each read on first use."""
 
     def __init__(self, archive: zipfile.ZipFile, path: Path) -> None:
         self.archive, self.path = archive, path
+        self.names = {name.removesuffix(".npy") for name in archive.namelist()}
 
     def __getitem__(self, name: str) -> Any:
         info = self.archive.getinfo(f"{name}.npy")
@@ -106,7 +122,7 @@ class _Members:
         return value.item() if isinstance(value, np.ndarray) and value.ndim == 0 else value
 
 
-def _parts(members: _Members) -> sparse.csr_array:
+def _parts(members: Members) -> sparse.csr_array:
     """Matrix of the arrays that `scipy.sparse.save_npz` writes."""
     kind, shape, data = members["format"].item(), members["shape"], members["data"]
     kind = kind.decode() if isinstance(kind, bytes) else kind
@@ -134,13 +150,13 @@ def _matrix(value: Any) -> Any:
     return sparse.coo_array((value.data, (value.row, value.col)), shape=value.shape).tocsr()
 
 
-def _plain(members: _Members, names: set[str]) -> Found:
+def _plain(members: Members, names: set[str]) -> Found:
     matrices = {name: Labelled(_matrix(members[name]), None) for name in sorted(names & {"K", "M"})}
     nodes = cloud(members["nodes"]) if "nodes" in names else None
     return Found(matrices, nodes, members["dof"] if "dof" in names else None)
 
 
-def _fem(members: _Members) -> Found:
+def _fem(members: Members) -> Found:
     matrices = {name: Labelled(_matrix(members[f"{name}Matrix"]), None) for name in ("stiffness", "mass")}
     points = next(iter(members["nodes"].values()))
     cells: dict[str, list[np.ndarray]] = {}

@@ -14,10 +14,11 @@ SQUARE, SYMMETRIC = 1, 6  # forms IFO
 REAL = (1, 2)  # types TIN
 
 
-def read_dmig(path: Path) -> dict[str, Labelled]:
+def read_dmig(path: Path, scalar: bool = False) -> dict[str, Labelled]:
     r"""Return the square and symmetric matrices of a deck or punch file by their names.
 
-    Of a symmetric one (form 6) the file gives one triangle; the other is added.
+    Of a symmetric one (form 6) the file gives one triangle; the other is added. Rows of scalar points have the
+    component -1; they are refused unless they are `scalar` coordinates of the caller.
 
     Raises
     ------
@@ -43,7 +44,7 @@ def read_dmig(path: Path) -> dict[str, Labelled]:
             columns.setdefault(card.text(0), []).append(card)
     if not columns:
         raise InputError(f"{path} holds no DMIG matrix; give a deck or punch file with DMIG cards")
-    return {name: _matrix(cards, forms[name]) for name, cards in columns.items()}
+    return {name: _matrix(cards, forms[name], 0 if scalar else 1) for name, cards in columns.items()}
 
 
 def _form(card: Card) -> int:
@@ -53,22 +54,22 @@ def _form(card: Card) -> int:
     return form
 
 
-def _matrix(cards: list[Card], form: int) -> Labelled:
+def _matrix(cards: list[Card], form: int, lowest: int) -> Labelled:
     if form not in (SQUARE, SYMMETRIC):
         raise cards[0].error(f"matrix {cards[0].text(0)} is rectangular (form {form}); give form 1 or 6")
     rows, columns, values = [], [], []
     for card in cards:
-        column = _place(card, 1)
+        column = _place(card, 1, lowest)
         for k in range(4, len(card.fields), 4):
-            rows.append(_place(card, k))
+            rows.append(_place(card, k, lowest))
             columns.append(column)
             values.append(card.real(k + 2, "the value"))
     found = labelled(np.array(rows), np.array(columns), np.array(values))
     return found._replace(matrix=mirrored(found.matrix)) if form == SYMMETRIC else found
 
 
-def _place(card: Card, k: int) -> tuple[int, int]:
+def _place(card: Card, k: int, lowest: int) -> tuple[int, int]:
     component = card.integer(k + 1, "a component", 0)
-    if not 1 <= component <= 6:
+    if not lowest <= component <= 6:
         raise card.error(f"component {component} of {card.text(k)}: scalar points have no place; give grids only")
     return card.integer(k, "a grid", lowest=1), component - 1

@@ -120,11 +120,11 @@ def read_matrices(
     """
     length, _ = unit_factors(length_unit, mass_unit)
     sources = _sources(file, stiffness, mass)
-    K, M = (_pick(found, name, path) for name, (path, found) in sources.items())
+    K, M = (pick(found, name, path) for name, (path, found) in sources.items())
     found = sources["stiffness"][1]
     mesh = found.nodes.with_(points=found.nodes.points * length, scale=length) if found.nodes is not None else None
     if nodes is not None:
-        mesh = _read_nodes(Path(nodes), length_unit, length)
+        mesh = read_nodes(Path(nodes), length_unit, length)
         if sources["stiffness"][0].suffix.lower() == FULL:
             refuse_turned(Path(nodes))
     if mesh is None:
@@ -170,7 +170,7 @@ def _read(path: Path) -> Found:
     if suffix == ".op4":
         return Found({name: Labelled(A, None) for name, A in read_output4(path).items()})
     if suffix in DECK:
-        return Found(read_dmig(path), _deck_nodes(path))
+        return Found(read_dmig(path), deck_nodes(path))
     if suffix in ENTRIES | {".mtx", ".inp"}:
         with path.open("rb") as opened:
             market = opened.read(1000).removeprefix(codecs.BOM_UTF8).startswith(BANNER)
@@ -181,7 +181,7 @@ def _read(path: Path) -> Found:
     )
 
 
-def _pick(found: Found, name: str, path: Path) -> Labelled:
+def pick(found: Found, name: str, path: Path) -> Labelled:
     """Return the only matrix of a file, or the only one whose name begins with k or m."""
     chosen = [A for key, A in found.matrices.items() if key.lower().startswith((FIRST[name], name))]
     if len(found.matrices) == 1:
@@ -195,11 +195,12 @@ def _pick(found: Found, name: str, path: Path) -> Labelled:
     return chosen[0]
 
 
-def _read_nodes(path: Path, unit: str, length: float) -> Mesh:
+def read_nodes(path: Path, unit: str, length: float) -> Mesh:
+    """Return the nodes of a table, a deck or a mesh file in m; `length` is a `unit` in m."""
     refuse_missing(path, "file of nodes", RELATIVE)
     suffix = path.suffix.lower()
     if suffix in DECK:
-        mesh = _deck_nodes(path)
+        mesh = deck_nodes(path)
         if mesh is None:
             raise InputError(f"file of nodes {path} has no GRID; give the deck with the nodes")
         return mesh.with_(points=mesh.points * length, scale=length)
@@ -217,7 +218,7 @@ def _read_nodes(path: Path, unit: str, length: float) -> Mesh:
     return read_mesh(path, unit, "kg").with_(properties={}, links=(), data={})
 
 
-def _deck_nodes(path: Path) -> Mesh | None:
+def deck_nodes(path: Path) -> Mesh | None:
     """Return the grids of a deck in its own unit of length, None when it has none."""
     deck = read_cards(path)
     cards = {card.id: card for card in deck.cards if card.name == "GRID"}

@@ -142,7 +142,7 @@ class _Binary:
         (size,) = struct.unpack_from(f"{self.order}i", self.content, self.at)
         record = self.content[self.at + 4 : self.at + 4 + size]
         (again,) = struct.unpack_from(f"{self.order}i", self.content, self.at + 4 + size)
-        if again != size:
+        if again != size or size < 0:
             raise ValueError("a record is damaged")
         self.at += size + 8
         return record
@@ -173,6 +173,8 @@ class _Binary:
         while at < len(data):
             numbers = struct.unpack_from(f"{self.order}{head // 4}i", data, at)
             length, row = numbers if big else divmod(numbers[0], STRING)
+            if length < 1:
+                raise ValueError("a string is damaged")
             end = at + head + 4 * (length - 1)
             yield Piece(row - 1, column, self._values(data[at + head : end], kind))
             at = end

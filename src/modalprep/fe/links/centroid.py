@@ -26,7 +26,7 @@ def set_centroid(mesh: Mesh, spec: NodeSet, nodes: np.ndarray) -> np.ndarray:
     """
     if spec.cylinder:
         return _on_axis(mesh, spec, nodes)
-    faces = _faces(mesh.group(spec.group) if spec.group else {})
+    faces = cell_faces(mesh.group(spec.group) if spec.group else {})
     if not len(faces):
         return mesh.points[nodes].mean(axis=0)
     middle, normal = _triangles(mesh.points, faces)
@@ -56,12 +56,12 @@ def outer_faces(mesh: Mesh, nodes: np.ndarray) -> np.ndarray:
     """
     chosen = np.zeros(len(mesh.points), dtype=bool)
     chosen[nodes] = True
-    volumes, count = _distinct(_faces(mesh.cells, dimension=3))
-    faces = _distinct(np.concatenate([volumes[count == 1], _faces(mesh.cells)]))[0]
+    volumes, count = distinct_faces(cell_faces(mesh.cells, dimension=3))
+    faces = distinct_faces(np.concatenate([volumes[count == 1], cell_faces(mesh.cells)]))[0]
     return faces[np.all(chosen[faces], axis=1)]
 
 
-def _faces(cells: dict[str, np.ndarray], dimension: int = 2) -> np.ndarray:
+def cell_faces(cells: dict[str, np.ndarray], dimension: int = 2) -> np.ndarray:
     """Return the corners (k, 4) of every face of the cells of a dimension, the last of a triangle twice."""
     found = [np.zeros((0, CORNERS), dtype=int)]
     for kind, conn in cells.items():
@@ -70,12 +70,17 @@ def _faces(cells: dict[str, np.ndarray], dimension: int = 2) -> np.ndarray:
     return np.concatenate(found)
 
 
-def _distinct(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def distinct_faces(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return each face once, whatever its direction, and how often it occurs."""
+    _, first, count = np.unique(face_keys(faces), axis=0, return_index=True, return_counts=True)
+    return faces[first], count
+
+
+def face_keys(faces: np.ndarray) -> np.ndarray:
+    """Return the corners (k, 4) of faces in an order that their direction does not change, -1 first for triangles."""
     key = faces.copy()
     key[faces[:, 3] == faces[:, 2], 3] = -1
-    _, first, count = np.unique(np.sort(key, axis=1), axis=0, return_index=True, return_counts=True)
-    return faces[first], count
+    return np.sort(key, axis=1)
 
 
 def _triangles(points: np.ndarray, faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

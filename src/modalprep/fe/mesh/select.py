@@ -29,8 +29,9 @@ class NodeSet:
         Nodes between two opposite corners, faces included.
     plane : ((3,), (3,))
         Nodes on the plane through a point, with a normal.
-    cylinder : ((3,), (3,), float)
-        Nodes on the cylinder with an axis through a point, along a direction, of a radius.
+    cylinder : ((3,), (3,), float) or ((3,), (3,), float, float)
+        Nodes on the cylinder with an axis through a point, along a direction, of a radius; and how far they may lie
+        off it, by default 1e-6 of the size of the mesh.
 
     Raises
     ------
@@ -48,7 +49,7 @@ class NodeSet:
     near: Vector | None = None
     box: tuple[Vector, Vector] | None = None
     plane: tuple[Vector, Vector] | None = None
-    cylinder: tuple[Vector, Vector, float] | None = None
+    cylinder: tuple[Vector, Vector, float] | tuple[Vector, Vector, float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse ambiguous sets."""
@@ -94,9 +95,9 @@ class NodeSet:
         return used[np.abs((mesh.points[used] - point) @ self._unit(normal)) <= _slack(mesh, used)]
 
     def _cylinder(self, mesh: Mesh, used: np.ndarray) -> np.ndarray:
-        point, _, radius = self.cylinder
+        point, _, radius, *given = self.cylinder
         distance = np.linalg.norm(np.cross(mesh.points[used] - point, self.axis()), axis=1)
-        return used[np.abs(distance - radius) <= _slack(mesh, used)]
+        return used[np.abs(distance - radius) <= (given[0] if given else _slack(mesh, used))]
 
     def axis(self) -> np.ndarray:
         """Return the direction (3,) of the cylinder's axis, of length one.

@@ -7,7 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from math import dist, isfinite
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.gmsh_session import SEGMENTS, TETRAHEDRA, gmsh_session, refuse_too_many
+from modalprep.fe.readers.iges import iges_unit
 
 MM = 1e-3
 STEP, IGES, BREP = {".step", ".stp"}, {".iges", ".igs"}, {".brep"}
@@ -56,10 +57,7 @@ def read_cad(path: Path, length: float, size: float | None, order: int) -> Mesh:
         When the size or the order is missing or impossible, or the file is damaged or has no solid.
     """
     size = _checked_size(path, size, order)
-    unit = length if path.suffix.lower() in BREP else MM  # gmsh converts the others to mm
-    with gmsh_session() as gmsh:
-        _load(gmsh, path)
-        solids = _solids(gmsh, path)
+    with _opened(path, length) as (gmsh, solids, unit):
         faces = _names(gmsh, sorted(set(gmsh.model.getBoundary([(3, tag) for tag in solids], False, False))), "face")
         _generate(gmsh, path, size * length / unit, order, solids)
         points, cells, groups = _mesh(gmsh, order, solids, faces)
@@ -71,6 +69,33 @@ def read_cad(path: Path, length: float, size: float | None, order: int) -> Mesh:
         sha256=hashlib.sha256(path.read_bytes()).hexdigest(),
         scale=length,
     )
+
+
+def cad_measures(path: Path, length: float) -> tuple[np.ndarray, float, float]:
+    """Return the extensions (3,) in m, the volume in m^3 and the surface in m^2 of the solids of a CAD file.
+
+    `length` is the unit of a BREP file in m.
+
+    Raises
+    ------
+    InputError
+        When the file is damaged or has no solid.
+    """
+    with _opened(path, length) as (gmsh, solids, unit):
+        box = np.reshape(gmsh.model.getBoundingBox(-1, -1), (2, 3))
+        volume = sum(gmsh.model.occ.getMass(3, tag) for tag in solids)
+        area = sum(gmsh.model.occ.getMass(*face) for face in gmsh.model.getEntities(2))
+    return unit * (box[1] - box[0]), unit**3 * volume, unit**2 * area
+
+
+@contextmanager
+def _opened(path: Path, length: float) -> Iterator[tuple[Any, dict[int, str], float]]:
+    """Open a file in gmsh; yield gmsh, the names of its solids by their tags, and its unit in m."""
+    suffix = path.suffix.lower()
+    unit = length if suffix in BREP else iges_unit(path)[1] if suffix in IGES else MM  # STEP files are converted
+    with gmsh_session() as gmsh:
+        _load(gmsh, path)
+        yield gmsh, _solids(gmsh, path), unit
 
 
 def _checked_size(path: Path, size: float | None, order: int) -> float:
@@ -99,9 +124,14 @@ def _load(gmsh: Any, path: Path) -> None:
 
 
 def _shapes(gmsh: Any, path: Path) -> list[tuple[int, int]]:
+    """Import the shapes of a file: STEP in mm, IGES in the file's own unit, to which OpenCASCADE's tolerances fit."""
     suffix = path.suffix.lower()
     kind = "step" if suffix in STEP else "iges" if suffix in IGES else "brep"
-    gmsh.option.setString("Geometry.OCCTargetUnit", "" if kind == "brep" else "MM")
+    unit = {"step": "MM", "iges": iges_unit(path)[0] if kind == "iges" else "", "brep": ""}[kind]
+    if kind == "iges":
+        with suppress(Exception):  # OpenCASCADE has no unit that can be set before it has tried to read a STEP file
+            gmsh.model.occ.importShapes(str(path), format="step")
+    gmsh.option.setString("Geometry.OCCTargetUnit", unit)
     try:
         return gmsh.model.occ.importShapes(str(path), format=kind)
     except Exception as error:

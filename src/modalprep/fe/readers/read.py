@@ -52,12 +52,13 @@ def read_mesh(
 ) -> Mesh:
     """Read a mesh file and convert it to SI units.
 
-    Nastran decks (.bdf, .dat, .nas), Ansys archives (.cdb, .ans) and the decks of Abaqus and CalculiX (.inp) provide
-    sections, materials, masses, springs, rigid and averaging elements. Universal files (.unv) and the formats that
-    meshio reads (.msh 4.1 is best, .med, .vtu, ...) provide points, cells and groups: the file's cell sets and node
-    sets, its ``gmsh:physical`` numbers with their names, or the integer cell arrays of a .vtu file
-    (``<array>_<value>``). An element that the file lists twice, as .msh 2.2 does for two groups, is kept once in both
-    groups. The solids of CAD files (.step, .iges, .brep) are meshed with tetrahedra, each solid and each face a group.
+    Nastran decks (.bdf, .dat, .nas), Ansys archives (.cdb, .ans) and the decks of Abaqus and CalculiX (.inp)
+    provide sections, materials, masses, springs, rigid and averaging elements. Universal files (.unv) and the
+    formats that meshio reads (.msh 4.1 is best, .med, .vtu, ...) provide points, cells and groups: the file's cell
+    sets and node sets, its ``gmsh:physical`` numbers with their names, or the integer cell arrays of a .vtu file
+    (``<array>_<value>``); a file without any has the group ``body`` of all its elements. An element that the file
+    lists twice, as .msh 2.2 does for two groups, is kept once in both groups. The solids of CAD files (.step,
+    .iges, .brep) are meshed with tetrahedra, each solid and each face a group.
 
     Parameters
     ----------
@@ -108,7 +109,7 @@ def read_mesh(
     if ignore:
         raise InputError(f"mesh file {path}: 'ignore' names keywords of decks; leave it out for other files")
     if path.suffix.lower() in UNIVERSAL:
-        return _checked(read_universal(path, LENGTH_UNITS[length_unit]), path)
+        return _grouped(_checked(read_universal(path, LENGTH_UNITS[length_unit]), path))
     content = path.read_bytes()
     raw = _read_with_meshio(path, content)
     if path.suffix.lower() == MED:
@@ -123,7 +124,7 @@ def read_mesh(
         cells["wedge"] = _upright(cells["wedge"], points)
     if path.suffix.lower() == MED:
         cells = {kind: in_vtk_order(kind, rows, points) for kind, rows in cells.items()}
-    return Mesh(
+    mesh = Mesh(
         points=points * LENGTH_UNITS[length_unit],
         cells=cells,
         groups=groups,
@@ -131,6 +132,7 @@ def read_mesh(
         sha256=hashlib.sha256(content).hexdigest(),
         scale=LENGTH_UNITS[length_unit],
     )
+    return _grouped(mesh)
 
 
 def refuse_units(length_unit: str, mass_unit: str | None) -> None:
@@ -138,6 +140,15 @@ def refuse_units(length_unit: str, mass_unit: str | None) -> None:
     for name, unit, known in (("length_unit", length_unit, LENGTH_UNITS), ("mass_unit", mass_unit, MASS_UNITS)):
         if unit is not None and unit not in known:
             raise InputError(f"unknown {name} {unit!r}; {suggestion(unit, known, 'known are')}")
+
+
+def _grouped(mesh: Mesh) -> Mesh:
+    """Return a mesh without groups with one, ``body``, of all its cells of the highest dimension."""
+    if mesh.groups or not mesh.cells:
+        return mesh
+    highest = max(map(cell_dimension, mesh.cells))
+    body = {kind: np.arange(len(rows)) for kind, rows in mesh.cells.items() if cell_dimension(kind) == highest}
+    return mesh.with_(groups={"body": body})
 
 
 def _deck(mesh: Mesh, path: Path, length_unit: str, mass_unit: str | None) -> Mesh:

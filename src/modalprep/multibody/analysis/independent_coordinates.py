@@ -59,6 +59,7 @@ class Chart:
     """
 
     def __init__(self, evaluator: Evaluator, y: np.ndarray) -> None:
+        y = np.array(y)  # writable, as in runs: kernels are compiled anew for a read-only state
         self.evaluator, self.y = evaluator, y
         self.kept = evaluator.kept_rows(y)
         G = self._jacobian(y)

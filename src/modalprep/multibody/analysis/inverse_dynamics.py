@@ -248,7 +248,7 @@ class _Guided:
             run = solve_ivp(rate, times[[0, -1]], y, method="DOP853", t_eval=times, rtol=rtol, atol=1e-3 * rtol)
             if not run.success:
                 raise SimulationError(f"inverse dynamics stopped at t = {run.t[-1]:g} s: {run.message}")
-            states = run.y.T
+            states = np.ascontiguousarray(run.y.T)  # kernels are compiled anew for strided states
         for t, state in zip(times, states, strict=True):
             self.guide(t, state)
         return states

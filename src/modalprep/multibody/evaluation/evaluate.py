@@ -68,9 +68,6 @@ SHARED = np.dtype([
     ("callback_power", np.float64),  # W
     ("raised", np.float64),  # 1 where a callback has raised
 ])  # fmt: skip
-# by how much longer steps errors of slow motion are told from those of vibrations, and how often they are smoothed:
-# of h omega = 0.5 there is 0.003 left, of 0.03 0.93
-WIDE, SMOOTHINGS = 10.0, 3
 
 
 @by_address
@@ -234,13 +231,13 @@ def smooth(eq, c1, c2, e, scratch):
 
 
 @compile_kernel
-def keep_slow(eq, t, y, c1, c2, e, scratch):
-    """Take the errors of vibrations off ``e (nu,)``: `smooth` it by a step at (t, y) that is longer than (c1, c2)."""
+def keep_slow(eq, t, y, c1, c2, times, e, scratch):
+    """Take the errors of vibrations off ``e (nu,)``: `smooth` it at (t, y) so many `times` by a long step (c1, c2)."""
     scratch[:] = 0.0
     load(eq, t, y)
-    solve_implicit(eq, t, y, WIDE * c1, WIDE * WIDE * c2, scratch, scratch, False, eq.reference)
-    for _ in range(SMOOTHINGS):
-        smooth(eq, WIDE * c1, WIDE * WIDE * c2, e, scratch)
+    solve_implicit(eq, t, y, c1, c2, scratch, scratch, False, eq.reference)
+    for _ in range(times):
+        smooth(eq, c1, c2, e, scratch)
 
 
 @compile_kernel

@@ -134,7 +134,7 @@ class Evaluator:
 
     def at(self, t: float) -> None:
         """Take functions of time at t (s), not after that of the start."""
-        self.t = t
+        self.t = float(t)  # kernels are compiled anew for an integer
         self.loading.enter(*next(stretch for stretch in self.loading.stretches if t < stretch[1]))
 
     def coordinates(self, kind: str, name: str) -> list[int]:

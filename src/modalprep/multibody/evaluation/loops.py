@@ -6,6 +6,7 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops import constraints, multipliers, projection
 from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, COUPLER, DISTANCE, POINT
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED
@@ -140,13 +141,14 @@ class Loops:
         found: dict[str, np.ndarray] = {}
         for k, closure in enumerate(self.system.closures):
             rows = self.closing.of(k)
-            size, lines = self.work.multiplier[rows], self.work.lines[rows]
+            size, lane = self.work.multiplier[rows], self.work.paths.lane[rows]
+            lines = self.work.groups["line"].reshape(-1, 9, WIDTH)[lane // WIDTH, :, lane % WIDTH]
             if isinstance(closure, Coupler):
                 found[f"{closure.name}.multiplier"] = size[0]
                 continue
             to_a = self._axes(2 * k).T
-            found[f"{closure.name}.force"] = to_a @ (size @ lines["force"])
-            found[f"{closure.name}.torque"] = to_a @ (size @ lines["torque_b"])
+            found[f"{closure.name}.force"] = to_a @ (size @ lines[:, :3])
+            found[f"{closure.name}.torque"] = to_a @ (size @ lines[:, 6:])
         return found
 
     def _closed(self, data, y, motion, t, hinge, stiff) -> bool:
@@ -178,7 +180,8 @@ class Loops:
         return False
 
     def _axes(self, end: int) -> np.ndarray:
-        return self.work.ends["rotation"][end].reshape(3, 3)
+        turn, link = self.work.ends["rotation"][end].reshape(3, 3), self.arrays.ends["link"][end]
+        return turn @ self.packed.align(link).T if link >= 0 else turn
 
     def _as_at_start(self, data, y, motion, t) -> None:
         """Take lengths and sums of joint coordinates that have no value from the start values."""

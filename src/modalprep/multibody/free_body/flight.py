@@ -10,6 +10,7 @@ from modalprep.multibody.free_body.free_flyer import FreeBodyMotion, simulate_fr
 from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.system import System
 from modalprep.multibody.reference.equations import node_motion, quaternion_matrix
+from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.validity import large_deflections
 
@@ -60,6 +61,7 @@ def simulate_free_system(
     for k, interface in enumerate(body.interface_name):
         channels[f"{name}.{interface}.position"] = _positions(system, name, k, motion)
     channels |= stress_channels({name: body}, channels)
+    channels |= recovery_channels(system, motion.time, channels)
     largest = max(np.abs(part - part[0] * (key == "gravity")).max() for key, part in energy.items())
     stats = {"steps": float(motion.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
     message = f"free flight in {variables} variables, explicit method of order 8"

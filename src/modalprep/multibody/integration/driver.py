@@ -31,10 +31,13 @@ from modalprep.multibody.kernels.joints import normalise
 
 EXPLICIT, ROSENBROCK, ALPHA = range(3)
 ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h
-MOST_GROWTH = (6.0, 3.0, 2.0)
+MOST_GROWTH = (6.0, 20.0, 2.0)
+# in sizes of a body: deflections count by it at least, beside moving joints and where nothing else moves
+LEAST_DEFLECTION, LEAST_ALONE = (0.01, 0.5, 0.01), (0.01, 0.05, 0.01)
 RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED = range(7)
-SAFETY, LEAST_GROWTH, FAILED_GROWTH = 0.9, 0.2, 0.5
-PROPORTIONAL, INTEGRAL = 0.4, 0.7  # of a PI controller, over the order: Hairer and Wanner (1996), IV.2
+SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
+# of a PI controller, over the order: Hairer and Wanner (1996), IV.2; little P where steps have to grow by decades
+PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 0.9, 0.7)
 SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
 UNKNOWN = 1e-6  # s, first step of what has no size
 PROBES = 4  # places of a step at which events are looked for
@@ -65,6 +68,7 @@ def begin(eq, run, method, t, stop):
     """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
     normalise(eq.model, run.y)
     run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
+    run.clock[0].least_deflection = _least_deflection(eq.model, method)
     copy(run.y, run.old)
     run.rows[:] = 0.0
     run.count[0].evaluations += 1
@@ -77,6 +81,14 @@ def begin(eq, run, method, t, stop):
         run.clock[0].next_step = run.clock[0].fixed_step
         return GOOD
     return _first_size(eq, run, ERROR_ORDER[method], stop - t)
+
+
+@compile_kernel
+def _least_deflection(model, method):
+    modes = 0
+    for i in range(len(model.links)):
+        modes += model.links[i].modes
+    return LEAST_DEFLECTION[method] if model.nx > modes else LEAST_ALONE[method]
 
 
 @compile_kernel
@@ -137,7 +149,7 @@ def advance(eq, run, watch, method, stop, most):
         elif not passed:
             run.count[0].rejected += 1
             run.count[0].cause = GOOD
-            run.clock[0].next_step = h * max(LEAST_GROWTH, SAFETY * error ** (-1.0 / ERROR_ORDER[method]))
+            run.clock[0].next_step = h * max(LEAST_GROWTH, SAFETY[method] * error ** (-1.0 / ERROR_ORDER[method]))
             run.clock[0].error = -1.0
         else:
             if _accept(eq, run, watch, method, h, end) == FAILED_CALLBACK:
@@ -234,7 +246,8 @@ def _next_size(run, method, h, error):
         run.clock[0].next_step = min(run.clock[0].fixed_step, 2.0 * run.clock[0].next_step)
         return
     error, before = max(error, 1e-8), run.clock[0].error
-    growth = SAFETY * error ** (-INTEGRAL / ERROR_ORDER[method]) * abs(before) ** (PROPORTIONAL / ERROR_ORDER[method])
+    order = ERROR_ORDER[method]
+    growth = SAFETY[method] * error ** (-INTEGRAL[method] / order) * abs(before) ** (PROPORTIONAL[method] / order)
     most = 1.0 if before < 0.0 else MOST_GROWTH[method]
     run.clock[0].next_step = h * min(most, max(LEAST_GROWTH, growth))
     run.clock[0].error = error

@@ -37,6 +37,9 @@ LEAST_ITERATIONS, MOST_ITERATIONS = 2, 12
 PLACES = True
 ITERATION_TOLERANCE = 0.03  # of the step's own tolerance
 LEAST_SHARE = 1e-4  # of the tolerance for a step: of many more steps than 10 000 the errors do not all go one way
+# by how much longer steps errors of slow motion are told from those of vibrations, and how often they are smoothed:
+# of h omega = 0.5 there is 0.003 left, of 0.03 0.93
+WIDE, SMOOTHINGS = 10.0, 3
 ROUND_OFF = 1e-13  # of a coordinate: iterations do not come closer
 
 
@@ -138,7 +141,7 @@ def _finish(eq, run, t, h, share):
     whole, slow = largest_error(eq.model, run, error, True), largest_error(eq.model, run, error, False)
     if slow > share and whole <= 1.0:
         run.count[0].evaluations += 1
-        keep_slow(eq, t + h, run.new, c1, c2, error, scratch)
+        keep_slow(eq, t + h, run.new, WIDE * c1, WIDE * WIDE * c2, SMOOTHINGS, error, scratch)
         slow = largest_error(eq.model, run, error, False)
     return larger(whole, slow / share)
 

@@ -18,7 +18,7 @@ STABLE = 6.0  # DOP853 stays stable to h omega of about 6 on the imaginary axis
 STEP_COST = 12.0  # evaluations of an explicit step
 FEW_STEPS = 2000  # explicit steps that take less time than it matters
 FIRST_REVIEW = 0.01  # of the evaluations of an explicit run
-TRIAL_SHARE = 0.005  # of the evaluations of the rest of a run, for the trial of another method
+TRIAL_SHARE = 0.01  # of the evaluations of the rest of a run, for the trial of another method
 TRIAL_STEPS = 20  # that are counted, after as many at least that find the step
 LEAST_TRIAL, MOST_TRIAL = 200.0, 1e5  # evaluations of a trial
 WORTH = 0.8  # of the cost of the method in use: another that takes more does not take its place
@@ -43,6 +43,7 @@ class Choice(NamedTuple):
     review: float = np.inf
     t: float = 0.0  # its begin
     spent: int = 0  # evaluations then
+    before: str = ""  # the methods before it (the end of a sentence)
 
 
 def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
@@ -127,9 +128,9 @@ def review(eq: Equations, run: Run, watch: Watch, choice: Choice, spent: float, 
     others = "".join(f", against {cost[method]:.2g} {SHORT[method]}" for method in cost if method != best)
     why = f", chosen for {cost[best]:.2g} evaluations of the equations a second{others}"
     if best != choice.method:
-        why += f"; {SHORT[choice.method]} before t = {t:.3g} s"
-        choice = choice._replace(t=t, spent=int(run.count[0].evaluations))
-    return choice._replace(method=best, why=why, review=2.0 * count)
+        before = f"{choice.before}; {SHORT[choice.method]} before t = {t:.3g} s"
+        choice = choice._replace(t=t, spent=int(run.count[0].evaluations), before=before)
+    return choice._replace(method=best, why=why + choice.before, review=2.0 * count)
 
 
 def _expected(age: float, count: int, spent: float, left: float) -> float:

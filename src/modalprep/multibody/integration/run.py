@@ -35,7 +35,6 @@ CHUNK = 256  # steps between two reports of progress
 EVALUATIONS_OF_A_STEP = 5  # about
 SAMPLES = 256  # states in the buffer
 Record = Callable[[np.ndarray, np.ndarray], None]
-SMALL_DEFLECTION = 0.01  # of the body's size: deflections below are not resolved relative to themselves
 
 
 @dataclass(frozen=True)
@@ -86,9 +85,9 @@ class Integration:
         self.changes = Changes(system, self.events, loading, self.equations)
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
         flexible = np.flatnonzero(packed.model.links["modes"])
-        for i in flexible:  # deflections count by a share of the body's size at least
+        for i in flexible:
             reach = size[packed.modes_of(packed.links[i].body)].max(initial=0.0)
-            self.steps.modal_size[i, 0] = SMALL_DEFLECTION / reach if reach > 0 else 0.0
+            self.steps.modal_size[i, 2] = 1.0 / reach if reach > 0 else 0.0
         self.pointers = {
             "callback": None if loading.compiled else self._pointer(self._loads),
             "reference": self._pointer(lambda t: self._reference(reference, t)) if reference else None,

@@ -23,6 +23,7 @@ CLOCK = np.dtype([
     ("atol", np.float64),
     ("rho_inf", np.float64),
     ("span", np.float64),  # of the whole run
+    ("least_deflection", np.float64),  # in sizes of the body: a smaller one is not resolved relative to itself
 ])  # fmt: skip
 COUNT = np.dtype([
     ("steps", np.int64),
@@ -53,7 +54,7 @@ class Run(NamedTuple):
     rows: np.ndarray  # (7, ny) dense output of the last step
     weight: np.ndarray  # (ny,) 1 / tolerance of each number
     size: np.ndarray  # (1,) SIZE, the largest so far of all joints, and of the work
-    modal_size: np.ndarray  # (nl, 2) the same of each body's modes and their rates
+    modal_size: np.ndarray  # (nl, 3) the same of each body's modes and their rates; what deflects by the body's size
     clock: np.ndarray  # (1,) CLOCK
     count: np.ndarray  # (1,) COUNT
 
@@ -67,7 +68,7 @@ def new_run(y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fix
         clock[name] = value
     vectors = [np.zeros(ny) for _ in range(4)]
     rows = np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny)
-    return Run(y.copy(), *vectors, *rows, size, np.zeros((links, 2)), clock, count)
+    return Run(y.copy(), *vectors, *rows, size, np.zeros((links, 3)), clock, count)
 
 
 @compile_kernel
@@ -106,6 +107,7 @@ def set_weights(model, linear, run, z, keep):
         _weigh(run.weight, run.clock[0], u + travels, model.links[i].uq - model.links[i].u - travels, spin)
         n, xq, uq = model.links[i].modes, model.links[i].xq, nx + model.links[i].uq
         moved, rate = max(modal[i, 0], _largest(z, xq, n)), max(modal[i, 1], _largest(z, uq, n))
+        moved = max(moved, run.clock[0].least_deflection * modal[i, 2])
         if keep:
             modal[i, 0], modal[i, 1] = moved, rate
         _weigh(run.weight, run.clock[0], xq, n, moved)

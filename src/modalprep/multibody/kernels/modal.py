@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes6, put_lanes, put_lanes6
 from modalprep.multibody.kernels.algebra.matrices import (
     inertia_times,
 )
@@ -178,25 +179,28 @@ def condense_rows(modal, model, i, begin, end, work):
 
 @compile_kernel
 def _condense_rows(modal, s, n, begin, end, work):
-    entries = work.paths.entries
     for a in range(n):
         row = get8(modal.Z, s, a, 0)
         for p in range(begin, end):
-            f = work.modal[p, a] * row[INVERSE]
+            k, forces, own = work.paths.entries[p].bundle, work.modal[p], work.entries[p]
+            f, free = get_lanes(forces, 4 * a) * row[INVERSE], work.bundles[k].free
             for b in range(a + 1, n):
-                work.modal[p, b] -= f * modal.Z[s, a, 1 + (b >> 3), b & 7]
-            put6(work.force[p], axpy6(get6(work.force[p]), -f, row))
-            work.free[entries[p].row] -= f * row[LOAD]
+                put_lanes(forces, 4 * b, get_lanes(forces, 4 * b) - f * modal.Z[s, a, 1 + (b >> 3), b & 7])
+            put_lanes6(own.force, axpy6(get_lanes6(own.force), -1.0 * f, row))
+            put_lanes(free, 0, get_lanes(free, 0) - f * row[LOAD])
+            put_lanes(own.drive, 0, f)
             for q in range(begin, p + 1):
-                work.S[entries[p].row, entries[q].row] += f * work.modal[q, a]
+                S, other = work.between[k, work.paths.entries[q].bundle].S, get_lanes(work.modal[q], 4 * a)
+                for c in range(work.paths.bundles[k].count):
+                    put_lanes(S, 4 * c, get_lanes(S, 4 * c) + own.drive[c] * other)
 
 
 @compile_inline
-def push_bias_of_modes(modal, model, i, size, forces):
-    """Take eliminated modal forces ``forces (N,)``, times a size, off the bias of link i's modes."""
+def push_bias_of_modes(modal, model, i, size, forces, p, k):
+    """Take eliminated modal forces, lane k of ``forces[p]``, times a size, off the bias of link i's modes."""
     if modal is not None:
         for a in range(model.links[i].modes):
-            modal.Z[model.links[i].slot, a, 0, LOAD] -= size * forces[a]
+            modal.Z[model.links[i].slot, a, 0, LOAD] -= size * forces[p, 4 * a + k]
 
 
 @compile_inline
@@ -236,13 +240,15 @@ def add_bias_to_modes(modal, model, i, force, torque):
 
 
 @compile_inline
-def add_row_to_modes(modal, model, i, force, torque, out):
-    """Add the generalised forces of link i's wrench, parent link's axes, to those of its modes, ``out (N,)``."""
+def add_row_to_modes(modal, model, i, force, torque, out, entry):
+    """Add the generalised forces of wrenches of link i, parent link's axes, to those of its modes in ``out``."""
     if modal is not None:
         slot = model.links[i].phi
         if slot >= 0:
+            forces = out[entry.up]
             for a in range(model.links[model.links[i].parent].modes):
-                out[a] += on_shape(modal, slot, a, force, torque)
+                before = get_lanes(forces, 4 * a) if entry.adds else four(0.0)
+                put_lanes(forces, 4 * a, before + on_shape(modal, slot, a, force, torque))
 
 
 @compile_inline

@@ -9,20 +9,22 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops.constraints import (
     ANGLE,
+    BUNDLE_DATA,
     COUPLER,
     DISTANCE,
     END,
     END_DATA,
-    ENTRY,
-    LINE,
+    ENTRY_DATA,
+    GROUP_DATA,
     POINT,
+    RESPONSES,
     ROW,
     SLIP,
     TERM,
     Constraints,
-    Paths,
     Work,
 )
 from modalprep.multibody.kernels.data import PRESCRIBED, REVOLUTE, SLIDING
@@ -32,6 +34,7 @@ from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.row_paths import row_paths
 from modalprep.multibody.packing.time_tables import tabulate
 from modalprep.multibody.packing.tree import turn_to
 
@@ -147,14 +150,13 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
     """Allocate what changes in constraints, all active; lengths count by a size (m)."""
     modal = packed.model.modal
     nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[1]
-    m, ne, paths = len(arrays.rows), len(arrays.ends), _paths(arrays, packed.model.links)
-    acting = len(paths.entries)
+    m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed.model.links)
+    nb = len(paths.bundles)
     return Work(
         np.zeros(m) if value is None else value.copy(),
         np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0),
         np.zeros(m),
         np.zeros(ne, END_DATA).view(np.recarray),
-        np.zeros(m, LINE).view(np.recarray),
         *(np.zeros(m) for _ in range(9)),
         *(np.zeros((m, m)) for _ in range(2)),
         *(np.zeros(m) for _ in range(2)),
@@ -164,36 +166,13 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
         np.ones(2),
         *(np.zeros(nu) for _ in range(2)),
         paths,
-        np.zeros((acting, 6)),
-        np.zeros(acting),
-        np.zeros((acting, N)),
+        np.zeros(len(paths.groups), GROUP_DATA).view(np.recarray),
+        np.zeros(nb, BUNDLE_DATA).view(np.recarray),
+        np.zeros(len(paths.entries), ENTRY_DATA).view(np.recarray),
+        np.zeros((len(paths.entries), WIDTH * N)),
+        np.zeros((nb, nb), RESPONSES).view(np.recarray),
+        np.zeros(6 * WIDTH),
         np.zeros((ne, N, 6)),
-    )
-
-
-def _paths(arrays: Constraints, links: np.ndarray) -> Paths:
-    """Return which rows act on which links."""
-    parent, ends, rows, terms = links["parent"], arrays.ends["link"], arrays.rows, arrays.terms
-    at = np.stack([ends[rows["a"]], ends[rows["b"]]], axis=1)
-    at[rows["kind"] == COUPLER] = -1
-    through: list[dict[int, float]] = [{} for _ in links]  # factors by row, a row after the other
-    for i in range(len(rows)):
-        for link in (*at[i], *terms["link"][(terms["row"] == i) & (terms["x"] >= 0)]):
-            while 0 <= link < len(links) and i not in through[link]:
-                through[link][i] = 0.0
-                link = parent[link]
-    for term in terms[terms["x"] >= 0]:
-        through[term["link"]][term["row"]] += term["factor"]
-    first = np.cumsum([0, *(len(found) for found in through)])
-    number = [{i: first[k] + n for n, i in enumerate(found)} for k, found in enumerate(through)]
-    entries = [
-        (i, number[parent[k]][i] if parent[k] < len(links) else -1, factor)
-        for k, found in enumerate(through)
-        for i, factor in found.items()
-    ]
-    own = [[number[link][i] if link >= 0 else -1 for link in pair] for i, pair in enumerate(at)]
-    return Paths(
-        first, np.array(entries, ENTRY).reshape(-1).view(np.recarray), np.array(own, dtype=np.int64).reshape(-1, 2)
     )
 
 

@@ -47,6 +47,7 @@ class Columns(NamedTuple):
     bodies: np.ndarray  # (bodies, 4) int: link, column of modal, origin, orientation; interfaces, their column
     closures: np.ndarray  # (closures, 4) int: first row, rows, whether a coupler, column
     elements: np.ndarray  # (force elements, 4) int: kind, number, 0, first of two columns
+    motions: np.ndarray  # (bodies with recovery by mode acceleration, 4) int: link, first column, 0, 0
     reactions: np.ndarray  # (nl, 6) work array
 
 
@@ -81,7 +82,7 @@ class Channels:
         self.columns = Columns(
             *(np.array(rows, dtype=np.int64).reshape(-1, 4) for rows in (
                 self._joints(), self._wrenches(), self._bodies(), self._closures(loops) if loops else [],
-                self._elements(),
+                self._elements(), self._motions(),
             )),
             np.zeros((len(packed.links), 6)),
         )  # fmt: skip
@@ -150,6 +151,20 @@ class Channels:
             for interface in body.interface_name:
                 for part in INTERFACE:
                     self._vector(f"{name}.{interface}.{part}", 3)
+        return rows
+
+    def _motions(self) -> list[tuple]:
+        """Columns of the motion of the frame and of the rates of the modes, where recoveries need them."""
+        rows = []
+        for name in self.system.order:
+            body = self.system.bodies[name]
+            if any(block.moves for block in body.recovery.values()):
+                first = self._vector(f"{name}.frame_acceleration", 3)
+                self._vector(f"{name}.frame_angular_velocity", 3)
+                self._vector(f"{name}.frame_angular_acceleration", 3)
+                self._vector(f"{name}.modal_rate", body.n)
+                self._vector(f"{name}.modal_acceleration", body.n)
+                rows.append((self.packed.link_of(name), first, 0, 0))
         return rows
 
     def _closures(self, loops: Loops) -> list[tuple]:

@@ -25,6 +25,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get_angular,
 )
 from modalprep.multibody.kernels.articulated_body import outward, reactions
+from modalprep.multibody.kernels.closed_loops.constraints import line
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
@@ -89,7 +90,7 @@ def observe(eq, columns, t, y, ydot, row):
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]
     row[STORED], row[GRAVITY] = eq.shared[0].stored, eq.shared[0].potential
     _joints(eq, columns, y, ydot, row)
-    _closures(eq.cons, eq.work, columns.closures, row)
+    _closures(eq.cons, model, eq.work, columns.closures, row)
     outward(model, data, y, eq.motion)  # `inward` made articulated inertias of the bodies' own
     world(model, data)
     _elements(eq.loads, columns, model, data, t, row)
@@ -101,6 +102,8 @@ def observe(eq, columns, t, y, ydot, row):
         _sums(model, data, link, row)
         for node in range(count):
             _interface(model, data, link, node, row, column + 12 * node)
+    for i in range(len(columns.motions)):
+        _motion(model, data, columns.motions[i, 0], columns.motions[i, 1], y, ydot, row)
 
 
 @compile_inline
@@ -134,7 +137,7 @@ def _joints(eq, columns, y, ydot, row):
 
 
 @compile_kernel
-def _closures(cons, work, closures, row):
+def _closures(cons, model, work, closures, row):
     """Largest gap, then the multiplier of a coupler, or force and torque on b, at b, in the axes of a."""
     if cons is None:
         return
@@ -144,15 +147,19 @@ def _closures(cons, work, closures, row):
         for i in range(first, first + count):
             if not abs(work.phi[i]) <= worst:  # NaN counts
                 worst = abs(work.phi[i])
-            f = axpy3(f, work.multiplier[i], get3(work.lines[i].force))
-            t = axpy3(t, work.multiplier[i], get3(work.lines[i].torque_b))
+            f = axpy3(f, work.multiplier[i], line(work, i, 0))
+            t = axpy3(t, work.multiplier[i], line(work, i, 6))
         row[c] = worst
         if couples:
             row[c + 1] = work.multiplier[first]
         else:
-            turn = get9(work.ends[2 * k].rotation)
-            _write(row, c + 1, transposed_times(turn, f))
-            _write(row, c + 4, transposed_times(turn, t))
+            turn, link = get9(work.ends[2 * k].rotation), cons.ends[2 * k].link
+            f, t = transposed_times(turn, f), transposed_times(turn, t)
+            if link >= 0:
+                align = get9(model.links[link].align)
+                f, t = times(align, f), times(align, t)
+            _write(row, c + 1, f)
+            _write(row, c + 4, t)
 
 
 @compile_kernel
@@ -185,6 +192,18 @@ def _body(model, data, link, c, y, row):
     _write(row, c + n, get3(data.links[link].position))
     e = rotation_quaternion(product_transposed(get9(data.links[link].orientation), get9(model.links[link].align)))
     row[c + n + 3], row[c + n + 4], row[c + n + 5], row[c + n + 6] = e
+
+
+@compile_kernel
+def _motion(model, data, link, c, y, ydot, row):
+    """Specific acceleration, angular velocity and acceleration in body axes; rates and accelerations of the modes."""
+    own, align = data.links[link], get9(model.links[link].align)
+    _write(row, c, times(align, get3(own.acceleration)))
+    _write(row, c + 3, times(align, get3(own.omega)))
+    _write(row, c + 6, times(align, get_angular(own.acceleration)))
+    n, u = model.links[link].modes, model.nx + model.links[link].uq
+    for a in range(n):
+        row[c + 9 + a], row[c + 9 + n + a] = y[u + a], ydot[u + a]
 
 
 @compile_kernel

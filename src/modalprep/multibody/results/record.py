@@ -10,6 +10,7 @@ from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.channels import ENERGIES, Channels
 from modalprep.multibody.results.observation import record
+from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result
 
 
@@ -46,11 +47,11 @@ class Recorder:
 
     def result(self, status: str, message: str, stats: dict[str, float]) -> Result:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
-        found = histories(self.channels, self.rows[: self.count])
+        found = histories(self.channels, self.rows[: self.count], self.time[: self.count])
         return audited(self.time[: self.count], found, status, message, stats)
 
 
-def histories(channels: Channels, rows: np.ndarray) -> dict[str, np.ndarray]:
+def histories(channels: Channels, rows: np.ndarray, time: np.ndarray) -> dict[str, np.ndarray]:
     """Return the channels by name, views of rows (nt, width), with those that follow from them; but ``energy.error``.
 
     Examples
@@ -61,11 +62,12 @@ def histories(channels: Channels, rows: np.ndarray) -> dict[str, np.ndarray]:
     >>> from modalprep.multibody.packing.tree import pack
     >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm")
     >>> arm = System(bodies={"arm": uniform_beam(modes=1)}, joints=(hinge,))
-    >>> histories(Channels(arm, pack(arm), None), np.zeros((5, 60)))["arm.origin"].shape
+    >>> histories(Channels(arm, pack(arm), None), np.zeros((5, 60)), np.arange(5.0))["arm.origin"].shape
     (5, 3)
     """
     found = {name: rows[:, columns] for name, columns in channels.index.items()}
-    return found | _axes(channels.system, found) | stress_channels(channels.system.bodies, found)
+    found |= _axes(channels.system, found) | stress_channels(channels.system.bodies, found)
+    return found | recovery_channels(channels.system, time, found)
 
 
 def _axes(system: System, channels: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

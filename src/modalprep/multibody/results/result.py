@@ -13,12 +13,15 @@ import scipy
 from modalprep.errors import InputError
 from modalprep.notebook import html_table
 from modalprep.records import Record
-from modalprep.suggest import refuse_other
+from modalprep.suggest import refuse_other, suggestion
 
 if TYPE_CHECKING:
     import pandas
 
     from modalprep.multibody.evaluation.impact import Impact
+
+
+NUMBERED = (".modal", ".modal_rate", ".modal_acceleration")  # channels whose components are numbers
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -39,7 +42,10 @@ class Result(Record):
         (N, N m). ``<body>.mass`` (kg) of a body that loses it, ``<body>.modal`` (nt, n), ``.origin`` (nt, 3, inertial,
         m) and ``.orientation`` (nt, 4, quaternion w, x, y, z) of the body's frame; ``<body>.semi_major_axis`` (m) of
         the orbit of its root, in orbit at a known radius. ``<body>.stress.<point>.<component>`` (Pa) at the points of
-        its modal file, and ``.von_mises``. ``<spring>.length`` (m) and ``.tension`` (N),
+        its modal file, and ``.von_mises``; ``<body>.recovery.<name>.<place>.<component>`` of recoveries of up to 1000
+        numbers, and what they follow from: ``<body>.frame_acceleration`` (less gravity), ``.frame_angular_velocity``,
+        ``.frame_angular_acceleration`` in the axes of the body, ``.modal_rate``, ``.modal_acceleration``, and
+        ``.interface_loads`` (nt, 6 interfaces: force and moment on each). ``<spring>.length`` (m) and ``.tension`` (N),
         ``<conductor>.current`` (A) and ``.emf`` (V).
         ``<body>.<interface>.position`` (nt, 3, inertial, m), ``.velocity``, ``.acceleration``, ``.deflection`` (in the
         body frame, m), and the audit ``energy.kinetic``, ``energy.strain``, ``energy.gravity``, ``energy.stored``
@@ -102,8 +108,7 @@ class Result(Record):
         columns = self._components(parent)
         if component in columns:
             return self.channels[parent][:, columns.index(component)]
-        known = ", ".join(sorted(self.channels))
-        raise InputError(f"the result has no channel {name!r}; it has {known}")
+        raise InputError(f"the result has no channel {name!r}; {suggestion(name, sorted(self.channels), 'it has')}")
 
     def __contains__(self, name: object) -> bool:
         """Say whether there is a channel, or a component of one, of this name."""
@@ -130,7 +135,7 @@ class Result(Record):
         if channel is None or channel.ndim < 2:
             return []
         k = channel.shape[1]
-        return list("xyz") if k == 3 and not name.endswith(".modal") else [str(i + 1) for i in range(k)]
+        return list("xyz") if k == 3 and not name.endswith(NUMBERED) else [str(i + 1) for i in range(k)]
 
     def relative_to(self, body: str) -> Result:
         """Return the run with all positions, the channels ``.position`` and ``.origin``, in the frame of a body.

@@ -83,14 +83,14 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
         shown = {key: labels[key][k] for key, k in zip(grid, choice, strict=True)}
         name = "-".join([file.stem, *(f"{_short(key, grid)}={text}" for key, text in shown.items())])
         job = Job(output / name / f"{name}.toml", output, shown)
-        combined = _combined(file, base, chosen)
-        problems.append(_problem(combined))
-        texts.append(tomli_w.dumps(_moved(combined, file.parent, job.folder)))
+        data = combined(file, base, chosen, "[grid]")
+        problems.append(_problem(data))
+        texts.append(tomli_w.dumps(moved(data, file.parent, job.folder)))
         jobs.append(job)
     if all(problems):
         raise InputError(f"{file}: no combination of its [grid] is a pipeline file: {problems[0]}")
     for job, text in zip(jobs, texts, strict=True):
-        _write(job, f"# A combination of the grid of {file.name}.\n{text}")
+        write_job(job, f"# A combination of the grid of {file.name}.\n{text}")
     return jobs
 
 
@@ -111,8 +111,14 @@ def _checked(file: Path, grid: Any) -> dict[str, list]:
     return grid
 
 
-def _combined(file: Path, base: dict[str, Any], chosen: dict[str, Any]) -> dict[str, Any]:
-    """Put the values of a combination into a copy of the base; a body keeps the name of the base."""
+def combined(file: Path, base: dict[str, Any], chosen: dict[str, Any], source: str) -> dict[str, Any]:
+    """Put chosen values into a copy of the base; a body keeps the name of the base.
+
+    Raises
+    ------
+    InputError
+        When a key passes through what is no table; the message names the `source` of the values.
+    """
     data = copy.deepcopy(base)
     if "mesh" in data or "matrices" in data:
         data.setdefault("name", file.stem)
@@ -122,7 +128,7 @@ def _combined(file: Path, base: dict[str, Any], chosen: dict[str, Any]) -> dict[
         for table in tables:
             inner = inner.setdefault(table, {})
             if not isinstance(inner, dict):
-                raise InputError(f"{file}: [grid]: {key!r} passes through {table!r}, which is not a table")
+                raise InputError(f"{file}: {source}: {key!r} passes through {table!r}, which is not a table")
         inner[last] = value
     return data
 
@@ -151,7 +157,7 @@ def _short(key: str, grid: Iterable[str]) -> str:
     return re.sub(r"[^\w.+-]+", "_", last if unique else key)
 
 
-def _moved(data: dict[str, Any], old: Path, new: Path) -> dict[str, Any]:
+def moved(data: dict[str, Any], old: Path, new: Path) -> dict[str, Any]:
     """Return the tables with the files of [mesh], [matrices] and [bodies] named from a new folder."""
     data = dict(data)
     for table in ("mesh", "matrices"):
@@ -171,7 +177,8 @@ def _renamed(table: dict[str, Any], old: Path, new: Path) -> dict[str, Any]:
     }
 
 
-def _write(job: Job, text: str) -> None:
+def write_job(job: Job, text: str) -> None:
+    """Write the pipeline file of a job, unless it is there as it should be."""
     if not job.file.is_file() or job.file.read_text(encoding="utf-8") != text:
         with atomic_path(job.file) as temporary:
             temporary.write_text(text, encoding="utf-8")

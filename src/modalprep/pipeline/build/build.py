@@ -17,6 +17,7 @@ from modalprep.pipeline.build.built import Built, body_key, recall_body, store_b
 from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.build.inputs import inputs
 from modalprep.pipeline.build.sources import pipelines_of, refuse_overwriting, source_files
+from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import Vector, naming
 from modalprep.pipeline.schema.changing import LevelTable
@@ -91,8 +92,13 @@ def current_body(path: Path, output: Path | None, reporter: Reporter) -> Flexibl
 
 
 def stand_in(path: Path) -> FlexibleBody:
-    """Return a rigid body with the interfaces of the body of a pipeline file, by which names are checked early."""
+    """Return a body with the interfaces of that of a pipeline file, by which names are checked early.
+
+    It is rigid, unless the body need not be computed.
+    """
     pipeline = _body_pipeline(path)
+    if pipeline.body is not None:
+        return read_supplied(path, pipeline.body)
     names = sorted(pipeline.interfaces or ["root"], key=lambda name: name != pipeline.reduction.root)
     ends = {name: np.array([k, 0.0, 0.0]) for k, name in enumerate(names)}
     return rigid_body(pipeline.name or path.stem, mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces=ends)
@@ -101,7 +107,7 @@ def stand_in(path: Path) -> FlexibleBody:
 def _body_pipeline(path: Path) -> Pipeline:
     pipeline = load_pipeline(path)
     if not pipeline.has_body:
-        raise InputError(f"{path} has no [mesh] or [matrices]: there is no body to build")
+        raise InputError(f"{path} has no [mesh] or [matrices] and no [body]: there is no body to build")
     return pipeline
 
 
@@ -130,7 +136,7 @@ def _body(name: str, table: BodyTable, path: Path, build: Callable[[Path], Flexi
     if table.mass is not None:
         return read_rigid(name, table, table.interfaces)
     if table.file is not None:
-        return read_body(path.parent / table.file)
+        return read_supplied(path, table)
     return build(path.parent / str(table.pipeline))
 
 

@@ -162,7 +162,8 @@ def _pieces(part: Any) -> list[Any]:
     if isinstance(part, np.ndarray):
         order = "F" if part.flags.f_contiguous else "C"
         head = f"array {part.dtype.str} {part.shape} {order}\n"
-        return [head.encode(), memoryview(np.ascontiguousarray(part.T if order == "F" else part)).cast("B")]
+        entries = np.ascontiguousarray(part.T if order == "F" else part).reshape(-1)
+        return [head.encode(), entries.view(np.uint8)]
     if isinstance(part, np.generic):
         part = part.item()
     return [json.dumps(part, sort_keys=True).encode() + b"\n"]

@@ -6,20 +6,25 @@ from pathlib import Path
 
 from modalprep.body.build import flexible_body
 from modalprep.body.checks import CheckReport, check_body, check_model
+from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.verify import check_buckling, check_geometric_stiffness, check_projection
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
 from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
 from modalprep.pipeline.build.reduce import reduce_model
+from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.supplied.uncertainty import check_spin, knowledge
 
 
-def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckReport:
+def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: float | None = None) -> CheckReport:
     """Check a modal file; for a pipeline file build its body again and check it against the mesh as well.
 
-    Nothing is written. With `energy` the geometric stiffness is also compared with the nonlinear strain energy.
+    Nothing is written. With `energy` the geometric stiffness is also compared with the nonlinear strain energy; with
+    `speed` (rad/s) the report has an estimate of the error that the rebuilt terms of a supplied body make.
 
     Raises
     ------
@@ -38,10 +43,14 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckRep
     if path.suffix != ".toml" and energy:
         raise InputError(f"{path.name} has no mesh to compute strain energy from; give its pipeline file")
     if path.suffix != ".toml":
-        return CheckReport(subject=path.name, checks=tuple(check_body(read_body(path, checked=False))))
+        return _report(path.name, read_body(path, checked=False), speed)
     pipeline = load_pipeline(path)
     if not pipeline.has_body:
-        raise InputError(f"{path} has no [mesh] or [matrices]: give the modal files of its bodies")
+        raise InputError(f"{path} has no [mesh] or [matrices] and no [body]: give the modal files of its bodies")
+    if pipeline.body is not None:
+        return _report(path.name, _supplied(path, pipeline, energy), speed)
+    if speed is not None:
+        raise InputError(f"{path.name}: --speed is for a body that was read in reduced form")
     with naming(path), reporter.progress(f"{path.name}: body against its mesh", 4) as done:
         mesh = read_pipeline_mesh(path, pipeline)
         model = assemble_pipeline(pipeline, mesh)
@@ -56,3 +65,19 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False) -> CheckRep
         checks = (*checks, *(check_geometric_stiffness(model, reduction, body) if energy else ()))
         done(4)
     return CheckReport(subject=path.name, checks=checks)
+
+
+def _supplied(path: Path, pipeline: Pipeline, energy: bool) -> FlexibleBody:
+    if energy:
+        raise InputError(f"{path.name} has no mesh to compute strain energy from; leave out --energy")
+    with naming(path):
+        return read_supplied(path, pipeline.body)
+
+
+def _report(subject: str, body: FlexibleBody, speed: float | None) -> CheckReport:
+    """Return the checks of a body alone, and what is known of one that was supplied."""
+    said, checks = knowledge(body), check_body(body)
+    if speed is not None and not said:
+        said = ("nothing of this body is rebuilt, so that --speed has nothing to estimate",)
+    checks += [] if speed is None else check_spin(body, speed)
+    return CheckReport(subject=subject, checks=tuple(checks), notes=said)

@@ -1,4 +1,4 @@
-"""From the mesh of a pipeline file to its modal body and modal file, with the checks of both."""
+"""From the mesh of a pipeline file, or the file of its body, to the modal file, with the checks of both."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ from modalprep.body.second_order import SECOND_ORDER
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError
 from modalprep.fe.properties.plausible import implausible_body
+from modalprep.fe.readers.read import LENGTH_UNITS
+from modalprep.formats.bodies.described import notes_of
 from modalprep.formats.modalfile import write_body
 from modalprep.pipeline.build.built import Built
 from modalprep.pipeline.build.cache import Cache
 from modalprep.pipeline.build.inputs import inputs
-from modalprep.pipeline.build.model import assemble_pipeline, pipeline_stress, read_pipeline_mesh
+from modalprep.pipeline.build.model import assemble_pipeline, pipeline_recovery, pipeline_stress, read_pipeline_mesh
 from modalprep.pipeline.build.reduce import reduce_model, target_damping
 from modalprep.pipeline.build.stages import caching_algebra
+from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -34,6 +37,25 @@ def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter,
     AccuracyError
         When a physics check fails; nothing is written then.
     """
+    make = _supplied if pipeline.body else _reduced
+    made = make(path, pipeline, file, reporter, cache)
+    failed = [check for check in made.checks if not check.passed]
+    if failed:
+        first = failed[0]
+        advice = (
+            "very stiff parts on soft ones, bad elements and mixed units lose the digits: see 'modalprep quality', and "
+            "use rbe2 for stiff parts"
+        )
+        raise AccuracyError(
+            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
+            + ("ask for a file with more digits" if pipeline.body else advice)
+        )
+    reporter.wrote(write_body(made.body, file))
+    return made
+
+
+def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
+    """Return the body of a mesh or of matrices."""
     with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
         mesh = read_pipeline_mesh(path, pipeline)
         done(1)
@@ -43,26 +65,33 @@ def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter,
         done(4)
         name = pipeline.name or path.stem
         stress = pipeline_stress(pipeline, mesh, model)
-        wanted = {"stress": stress, "second_order_mass": pipeline.reduction.second_order_mass}
+        recovery = pipeline_recovery(pipeline, mesh, model)
+        wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
         body = body.with_(D=modal_damping(body, target_damping(pipeline.reduction.damping)))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
-    failed = [check for check in checks if not check.passed]
-    if failed:
-        first = failed[0]
-        raise AccuracyError(
-            f"{path}: check {first.name!r} failed ({first.value:.1e} > {first.limit:.0e}: {first.meaning}); "
-            "very stiff parts on soft ones, bad elements and mixed units lose the digits: see 'modalprep quality', and "
-            "use rbe2 for stiff parts"
-        )
-    reporter.wrote(write_body(body, file))
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
     return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale)), error)
+
+
+def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
+    """Return the body that a file holds, reduced already."""
+    table = pipeline.body
+    with naming(path), reporter.progress(f"{path.name}: {table.file} to modal body", 1) as done:
+        body = read_supplied(path, table)
+        body = body.with_(name=pipeline.name or path.stem, provenance=body.provenance | inputs(path, pipeline))
+        if table.damping is not None:
+            body = body.with_(D=modal_damping(body, target_damping(table.damping)))
+        done(1)
+    lost = (f"the file does not hold {note}" for note in notes_of(body))
+    return Built(body, file, check_body(body), (*lost, *_unit_warnings(body, LENGTH_UNITS[table.length_unit])))
 
 
 def _unit_warnings(body: FlexibleBody, scale: float) -> list[str]:
     """Return warnings of values that suggest a wrong unit."""
     elastic = body.frequency[body.frequency > 0]
-    size = float(np.ptp(body.points, axis=0).max())
+    size = float(np.ptp(np.concatenate([body.points, body.interface_position]), axis=0).max())
+    if not size:
+        return []
     return implausible_body(size, body.m, float(elastic[0]) if len(elastic) else None, scale)

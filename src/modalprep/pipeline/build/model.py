@@ -19,6 +19,7 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.quality.quality import Quality, check_mesh
 from modalprep.fe.readers.read import read_mesh
+from modalprep.fe.recovery.recover import ModelRecovery, Recover, model_recovery
 from modalprep.pipeline.build.inputs import matrix_files
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.load import load_pipeline
@@ -30,6 +31,8 @@ def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
     table = pipeline.mesh
     if pipeline.matrices is not None:
         return read_matrices(**pipeline.matrices.model_dump() | matrix_files(path, pipeline))
+    if pipeline.body is not None:
+        raise InputError(f"{path}: [body] is reduced already and has no mesh; give a file with [mesh]")
     if table is None:
         raise InputError(f"{path} has no [mesh]: there is no body to build")
     return read_mesh(
@@ -122,6 +125,18 @@ def pipeline_stress(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> StressRec
         return stress_recovery(model, connected_mesh(pipeline, mesh, model), points)
 
 
+def pipeline_recovery(pipeline: Pipeline, mesh: Mesh, model: FEModel) -> ModelRecovery | None:
+    """Return the recoveries of the file's [recovery]; None without any."""
+    if not pipeline.recovery:
+        return None
+    wanted = {}
+    for name, table in pipeline.recovery.items():
+        with naming(f"[recovery.{name}]"):
+            wanted[name] = Recover(**node_set(table, mesh.scale))
+    with naming("[recovery]"):
+        return model_recovery(model, connected_mesh(pipeline, mesh, model), wanted)
+
+
 def pipeline_quality(path: Path) -> tuple[Mesh, Quality]:
     """Read and check the mesh of the pipeline file at `path`."""
     pipeline = load_pipeline(path)
@@ -163,5 +178,6 @@ def node_set(table: Any, scale: float) -> dict[str, Any]:
         given["plane"] = (tuple(scale * np.array(given["plane"]["point"])), tuple(given["plane"]["normal"]))
     if "cylinder" in given:
         c = given["cylinder"]
-        given["cylinder"] = (tuple(scale * np.array(c["point"])), tuple(c["axis"]), scale * c["radius"])
+        lengths = [scale * c[key] for key in ("radius", "tolerance") if c[key] is not None]
+        given["cylinder"] = (tuple(scale * np.array(c["point"])), tuple(c["axis"]), *lengths)
     return given

@@ -9,6 +9,7 @@ from typing import Any
 
 from modalprep.atomic import refuse_unwritable
 from modalprep.errors import InputError
+from modalprep.pipeline.build.supplied import supplied_files
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
@@ -17,7 +18,11 @@ def source_files(path: Path, pipeline: Pipeline) -> list[Path]:
     """Return the meshes, matrices, modal files and tables of points that a pipeline file names."""
     matrices = pipeline.matrices.model_dump(include={"stiffness", "mass", "nodes", "dof"}) if pipeline.matrices else {}
     names = [*_named(pipeline.model_dump()), *(name for name in matrices.values() if name is not None)]
-    return [path.parent / name for name in names]
+    files = [path.parent / name for name in names]
+    files += [path.parent / pipeline.body.nodes] if pipeline.body and pipeline.body.nodes else []
+    tables = [*pipeline.bodies.values(), *([pipeline.body] if pipeline.body else [])]
+    supplied = [path.parent / table.file for table in tables if table.file is not None]
+    return files + [file for each in supplied for file in supplied_files(each)[1:]]
 
 
 def _named(value: Any) -> Iterator[str]:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from modalprep.pipeline.schema.base import Table, Vector
+from modalprep.pipeline.schema.quantities import Allowable
 
 
 class MeshTable(Table):
@@ -75,6 +76,9 @@ class CylinderTable(Table):
     point: Vector
     axis: Vector
     radius: float = Field(gt=0)
+    tolerance: float | None = Field(
+        None, gt=0, description="how far its nodes may lie off it; default a millionth of the model's size"
+    )
 
 
 class NodeSetTable(Table):
@@ -127,6 +131,29 @@ class StressTable(NodeSetTable):
         description="of beams: y, z along e2, e3 from the centroid, m, and if known the shear of a unit torque, 1/m^3; "
         "default the outer fibres of a 'section'",
     )
+
+
+class RecoveryTable(NodeSetTable):
+    """A quantity with recovery matrices in the modal file: of elements of a group or within a node set, or of nodes."""
+
+    kind: Literal["section_force", "force", "resultant", "stress", "reaction", "cut", "acceleration"] = Field(
+        description="section_force of beams and trusses, force of springs, resultant of shells, stress of solids at "
+        "nodes or of shells in the faces of elements, reaction of fixed interfaces or of nodes with supports or links, "
+        "cut: what the other elements exert on these, acceleration of nodes; without nodes: everything"
+    )
+    method: Literal["acceleration", "displacement"] = Field(
+        "acceleration", description="acceleration adds the static response of the dropped modes"
+    )
+    stations: Annotated[int, Field(ge=2, le=101)] = Field(
+        2, description="of section forces: places along each element, both ends included"
+    )
+    axis: Vector | None = Field(None, description="of shells: its projection is x of the components; default mesh x")
+    allowable: Allowable | None = Field(
+        None, gt=0, description="largest value allowed, of von Mises stress or of each component's magnitude: margins"
+    )
+
+    def _needs_none(self) -> bool:
+        return self.kind not in ("cut", "acceleration")
 
 
 class InterfaceTable(NodesTable):

@@ -19,13 +19,14 @@ from modalprep.pipeline.schema.fe import (
     InterfaceTable,
     MatricesTable,
     MeshTable,
+    RecoveryTable,
     StressTable,
     SupportTable,
 )
 from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
-from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SynthesisTable, WeldTable
+from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SuppliedTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.system import (
     BodyTable,
     JointTable,
@@ -36,6 +37,7 @@ from modalprep.suggest import refuse_name, suggestion
 NAMED = {  # tables whose keys are names that channels, references and files carry
     "interfaces": "interface",
     "stress": "stress at a point",
+    "recovery": "recovery",
     "bodies": "body",
     "joints": "joint",
     "chains": "chain",
@@ -45,7 +47,7 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "couplers": "coupler",
     "events": "event",
 }
-IN_MESH_UNIT = ("mesh", "interfaces", "connections", "supports", "stress", "loads")
+IN_MESH_UNIT = ("mesh", "interfaces", "connections", "supports", "stress", "recovery", "loads")
 BODIES = ("bodies", "chains", "beams", "deployments")  # a dot ends the name of a body
 BUILT_IN = ("interfaces", "inertia")  # loads that every model has
 
@@ -56,6 +58,7 @@ class OutputTable(Table):
     pictures: Literal["kept", "none"] | Annotated[int, Field(ge=0)] = Field(
         "kept", description="mode pictures: kept, none, or a number"
     )
+    film: Literal["none", "gif", "mp4"] = Field("none", description="animation of the simulated system")
     export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
 
 
@@ -86,6 +89,7 @@ class Pipeline(ForceElements):
     name: str | None = Field(None, description="name of the body; default the file's name")
     mesh: MeshTable | None = None
     matrices: MatricesTable | None = Field(None, description="instead of [mesh] and its properties")
+    body: SuppliedTable | None = Field(None, description="instead of [mesh], its properties, interfaces and reduction")
     materials: dict[str, AnyMaterial] = Field({})
     properties: dict[str, Section] = Field(
         {}, description="one table per mesh group or connection; those of an input deck need not be repeated"
@@ -95,6 +99,9 @@ class Pipeline(ForceElements):
     supports: dict[str, SupportTable] = Field({}, description="what holds the model at its root, by component")
     stress: dict[str, StressTable] = Field(
         {}, description="points whose stress modes the body has, for histories of a run"
+    )
+    recovery: dict[str, RecoveryTable] = Field(
+        {}, description="forces, moments, stress and accelerations that the body recovers, for runs and envelopes"
     )
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
@@ -140,7 +147,7 @@ class Pipeline(ForceElements):
     @property
     def has_body(self) -> bool:
         """Whether the file builds a modal body."""
-        return self.mesh is not None or self.matrices is not None
+        return not (self.mesh is None and self.matrices is None and self.body is None)
 
     @model_validator(mode="after")
     def _matrices_stand_alone(self) -> Pipeline:
@@ -152,9 +159,18 @@ class Pipeline(ForceElements):
         return self
 
     @model_validator(mode="after")
+    def _supplied_body_stands_alone(self) -> Pipeline:
+        made_of = ("mesh", "matrices", "materials", "properties", "connections", "interfaces", "supports", "stress")
+        for name in (*made_of, "loads", "reduction"):
+            if self.body is not None and name in self.model_fields_set:
+                raise ValueError(f"[{name}] cannot be combined with [body], which is reduced already; leave one out")
+        return self
+
+    @model_validator(mode="after")
     def _stress_has_elements(self) -> Pipeline:
-        if self.stress and self.mesh is None:
-            raise ValueError("[stress] needs the elements of a [mesh]; add it, or leave out [stress]")
+        for name in ("stress", "recovery"):
+            if getattr(self, name) and self.mesh is None:
+                raise ValueError(f"[{name}] needs the elements of a [mesh]; add it, or leave out [{name}]")
         return self
 
     def with_chains(self) -> Pipeline:
@@ -168,6 +184,8 @@ class Pipeline(ForceElements):
         others = ("analysis", "synthesis", "closures", "couplers", "depletions", "events")
         if found := [name for name in others if self.deployments and getattr(self, name)]:
             raise ValueError(f"[{found[0]}] cannot be combined with [deployments]; leave one out")
+        if self.deployments and self.output.film != "none":
+            raise ValueError("[deployments] cannot be animated; leave out film")
         s = self.simulation
         if self.deployments and s and (s.variables != "joint" or s.chosen_theory != "consistent"):
             raise ValueError("[deployments] are simulated in joint variables and the consistent theory only")
@@ -181,7 +199,9 @@ class Pipeline(ForceElements):
     def _has_work(self) -> Pipeline:
         jobs = (self.simulation, self.analysis, self.synthesis)
         if not self.has_body and jobs == (None, None, None):
-            raise ValueError("nothing to do: the file needs [mesh], [simulation], [analysis] or [synthesis]")
+            raise ValueError(
+                "nothing to do: the file needs [mesh], [simulation], [analysis] or [synthesis], or a [body]"
+            )
         return self
 
     @model_validator(mode="after")

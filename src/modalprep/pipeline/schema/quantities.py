@@ -46,6 +46,7 @@ COORDINATES = (
     "box",
     "point",
     "radius",
+    "tolerance",
     "position",
     "size",
 )  # keys of tables whose lengths are in the mesh's unit
@@ -218,4 +219,5 @@ PerTime = quantity("1/s")
 PlanetConstant = quantity("m^3/s^2")
 MagneticField = quantity("T")
 ForceOrMoment = quantity("N", "N m")
+Allowable = quantity("Pa", "N", "N m", "N/m", "m/s^2")
 ImpactDamping = quantity("s/m", "s/rad")

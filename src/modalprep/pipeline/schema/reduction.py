@@ -1,4 +1,4 @@
-"""Reduction and synthesis in pipeline files: modes, loads, damping, welds."""
+"""Reduction and synthesis in pipeline files: modes, loads, damping, bodies already reduced, welds."""
 
 from __future__ import annotations
 
@@ -89,6 +89,28 @@ class ReductionTable(Table):
         if self.target_error is not None and self.up_to is None:
             raise ValueError("target_error needs up_to, the frequency (Hz) below which it applies")
         return self
+
+
+BODY_FILE = "modal file, or a body that another program has reduced: .op4, .bdf/.dat/.pch, .inp, .sid, .fem, .npz"
+
+
+class SourceTable(Table):
+    """How the numbers of a body's file are taken, and which interface carries its frame."""
+
+    length_unit: str = Field("m", description="of the file of another program: m, mm, cm, in, ft")
+    mass_unit: str | None = Field(None, description="of that file, with seconds: kg, g, t, lbm, slug, slinch")
+    root: str | None = Field(None, description="the interface that carries the body frame; default as in the file")
+
+
+class SuppliedTable(SourceTable):
+    """A body that is reduced already, instead of [mesh] or [matrices]."""
+
+    file: str = Field(description=BODY_FILE)
+    interfaces: dict[str, Annotated[list[int], Field(min_length=1)]] = Field(
+        {}, description="interfaces that the file does not name, by the numbers of their nodes"
+    )
+    nodes: str | None = Field(None, description="file with the places of the nodes of a substructure: a deck, .csv")
+    damping: Damping | None = Field(None, description="instead of that in the file; " + DAMPING)
 
 
 class LoadTable(NodesTable):

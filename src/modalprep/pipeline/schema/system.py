@@ -26,7 +26,7 @@ from modalprep.pipeline.schema.quantities import (
     or_expression,
     three,
 )
-from modalprep.pipeline.schema.reduction import RotationTable
+from modalprep.pipeline.schema.reduction import BODY_FILE, RotationTable, SourceTable
 from modalprep.pipeline.schema.time import TIME, Time, form
 
 INERTIA_ROUNDING = 1e-6
@@ -42,10 +42,10 @@ def _three_or_six(inertia: list[float]) -> list[float]:
 Inertia = Annotated[list[quantities.Inertia], AfterValidator(_three_or_six)]
 
 
-class BodyTable(Table):
-    """A body of the system: a modal file, the pipeline that builds it, or a rigid body."""
+class BodyTable(SourceTable):
+    """A body of the system: a file, the pipeline that builds it, or a rigid body."""
 
-    file: str | None = Field(None, description="modal file")
+    file: str | None = Field(None, description=BODY_FILE)
     pipeline: str | None = Field(None, description="pipeline file, run if its modal file is missing or outdated")
     mass: Mass | None = Field(None, gt=0, description="of a rigid body, kg")
     centre: three(Length) = Field([0.0, 0.0, 0.0], description="of mass of a rigid body, m")
@@ -62,6 +62,8 @@ class BodyTable(Table):
             raise ValueError("a body needs either 'file', 'pipeline' or, if it is rigid, 'mass'")
         if self.mass is None and self.model_fields_set & {"centre", "inertia", "interfaces"}:
             raise ValueError("centre, inertia and interfaces are those of a rigid body, which has a 'mass'")
+        if self.file is None and self.model_fields_set & {"length_unit", "mass_unit", "root"}:
+            raise ValueError("length_unit, mass_unit and root are those of a body with a 'file'")
         return self
 
     @model_validator(mode="after")

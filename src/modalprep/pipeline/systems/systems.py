@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 from modalprep.atomic import refuse_folder
 from modalprep.errors import InputError
-from modalprep.formats.resultfile import write_csv, write_result
+from modalprep.formats.resultfile import write_csv, write_envelopes, write_result
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.free_body.flight import simulate_free_system
 from modalprep.multibody.model.system import System
+from modalprep.multibody.results.envelopes import Envelope, envelopes
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.results.validity import failures
 from modalprep.multibody.simulate import simulate
@@ -24,6 +25,7 @@ from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels
 from modalprep.pipeline.systems.read import in_theory, read_system
+from modalprep.report.tables import envelope_table
 
 if TYPE_CHECKING:
     from modalprep.ensemble.record import Ensemble
@@ -37,13 +39,17 @@ LABELS = {
 
 @dataclass(frozen=True)
 class Simulated:
-    """The system, its runs by label (the main one first), files, why the main run or a case failed, the ensemble."""
+    """The system, its runs by label (the main one first), files, why the main run or a case failed, the ensemble.
+
+    `envelopes` are those of the recoveries in the main run.
+    """
 
     system: System | DeployingSystem
     runs: dict[str, Result]
     files: list[Path]
     failures: tuple[str, ...] = ()
     ensemble: Ensemble | None = None
+    envelopes: tuple[Envelope, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -75,7 +81,7 @@ def simulate_pipeline(
         raise InputError(f"{path} has no [simulation]: add one with t_end")
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
     stem = target.parent / path.stem
-    written = (target, _csv_beside(target))
+    written = (target, _csv_beside(target), _envelopes_beside(target))
     if pipeline.ensemble is not None:  # what it imports takes as long as a short run
         from modalprep.pipeline.systems.ensembles import ensemble_failures, ensemble_files, simulate_ensemble
 
@@ -96,6 +102,10 @@ def simulate_pipeline(
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
     files = [write_result(main, target, compared)]
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
+    extremes = () if isinstance(system, DeployingSystem) else envelopes(main, system.bodies)
+    if extremes:
+        files.append(write_envelopes(extremes, _envelopes_beside(target)))
+        envelope_table(extremes, reporter.console)
     for file in files:
         reporter.wrote(file)
     weight = sum(body.m for body in system.bodies.values())
@@ -104,7 +114,11 @@ def simulate_pipeline(
     if pipeline.ensemble is not None:
         ensemble = simulate_ensemble(path, pipeline, next(iter(variants.values())), main, stem, reporter)
         found += ensemble_failures(ensemble)
-    return Simulated(system, runs, files, tuple(f"{path}: {why}" for why in found), ensemble)
+    return Simulated(system, runs, files, tuple(f"{path}: {why}" for why in found), ensemble, extremes)
+
+
+def _envelopes_beside(target: Path) -> Path:
+    return target.with_name(f"{target.stem}-envelopes.csv")
 
 
 def _csv_beside(target: Path) -> Path:

@@ -14,6 +14,7 @@ from modalprep.multibody.model.loads import GROUND
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
+from modalprep.report.pictures.recovered_colour import RecoveredColour
 from modalprep.report.pictures.render import BALL, BODY_COLOUR, MARK, TUBE, drawing_problem, spheres
 
 FLAT = 0.15  # extent of the motion normal to a plane over that in it, below which the plane is viewed square-on
@@ -28,6 +29,7 @@ def animate_system(
     result: Result,
     path: str | Path,
     *,
+    colour: str = "displacement",
     seconds: float = 5.0,
     frames: int = 60,
     size: tuple[int, int] = SIZE,
@@ -43,6 +45,9 @@ def animate_system(
         Of `simulate` for this system.
     path : path
         A .gif, or an .mp4 where the package imageio-ffmpeg is installed.
+    colour : str
+        ``displacement``, or a component of a recovery over the mesh, ``<recovery>.<component>`` such as
+        ``skin.von_mises``; other parts are then grey.
     seconds : float
         Duration, s.
     frames : int
@@ -56,7 +61,7 @@ def animate_system(
     Raises
     ------
     InputError
-        When the result is not of this system, or the file is of another kind.
+        When the result is not of this system, no body recovers the colour, or the file is of another kind.
     RenderError
         When the machine cannot draw, or cannot write an MP4.
 
@@ -77,24 +82,24 @@ def animate_system(
     for name in system.bodies:
         if f"{name}.origin" not in result.channels:
             raise InputError(f"the result has no motion of body {name!r}; simulate the same system")
+    recovered = None if colour == "displacement" else RecoveredColour(system.bodies, result, colour)
     if problem := drawing_problem():
         raise RenderError(problem)
-    film = _Animation(system, result, frames)
+    film = _Animation(system, result, frames, recovered)
     return write_frames(film.draw(size), path, seconds)
 
 
 class _Animation:
     """The bodies of a run at the times of the frames."""
 
-    def __init__(self, system: System, result: Result, frames: int) -> None:
-        self.system, self.result = system, result
+    def __init__(self, system: System, result: Result, frames: int, recovered: RecoveredColour | None = None) -> None:
+        self.system, self.result, self.recovered = system, result, recovered
         bends = {name: self._deflections(name) for name in system.bodies}
         last = _last_shown(system, bends)
         self.rows = np.unique(np.linspace(0, last, frames).round().astype(int))
-        self.largest = max(
-            (np.linalg.norm(bends[name][k], axis=1).max() for name in bends for k in self.rows), default=0
-        )
         self.bends = bends
+        amounts = [self._amount(name, k) for name in bends for k in self.rows]
+        self.lowest, self.largest = _range([amount for amount in amounts if amount is not None], recovered is not None)
         grounded = [joint for joint in system.joints if joint.parent == GROUND and joint.type != "free"]
         self.ground = np.array([joint.position for joint in grounded]).reshape(-1, 3)
 
@@ -104,6 +109,12 @@ class _Animation:
         if not body.n:
             return np.zeros((len(self.result.time), *body.points.shape))
         return deflected_points(body, self.result[f"{name}.modal"]) - body.points
+
+    def _amount(self, name: str, k: int) -> np.ndarray | None:
+        """Value of each mesh point of a body at a row of the result (n_points,), for its colour; None: grey."""
+        if self.recovered is not None:
+            return self.recovered.at(name, k)
+        return np.linalg.norm(self.bends[name][k], axis=1) if self.system.bodies[name].n else None
 
     def points(self, name: str, k: int) -> np.ndarray:
         """Mesh points of a body at a row of the result, inertial (n_points, 3)."""
@@ -152,14 +163,16 @@ class _Animation:
     def _picture(self, plotter, k: int) -> np.ndarray:
         coloured = None
         for name, body in self.system.bodies.items():
-            amount = np.linalg.norm(self.bends[name][k], axis=1) if body.n else None
-            drawn = _add_body(plotter, name, body, self.points(name, k), amount, self.largest, self.radius)
-            coloured = drawn if body.n else coloured
+            amount = self._amount(name, k)
+            drawn = _add_body(
+                plotter, name, body, self.points(name, k), amount, (self.lowest, self.largest), self.radius
+            )
+            coloured = coloured if amount is None else drawn
             balls = spheres(self.interfaces(name, k), self.radius)
             plotter.add_mesh(balls, name=f"{name} balls", color=MARK, ambient=0.4, reset_camera=False)
-        if k == self.rows[0] and self.largest > 0 and coloured:
+        if k == self.rows[0] and self.largest > self.lowest and coloured:
             plotter.add_scalar_bar(
-                "deflection, m",
+                "deflection, m" if self.recovered is None else self.recovered.label,
                 mapper=coloured.mapper, color="black", n_labels=2, fmt="%.3g", vertical=False, title_font_size=18,
                 label_font_size=18, position_x=0.52, position_y=0.02, width=0.36, height=0.085,
             )  # fmt: skip
@@ -180,13 +193,21 @@ def _last_shown(system: System, bends: dict[str, list[np.ndarray]]) -> int:
     return max(last, 0)
 
 
-def _add_body(plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, largest: float, radius: float):
-    """Add a body in place of its last frame, a flexible one coloured by its deflection; returns its actors."""
+def _range(amounts: list[np.ndarray], signed: bool) -> tuple[float, float]:
+    """Return the ends of the colour scale: from 0, unless there are negative values."""
+    known = np.concatenate([np.zeros(1), *amounts])
+    known = known[np.isfinite(known)]
+    return (float(known.min()) if signed else 0.0), float(known.max())
+
+
+def _add_body(plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, limits, radius: float):
+    """Add a body in place of its last frame, coloured by its `amount` between `limits`; returns its actors."""
     from modalprep.report.pictures.surface import surface, tubes
 
     style = {**STYLE, "color": BODY_COLOUR}
-    if amount is not None and largest > 0:
-        style = {**STYLE, "scalars": "amount", "cmap": "viridis", "clim": (0, largest), "show_scalar_bar": False}
+    if amount is not None and limits[1] > limits[0]:
+        style = {**STYLE, "scalars": "amount", "cmap": "viridis", "clim": limits, "show_scalar_bar": False}
+        style["nan_color"] = BODY_COLOUR
     thick = max(0.5 * radius, TUBE * float(np.ptp(points, axis=0).max()))
     parts = {"skin": surface(body, points, amount), "beams": tubes(body, points, thick, amount)}
     if not any(part is not None for part in parts.values()) and len(points) > 1:

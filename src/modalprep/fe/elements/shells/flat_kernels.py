@@ -167,23 +167,18 @@ def strain_rows(lo, hi, cells, moduli, optimal, own, rule, B, dx):
 
 
 @compile_allocating
-def _add_square(rows, C, dx, CB, K):
-    """Add ``dx B^T C B`` of the rows B, C symmetric, to the lower triangle of K; CB is overwritten."""
-    m = rows.shape[1]
-    for s in range(len(rows)):
-        for j in range(m):
-            CB[s, j] = 0.0
-        for t in range(len(rows)):
-            c = dx * C[s, t]
-            if c != 0.0:
-                for j in range(m):
-                    CB[s, j] += c * rows[t, j]
-    for i in range(m):
-        for s in range(len(rows)):
-            b = rows[s, i]
-            if b != 0.0:
-                for j in range(i + 1):
-                    K[i, j] += b * CB[s, j]
+def _set_square(rows, C, dx, weighted, K):
+    """Set ``K = sum_q dx B^T C B`` of the rows ``B (nq, ns, m)``; `weighted` is overwritten by ``dx C B``."""
+    nq, ns, m = rows.shape
+    weighted[:] = 0.0
+    for q in range(nq):
+        for s in range(ns):
+            for t in range(ns):
+                c = dx[q] * C[s, t]
+                if c != 0.0:
+                    for j in range(m):
+                        weighted[q, s, j] += c * rows[q, t, j]
+    np.dot(rows.reshape(nq * ns, m).T, weighted.reshape(nq * ns, m), K)
 
 
 @compile_inline
@@ -252,17 +247,17 @@ def _to_nodes(P, D, X, R, z, K):
 def stiffness(lo, hi, cells, moduli, optimal, rule, K):
     """Elastic stiffness ``K (ne, 6n, 6n)`` per nodal DOF in mesh axes, exactly symmetric."""
     n = cells.xy.shape[1]
-    sides, at = _sides(n), _strains(len(rule.weight), moduli, n)
+    sides, at, weighted = _sides(n), _strains(len(rule.weight), moduli, n), _strains(len(rule.weight), moduli, n)
     inner, held = np.empty((4, 6 * n)), np.empty((4, 6 * n))
-    P, D, X, CB = np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((6, 3 * n))
+    P, D, X = np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n)), np.empty((3 * n, 3 * n))
     for e in range(lo, hi):
         x, C = cells.xy[e], _moduli_of(moduli, e)
         measure_sides(x, C.bend, sides)
         compatible(x, optimal, rule, sides, at)
-        P[:], D[:], X[:] = 0.0, 0.0, 0.0
+        _set_square(at.plane, C.plane, at.dx, weighted.plane, P)
+        _set_square(at.bend, C.bend, at.dx, weighted.bend, D)
+        X[:] = 0.0
         for q in range(len(at.dx)):
-            _add_square(at.plane[q], C.plane, at.dx[q], CB, P)
-            _add_square(at.bend[q], C.bend, at.dx[q], CB, D)
             _add_product(at.plane[q], C.coupling, at.bend[q], at.dx[q], X)
         if n == 4:
             _condense(x, C, rule, at, inner, held)

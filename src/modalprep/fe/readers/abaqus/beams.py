@@ -13,7 +13,7 @@ from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.materials import isotropic
 from modalprep.fe.readers.abaqus.profiles import SHAPES, Profile
 from modalprep.fe.readers.abaqus.sections import give, section_set
-from modalprep.fe.readers.nastran.materials import RHO_MIN
+from modalprep.fe.readers.units import RHO_MIN
 
 SLIGHT = 1e-6  # of the larger moment, for one that is zero
 

@@ -14,7 +14,7 @@ from modalprep.fe.mesh.mesh import Link
 from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.abaqus.lexer import Block, Row
 from modalprep.fe.readers.abaqus.parts import Parts
-from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.units import Units
 
 LABEL = re.compile(r"[0-9]{1,18}")
 DEEPEST = 100  # sets of sets of sets

@@ -11,7 +11,7 @@ from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic
 from modalprep.fe.readers.abaqus.deck import Deck
 from modalprep.fe.readers.abaqus.geometry import frame
 from modalprep.fe.readers.abaqus.lexer import Block, Row
-from modalprep.fe.readers.nastran.materials import RHO_MIN
+from modalprep.fe.readers.units import RHO_MIN
 
 CONSTANTS = {"ISOTROPIC": 2, "LAMINA": 6, "ENGINEERING CONSTANTS": 9, "ORTHOTROPIC": 9, "ANISOTROPIC": 21}
 SPELLINGS = {

@@ -19,7 +19,7 @@ from modalprep.fe.readers.abaqus.lexer import Block, read_blocks
 from modalprep.fe.readers.abaqus.parts import Parts
 from modalprep.fe.readers.abaqus.registry import REGISTRY, STAGES
 from modalprep.fe.readers.abaqus.ties import tie_equations
-from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
 
 ADVICE = "nobody knows whether they carry mass, stiffness or constraints; check the spelling, or model them otherwise"
@@ -96,7 +96,7 @@ def _chosen(deck: Deck, blocks: list[Block], ignore: Collection[str]) -> list[Bl
                 unknown.append((f"*{block.keyword}", f"line {block.line}"))
         elif REGISTRY[block.keyword].treatment == "refused":
             block.refuse(
-                f'is not read. {REGISTRY[block.keyword].remark} To leave it out, ignore = ["*{block.keyword}"]'
+                f'is not read. {REGISTRY[block.keyword].remark} Write ignore = ["*{block.keyword}"] to leave it out'
             )
         else:
             if block.keyword in BEHIND:

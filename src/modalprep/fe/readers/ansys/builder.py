@@ -14,8 +14,8 @@ from modalprep.fe.properties.properties import Property
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.materials import Materials
 from modalprep.fe.readers.ansys.sections import Sections
-from modalprep.fe.readers.nastran.grids import System
-from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.systems import System
+from modalprep.fe.readers.units import Units
 
 
 class Builder(MeshBuilder):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from modalprep.errors import InputError
-from modalprep.fe.readers.nastran.grids import System
+from modalprep.fe.readers.systems import System
 
 
 class Element(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any
 from modalprep.errors import InputError
 from modalprep.fe.properties.materials import Anisotropic, Material, Orthotropic, Orthotropic3D
 from modalprep.fe.readers.ansys.deck import Deck, Element
-from modalprep.fe.readers.nastran.materials import RHO_MIN, Units
+from modalprep.fe.readers.units import RHO_MIN, Units
 
 POISSON = 0.3  # Ansys takes it where none is given
 

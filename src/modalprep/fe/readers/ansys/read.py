@@ -16,7 +16,7 @@ from modalprep.fe.readers.ansys.constraints import add_constraints
 from modalprep.fe.readers.ansys.deck import Deck, Element
 from modalprep.fe.readers.ansys.elements import BY_NUMBER, ELEMENTS
 from modalprep.fe.readers.ansys.registry import BY_LETTERS, COMMANDS
-from modalprep.fe.readers.nastran.materials import Units
+from modalprep.fe.readers.units import Units
 from modalprep.suggest import suggestion
 
 ADVICE = "if they carry stiffness, mass or constraints, model them in the pipeline file"

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from modalprep.fe.readers.ansys.commands import Command
-from modalprep.fe.readers.nastran.grids import System
+from modalprep.fe.readers.systems import System
 
 KINDS = {0: "R", 1: "C"}
 

@@ -11,9 +11,10 @@ from modalprep.fe.mesh.builder import MeshBuilder
 from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.grids import Grids, Tables
-from modalprep.fe.readers.nastran.materials import Conversion, Units
+from modalprep.fe.readers.nastran.materials import Conversion
 from modalprep.fe.readers.nastran.properties import BUILDERS, bar
 from modalprep.fe.readers.nastran.sections import SECTIONS
+from modalprep.fe.readers.units import Units
 
 SECTION_FAMILIES = ("shell", "bar", "beam", "bend", "rod", "tube", "shear", "solid", "bush", "elas")
 

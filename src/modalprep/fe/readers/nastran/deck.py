@@ -17,10 +17,10 @@ from modalprep.fe.readers.nastran import links as nastran_links
 from modalprep.fe.readers.nastran.builder import Builder
 from modalprep.fe.readers.nastran.cards import Card, Deck, read_cards
 from modalprep.fe.readers.nastran.grids import Grids, Tables
-from modalprep.fe.readers.nastran.materials import Units
 from modalprep.fe.readers.nastran.points import add_scalar_masses
 from modalprep.fe.readers.nastran.registry import REGISTRY, Table, unused
 from modalprep.fe.readers.nastran.superelements import read_parts, sections
+from modalprep.fe.readers.units import Units
 
 ADVICE = (
     "the reader does not know these cards; replace by cards that are read, such as RBE2, RBE3, CONM2, CBUSH, what of "

@@ -10,7 +10,6 @@ from modalprep.fe.properties.points import Spring
 from modalprep.fe.properties.properties import Beam, Ply, Property, Shell, Solid, Truss
 from modalprep.fe.readers.nastran.cards import Card
 from modalprep.fe.readers.nastran.materials import (
-    RHO_MIN,
     Conversion,
     bar_material,
     density,
@@ -20,6 +19,7 @@ from modalprep.fe.readers.nastran.materials import (
     solid_material,
 )
 from modalprep.fe.readers.nastran.sections import Section
+from modalprep.fe.readers.units import RHO_MIN
 
 SLIGHT = 1e-6  # a stiffness Nastran lets be zero, as a fraction of the section's others
 RIGID = 1e6  # shear factor of a plane without shear flexibility

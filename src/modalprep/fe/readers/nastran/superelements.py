@@ -54,12 +54,21 @@ def read_parts(parts: dict[int, list[Card]], build: Callable[[int, list[Card]], 
     manual = set()
     for card in (card for card in tables if card.name == "SEBULK"):
         if card.text(1) not in ("", "PRIMARY"):
-            raise card.error(f"a part of type {card.text(1)} is not read; give PRIMARY parts with their own cards")
+            raise card.error(f"a part of type {card.text(1)} is not read; {_instead(card)}")
         manual |= {card.id} if card.text(3) == "MANUAL" else set()
     same = [pair for card in tables if card.name == "SECONCT" for pair in _connected(card, meshes)]
     same += _coincident({number: mesh for number, mesh in meshes.items() if number not in manual})
     rows = {number: {int(grid): k for k, grid in enumerate(mesh.labels)} for number, mesh in meshes.items()}
     return join_meshes(meshes, [tuple((part, rows[part][grid]) for part, grid in pair) for pair in same])
+
+
+def _instead(card: Card) -> str:
+    if not card.text(1).startswith("EXTOP"):
+        return "give PRIMARY parts with their own cards"
+    return (
+        "it is reduced already and has no mesh: read its .op4 file as a body ([bodies.NAME] file), with its .asm and "
+        ".pch beside it, and join the bodies by [welds] and [synthesis]"
+    )
 
 
 def _connected(card: Card, meshes: dict[int, Mesh]) -> Iterator[Pair]:

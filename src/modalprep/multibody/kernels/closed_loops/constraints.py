@@ -15,7 +15,8 @@ import numpy as np
 
 from modalprep.by_address import by_address
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes3, put_lanes3
+from modalprep.multibody.kernels.algebra.matrices import UNIT9, product, times
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
@@ -30,7 +31,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     put9,
     put_angular,
 )
-from modalprep.multibody.kernels.interfaces import free_position, seen_from_ground
+from modalprep.multibody.kernels.interfaces import free_position, seen_spin
 from modalprep.multibody.kernels.modal_interfaces import interface_motion, shape_acceleration
 from modalprep.multibody.kernels.time_tables import Tables, table
 
@@ -58,14 +59,39 @@ TERM = np.dtype([  # a coordinate (-1: prescribed) in the sum of a coupler's row
 ])  # fmt: skip
 # What an evaluation writes, inertial axes: the motion of an end, and the line of action of a row.
 END_DATA = np.dtype([
-    ("position", np.float64, 3), ("rotation", np.float64, 9), ("velocity", np.float64, 3), ("spin", np.float64, 3),
-    ("acceleration", np.float64, 6),
+    ("position", np.float64, 3), ("velocity", np.float64, 3), ("spin", np.float64, 3), ("acceleration", np.float64, 6),
+    ("rotation", np.float64, 9),  # of its link's axes, turned with the node
     ("arm", np.float64, 3),  # from the link's origin, in its axes, as the acceleration left when A and q'' are zero
     ("bias", np.float64, 6),
 ])  # fmt: skip
-LINE = np.dtype([("force", np.float64, 3), ("torque_a", np.float64, 3), ("torque_b", np.float64, 3)])
-# One row at one link that its multiplier acts on: the entry of the parent (-1: the ground), a coupler's factor there.
-ENTRY = np.dtype([("row", np.int64), ("up", np.int64), ("factor", np.float64)])
+# Rows of one kind between the same ends, at most four, each in a lane of its own (lanes.py); couplers by themselves.
+GROUP = np.dtype([
+    ("kind", np.int64), ("a", np.int64), ("b", np.int64), ("count", np.int64), ("rows", np.int64, 4),
+    ("lane", np.int64),  # of the first row
+    ("bundle", np.int64),  # -1: nothing moves the rows
+    ("at_a", np.int64), ("at_b", np.int64),  # entries at the links of its ends; -1: the ground, or none
+    ("in_a", np.float64, 12), ("in_b", np.float64, 12),  # directions in the axes of the links of its ends
+])  # fmt: skip
+# Groups that act on nearly the same links, in one vector; rows by lanes.
+BUNDLE = np.dtype([("count", np.int64), ("rows", np.int64, 4)])
+# One bundle at one link that its multipliers act on.
+ENTRY = np.dtype([
+    ("bundle", np.int64),
+    ("up", np.int64),  # entry of the parent; -1: the ground
+    ("adds", np.int64),  # whether another one or an end was there before
+    ("factor", np.float64),  # of couplers at their joints, else 0
+])  # fmt: skip
+# What an evaluation writes of them.
+GROUP_DATA = np.dtype([
+    ("line", np.float64, 36),  # inertial axes: force, torque on a, torque on b
+    ("measured", np.float64, 12),  # terms of Phi, Phi', Phi'' by the motion of the ends
+])  # fmt: skip
+BUNDLE_DATA = np.dtype([("free", np.float64, 4)])  # see `Work.free`
+ENTRY_DATA = np.dtype([
+    ("force", np.float64, 24),  # articulated force of unit multipliers, link's axes, at its origin
+    ("drive", np.float64, 4),  # its force along a joint of one axis
+])  # fmt: skip
+RESPONSES = np.dtype([("S", np.float64, 16)])
 
 
 @by_address
@@ -80,11 +106,16 @@ class Constraints(NamedTuple):
 
 @by_address
 class Paths(NamedTuple):
-    """Which rows act on which links: on those of their ends, and on all between these and the ground."""
+    """Rows by fours, and which links they act on: on those of their ends, and on all between these and the ground.
 
+    Rows that nothing can move (packing/bundles.py) act on none.
+    """
+
+    groups: np.ndarray  # (ng,) GROUP
+    bundles: np.ndarray  # (nb,) BUNDLE
+    lane: np.ndarray  # (m,) int, 4 group + lane of each row
     first: np.ndarray  # (nl + 1,) int, first entry of each link
-    entries: np.ndarray  # (np,) ENTRY, by links, then by rows
-    ends: np.ndarray  # (m, 2) int, entries of the rows at their ends; -1 on the ground, and of couplers
+    entries: np.ndarray  # (np,) ENTRY, by links, then by bundles
 
 
 @by_address
@@ -95,7 +126,6 @@ class Work(NamedTuple):
     unit: np.ndarray  # (m,) 1 / size of what the row measures; 0: it is not active
     floor: np.ndarray  # (m,) mobility that counts as none; infinite: it is not active
     ends: np.ndarray  # (ne,) END_DATA
-    lines: np.ndarray  # (m,) LINE
     phi: np.ndarray  # (m,) Phi
     rate: np.ndarray  # (m,) Phi'
     bias: np.ndarray  # (m,) Phi'' without accelerations of the ends
@@ -116,9 +146,12 @@ class Work(NamedTuple):
     tau: np.ndarray  # (nu,) zero between calls
     step: np.ndarray  # (nu,) response to the multipliers
     paths: Paths  # constant
-    force: np.ndarray  # (np, 6) articulated force of a unit multiplier, link's axes, at its origin
-    drive: np.ndarray  # (np,) its force along a joint of one axis
-    modal: np.ndarray  # (np, N) its modal forces, eliminated
+    groups: np.ndarray  # (ng,) GROUP_DATA
+    bundles: np.ndarray  # (nb,) BUNDLE_DATA
+    entries: np.ndarray  # (np,) ENTRY_DATA
+    modal: np.ndarray  # (np, 4 N) modal forces of the entries, eliminated
+    between: np.ndarray  # (nb, nb) RESPONSES, S by bundles, its lower half
+    speeds: np.ndarray  # (24,) scratch: what a joint of several axes yields
     shape: np.ndarray  # (ne, N, 6) partial velocities of the ends, link's axes
 
 
@@ -139,7 +172,7 @@ def constraint_residual(cons, model, data, y, motion, t, work):
         if cons.ends[k].link >= 0:
             p, turn, v, w = _end_state(cons, model, data, work, k)
         else:
-            p, turn, v, w = get3(cons.ends[k].position), get9(cons.ends[k].rotation), ZERO3, ZERO3
+            p, turn, v, w = get3(cons.ends[k].position), UNIT9, ZERO3, ZERO3
         n = data.links[-1].omega[2]  # accelerations of the ends are not those that a turning ground sees
         v, w = (v[0] - n * p[1], v[1] + n * p[0], v[2]), (w[0], w[1], w[2] + n)
         put3(work.ends[k].position, p)
@@ -152,52 +185,55 @@ def constraint_residual(cons, model, data, y, motion, t, work):
             shift, rate, acceleration = table(cons.tables, cons.rows[i].table, t)
             value += shift
         work.phi[i], work.rate[i], work.bias[i], work.push[i] = -value, -rate, -acceleration, rate
-        if cons.rows[i].kind != COUPLER:
-            _line(cons, work, i)
+    for k in range(len(work.groups)):
+        if work.paths.groups[k].kind != COUPLER:
+            _lines(work, k)
     _couplers(cons, y, model.nx, motion, work)
 
 
 @compile_inline
-def _line(cons, work, i):
-    """Line of action of row i, and its terms of Phi, Phi', Phi''."""
-    kind, a, b = cons.rows[i].kind, cons.rows[i].a, cons.rows[i].b
-    ra, rb = get3(work.ends[a].position), get3(work.ends[b].position)
-    va, vb = get3(work.ends[a].velocity), get3(work.ends[b].velocity)
-    wa, wb = get3(work.ends[a].spin), get3(work.ends[b].spin)
-    r, v = axpy3(rb, -1.0, ra), axpy3(vb, -1.0, va)
-    f, ta, tb = ZERO3, ZERO3, ZERO3
+def _lines(work, k):
+    """Lines of action of the rows of group k, and their terms of Phi, Phi', Phi''."""
+    group, own = work.paths.groups[k], work.groups[k]
+    kind, a, b = group.kind, group.a, group.b
+    r = axpy3(get3(work.ends[b].position), -1.0, get3(work.ends[a].position))
+    v = axpy3(get3(work.ends[b].velocity), -1.0, get3(work.ends[a].velocity))
+    wa, wb, none = get3(work.ends[a].spin), get3(work.ends[b].spin), four(0.0)
+    f, ta, tb, phi, bias = (none, none, none), (none, none, none), (none, none, none), none, none
     if kind == DISTANCE:
-        phi = np.sqrt(dot3(r, r))
-        g = 1.0 / phi if phi > 0.0 else 0.0
-        f = (g * r[0], g * r[1], g * r[2])
-        across = axpy3(v, -dot3(f, v), f)
-        bias = g * dot3(across, across)
+        length = np.sqrt(dot3(r, r))
+        g = 1.0 / length if length > 0.0 else 0.0
+        line = (g * r[0], g * r[1], g * r[2])
+        across = axpy3(v, -dot3(line, v), line)
+        own_lane = get_lanes(group.in_a, 0)
+        f = (line[0] * own_lane, line[1] * own_lane, line[2] * own_lane)
+        phi, bias = four(length), four(g * dot3(across, across))
     else:
-        e = times(get9(work.ends[a].rotation), get3(cons.rows[i].in_a))
-        turned = cross(wa, e)
+        e = times(get9(work.ends[a].rotation), get_lanes3(group.in_a, 0))
         if kind == POINT:
-            f, ta = e, cross(e, r)
-            phi, bias = dot3(e, r), 2.0 * dot3(turned, v) + dot3(cross(wa, turned), r)
+            f, ta, phi = e, cross(e, r), dot3(e, r)
+            bias = dot3(e, cross(wa, axpy3(cross(wa, r), -2.0, v)))
         elif kind == SLIP:
             f, ta = e, cross(e, r)
-            phi, bias = 0.0, 0.0
-            work.push[i] = dot3(f, v) + dot3(ta, wa)
         elif kind == ABOUT:
-            ta, tb = (-e[0], -e[1], -e[2]), e
-            phi, bias = 0.0, dot3(turned, axpy3(wb, -1.0, wa))
+            ta, tb = (-1.0 * e[0], -1.0 * e[1], -1.0 * e[2]), e
+            bias = dot3(e, cross(wb, wa))
         else:
-            h = times(get9(work.ends[b].rotation), get3(cons.rows[i].in_b))
+            h = times(get9(work.ends[b].rotation), get_lanes3(group.in_b, 0))
             tb = cross(h, e)
-            ta = (-tb[0], -tb[1], -tb[2])
-            phi = dot3(e, h)
-            bias = dot3(cross(wa, turned), h) + 2.0 * dot3(turned, cross(wb, h))
-            bias += dot3(e, cross(wb, cross(wb, h)))
-    put3(work.lines[i].force, f)
-    put3(work.lines[i].torque_a, ta)
-    put3(work.lines[i].torque_b, tb)
-    work.phi[i] += phi
-    work.rate[i] += dot3(f, v) + dot3(ta, wa) + dot3(tb, wb)
-    work.bias[i] += bias
+            ta, phi, d = (-1.0 * tb[0], -1.0 * tb[1], -1.0 * tb[2]), dot3(e, h), axpy3(wb, -1.0, wa)
+            bias = dot3(cross(d, h), cross(e, d)) + dot3(tb, cross(wb, wa))
+    put_lanes3(own.line, 0, f)
+    put_lanes3(own.line, 12, ta)
+    put_lanes3(own.line, 24, tb)
+    put_lanes3(own.measured, 0, (phi, dot3(f, v) + dot3(ta, wa) + dot3(tb, wb), bias))
+    for c in range(group.count):
+        i, lane = group.rows[c], group.lane + c
+        work.phi[i] += own.measured[lane]
+        work.rate[i] += own.measured[4 + lane]
+        work.bias[i] += own.measured[8 + lane]
+        if kind == SLIP:
+            work.push[i] = work.rate[i]
 
 
 @compile_inline
@@ -223,7 +259,17 @@ def _end_state(cons, model, data, work, k):
     )
     put3(work.ends[k].arm, r)
     put6(work.ends[k].bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
-    return seen_from_ground(model, data, link, r, turn, v, w)
+    own, spin = data.links[link], seen_spin(data, link)
+    base = get9(own.orientation)
+    position, velocity = times(base, r), times(base, add3(cross(spin, r), v))
+    turn = _turned(data.modal, base, turn)
+    return add3(get3(own.position), position), turn, add3(get3(own.velocity), velocity), times(base, add3(spin, w))
+
+
+@compile_inline
+def _turned(modal, base, turn):
+    """Return a link's orientation with the rotation of a node, which is none without modes."""
+    return base if modal is None else product(base, turn)
 
 
 @compile_kernel
@@ -251,7 +297,13 @@ def along(cons, work, i, udot):
         return found
     a, b = cons.rows[i].a, cons.rows[i].b
     v = axpy3(get3(work.ends[b].acceleration), -1.0, get3(work.ends[a].acceleration))
-    found = dot3(get3(work.lines[i].force), v) + dot3(
-        get3(work.lines[i].torque_a), get_angular(work.ends[a].acceleration)
-    )
-    return found + dot3(get3(work.lines[i].torque_b), get_angular(work.ends[b].acceleration))
+    found = dot3(line(work, i, 0), v) + dot3(line(work, i, 3), get_angular(work.ends[a].acceleration))
+    return found + dot3(line(work, i, 6), get_angular(work.ends[b].acceleration))
+
+
+@compile_inline
+def line(work, i, c):
+    """Three numbers from c on of the line of action of row i."""
+    k, lane = work.paths.lane[i] >> 2, work.paths.lane[i] & 3
+    own = work.groups[k].line
+    return own[4 * c + lane], own[4 * c + 4 + lane], own[4 * c + 8 + lane]

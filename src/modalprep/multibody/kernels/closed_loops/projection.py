@@ -63,7 +63,9 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
         if not factored and not _factor(cons, model, data, y, motion, work, hinge, stiff):
             return -1
         factored = True
-        _correct(cons, model, data, work, work.phi)
+        copy(work.phi, work.wanted)
+        solve(work)
+        yield_to_multipliers(model, data, work)
         if worst > last:  # overshot: a shorter step
             for c in range(len(work.step)):
                 work.step[c] *= 0.5
@@ -79,13 +81,15 @@ def project_velocities(cons, model, data, y, motion, work, hinge, stiff, toleran
     `factored` as there, but the factor is made anew where it leaves more than `tolerance` of a row: of one that was
     redundant where the loops were open.
     """
+    copy(work.rate, work.wanted)
     if factored:
-        copy(work.rate, work.wanted)
         solve(work)
         factored = work.sine[0] > REGULAR and _rest(work) <= tolerance
-    if not factored and not _factor(cons, model, data, y, motion, work, hinge, stiff):
-        return False
-    _correct(cons, model, data, work, work.rate)
+    if not factored:
+        if not _factor(cons, model, data, y, motion, work, hinge, stiff):
+            return False
+        solve(work)
+    yield_to_multipliers(model, data, work)
     for k in range(len(work.step)):
         y[model.nx + k] += work.step[k]
     return True
@@ -111,14 +115,6 @@ def _factor(cons, model, data, y, motion, work, hinge, stiff):
     respond(cons, model, data, work, work.tau)
     factorize(cons, work)
     return True
-
-
-@compile_kernel
-def _correct(cons, model, data, work, values):
-    """Write to ``work.step (nu,)`` the least change that takes ``values (m,)`` off the rows."""
-    copy(values, work.wanted)
-    solve(work)
-    yield_to_multipliers(model, data, work)
 
 
 @compile_kernel

@@ -11,8 +11,20 @@ Arguments as in constraints.py.
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.lanes import (
+    WIDTH,
+    four,
+    get_lane6,
+    get_lanes,
+    get_lanes3,
+    get_lanes6,
+    put_lane6,
+    put_lanes,
+    put_lanes6,
+)
 from modalprep.multibody.kernels.algebra.matrices import inertia_times, times, transposed_times
 from modalprep.multibody.kernels.algebra.tuples import (
+    ZERO3,
     ZERO6,
     add3,
     add6,
@@ -38,14 +50,11 @@ from modalprep.multibody.kernels.modal import (
     push_bias_of_modes,
 )
 
-WIDE = 16  # rows at a link from which on vector instructions pay
-
 
 @compile_kernel
 def respond(cons, model, data, work, tau):
     """Write `S` and `free`, after `constraint_residual` and an `inward` with joint forces ``tau (nu,)``."""
     _act_on_ends(cons, model, data, work)
-    work.S[:] = 0.0
     for i in range(len(model.links) - 1, -1, -1):
         begin, end = work.paths.first[i], work.paths.first[i + 1]
         if begin == end:
@@ -56,63 +65,106 @@ def respond(cons, model, data, work, tau):
             _through_several(model, data, work, i, begin, end, tau)
         else:
             _through_one(model, data, work, i, begin, end, tau)
-    for i in range(len(work.free)):
-        for j in range(i):
-            work.S[j, i] = work.S[i, j]
+    _by_rows(work)
+
+
+@compile_kernel
+def _by_rows(work):
+    """Write `S` and `free` as they stand in the bundles."""
+    for p in range(len(work.between)):
+        one, free = work.paths.bundles[p], work.bundles[p].free
+        for k in range(one.count):
+            work.free[one.rows[k]] = free[k]
+        for q in range(p + 1):
+            other, S = work.paths.bundles[q], work.between[p, q].S
+            for k in range(one.count):
+                for c in range(other.count):
+                    work.S[one.rows[k], other.rows[c]] = S[4 * k + c]
+                    work.S[other.rows[c], one.rows[k]] = S[4 * k + c]
 
 
 @compile_kernel
 def _act_on_ends(cons, model, data, work):
     """Let all rows push their ends."""
-    work.force[:] = 0.0
-    work.modal[:] = 0.0
-    for i in range(len(cons.rows)):
-        work.free[i] = 0.0
-        if cons.rows[i].kind != COUPLER:
-            f = get3(work.lines[i].force)
-            _act_on_end(cons, model, data, work, i, 0, cons.rows[i].a, (-f[0], -f[1], -f[2]), work.lines[i].torque_a)
-            _act_on_end(cons, model, data, work, i, 1, cons.rows[i].b, f, work.lines[i].torque_b)
+    none, groups = four(0.0), work.paths.groups
+    for k in range(len(work.bundles)):
+        put_lanes(work.bundles[k].free, 0, none)
+        for q in range(k + 1):
+            for c in range(WIDTH):
+                put_lanes(work.between[k, q].S, 4 * c, none)
+    for k in range(len(groups)):
+        _clear(work, groups[k].at_a)
+        _clear(work, groups[k].at_b)
+    for k in range(len(groups)):
+        group, line = groups[k], work.groups[k].line
+        if group.bundle >= 0 and group.kind != COUPLER:
+            f, ta, tb, bundle = (
+                get_lanes3(line, 0),
+                get_lanes3(line, 12),
+                get_lanes3(line, 24),
+                work.bundles[group.bundle],
+            )
+            _act_on_end(cons, model, data, work, bundle, group.at_b, group.b, f, tb)
+            f = (-1.0 * f[0], -1.0 * f[1], -1.0 * f[2])
+            _act_on_end(cons, model, data, work, bundle, group.at_a, group.a, f, ta)
 
 
 @compile_inline
-def _act_on_end(cons, model, data, work, i, side, k, f, torque):
-    p, link = work.paths.ends[i, side], cons.ends[k].link
+def _clear(work, p):
+    """Take all forces off entry p."""
+    none = four(0.0)
+    if p >= 0:
+        put_lanes6(work.entries[p].force, (none, none, none, none, none, none))
+        for a in range(0, work.modal.shape[1], WIDTH):
+            put_lanes(work.modal[p], a, none)
+
+
+@compile_inline
+def _act_on_end(cons, model, data, work, bundle, p, end, f, torque):
+    """Let rows of a bundle push an end, at entry p."""
+    link, free = cons.ends[end].link, get_lanes(bundle.free, 0)
     if p < 0:
-        work.free[i] += dot3(f, carried(data, get3(cons.ends[k].position), (0.0, 0.0, 0.0)))
+        put_lanes(bundle.free, 0, free + dot3(f, carried(data, get3(cons.ends[end].position), ZERO3)))
         return
-    base, bias = get9(data.links[link].orientation), get6(work.ends[k].bias)
-    f, t = transposed_times(base, f), transposed_times(base, get3(torque))
-    work.free[i] += dot6((f[0], f[1], f[2], t[0], t[1], t[2]), bias)
+    base, force = get9(data.links[link].orientation), work.entries[p].force
+    f, t = transposed_times(base, f), transposed_times(base, torque)
+    wrench = (f[0], f[1], f[2], t[0], t[1], t[2])
+    put_lanes(bundle.free, 0, free + dot6(wrench, get6(work.ends[end].bias)))
     for a in range(model.links[link].modes):
-        work.modal[p, a] += dot6((f[0], f[1], f[2], t[0], t[1], t[2]), get6(work.shape[k, a]))
-    t = add3(t, cross(get3(work.ends[k].arm), f))
-    put6(work.force[p], add6(get6(work.force[p]), (f[0], f[1], f[2], t[0], t[1], t[2])))
+        forces = work.modal[p]
+        put_lanes(forces, 4 * a, get_lanes(forces, 4 * a) + dot6(wrench, get6(work.shape[end, a])))
+    t = add3(t, cross(get3(work.ends[end].arm), f))
+    put_lanes6(force, add6(get_lanes6(force), (f[0], f[1], f[2], t[0], t[1], t[2])))
 
 
 @compile_inline
 def _through_one(model, data, work, i, begin, end, tau):
     """Let a joint of one axis, or of none, yield to the forces of its link's rows, and hand the rest to the parent."""
-    link, own, entries = model.links[i], data.links[i], work.paths.entries
+    link, own, g, speed = model.links[i], data.links[i], 0.0, 0.0
     f, t = column(link, get6(own.M), get9(own.H), get6(own.J))
-    g, speed, held = 0.0, 0.0, (f[0], f[1], f[2], t[0], t[1], t[2])
     if link.joint == REVOLUTE or link.joint == SLIDING:
         g = own.pivot[0]
         speed = g * (tau[link.u] - along_axis(link, get6(own.force)))
-    turn, arm, bias, drive = get9(own.rotation), get3(own.arm), get6(own.bias), work.drive[begin:end]
+    held, turn, arm, bias = (f[0], f[1], f[2], t[0], t[1], t[2]), get9(own.rotation), get3(own.arm), get6(own.bias)
     for p in range(begin, end):
-        force = get6(work.force[p])
-        e = along_axis(link, force) + entries[p].factor
-        drive[p - begin] = e
-        _hand_on(model, data, work, i, p, axpy6(force, -g * e, held), e * speed, turn, arm, bias)
-    if g > 0.0:
-        first, many = entries[begin].row, end - begin
-        if many >= WIDE and entries[end - 1].row - first == many - 1:  # none between them is missing
-            for p in range(many):
-                _add_to_row(work.S[first + p, first : first + p + 1], g * drive[p], drive)
-        else:
-            for p in range(begin, end):
-                for q in range(begin, p + 1):
-                    work.S[entries[p].row, entries[q].row] += g * work.drive[p] * work.drive[q]
+        entry, force = work.paths.entries[p], get_lanes6(work.entries[p].force)
+        e = along_axis(link, force)
+        if entry.factor != 0.0:
+            e += entry.factor
+        put_lanes(work.entries[p].drive, 0, e)
+        _hand_on(model, data, work, i, entry, axpy6(force, -g * e, held), e * speed, turn, arm, bias)
+        if g > 0.0:
+            for q in range(begin, p + 1):
+                _add_products(work, p, q, g)
+
+
+@compile_inline
+def _add_products(work, p, q, g):
+    """Add ``g drive_p drive_q^T`` to the responses of entry p's rows to those of entry q."""
+    a, b = work.paths.entries[p].bundle, work.paths.entries[q].bundle
+    S, drive, v = work.between[a, b].S, work.entries[p].drive, get_lanes(work.entries[q].drive, 0)
+    for k in range(work.paths.bundles[a].count):
+        put_lanes(S, 4 * k, get_lanes(S, 4 * k) + (g * drive[k]) * v)
 
 
 @compile_kernel
@@ -122,48 +174,52 @@ def _through_several(model, data, work, i, begin, end, tau):
     turn, arm, bias, M, H, J = get9(own.rotation), get3(own.arm), get6(own.bias), get6(own.M), get9(own.H), get6(own.J)
     speeds = speeds_from_bias(link, own, get6(own.force), tau)
     for p in range(begin, end):
-        force = get6(work.force[p])
-        x = speeds_from_bias(link, own, sub6(ZERO6, force), work.tau)
-        for q in range(begin, p + 1):
-            work.S[entries[p].row, entries[q].row] += dot6(x, get6(work.force[q]))
-        left = sub6(force, inertia_times(M, H, J, x))
-        _hand_on(model, data, work, i, p, left, dot6(force, speeds), turn, arm, bias)
+        force, a = get_lanes6(work.entries[p].force), entries[p].bundle
+        for k in range(work.paths.bundles[a].count):
+            x = speeds_from_bias(link, own, sub6(ZERO6, get_lane6(work.entries[p].force, k)), work.tau)
+            put_lane6(work.speeds, k, x)
+            for q in range(begin, p + 1):
+                S, other = work.between[a, entries[q].bundle].S, get_lanes6(work.entries[q].force)
+                put_lanes(S, 4 * k, get_lanes(S, 4 * k) + dot6(other, x))
+        left = sub6(force, inertia_times(M, H, J, get_lanes6(work.speeds)))
+        _hand_on(model, data, work, i, entries[p], left, dot6(force, speeds), turn, arm, bias)
 
 
 @compile_inline
-def _hand_on(model, data, work, i, p, force, free, turn, arm, bias):
-    """Hand to the parent what is left of entry p's force, which counts with the bias of link i in `free`."""
+def _hand_on(model, data, work, i, entry, force, free, turn, arm, bias):
+    """Hand to the parent what is left of an entry's force, which counts with the bias of link i in `free`."""
     f, t = times(turn, (force[0], force[1], force[2])), times(turn, (force[3], force[4], force[5]))
-    free, up = free + dot6(force, bias), work.paths.entries[p].up
-    if up < 0:
+    total = work.bundles[entry.bundle].free
+    free += get_lanes(total, 0) + dot6(force, bias)
+    if entry.up < 0:
         free += dot3(f, get3(data.links[len(model.links)].acceleration))
     else:
-        add_row_to_modes(data.modal, model, i, f, t, work.modal[up])
-        t = add3(t, cross(arm, f))
-        put6(work.force[up], add6(get6(work.force[up]), (f[0], f[1], f[2], t[0], t[1], t[2])))
-    work.free[work.paths.entries[p].row] += free
-
-
-@compile_inline
-def _add_to_row(row, f, e):
-    """Add ``f e`` to the beginning of a row of `S`."""
-    for q in range(len(row)):
-        row[q] += f * e[q]
+        add_row_to_modes(data.modal, model, i, f, t, work.modal, entry)
+        t, up = add3(t, cross(arm, f)), work.entries[entry.up].force
+        force = (f[0], f[1], f[2], t[0], t[1], t[2])
+        if entry.adds:
+            force = add6(get_lanes6(up), force)
+        put_lanes6(up, force)
+    put_lanes(total, 0, free)
 
 
 @compile_kernel
 def push(model, data, work):
     """Add the multipliers to the bias forces of the last `inward`, and to ``work.tau``, for `forward`."""
-    entries = work.paths.entries
     for i in range(len(model.links)):
+        begin, end = work.paths.first[i], work.paths.first[i + 1]
+        if begin == end:
+            continue
         total = get6(data.links[i].force)
-        for p in range(work.paths.first[i], work.paths.first[i + 1]):
-            f = work.multiplier[entries[p].row]
-            if f != 0.0:  # that of redundant rows is zero
-                total = axpy6(total, -f, get6(work.force[p]))
-                push_bias_of_modes(data.modal, model, i, f, work.modal[p])
-                if entries[p].factor != 0.0:
-                    work.tau[model.links[i].u] += f * entries[p].factor
+        for p in range(begin, end):
+            entry, force = work.paths.entries[p], work.entries[p].force
+            bundle = work.paths.bundles[entry.bundle]
+            for k in range(bundle.count):
+                f = work.multiplier[bundle.rows[k]]
+                total = axpy6(total, -f, get_lane6(force, k))
+                push_bias_of_modes(data.modal, model, i, f, work.modal, p, k)
+                if entry.factor != 0.0:
+                    work.tau[model.links[i].u] += f * entry.factor
         put6(data.links[i].force, total)
 
 

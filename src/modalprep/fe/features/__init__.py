@@ -1,0 +1,1 @@
+"""What a mesh shows of the part: its skin, openings and pins, plane faces."""

@@ -1,0 +1,1 @@
+"""Recovery of forces, moments, stress and accelerations from displacement and acceleration fields."""

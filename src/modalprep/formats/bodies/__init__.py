@@ -1,0 +1,1 @@
+"""Bodies that files of other programs describe."""

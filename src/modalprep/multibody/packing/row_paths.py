@@ -1,0 +1,178 @@
+"""Rows of constraints by fours, and the links that they act on."""
+
+from __future__ import annotations
+
+from itertools import groupby
+
+import numpy as np
+
+from modalprep.multibody.kernels.algebra.lanes import WIDTH
+from modalprep.multibody.kernels.closed_loops.constraints import (
+    ANGLE,
+    BUNDLE,
+    COUPLER,
+    DISTANCE,
+    ENTRY,
+    GROUP,
+    POINT,
+    Constraints,
+    Paths,
+)
+from modalprep.multibody.kernels.data import FREE, SPHERICAL
+from modalprep.multibody.packing.tree import rows
+
+PARALLEL = 1e-12  # of unit vectors: far below the lever of a row that `packing.constraints.IMMOBILE` lets move
+
+
+def row_paths(arrays: Constraints, links: np.ndarray) -> Paths:
+    """Return the rows by fours: groups between the same ends, and bundles that act on nearly the same links.
+
+    Rows that no joint between their ends can move, as those that leave the plane of a planar mechanism, act on none.
+    """
+    parent = np.where(links["parent"] < len(links), links["parent"], -1).tolist()
+    moving = _moving(arrays, links, parent)
+    members = _groups(arrays, moving)
+    paths = [_path(arrays, parent, rows[0]) if moving[rows[0]] else [] for rows in members]
+    bundled = _bundles(arrays, members, paths)
+    acts = sorted({(link, b) for b, own in enumerate(bundled) for k in own for link in paths[k]})
+    entry = {key: p for p, key in enumerate(acts)}
+    groups, bundles = (
+        np.zeros(len(each), kind).view(np.recarray) for each, kind in ((members, GROUP), (bundled, BUNDLE))
+    )
+    groups.bundle, lane = -1, np.zeros(len(arrays.rows), dtype=np.int64)
+    for b, own in enumerate(bundled):
+        for k in own:
+            count = bundles[b].count
+            groups[k].bundle, groups[k].lane = b, count
+            bundles[b].rows[count : count + len(members[k])] = members[k]
+            bundles[b].count += len(members[k])
+    for k, rows_of in enumerate(members):
+        _fill(arrays, links, groups[k], rows_of, entry)
+        lane[rows_of] = WIDTH * k + groups[k].lane + np.arange(len(rows_of))
+    first = np.searchsorted([link for link, _ in acts], np.arange(len(links) + 1))
+    return Paths(groups, bundles, lane, first, _entries(arrays, parent, entry, groups, lane))
+
+
+def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:
+    """Return the groups of each bundle: one joins the last bundle where there is room, and a link that both act on."""
+    found: list[list[int]] = []
+    room, links = 0, set()
+    for k, path in enumerate(paths):
+        if not path:
+            continue
+        alone = arrays.rows[members[k][0]].kind == COUPLER
+        if alone or len(members[k]) > room or links.isdisjoint(path):
+            found.append([])
+            room, links = WIDTH, set()
+        found[-1].append(k)
+        room, links = (0 if alone else room - len(members[k])), links | set(path)
+    return found
+
+
+def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], entry: dict) -> None:
+    """Write what a group is, after its bundle and lane."""
+    row, count = arrays.rows[members[0]], len(members)
+    group.kind, group.a, group.b, group.count = row.kind, row.a, row.b, count
+    group.rows[:count] = members
+    lanes = slice(group.lane, group.lane + count)
+    for end, at, axes in ((row.a, "at_a", "in_a"), (row.b, "at_b", "in_b")):
+        link = int(arrays.ends[end].link)
+        group[at] = -1 if row.kind == COUPLER else entry.get((link, int(group.bundle)), -1)
+        group[axes].reshape(3, WIDTH)[:, lanes] = _axes(links, arrays.ends[end]) @ arrays.rows[axes][members].T
+    if row.kind == DISTANCE:
+        group.in_a[lanes] = 1.0  # its line has no direction of its own
+
+
+def _entries(arrays: Constraints, parent: list[int], entry: dict, groups: np.ndarray, lane: np.ndarray) -> np.ndarray:
+    """Return what the bundles do at each link."""
+    factors = np.zeros(len(entry))
+    for term in arrays.terms[arrays.terms["x"] >= 0]:
+        factors[entry[int(term.link), int(groups[lane[term.row] // WIDTH].bundle)]] += term.factor
+    reached = {*groups["at_a"].tolist(), *groups["at_b"].tolist()}
+    found = {}
+    for (link, k), p in reversed(entry.items()):  # the order in which they hand on
+        up = entry.get((parent[link], k), -1)
+        found[p] = (k, up, up in reached, factors[p])
+        reached.add(up)
+    return rows(ENTRY, [found[p] for p in range(len(found))])
+
+
+def _groups(arrays: Constraints, moving: list[bool]) -> list[list[int]]:
+    """Return the rows of each group, those that cannot move last."""
+    keys = [
+        (not moving[i], row.kind, row.a, row.b, i if row.kind == COUPLER else -1) for i, row in enumerate(arrays.rows)
+    ]
+    found = []
+    for _, same in groupby(sorted(range(len(keys)), key=keys.__getitem__), keys.__getitem__):
+        group = list(same)
+        found += [group[k : k + WIDTH] for k in range(0, len(group), WIDTH)]
+    return sorted(found, key=lambda group: (not moving[group[0]], group))
+
+
+def _path(arrays: Constraints, parent: list[int], i: int) -> list[int]:
+    """Return the links between the ground and what row i acts on."""
+    row, found = arrays.rows[i], set()
+    begins = [arrays.ends[row.a].link, arrays.ends[row.b].link]
+    if row.kind == COUPLER:
+        begins = arrays.terms["link"][(arrays.terms["row"] == i) & (arrays.terms["x"] >= 0)]
+    for link in map(int, begins):
+        while link >= 0 and link not in found:
+            found.add(link)
+            link = parent[link]
+    return sorted(found)
+
+
+def _moving(arrays: Constraints, links: np.ndarray, parent: list[int]) -> list[bool]:
+    """Return which rows the joints between their ends can move."""
+    found = [True] * len(arrays.rows)
+    fixed = np.isin(arrays.rows["kind"], (POINT, ANGLE)) & np.isinf(arrays.rows["stiffness"])
+    by_ends = lambda i: (arrays.rows[i].a, arrays.rows[i].b)  # noqa: E731
+    for (a, b), same in groupby(np.flatnonzero(fixed), by_ends):
+        between = _between(links, parent, arrays.ends[a], arrays.ends[b])
+        if between is None:
+            continue
+        turning, sliding, frame_a, frame_b = between
+        for i in same:
+            row = arrays.rows[i]
+            normals = [frame_a @ row.in_a] + ([frame_b @ row.in_b] if row.kind == ANGLE else [])
+            found[i] = not any(
+                np.abs(np.cross(turning, n)).max(initial=0.0) < PARALLEL
+                and np.abs(sliding @ n).max(initial=0.0) < PARALLEL
+                for n in normals
+            )
+    return found
+
+
+def _between(links, parent: list[int], a, b):
+    """Return the axes of turning and of sliding joints between two ends, and the ends' frames, at zero coordinates.
+
+    All in one frame; None where a body bends or a joint has no axis.
+    """
+    paths: tuple[list[int], list[int]] = ([], [])
+    ends = [int(a.link), int(b.link)]
+    while ends[0] != ends[1]:
+        side = 0 if ends[0] > ends[1] else 1  # parents have the lower numbers
+        paths[side].append(ends[side])
+        ends[side] = parent[ends[side]]
+    passed = [*paths[0], *paths[1]]
+    bodies = passed if ends[0] < 0 else [*passed, ends[0]]
+    if links["modes"][bodies].any() or np.isin(links["joint"][passed], (SPHERICAL, FREE)).any():
+        return None
+    turns = [_rotations(links, path[::-1]) for path in paths]
+    axes = np.concatenate([turn[1:, :, 2] for turn in turns])
+    frames = [turn[-1] @ _axes(links, end) for turn, end in zip(turns, (a, b), strict=True)]
+    passed = [*paths[0][::-1], *paths[1][::-1]]
+    return axes[links["about"][passed] != 0], axes[links["along"][passed] != 0], *frames
+
+
+def _rotations(links, path: list[int]) -> np.ndarray:
+    """Return the rotations of links to the frame of the first one's parent at zero coordinates, and of that itself."""
+    found = [np.eye(3)]
+    for turn in links["rotation"][path].reshape(-1, 3, 3):
+        found.append(found[-1] @ turn)
+    return np.array(found)
+
+
+def _axes(links, end) -> np.ndarray:
+    """Return the axes of an end in those of its link."""
+    return links["align"][end.link].reshape(3, 3).T if end.link >= 0 else end.rotation.reshape(3, 3)

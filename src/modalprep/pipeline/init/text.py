@@ -1,0 +1,160 @@
+"""The text of a first pipeline file."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+
+from modalprep.fe.readers.cad import CAD
+from modalprep.pipeline.init.interfaces import MOST
+from modalprep.pipeline.init.proposal import Proposal, number, quoted
+from modalprep.pipeline.init.survey import Survey
+from modalprep.pipeline.init.units import extent
+
+MODES = 10
+MOST_LISTED = 24  # further interfaces in comments
+SHELL, ROD = 100, 40  # size of the part over the assumed thickness of shells and diameter of beams
+UPS = (
+    (0, 0, 1),
+    (0, 1, 0),
+    (1, 0, 0),
+    (1, 2, 3),
+    (3, 1, 2),
+    (2, -3, 1),
+)  # of beams, the first that none is parallel to
+FAMILIES = {1: "beam", 2: "shell", 3: "solid"}
+BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def pipeline_text(found: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool) -> str:
+    """Return the pipeline file of a part; `given` says whether the material is not an assumption."""
+    parts = [
+        f"# {target.stem}: from {found.file.name} to a modal file. modalprep init wrote it; correct what it assumes.",
+        _mesh(found, target),
+        *_materials(found, material, given),
+        *_supports(found),
+        *_interfaces(found),
+        _rest(found),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def key(name: str) -> str:
+    """Return a key of TOML.
+
+    Examples
+    --------
+    >>> key("bolt_a"), key("bolt a")
+    ('bolt_a', '"bolt a"')
+    """
+    return name if BARE.fullmatch(name) else quoted(name)
+
+
+def comment(text: str) -> str:
+    """Return lines of a comment."""
+    return "\n".join(f"# {line}" if line else "#" for line in text.splitlines())
+
+
+def _mesh(found: Survey, target: Path) -> str:
+    read = found.read
+    file = path_from(target.parent, found.file)
+    lines = [*(comment(f"note: {note}") for note in found.notes), "[mesh]", f"file = {quoted(file)}"]
+    lines.append(f'length_unit = "{read.length_unit}"  # {read.why}')
+    if read.mass_unit is not None and found.mesh.properties:
+        lines.append(f'mass_unit = "{read.mass_unit}"  # of the materials of the deck')
+    if found.file.suffix.lower() in CAD:
+        lines.append(
+            f"size = {number(read.size, read.size)}  # edge of an element; halve it to see what the mesh changes"
+        )
+        lines.append("order = 2")
+    return "\n".join(lines)
+
+
+def path_from(folder: Path, file: Path) -> str:
+    """Return a path from a folder to a file; the whole one where they are far apart."""
+    try:
+        path = Path(os.path.relpath(file.resolve(), folder.resolve()))
+    except ValueError:  # another drive
+        path = file.resolve()
+    return (file.resolve() if path.parts.count("..") > 3 else path).as_posix()
+
+
+def _materials(found: Survey, material: tuple[str, tuple[float, float, float]], given: bool) -> list[str]:
+    if not found.structure:
+        return ["# Materials and properties are those of the deck."]
+    name, (E, nu, rho) = material
+    assumed = "" if given else "# ASSUMPTION: the file says no material, and this one is taken.\n"
+    table = f"{assumed}[materials.{name}]\nE = {E:.6g}  # Pa\nnu = {nu:.6g}\nrho = {rho:.6g}  # kg/m^3"
+    return [table, *(_property(found, group, dimension, name) for group, dimension in found.structure.items())]
+
+
+def _property(found: Survey, group: str, dimension: int, material: str) -> str:
+    size = extent(found.mesh)
+    lines = [f"[properties.{key(group)}]", f'type = "{FAMILIES[dimension]}"', f'material = "{material}"']
+    if dimension == 2:
+        lines.append(f"thickness = {size / SHELL:.2g}  # m; ASSUMPTION: the file says none")
+    if dimension == 1:
+        lines += _up(found, group)
+        lines.append(f'section = {{ shape = "rod", diameter = {size / ROD:.2g} }}  # m; ASSUMPTION: the file says none')
+    return "\n".join(lines)
+
+
+def _up(found: Survey, group: str) -> list[str]:
+    """Return a direction that no beam of a group is parallel to, where z is not one."""
+    along = np.concatenate(
+        [np.diff(found.mesh.points[conn[:, :2]], axis=1)[:, 0] for conn in found.mesh.group(group).values()]
+    )
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
+    straight = [up for up in UPS if np.abs(along @ up / np.linalg.norm(up)).max() < 1 - 1e-6]
+    return [] if straight[:1] == [UPS[0]] else [f"up = {list((straight or UPS)[0])}"]
+
+
+def _supports(found: Survey) -> list[str]:
+    if found.supported is None:
+        return []
+    held = found.mesh.supports[found.supported]
+    others = "".join(
+        f"\n# [supports.{key(name)}]\n# set = {quoted(name)}" for name in found.mesh.supports if name != found.supported
+    )
+    return [
+        f"# The first interface carries the body frame: here what holds {len(held.nodes)} nodes, as the deck does.\n"
+        '[interfaces.support]\nkind = "support"',
+        f"[supports.{key(found.supported)}]\nset = {quoted(found.supported)}{others}",
+    ]
+
+
+def _interfaces(found: Survey) -> list[str]:
+    active, first = found.active, found.supported is None
+    parts = []
+    for k, one in enumerate(active):
+        root = "; the first interface carries the body frame" if first and k == 0 else ""
+        parts.append(f"# {one.what}{root}\n{_table(one)}")
+    if not active and first:
+        parts.append("# NO INTERFACE WAS FOUND: choose one, such as\n# [interfaces.root]\n# near = [0, 0, 0]")
+    rest = [one for one in found.interfaces if not any(one is other for other in active)]
+    if rest:
+        intro = f"# Further ones; each active interface adds six constraint modes, and {MOST} at most are taken."
+        parts.append("\n\n".join([intro, *(comment(f"{one.what}\n{_table(one)}") for one in rest[:MOST_LISTED])]))
+    if len(rest) > MOST_LISTED:
+        parts.append(f"# {len(rest) - MOST_LISTED} more are not listed.")
+    return parts
+
+
+def _table(one: Proposal) -> str:
+    return f"[interfaces.{key(one.name)}]\n{one.keys}"
+
+
+def _rest(found: Survey) -> str:
+    return "\n".join(
+        [
+            "[reduction]",
+            f"modes = {MODES}  # candidates; the report says which matter",
+            "damping = 0.01  # ASSUMPTION: of critical, of every mode",
+            "",
+            "[output]",
+            "pictures = 6  # the report is written always",
+        ]
+    )

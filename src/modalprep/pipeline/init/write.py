@@ -1,0 +1,157 @@
+"""From a file of a part to its first pipeline file and the file of a pendulum."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Sequence
+from pathlib import Path
+
+from modalprep.atomic import atomic_path, refuse_unwritable
+from modalprep.errors import InputError
+from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.mesh.mesh import Mesh
+from modalprep.pipeline.build.model import assemble_pipeline
+from modalprep.pipeline.build.sources import refuse_overwriting
+from modalprep.pipeline.init.interfaces import without
+from modalprep.pipeline.init.materials import chosen_material
+from modalprep.pipeline.init.pendulum import pendulum_text
+from modalprep.pipeline.init.survey import Survey, survey
+from modalprep.pipeline.init.text import pipeline_text
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.suggest import refuse_missing
+
+
+def init_pipeline(
+    file: Path,
+    target: Path | None = None,
+    *,
+    material: str | None = None,
+    size: float | None = None,
+    length_unit: str | None = None,
+    mass_unit: str | None = None,
+    force: bool = False,
+) -> tuple[Survey, list[Path]]:
+    """Write a pipeline file for a mesh, a deck or a CAD file, and beside it one of a pendulum.
+
+    Parameters
+    ----------
+    file : Path
+    target : Path, optional
+        By default in the working folder, with the name of `file`.
+    material : str, optional
+        A name or ``E,nu,rho``, for parts whose file says none.
+    size : float, optional
+        Of the elements of a CAD file, in `length_unit`.
+    length_unit, mass_unit : str, optional
+        Guessed without.
+    force : bool
+        Whether files may be replaced.
+
+    Returns
+    -------
+    What was found, and the files.
+
+    Raises
+    ------
+    InputError
+        When the file cannot be read, or one of the files to write is there already.
+    """
+    refuse_missing(file, "mesh file")
+    target = target or Path(f"{file.stem}.toml")
+    _refuse_present(_files(target), file, force)
+    chosen = chosen_material(material)
+    found = survey(file, length_unit, mass_unit, size)
+    found, text, model = _that_assembles(found, target, chosen, material is not None)
+    texts = [text] if model is None else [text, pendulum_text(found, target, model)]
+    return found, written_files(file, target, texts, force)
+
+
+def _that_assembles(
+    found: Survey, target: Path, material: tuple[str, tuple[float, float, float]], given: bool
+) -> tuple[Survey, str, FEModel | None]:
+    """Return the survey without the interfaces that the model refuses, the text and the model; None if it has none."""
+    for _ in range(1 + len(found.interfaces)):
+        text = pipeline_text(found, target, material, given)
+        try:
+            return found, text, assemble_pipeline(Pipeline.model_validate(tomllib.loads(text)), found.mesh)
+        except InputError as error:
+            message = str(error)
+        refused = re.match(r"interface '(.+?)': (.+)", message)
+        if not refused or refused[1] not in {one.name for one in found.active}:
+            break
+        found = found.with_(interfaces=without(found.interfaces, refused[1], refused[2]))
+    found = found.with_(notes=(*found.notes, f"{target.name} does not run yet: {message}"))
+    return found, pipeline_text(found, target, material, given), None
+
+
+def written_files(file: Path, target: Path, texts: Sequence[str], force: bool) -> list[Path]:
+    """Write the pipeline file of a part and, where there is a second text, that of its pendulum.
+
+    Raises
+    ------
+    InputError
+        When one of them is there already and not to be replaced.
+    """
+    files = _files(target)[: len(texts)]
+    _refuse_present(files, file, force)
+    for path, text in zip(files, texts, strict=True):
+        with atomic_path(path) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    return files
+
+
+def _files(target: Path) -> list[Path]:
+    return [target, target.with_name(f"{target.stem}-pendulum.toml")]
+
+
+def _refuse_present(files: Sequence[Path], source: Path, force: bool) -> None:
+    refuse_overwriting(files, [source])
+    for path in files:
+        refuse_unwritable(path)
+        if path.exists() and not force:
+            raise InputError(f"{path} is there already; give another name by -o, or --force to replace it")
+
+
+def summary(found: Survey) -> dict[str, object]:
+    """Return what was found, for JSON."""
+    mesh = found.mesh
+    return {
+        "mesh": mesh.source,
+        "length_unit": found.read.length_unit,
+        "size": found.read.size,
+        "cells": {kind: len(rows) for kind, rows in mesh.cells.items()},
+        "structure": list(found.structure) + list(mesh.properties),
+        "openings": [
+            {
+                "hole": one.hole,
+                "radius": one.cylinder.radius,
+                "axis": one.cylinder.axis.tolist(),
+                "centre": one.centre.tolist(),
+                "nodes": len(one.nodes),
+            }
+            for one in found.openings
+        ],
+        "interfaces": [one.name for one in found.active],
+        "further_interfaces": [one.name for one in found.interfaces if one not in found.active],
+        "notes": list(found.notes),
+    }
+
+
+def rows(found: Survey) -> tuple[str, list[tuple[str, str, str, bool]]]:
+    """Return the title and the rows of the table of what was found."""
+    mesh, used = found.mesh, found.active
+    cells = ", ".join(f"{len(conn)} {kind}" for kind, conn in mesh.cells.items())
+    table = [("group", name, f"{_kind(mesh, name)}; a property of the deck", True) for name in mesh.properties]
+    table += [("group", name, f"{_kind(mesh, name)}; needs a property", True) for name in found.structure]
+    if found.supported:
+        table += [
+            ("supports", name, f"{len(held.nodes)} nodes that the deck holds", name == found.supported)
+            for name, held in mesh.supports.items()
+        ]
+    table += [("interface", one.name, one.what, any(one is other for other in used)) for one in found.interfaces]
+    return f"{mesh.source}: {len(mesh.points)} nodes, {cells}; in {found.read.length_unit} ({found.read.why})", table
+
+
+def _kind(mesh: Mesh, name: str) -> str:
+    return ", ".join(f"{len(rows)} {kind}" for kind, rows in mesh.groups.get(name, {}).items())

@@ -1,0 +1,65 @@
+"""Static response of what a basis of a body drops, for its recoveries by mode acceleration (theory 4.9)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def projected_recovery(body: Any, Y: np.ndarray, w: np.ndarray) -> dict[str, Any]:
+    """Return the recoveries of a body in the coordinates p of ``q = Y p``, corrected for the directions that Y drops.
+
+    Those by mode displacement have no correction.
+
+    Parameters
+    ----------
+    body : ModalBody
+    Y : (n, r)
+        Of unit modal mass.
+    w : (r,)
+        Circular frequencies of the coordinates p, rad/s.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> projected_recovery(uniform_beam(modes=2), np.eye(2)[:, :1], np.ones(1))
+    {}
+    """
+    flexibility, forces = dropped_flexibility(body.K, Y, w), unit_forces(body)
+    found = {}
+    for name, old in body.recovery.items():
+        new = old.in_basis(Y)
+        if old.loads is not None:
+            static = old.q @ flexibility
+            inertia = static @ (body.modal_mass @ Y)
+            qdd = -inertia if new.qdd is None else new.qdd - inertia
+            new = new.with_(qdd=qdd, loads=old.loads + static @ forces)
+        found[name] = new
+    return found
+
+
+def dropped_flexibility(K: np.ndarray, Y: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Return the flexibility ``1 / K - Y / w^2 Y^T (n, n)`` of what a basis drops; mechanisms have none.
+
+    Examples
+    --------
+    >>> dropped_flexibility(np.array([4.0, 25.0]), np.eye(2)[:, :1], np.array([2.0])).round(12)
+    array([[0.  , 0.  ],
+           [0.  , 0.04]])
+    """
+    whole, kept = (np.divide(1.0, k, out=np.zeros_like(k), where=k > 0) for k in (np.array(K), w**2))
+    return np.diag(whole) - (Y * kept) @ Y.T
+
+
+def unit_forces(body: Any) -> np.ndarray:
+    """Return the modal forces ``(n, 12 + 6 n_if)`` of unit A, W and loads on the interfaces.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> unit_forces(uniform_beam(modes=2)).shape
+    (2, 24)
+    """
+    at_interfaces = np.concatenate([body.phi, body.psi], axis=1).reshape(-1, body.n)
+    return np.concatenate([-body.S, -body.H.reshape(9, -1), at_interfaces]).T

@@ -1,0 +1,104 @@
+"""Correlation of two sets of modes: a table for the terminal, and a picture of the MAC."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.text import Text
+
+from modalprep.correlation.pairing import Correlation
+from modalprep.report.plots import INK, save_figure
+from modalprep.report.tables import hertz, plain_table
+
+WRITTEN = 20  # maximum number of modes of a side with values written in the cells
+WORST = 5  # listed components of the lowest COMAC
+DISAGREES = 0.9  # COMAC below which a component is listed
+
+
+def correlation_table(found: Correlation, console: Console) -> None:
+    """Print a row for each pair of modes, the modes without partner, and the components that disagree most.
+
+    Examples
+    --------
+    >>> from modalprep.correlation import body_modes, correlate
+    >>> from modalprep.examples import uniform_beam
+    >>> modes = body_modes(uniform_beam(modes=2))
+    >>> correlation_table(correlate(modes, modes), Console(width=100, color_system=None))  # doctest: +ELLIPSIS
+    Pairs of modes of beam (test) and beam (analysis)
+    test  analysis      Hz      Hz  difference %    MAC  orthogonality  damping %  damping %
+    ...
+    """
+    names = f" of {found.test.name} (test) and {found.analysis.name} (analysis)"
+    console.print(Text.assemble(("Pairs of modes", "bold"), names))
+    rich = plain_table()
+    for name in ("test", "analysis", "Hz", "Hz", "difference %", "MAC", "orthogonality", "damping %", "damping %"):
+        rich.add_column(name, justify="right", no_wrap=True)
+    for row in found.rows():
+        test, analysis, f_test, f_analysis, off, mac, cross, d_test, d_analysis = row.values()
+        rich.add_row(
+            str(test), str(analysis), hertz(f_test), hertz(f_analysis), _known(off, "+.2f"), f"{mac:.3f}",
+            _known(cross, ".3f"), _known(d_test, ".2f"), _known(d_analysis, ".2f"),
+        )  # fmt: skip
+    console.print(rich)
+    for side, modes, paired in (
+        ("test", found.test, found.pairs[:, 0]),
+        ("analysis", found.analysis, found.pairs[:, 1]),
+    ):
+        alone = [f"{k + 1} ({hertz(modes.frequency[k])} Hz)" for k in range(modes.n) if k not in paired]
+        if alone:
+            console.print(Text(f"{side} modes without a partner: {', '.join(alone)}"))
+    for text in _disagreements(found):
+        console.print(Text(text))
+    for note in found.notes:
+        console.print(Text(f"note: {note}"), soft_wrap=True)
+
+
+def _known(value: float, form: str) -> str:
+    return format(value, form) if np.isfinite(value) else "."
+
+
+def _disagreements(found: Correlation) -> list[str]:
+    order = np.argsort(np.nan_to_num(found.comac, nan=1.0), axis=None)[:WORST]
+    places = np.stack(np.unravel_index(order, found.comac.shape), axis=1).tolist()
+    low = [
+        f"{found.test.labels[p]}{'xyz'[axis]} {found.comac[p, axis]:.2f}"
+        for p, axis in places
+        if found.comac[p, axis] < DISAGREES
+    ]
+    return [f"lowest COMAC: {', '.join(low)}"] if low else []
+
+
+def mac_plot(found: Correlation, path: str | Path) -> Path:
+    """Draw the MAC of all test and analysis modes; pairs have a frame.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    n, m = found.mac.shape
+    figure = Figure(figsize=(min(12, 2.8 + 0.42 * m), min(10, 1.8 + 0.36 * n)), layout="constrained")
+    axes = figure.add_subplot()
+    image = axes.imshow(found.mac, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for i, j in found.pairs.tolist():
+        axes.plot(
+            [j - 0.5, j + 0.5, j + 0.5, j - 0.5, j - 0.5],
+            [i - 0.5, i - 0.5, i + 0.5, i + 0.5, i - 0.5],
+            color="#D55E00",
+        )
+    if max(n, m) <= WRITTEN:
+        for i, j in np.argwhere(found.mac >= 0.05):
+            ink = "white" if found.mac[i, j] > 0.6 else INK
+            axes.text(j, i, f"{found.mac[i, j]:.2f}", ha="center", va="center", color=ink, fontsize=8)
+    for axis, modes, place in ((axes.yaxis, found.test, n), (axes.xaxis, found.analysis, m)):
+        step = max(1, place // 30)
+        axis.set_ticks(range(0, place, step), [f"{k + 1}: {hertz(modes.frequency[k])}" for k in range(0, place, step)])
+    axes.tick_params(axis="x", rotation=90)
+    axes.set_ylabel(f"{found.test.name} (test): mode, Hz")
+    axes.set_xlabel(f"{found.analysis.name} (analysis): mode, Hz")
+    axes.set_title("Modal assurance criterion; pairs are framed", loc="left", fontweight="bold", color=INK)
+    figure.colorbar(image, ax=axes, label="MAC")
+    return save_figure(figure, path)

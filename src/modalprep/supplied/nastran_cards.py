@@ -1,0 +1,157 @@
+"""Cards that Nastran writes beside the matrices of an external superelement: boundary, axes, tables of rows.
+
+EXTSEOUT writes the .pch file for the part itself (BEGIN SUPER, EXTRN, ASET, GRID, CORD2R, SPOINT and DTI tables) and
+the .asm file for the assembly (SEBULK, SECONCT, GRID, CORD2R, SPOINT). EXTRN lists the rows of the matrices.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.readers.nastran.cards import Card, read_cards
+from modalprep.fe.readers.nastran.grids import Grids, Tables
+
+SYSTEMS = ("CORD2R", "CORD2C", "CORD2S", "CORD1R", "CORD1C", "CORD1S")
+LONGEST = 10**6  # rows of a table or a range
+
+
+class TableRow(NamedTuple):
+    """A line of a DTI table: type (1 grid, 2 scalar point, else of the element), id, components and first row."""
+
+    kind: int
+    number: int
+    components: int
+    first: int
+
+
+class Cards(NamedTuple):
+    """The boundary of an external superelement.
+
+    Attributes
+    ----------
+    points : {id: components}
+        In the order of the rows of the matrices, components as ``"123456"``, of scalar points ``""``.
+    position : {id: (3,)}
+        Of the grids, basic coordinates in units of the deck.
+    axes : {id: (3, 3)}
+        Columns: axes of the grid's displacements.
+    tables : {name: list of TableRow}
+        DTI tables of rows, such as TUG1.
+    """
+
+    points: dict[int, str]
+    position: dict[int, np.ndarray]
+    axes: dict[int, np.ndarray]
+    tables: dict[str, list[TableRow]]
+
+
+def read_boundary(assembly: Path | None, punch: Path | None) -> Cards:
+    """Return the boundary from the .asm and the .pch file, one of which may be missing.
+
+    The .pch file alone says all. Without it every grid has six components, as the .asm file cannot say otherwise.
+
+    Raises
+    ------
+    InputError
+        When a file is damaged, or lacks what the boundary needs.
+    """
+    files = [path for path in (punch, assembly) if path is not None]
+    cards = {path: read_cards(path).cards for path in files}
+    if punch is not None:
+        found = [card for card in cards[punch] if card.name == "EXTRN"]
+        points = _pairs(found)
+        if not points:
+            raise InputError(f"{punch} has no EXTRN card, which lists the rows of the matrices; export it again")
+    else:
+        points = _connected(assembly, cards[assembly])
+    grids = _grids(files[0], cards[files[0]])
+    missing = [number for number, components in points.items() if components and number not in grids.row]
+    if missing:
+        raise InputError(f"{files[0]} names grid {missing[0]} on the boundary, but has no GRID card of it")
+    rows = {number: grids.row[number] for number, components in points.items() if components}
+    return Cards(
+        points,
+        {number: grids.points[row] for number, row in rows.items()},
+        {number: grids.displacement(row).T for number, row in rows.items()},
+        _tables(cards.get(punch, [])),
+    )
+
+
+def _grids(path: Path, cards: list[Card]) -> Grids:
+    tables: Tables = {"grid": {}, "system": {}, "SPOINT": {}}
+    for card in cards:
+        if card.name == "GRID":
+            tables["grid"][card.id] = card
+        elif card.name in SYSTEMS:
+            tables["system"][card.id] = card
+        elif card.name == "SPOINT":
+            tables["SPOINT"][len(tables["SPOINT"])] = card
+    return Grids(path, tables)
+
+
+def _pairs(cards: list[Card]) -> dict[int, str]:
+    """Return the points of EXTRN cards with their components, in order; ``7 THRU 9 0`` is a range."""
+    found: dict[int, str] = {}
+    for card in cards:
+        words = [text for text in card.fields if text]
+        while words:
+            span = 4 if words[1:2] == ["THRU"] else 2
+            part, words = Card(card.name, words[:span], card.file, card.line), words[span:]
+            first = part.integer(0, "a grid", lowest=1)
+            last = part.integer(2, "the last grid", lowest=first) if span == 4 else first
+            components = _components(part, span - 1)
+            _refuse_long(part, last - first)
+            for number in range(first, last + 1):
+                if number in found:
+                    raise card.error(f"point {number} stands there twice; export it again")
+                found[number] = components
+    return found
+
+
+def _components(card: Card, k: int) -> str:
+    text = card.text(k)
+    components = "" if text == "0" else "".join(sorted(text))
+    if not text or set(components) - set("123456") or len(set(components)) < len(components):
+        raise card.error(f"the components {text!r} are not of 1 to 6, or 0 for a scalar point; export it again")
+    return components
+
+
+def _refuse_long(card: Card, count: int) -> None:
+    if count > LONGEST:
+        raise card.error(f"a range of {count} points is too long; export it again")
+
+
+def _connected(path: Path, cards: list[Card]) -> dict[int, str]:
+    """Return the points of the part that SECONCT joins, in order: grids with six components, and scalar points."""
+    grids = {card.id for card in cards if card.name == "GRID"}
+    found: dict[int, str] = {}
+    for card in (card for card in cards if card.name == "SECONCT"):
+        words = [text for text in card.fields[8:] if text]
+        while words:
+            span = 6 if words[1:2] == ["THRU"] else 2
+            part, words = Card(card.name, words[:span], card.file, card.line), words[span:]
+            first = part.integer(0, "a point", lowest=1)
+            last = part.integer(2, "the last point", lowest=first) if span == 6 else first
+            _refuse_long(part, last - first)
+            found |= {number: "123456" if number in grids else "" for number in range(first, last + 1)}
+    if not found:
+        raise InputError(f"{path} has no SECONCT card, which lists the boundary; give the .pch file too")
+    return found
+
+
+def _tables(cards: list[Card]) -> dict[str, list[TableRow]]:
+    """Return the second records of the DTI tables: TYPE, ID, COMP, ROW of each line."""
+    found = {}
+    for card in cards:
+        if card.name == "DTI" and card.text(1) == "2" and "ROW" in card.fields:
+            words = [text for text in card.fields[2:] if text.lstrip("-").isdigit()]
+            numbers = [int(text) for text in words[: len(words) // 4 * 4]]
+            lines = [TableRow(*numbers[k : k + 4]) for k in range(0, len(numbers), 4)]
+            if len(words) % 4 or not lines or any(not 0 < line.components <= LONGEST for line in lines):
+                raise card.error("its lines of type, id, components and row are damaged or cut short; export it again")
+            found[card.text(0)] = lines
+    return found

@@ -1,0 +1,70 @@
+"""Lanes of compiled code: what they do to four numbers is what NumPy does to an array of four."""
+
+import numpy as np
+import pytest
+
+from modalprep.jit import compile_kernel
+from modalprep.multibody.kernels.algebra.lanes import (
+    four,
+    get_lane6,
+    get_lanes,
+    get_lanes3,
+    get_lanes6,
+    put_lane6,
+    put_lanes,
+    put_lanes3,
+    put_lanes6,
+)
+from modalprep.multibody.kernels.algebra.matrices import times
+from modalprep.multibody.kernels.algebra.tuples import cross, get3, get9
+
+EXACT = 4 * np.finfo(float).eps  # sums of three products, with or without one rounding less
+
+
+@compile_kernel
+def _sum(a, b, f, out):
+    x, y = get_lanes(a, 0), get_lanes(b, 1)
+    y += x
+    put_lanes(out, 0, x + y)
+    put_lanes(out, 4, x - f)
+    put_lanes(out, 8, f * y)
+    put_lanes(out, 12, four(f) * (x * y))
+
+
+def test_operators_take_lanes_and_numbers():
+    a, b = np.random.default_rng(0).standard_normal((2, 8))
+    out = np.empty(16)
+    _sum(a, b, 1.7, out)
+    x, y = a[:4], b[1:5] + a[:4]
+    np.testing.assert_allclose(out.reshape(4, 4), [x + y, x - 1.7, 1.7 * y, 1.7 * x * y], rtol=EXACT, atol=EXACT)
+
+
+@compile_kernel
+def _turn(R, r, vectors, out):
+    turned = times(get9(R), get_lanes3(vectors, 0))
+    put_lanes3(out, 0, turned)
+    put_lanes3(out, 12, cross(get3(r), turned))
+
+
+def test_functions_on_tuples_take_lanes():
+    rng = np.random.default_rng(1)
+    R, r, vectors, out = rng.standard_normal((3, 3)), rng.standard_normal(3), rng.standard_normal((3, 4)), np.empty(24)
+    _turn(R.ravel(), r, vectors.ravel(), out)
+    expected = R @ vectors
+    np.testing.assert_allclose(out[:12].reshape(3, 4), expected, rtol=EXACT, atol=EXACT * 8)
+    np.testing.assert_allclose(out[12:].reshape(3, 4), np.cross(r, expected.T).T, rtol=EXACT, atol=EXACT * 32)
+
+
+@compile_kernel
+def _exchange(a, k, m, out):
+    put_lanes6(out, get_lanes6(a))
+    put_lane6(out, m, get_lane6(a, k))
+
+
+@pytest.mark.parametrize(("k", "m"), [(0, 3), (2, 1)])
+def test_a_lane_of_a_spatial_vector(k, m):
+    a, out = np.arange(24.0), np.empty(24)
+    _exchange(a, k, m, out)
+    expected = a.reshape(6, 4).copy()
+    expected[:, m] = expected[:, k]
+    assert out.reshape(6, 4).tolist() == expected.tolist()
