@@ -142,16 +142,16 @@ def simulate(
     from modalprep.pipeline.schema.load import load_pipeline
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
-    file, output = with_settings(file, settings or [], output)
-    pipeline = load_pipeline(file)
-    if animate:
-        _refuse_animation(animate, file, target, pipeline)
-    elif colour != "displacement":
+    if colour != "displacement" and not animate:
         raise InputError(f"--colour {colour} is that of an animation; add --animate with a file")
     if vtu:
         from modalprep.formats.vtu import check_series
 
         check_series(vtu)
+    file, output = with_settings(file, settings or [], output)
+    pipeline = load_pipeline(file)
+    if animate:
+        _refuse_animation(animate, file, target, pipeline)
     reporter = Reporter(quiet=as_json or quiet)
     done = simulate_pipeline(
         file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, reference=reference
