@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from modalprep.body.build import flexible_body as flexible_body
     from modalprep.body.checks import check_body as check_body
     from modalprep.body.rigid import rigid_body as rigid_body
+    from modalprep.drawing import Film as Film
     from modalprep.ensemble.simulate import simulate_many as simulate_many
     from modalprep.errors import AccuracyError as AccuracyError
     from modalprep.errors import InputError as InputError
@@ -90,6 +91,7 @@ _NAMES = {
     "multibody.analysis.linearise": "linearise",
     "multibody.analysis.system_modes": "system_modes",
     "formats.resultfile": "write_result read_result",
+    "drawing": "Film",
     "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

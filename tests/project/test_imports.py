@@ -8,7 +8,8 @@ import sys
 import pytest
 
 BASE = {
-    "errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook", "workers",
+    "errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook", "drawing",
+    "workers",
 }  # fmt: skip
 MAY_IMPORT = {
     "linalg": BASE,
@@ -36,7 +37,7 @@ LAYERS = {
     ),
     "report": (
         "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "summary", "scene", "analysis",
-        "synthesis", "ensemble", "correlation", "page",
+        "synthesis", "ensemble", "correlation", "show", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
 }  # fmt: skip

@@ -42,7 +42,7 @@ def _height(picture):
 def test_mesh_points_move_with_their_interfaces(swing):
     """The tip's mesh point is the tip, to the second order of the deflection that the picture leaves out."""
     system, run = swing
-    film = system_animation._Animation(system, run, 5)
+    film = system_animation.SystemScene(system, run, 5)
     tip = np.argmax(system.bodies["arm"].points[:, 0])
     for k in film.rows:
         bend = np.linalg.norm(run["arm.tip.deflection"][k])
@@ -56,7 +56,7 @@ def test_a_diverging_run_is_shown_while_it_means_something():
     )
     system = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(hub,)).conventional()
     run = mp.simulate(system, t_end=5.0, output_step=0.05)
-    film = system_animation._Animation(system, run, 10)
+    film = system_animation.SystemScene(system, run, 10)
     assert run.status == "diverged"
     assert film.rows[-1] < len(run.time) - 1
     assert film.largest < 2 * 10.0

@@ -10,6 +10,7 @@ import numpy as np
 
 from modalprep.body.recovery import BodyMotion, Recovery
 from modalprep.body.stress import StressModes
+from modalprep.drawing import Film, draw
 from modalprep.records import Record
 from modalprep.reduction.table import ModeTable
 
@@ -241,6 +242,53 @@ class FlexibleBody(Record):
         A. K. Banerjee, Flexible Multibody Dynamics, Wiley 2016, section 6.7; theory 4.5.
         """
         return self.conventional().with_(P=np.zeros_like(self.P))
+
+    def plot(self, *, mode: int | None = None, colour: str = "displacement") -> Any:
+        """Show the body, or one of its modes, in a window or in a notebook.
+
+        Parameters
+        ----------
+        mode : int, optional
+            Counted from 1; the undeformed body by default.
+        colour : {"displacement", "energy"}
+            Of the mode.
+
+        Returns
+        -------
+        object
+            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
+
+        Raises
+        ------
+        InputError
+            When there is no such mode or colour.
+        RenderError
+            When there is no display, or the machine cannot draw.
+        """
+        return draw("body", self, mode, colour)
+
+    def animate(self, mode: int, *, colour: str = "displacement") -> Film:
+        """Draw one period of a mode.
+
+        Parameters
+        ----------
+        mode : int
+            Counted from 1.
+        colour : {"displacement", "energy"}
+
+        Returns
+        -------
+        modalprep.Film
+            A GIF, which a notebook plays and ``save`` writes.
+
+        Raises
+        ------
+        InputError
+            When there is no such mode or colour.
+        RenderError
+            When the machine cannot draw.
+        """
+        return draw("mode_film", self, mode, colour)
 
     def __repr__(self) -> str:
         """Name, size, mass and frequency range."""

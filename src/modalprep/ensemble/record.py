@@ -5,11 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from modalprep.drawing import refuse_missing
 from modalprep.errors import InputError
 from modalprep.notebook import html_table
 from modalprep.records import Record
@@ -216,7 +216,7 @@ class Ensemble(Record):
         InputError
             When pandas is not installed, or there is no such channel.
         """
-        _refuse_missing("pandas", "a data frame", "dataframe")
+        refuse_missing("pandas", "a data frame", "dataframe")
         import pandas
 
         index = pandas.MultiIndex.from_product([range(len(self)), self.time], names=["case", "time"])
@@ -237,7 +237,7 @@ class Ensemble(Record):
         InputError
             When xarray is not installed, or there is no such channel.
         """
-        _refuse_missing("xarray", "a labelled array", "xarray")
+        refuse_missing("xarray", "a labelled array", "xarray")
         import xarray
 
         data: dict[str, Any] = {}
@@ -277,8 +277,3 @@ def _percentiles(values: np.ndarray, levels: Sequence[float]) -> np.ndarray:
     with warnings.catch_warnings():  # where no case has a value
         warnings.simplefilter("ignore", RuntimeWarning)
         return np.nanpercentile(np.where(np.isfinite(values), values, np.nan), levels, axis=0)
-
-
-def _refuse_missing(package: str, what: str, extra: str) -> None:
-    if find_spec(package) is None:
-        raise InputError(f"{what} needs {package}: pip install 'modalprep[{extra}]'; without it channels are arrays")

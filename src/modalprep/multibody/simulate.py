@@ -168,6 +168,20 @@ def channels_at(system: System, y: np.ndarray, t: float = 0.0) -> Result:
     return recorder.result("state", "", {})
 
 
+def start_channels(system: System) -> Result:
+    """Return every channel of a run at the start values of the joints, modes at rest.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.multibody.model.joint import Joint
+    >>> hinge = Joint(name="hinge", type="revolute", parent="ground", child="arm", angle=0.5)
+    >>> start_channels(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))["hinge.angle"]
+    array([0.5])
+    """
+    return channels_at(system, start_state(pack(system)))
+
+
 def prepare(system: System, times: np.ndarray, *, reference: bool = False, **options) -> Integration:
     """Return an integration from the joints' start values, modes at rest, no work done; options as `Integration`."""
     packed = pack(system)

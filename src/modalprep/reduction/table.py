@@ -4,11 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from modalprep.drawing import draw, refuse_missing
 from modalprep.notebook import html_table
 from modalprep.records import Record
+
+if TYPE_CHECKING:
+    import pandas
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FIXED, CONSTRAINT, TRUNCATION = "fixed-interface", "constraint", "truncation"
@@ -68,6 +73,48 @@ class ModeTable(Record):
             for k, kind in enumerate(self.kind)
         ]
         return html_table(repr(self), header, rows)
+
+    def plot(self, *, axes: Any = None) -> Any:
+        """Draw the effective masses of the kept vectors, stacked for each direction.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes, optional
+            Where to draw; a new figure of pyplot by default, which notebooks show.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Examples
+        --------
+        >>> ModeTable.empty(np.ones(6)).plot().get_xlabel()[:14]
+        'effective mass'
+        """
+        return draw("effective_mass", self, axes)
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return the rows of the table.
+
+        Returns
+        -------
+        pandas.DataFrame
+            A row for each candidate, counted from 1: kind, frequency (Hz), effective mass in each direction (kg,
+            kg m^2) and as a fraction of the body's, kept, reason.
+
+        Raises
+        ------
+        InputError
+            When pandas is not installed.
+        """
+        refuse_missing("pandas", "a data frame", "dataframe")
+        import pandas
+
+        columns = {"kind": self.kind, "frequency": self.frequency}
+        columns |= {f"mass.{name}": self.effective_mass[:, i] for i, name in enumerate(DIRECTIONS)}
+        columns |= {f"fraction.{name}": self.fraction[:, i] for i, name in enumerate(DIRECTIONS)}
+        columns |= {"kept": self.kept, "reason": self.reason}
+        return pandas.DataFrame(columns, index=pandas.RangeIndex(1, len(self.kind) + 1, name="candidate"))
 
     @classmethod
     def empty(cls, total: np.ndarray) -> ModeTable:

@@ -40,7 +40,12 @@ def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
     '.png'
     """
     figure = Figure(figsize=(9.0, 3.9), layout="constrained")
-    axes = figure.add_subplot()
+    draw_effective_mass(figure.add_subplot(), table)
+    return save_figure(figure, path)
+
+
+def draw_effective_mass(axes: Axes, table: ModeTable) -> None:
+    """Draw the chart of `effective_mass_plot` into axes."""
     share = 100 * np.nan_to_num(table.fraction)
     left = np.zeros(6)
     for rank, k in enumerate(k for k in np.flatnonzero(table.kept) if np.any(share[k] > 0)):
@@ -57,7 +62,6 @@ def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
     axes.axvline(100, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
     axes.axhline(2.5, color="#c3ccd4", linewidth=0.8)
     plain_axes(axes, grid="x")
-    return save_figure(figure, path)
 
 
 def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, colour: str, label: str) -> None:
@@ -111,9 +115,23 @@ def history_plot(
     >>> history_plot({"run": run}, ["hub.angle"], Path(tempfile.mkdtemp()) / "angle.png").name
     'angle.png'
     """
-    points = list(reference or ())
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
-    axes = figure.add_subplot()
+    draw_histories(figure.add_subplot(), results, channels, title=title, ylabel=ylabel, reference=reference, ylim=ylim)
+    return save_figure(figure, path)
+
+
+def draw_histories(
+    axes: Axes,
+    results: Mapping[str, Result],
+    channels: Sequence[str],
+    *,
+    title: str = "",
+    ylabel: str = "",
+    reference: Sequence[Mapping[str, Any]] | None = None,
+    ylim: tuple[float, float] | None = None,
+) -> None:
+    """Draw the chart of `history_plot` into axes."""
+    points = list(reference or ())
     curves = list(_curves(results, channels))
     axes.set_ylim(*(ylim or _frame(curves, points)))
     axes.set_xlim(0, max(run.time[-1] for run in results.values()) or 1.0)
@@ -129,7 +147,6 @@ def history_plot(
     add_head(axes, title)
     plain_axes(axes, grid="both")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-4, 8), useOffset=False)
-    return save_figure(figure, path)
 
 
 def _curves(

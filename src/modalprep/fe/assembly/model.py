@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_array
 
+from modalprep.drawing import draw
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.strain_energy import StrainEnergy
@@ -92,6 +94,21 @@ class FEModel(Record):
     strain_energy: StrainEnergy | None = None
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    def plot(self) -> Any:
+        """Show the model and its interfaces in a window, or in a notebook.
+
+        Returns
+        -------
+        object
+            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
+
+        Raises
+        ------
+        RenderError
+            When there is no display, or the machine cannot draw.
+        """
+        return draw("model", self)
 
     @property
     def n_dof(self) -> int:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
+from modalprep.drawing import draw
 from modalprep.errors import InputError
 from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
@@ -188,6 +190,21 @@ class Mesh(Record):
             When the mesh has no such group.
         """
         return np.unique(np.concatenate([c.ravel() for c in self.group(name).values()]))
+
+    def plot(self) -> Any:
+        """Show the mesh in a window, or in a notebook.
+
+        Returns
+        -------
+        object
+            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
+
+        Raises
+        ------
+        RenderError
+            When there is no display, or the machine cannot draw.
+        """
+        return draw("mesh", self)
 
     def __repr__(self) -> str:
         """Counts and group names."""

@@ -6,10 +6,12 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.drawing import Film, draw
 from modalprep.errors import InputError
 from modalprep.multibody.model.constraints import Closure, Coupler, check_closures
 from modalprep.multibody.model.depletion import Depletion, check_depletions
@@ -103,6 +105,58 @@ class System(Record):
             joint, body = self.carrier(name), self.bodies[name]
             rows.append([joint.name, joint.type, joint.parent, joint.child, float(body.m), body.n])
         return html_table(repr(self), ["joint", "type", "parent", "child", "mass of the child, kg", "modes"], rows)
+
+    def plot(self, run: Any = None, *, time: float | None = None) -> Any:
+        """Show the bodies in a window or in a notebook.
+
+        Parameters
+        ----------
+        run : Result, optional
+            Of this system; without it the bodies are where the start values of the joints put them.
+        time : float, optional
+            s; the sample nearest to it is shown, the last one by default.
+
+        Returns
+        -------
+        object
+            What pyvista's ``show`` returns: the scene in a notebook, None after a window is closed.
+
+        Raises
+        ------
+        InputError
+            When the run is of another system, or the time lies outside.
+        RenderError
+            When there is no display, or the machine cannot draw.
+        """
+        return draw("system", self, run, time)
+
+    def animate(self, run: Any, *, colour: str = "displacement", seconds: float = 5.0, frames: int = 60) -> Film:
+        """Draw a run as a film.
+
+        Parameters
+        ----------
+        run : Result
+            Of this system.
+        colour : str
+            ``displacement``, or a component of a recovery such as ``skin.von_mises``.
+        seconds : float
+            Duration of the film, s.
+        frames : int
+            Number of pictures.
+
+        Returns
+        -------
+        modalprep.Film
+            A GIF, which a notebook plays and ``save`` writes.
+
+        Raises
+        ------
+        InputError
+            When the run is of another system, or no body recovers the colour.
+        RenderError
+            When the machine cannot draw.
+        """
+        return draw("system_film", self, run, colour=colour, seconds=seconds, frames=frames)
 
     def _refuse_other_types(self) -> None:
         refuse_other("System: bodies", Mapping, self.bodies)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from importlib.util import find_spec
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy
 
+from modalprep.drawing import draw, refuse_missing
 from modalprep.errors import InputError
 from modalprep.notebook import html_table
 from modalprep.records import Record
@@ -17,6 +17,7 @@ from modalprep.suggest import refuse_other, suggestion
 
 if TYPE_CHECKING:
     import pandas
+    import xarray
 
     from modalprep.multibody.evaluation.impact import Impact
 
@@ -183,13 +184,64 @@ class Result(Record):
         >>> list(r.table())
         ['a.angle']
         """
-        if find_spec("pandas") is None:
-            raise InputError(
-                "a data frame needs pandas: pip install 'modalprep[dataframe]'; without it channels are arrays"
-            )
+        refuse_missing("pandas", "a data frame", "dataframe")
         import pandas
 
         return pandas.DataFrame(self.table(channels), index=pandas.Index(self.time, name="time"))
+
+    def to_xarray(self, channels: Sequence[str] = ()) -> xarray.Dataset:
+        """Return the named channels (all when none is named) as labelled arrays.
+
+        Returns
+        -------
+        xarray.Dataset
+            A variable for each channel, of dimension ``time`` (s), and one with the components of a vector.
+            The status, the message and the notes are attributes.
+
+        Raises
+        ------
+        InputError
+            When xarray is not installed, or there is no such channel.
+        """
+        refuse_missing("xarray", "a labelled array", "xarray")
+        import xarray
+
+        data, coordinates = {}, {"time": self.time}
+        for name in channels or self.channels:
+            parts = self._components(name)
+            label = "axis" if parts == list("xyz") else f"component_{len(parts)}"
+            data[name] = (("time", *([label] if parts else [])), self[name])
+            coordinates |= {label: parts} if parts else {}
+        attributes = {"status": self.status, "message": self.message, "notes": list(self.notes)}
+        return xarray.Dataset(data, coordinates, attributes)
+
+    def plot(self, *channels: str, axes: Any = None, title: str = "", ylabel: str = "") -> Any:
+        """Draw channels over time.
+
+        Parameters
+        ----------
+        channels : str
+            Such as ``"hinge.angle"``; a vector is drawn as one curve for each component.
+        axes : matplotlib Axes, optional
+            Where to draw; a new figure of pyplot by default, which notebooks show.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        InputError
+            When no channel is named, or there is no such channel.
+
+        Examples
+        --------
+        >>> t = np.array([0.0, 1.0])
+        >>> run = Result(time=t, channels={"a.angle": t**2}, status="done", message="")
+        >>> run.plot("a.angle").get_ylabel()
+        'a.angle'
+        """
+        return draw("histories", self, channels, axes, title=title, ylabel=ylabel)
 
     def table(self, channels: Sequence[str] = ()) -> dict[str, np.ndarray]:
         """Return the named channels (all when none is named), one (nt,) per component, by name.

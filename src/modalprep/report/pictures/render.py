@@ -142,13 +142,19 @@ def render_mode(
     RenderError
         When the machine cannot draw.
     """
+    return save_picture(mode_scene(body, mode, colour, size), path)
+
+
+def mode_scene(body: FlexibleBody, mode: int, colour: str, size: tuple[int, int], *, off_screen: bool = True):
+    """Return a plotter with mode `mode` as `render_mode` draws it."""
     scale = shown_scale(body, mode)
     amount = node_colour(body, mode, colour)
-    plotter = framed_plotter(body, size, body.points + scale * body.shape[:, :, mode - 1], mode)
+    bent = body.points + scale * body.shape[:, :, mode - 1]
+    plotter = framed_plotter(body, size, bent, mode, off_screen=off_screen)
     add_ghost(plotter, body)
     add_deformed(plotter, body, mode, scale, amount)
     _add_bar(plotter, WORDS[colour])
-    return save_picture(plotter, path)
+    return plotter
 
 
 def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
@@ -166,9 +172,14 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
     RenderError
         When the machine cannot draw.
     """
+    return save_picture(mesh_scene(body, size), path)
+
+
+def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = True):
+    """Return a plotter with the mesh as `render_mesh` draws it."""
     from modalprep.report.pictures.surface import edges, surface, tubes
 
-    plotter = framed_plotter(body, size, body.points, None)
+    plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)
     skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * _size(body))
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
@@ -179,8 +190,9 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
         plotter.add_mesh(beams, color=BODY_COLOUR, smooth_shading=True, ambient=0.25)
     if skin is None:
         plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * _size(body)), color=EDGE)
-    _add_interfaces(plotter, body, body.interface_position)
-    return save_picture(plotter, path)
+    if len(body.interface_position):
+        _add_interfaces(plotter, body, body.interface_position)
+    return plotter
 
 
 def shown_scale(body: FlexibleBody, mode: int) -> float:
@@ -203,17 +215,22 @@ def _title(body: FlexibleBody, mode: int | None) -> str:
 
 
 def framed_plotter(
-    body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None, *, text: bool = True
+    body: FlexibleBody,
+    size: tuple[int, int],
+    points: np.ndarray,
+    mode: int | None,
+    *,
+    text: bool = True,
+    off_screen: bool = True,
 ):
     """Return an empty picture, its camera on the body and the (deformed) points; `text` adds title and axes."""
-    problem = drawing_problem()
-    if problem:
+    if off_screen and (problem := drawing_problem()):
         raise RenderError(problem)
     import pyvista
 
     from modalprep.report.pictures.camera import aim
 
-    plotter = pyvista.Plotter(off_screen=True, window_size=size)
+    plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
     plotter.set_background("white")
     plotter.enable_anti_aliasing("ssaa")
     shape = None if mode is None else body.shape[:, :, mode - 1]

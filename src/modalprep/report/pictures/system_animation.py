@@ -79,17 +79,22 @@ def animate_system(
     path = check_target(path, frames)
     if not 0 < seconds < float("inf"):
         raise InputError(f"seconds = {seconds:g} must be positive")
-    for name in system.bodies:
-        if f"{name}.origin" not in result.channels:
-            raise InputError(f"the result has no motion of body {name!r}; simulate the same system")
+    refuse_other_system(system, result)
     recovered = None if colour == "displacement" else RecoveredColour(system.bodies, result, colour)
     if problem := drawing_problem():
         raise RenderError(problem)
-    film = _Animation(system, result, frames, recovered)
+    film = SystemScene(system, result, frames, recovered)
     return write_frames(film.draw(size), path, seconds)
 
 
-class _Animation:
+def refuse_other_system(system: System, result: Result) -> None:
+    """Refuse a result that lacks the motion of a body."""
+    for name in system.bodies:
+        if f"{name}.origin" not in result.channels:
+            raise InputError(f"the result has no motion of body {name!r}; simulate the same system")
+
+
+class SystemScene:
     """The bodies of a run at the times of the frames."""
 
     def __init__(self, system: System, result: Result, frames: int, recovered: RecoveredColour | None = None) -> None:
@@ -127,23 +132,32 @@ class _Animation:
 
     def draw(self, size: tuple[int, int]) -> list[np.ndarray]:
         """Return the pictures (height, width, 3)."""
+        plotter = self.stage(size)
+        try:
+            images = []
+            for k in self.rows:
+                self.place(plotter, k)
+                images.append(np.array(plotter.screenshot(return_img=True)))
+            return images
+        finally:
+            plotter.close()
+
+    def stage(self, size: tuple[int, int], *, off_screen: bool = True):
+        """Return a plotter that sees the whole motion, with the parts that do not move."""
         import pyvista
 
         from modalprep.report.pictures.camera import look
 
-        plotter = pyvista.Plotter(off_screen=True, window_size=size)
-        try:
-            plotter.set_background("white")
-            plotter.enable_anti_aliasing("ssaa")
-            seen = np.concatenate([self.ground, *(self.points(n, k) for n in self.bends for k in self.rows),
-                                   *(self.interfaces(n, k) for n in self.bends for k in self.rows)])  # fmt: skip
-            look(plotter, seen, *viewpoint(seen, self.system.gravity))
-            plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
-            self.radius = BALL * plotter.camera.parallel_scale
-            self._still(plotter)
-            return [self._picture(plotter, k) for k in self.rows]
-        finally:
-            plotter.close()
+        plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
+        plotter.set_background("white")
+        plotter.enable_anti_aliasing("ssaa")
+        seen = np.concatenate([self.ground, *(self.points(n, k) for n in self.bends for k in self.rows),
+                               *(self.interfaces(n, k) for n in self.bends for k in self.rows)])  # fmt: skip
+        look(plotter, seen, *viewpoint(seen, self.system.gravity))
+        plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
+        self.radius = BALL * plotter.camera.parallel_scale
+        self._still(plotter)
+        return plotter
 
     def _still(self, plotter) -> None:
         """Add the fixed parts: joints on the ground, the paths of the outermost interfaces, the colour bar."""
@@ -160,7 +174,8 @@ class _Animation:
             if np.ptp(tip, axis=0).max(initial=0.0) > self.radius:
                 plotter.add_mesh(pyvista.MultipleLines(tip), color=PATH, line_width=2, reset_camera=False)
 
-    def _picture(self, plotter, k: int) -> np.ndarray:
+    def place(self, plotter, k: int) -> None:
+        """Add the bodies at a row of the result, in place of those of another row."""
         coloured = None
         for name, body in self.system.bodies.items():
             amount = self._amount(name, k)
@@ -179,7 +194,6 @@ class _Animation:
         text = f"t = {self.result.time[k]:.2f} s"
         where = {"position": (0.025, 0.92), "viewport": True}
         plotter.add_text(text, name="time", font_size=12, color="black", **where)
-        return np.array(plotter.screenshot(return_img=True))
 
 
 def _last_shown(system: System, bends: dict[str, list[np.ndarray]]) -> int:
