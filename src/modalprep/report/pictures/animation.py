@@ -111,7 +111,7 @@ def _frames(
         for phase in np.linspace(0, 2 * np.pi, count, endpoint=False):
             q = np.sin(phase)
             render.add_deformed(plotter, body, mode, scale, amount * abs(q), q)
-            images.append(np.array(plotter.screenshot(return_img=True)))
+            images.append(render.shot(plotter))
         return images
     finally:
         plotter.close()

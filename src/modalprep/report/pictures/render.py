@@ -49,6 +49,7 @@ SHARE = 0.12  # largest displacement shown, of the body's size
 BALL = 0.016  # radius of an interface's mark, of half the picture's height
 TUBE = 0.007  # radius of a beam, of the body's size
 BODY_COLOUR, EDGE, GHOST, MARK = "#a9c7dd", "#5b7486", "#8a949e", "#D55E00"
+QUIET = {"reset_camera": False, "render": False}  # `shot` draws once, when all parts are there
 PICTURES = (".png", ".jpg", ".jpeg")
 
 
@@ -268,14 +269,14 @@ def add_deformed(
     displacement = phase * scale * body.shape[:, :, mode - 1]
     moved = body.points + displacement
     style = {"scalars": "amount", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False}
-    style |= {"smooth_shading": True, "ambient": 0.25}
+    style |= {"smooth_shading": True, "ambient": 0.25, **QUIET}
     skin = surface(body, moved, amount)
     radius = (TUBE if skin is None else 0.4 * TUBE) * _size(body)
     beams = tubes(body, moved, radius, amount)
     if skin is not None:
-        plotter.add_mesh(skin, name="skin", split_sharp_edges=True, reset_camera=False, **style)
+        plotter.add_mesh(skin, name="skin", split_sharp_edges=True, **style)
     if beams is not None:
-        plotter.add_mesh(beams, name="beams", reset_camera=False, **style)
+        plotter.add_mesh(beams, name="beams", **style)
     _add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)
 
 
@@ -290,7 +291,7 @@ def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: b
     """Mark the interfaces by spheres drawn over the body (a bolt's centre lies inside its hole) and by their names."""
     places, camera = np.array(places, dtype=float), plotter.camera
     radius = BALL * camera.parallel_scale
-    actor = plotter.add_mesh(spheres(places, radius), name="balls", color=MARK, ambient=0.4, reset_camera=False)
+    actor = plotter.add_mesh(spheres(places, radius), name="balls", color=MARK, ambient=0.4, **QUIET)
     actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
     actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, -66000)
     if not names:
@@ -299,7 +300,7 @@ def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: b
     beside = np.array(camera.up) + beside / np.linalg.norm(beside)
     plotter.add_point_labels(
         places + radius * beside, list(body.interface_name), name="names", font_size=26, text_color="black",
-        shape_color="white", shape_opacity=0.75, show_points=False, always_visible=True, margin=4, reset_camera=False,
+        shape_color="white", shape_opacity=0.75, show_points=False, always_visible=True, margin=4, **QUIET,
     )  # fmt: skip
 
 
@@ -308,6 +309,12 @@ def spheres(places: np.ndarray, radius: float):
     import pyvista
 
     return pyvista.PolyData(places).glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
+
+
+def shot(plotter) -> np.ndarray:
+    """Return the picture (height, width, 3) of all that a plotter holds, drawn once."""
+    plotter.render()  # of the first picture nothing: `screenshot` draws that itself
+    return np.array(plotter.screenshot(return_img=True))
 
 
 def save_picture(plotter, path: str | Path) -> Path:

@@ -90,7 +90,7 @@ def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     try:
         render.add_ghost(plotter, body)
         render.add_deformed(plotter, body, mode, scale, amount, names=False)
-        return np.array(plotter.screenshot(return_img=True))
+        return render.shot(plotter)
     finally:
         plotter.close()
 

@@ -15,13 +15,13 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
 from modalprep.report.pictures.recovered_colour import RecoveredColour
-from modalprep.report.pictures.render import BALL, BODY_COLOUR, MARK, TUBE, drawing_problem, spheres
+from modalprep.report.pictures.render import BALL, BODY_COLOUR, MARK, QUIET, TUBE, drawing_problem, shot, spheres
 
 FLAT = 0.15  # extent of the motion normal to a plane over that in it, below which the plane is viewed square-on
 TILT = 0.1
 SHOWN = 2.0  # deflection in body sizes up to which a diverging run is shown
 GROUND_COLOUR, PATH = "#5b7486", "#c3ccd4"
-STYLE = {"smooth_shading": True, "ambient": 0.25, "reset_camera": False}
+STYLE = {"smooth_shading": True, "ambient": 0.25, **QUIET}
 
 
 def animate_system(
@@ -137,7 +137,7 @@ class SystemScene:
             images = []
             for k in self.rows:
                 self.place(plotter, k)
-                images.append(np.array(plotter.screenshot(return_img=True)))
+                images.append(shot(plotter))
             return images
         finally:
             plotter.close()
@@ -184,7 +184,7 @@ class SystemScene:
             )
             coloured = coloured if amount is None else drawn
             balls = spheres(self.interfaces(name, k), self.radius)
-            plotter.add_mesh(balls, name=f"{name} balls", color=MARK, ambient=0.4, reset_camera=False)
+            plotter.add_mesh(balls, name=f"{name} balls", color=MARK, ambient=0.4, **QUIET)
         if k == self.rows[0] and self.largest > self.lowest and coloured:
             plotter.add_scalar_bar(
                 "deflection, m" if self.recovered is None else self.recovered.label,
@@ -192,7 +192,7 @@ class SystemScene:
                 label_font_size=18, position_x=0.52, position_y=0.02, width=0.36, height=0.085,
             )  # fmt: skip
         text = f"t = {self.result.time[k]:.2f} s"
-        where = {"position": (0.025, 0.92), "viewport": True}
+        where = {"position": (0.025, 0.92), "viewport": True, "render": False}
         plotter.add_text(text, name="time", font_size=12, color="black", **where)
 
 
