@@ -36,7 +36,7 @@ LAYERS = {
     ),
     "report": (
         "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "summary", "scene", "analysis",
-        "synthesis", "ensemble", "correlation", "page",
+        "synthesis", "ensemble", "correlation", "body_page", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
 }  # fmt: skip

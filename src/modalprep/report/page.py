@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import base64
-import mimetypes
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
@@ -16,8 +14,8 @@ from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.reduction.table import DIRECTIONS, ModeTable
+from modalprep.report.body_page.section import Section, embedded
 from modalprep.report.mac import mac_chart
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
@@ -52,6 +50,7 @@ def write_page(
     mass_plot: Path | None = None,
     nodal_mass: np.ndarray | None = None,
     envelopes: Sequence[Envelope] = (),
+    sections: Sequence[Section] = (),
 ) -> Path:
     """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
 
@@ -74,6 +73,8 @@ def write_page(
         Weights of the nodes where modes are compared; default: equal weights.
     envelopes : sequence of Envelope
         Of the recoveries in a run.
+    sections : sequence of Section
+        Further sections, such as responses, before the checks.
 
     Returns
     -------
@@ -98,11 +99,12 @@ def write_page(
         **_shapes(body, pictures or {}, nodal_mass),
         body=body,
         summary=summary_rows(body),
-        mesh_picture=_embedded(mesh_picture) if mesh_picture else None,
-        plots=[(title, _embedded(file)) for title, file in plots],
+        mesh_picture=embedded(mesh_picture) if mesh_picture else None,
+        plots=[(title, embedded(file)) for title, file in plots],
         errors_plot=_drawn(error_plot, errors, xlabel=error_axes[0], ylabel=error_axes[1]) if errors else None,
         envelope_columns=ENVELOPE,
         envelopes=envelope_rows(envelopes),
+        sections=sections,
         checks=checks,
         failed=sum(not check.passed for check in checks),
         notes=notes,
@@ -134,7 +136,7 @@ def _selection(table: ModeTable, mass_plot: Path | None) -> dict[str, Any]:
         "kinds": list(dict.fromkeys(table.kind)),
         "held": HELD if is_held_elsewhere(table) else "",
         "sums": [percent(value) for value in kept_fraction(table)],
-        "mass_plot": _embedded(mass_plot) if mass_plot else _drawn(effective_mass_plot, table),
+        "mass_plot": embedded(mass_plot) if mass_plot else _drawn(effective_mass_plot, table),
     }
 
 
@@ -178,7 +180,7 @@ def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> lis
             "frequency": hertz(body.frequency[mode - 1]),
             "damping": f"{100 * damping[mode - 1]:.3g}",
             "moving": mode <= moving,
-            "image": _embedded(pictures[mode]) if mode in pictures else None,
+            "image": embedded(pictures[mode]) if mode in pictures else None,
         }
         for mode in range(1, body.n + 1)
     ]
@@ -187,14 +189,4 @@ def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> lis
 def _drawn(draw: Callable[..., Path], what: Any, **options: Any) -> str:
     """Return a chart as a data address."""
     with tempfile.TemporaryDirectory() as folder:
-        return _embedded(draw(what, Path(folder) / "chart.png", **options))
-
-
-def _embedded(file: Path) -> str:
-    """Return a picture as a data address."""
-    try:
-        data = Path(file).read_bytes()
-    except OSError as error:
-        raise InputError(f"the picture {file} cannot be read: {error.strerror}") from error
-    kind = mimetypes.guess_type(Path(file).name)[0] or "image/png"
-    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
+        return embedded(draw(what, Path(folder) / "chart.png", **options))
