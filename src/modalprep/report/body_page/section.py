@@ -13,6 +13,8 @@ from markupsafe import Markup
 from modalprep.errors import InputError
 from modalprep.report.body_page.table import data_address
 
+PASSED, UNCHECKED = "passed", "not checked"
+
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
@@ -24,11 +26,14 @@ class Verdict:
     result : {"passed", "FAILED", "not checked"}
     says : str
         Value and limit, or why it was not checked.
+    anchor : str
+        Of the place on the page that has more; those of a section without one lead to the section.
     """
 
     name: str
     result: Literal["passed", "FAILED", "not checked"]
     says: str = ""
+    anchor: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

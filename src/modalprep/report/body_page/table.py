@@ -8,6 +8,7 @@ import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -32,9 +33,15 @@ class Table:
     caption : str
         A sentence above the table; also its name for a screen reader.
     total : sequence, optional
-        A last row in the foot, such as sums.
+        A row in the foot, such as sums.
+    below : sequence of rows
+        Further rows in the foot, such as what the sums are compared with.
     forms : {column: format}
         How numbers are written; default ``.5g``. The CSV file has them in full.
+    heat : bool
+        Whether numbers, in %, shade their cells; headings then stand upright.
+    marks : sequence of str
+        Anchors of the rows, such as ``mode-7``, to which their first cell is a link.
 
     Examples
     --------
@@ -50,7 +57,10 @@ class Table:
     rows: Sequence[Sequence[Any]]
     caption: str = ""
     total: Sequence[Any] = ()
+    below: Sequence[Sequence[Any]] = ()
     forms: Mapping[str, str] = field(default_factory=dict)
+    heat: bool = False
+    marks: Sequence[str] = ()
 
     def html(self) -> Markup:
         """Return the table in a frame that scrolls sideways, with the link to its CSV file.
@@ -61,16 +71,13 @@ class Table:
             With all texts escaped.
         """
         numeric = [_numeric([row[k] for row in self.rows]) for k in range(len(self.columns))]
-        return Markup(
-            templates()
-            .get_template("table.html")
-            .render(
-                table=self,
-                head=list(zip(self.columns, numeric, strict=True)),
-                body=[self._cells(row, numeric) for row in self.rows],
-                foot=self._cells(self.total, numeric) if self.total else [],
-                address=data_address(self.csv().encode(), "text/csv"),
-            )
+        return part(
+            "table.html",
+            table=self,
+            head=list(zip(self.columns, numeric, strict=True)),
+            body=list(zip_longest([self._cells(row, numeric) for row in self.rows], self.marks)),
+            foot=[self._cells(row, numeric) for row in self._foot],
+            address=data_address(self.csv().encode(), "text/csv"),
         )
 
     def csv(self) -> str:
@@ -84,13 +91,21 @@ class Table:
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(self.columns)
-        writer.writerows([_plain(cell) for cell in row] for row in (*self.rows, *([self.total] if self.total else [])))
+        writer.writerows([_plain(cell) for cell in row] for row in (*self.rows, *self._foot))
         return text.getvalue()
+
+    @property
+    def _foot(self) -> list[Sequence[Any]]:
+        return [row for row in (self.total, *self.below) if row]
 
     def _cells(self, row: Sequence[Any], numeric: Sequence[bool]) -> list[dict]:
         forms = [self.forms.get(name, ".5g") for name in self.columns]
         return [
-            {"text": written(cell, form), "numeric": number, "class": CLASSES.get(str(cell), "")}
+            {
+                "text": written(cell, form),
+                "class": "n" if number else CLASSES.get(str(cell), ""),
+                "heat": round(float(cell)) if self.heat and isinstance(cell, float) and cell >= 0.5 else 0,
+            }
             for cell, form, number in zip(row, forms, numeric, strict=True)
         ]
 
@@ -134,8 +149,12 @@ def data_address(data: bytes, kind: str) -> str:
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
+def part(name: str, **values: Any) -> Markup:
+    """Return a template of the page, filled in; every text is escaped."""
+    return Markup(_templates().get_template(name).render(**values))
+
+
 @cache
-def templates() -> Environment:
-    """Return the templates of the page, which escape every text."""
+def _templates() -> Environment:
     loader = PackageLoader("modalprep.report", "body_page")
     return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
