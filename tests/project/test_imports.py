@@ -37,7 +37,7 @@ LAYERS = {
     ),
     "report": (
         "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "summary", "scene", "analysis",
-        "synthesis", "ensemble", "correlation", "show", "page",
+        "synthesis", "ensemble", "correlation", "show", "body_page", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
 }  # fmt: skip

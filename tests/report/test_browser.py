@@ -85,7 +85,8 @@ if (out.state === "drawn") {
   part("play").click(); out.paused = part("play").textContent; out.still = look();
   out.edges = (part("edges").click(), look()); part("edges").click();
   if (out.modes > 1) { set("mode", out.modes - 1, "change"); out.last = look(); }
-  const card = document.querySelector("[data-show='0']"); card.click(); out.shown = part("mode").value;
+  document.querySelector("a[href='#mode-1']").click(); await wait(50); out.shown = part("mode").value;
+  if (out.modes > 1) { location.hash = "#mode-2"; await wait(50); out.linked = part("mode").value; }
 }
 """
 
@@ -157,6 +158,7 @@ def test_body_moves_turns_and_zooms(viewed):
     assert out["zooms"]
     assert (out["playing"], out["paused"]) == ("Pause", "Play")
     assert out["shown"] == "0"
+    assert out.get("linked", "1") == "1"
 
 
 def test_element_edges_can_be_taken_away(viewed):
@@ -273,7 +275,7 @@ def test_many_triangles_are_drawn_without_their_edges(block, pages, monkeypatch)
 
 def test_paper_has_no_controls_and_all_rows(block, pages, tmp_path):
     """The table is not cut at the height it has on the screen: more rows, more sheets."""
-    few, many = (_sheets(pages(block.with_(modes=make_table(rows)))[0], tmp_path) for rows in (10, 130))
+    few, many = (_sheets(pages(block.with_(modes=make_table(rows)))[0], tmp_path) for rows in (10, 250))
     assert few <= 5
     assert many >= few + 3
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.build.synthesis import Synthesised
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
+    from modalprep.report.body_page.section import Section
 
 
 @dataclass
@@ -32,6 +33,7 @@ class Outcome:
     mass_plot: Path | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    sections: list[Section] = field(default_factory=list)  # of the report page
 
     @property
     def failures(self) -> tuple[str, ...]:
@@ -209,6 +211,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         errors=built.error_curves or None,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
+        sections=outcome.sections,
     )
     reporter.wrote(page)
 

@@ -6,6 +6,11 @@ from modalprep.lazy import lazy
 
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from modalprep.report.body_page.section import Section as Section
+    from modalprep.report.body_page.section import Verdict as Verdict
+    from modalprep.report.body_page.section import chart as chart
+    from modalprep.report.body_page.section import paragraph as paragraph
+    from modalprep.report.body_page.table import Table as Table
     from modalprep.report.page import write_page as write_page
     from modalprep.report.pictures.animation import animate_mode as animate_mode
     from modalprep.report.pictures.mesh_picture import render_findings as render_findings
@@ -18,6 +23,8 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "page": "write_page",
+    "body_page.section": "Section Verdict chart paragraph",
+    "body_page.table": "Table",
     "pictures.render": "render_mode render_mesh",
     "pictures.sheet": "contact_sheet",
     "pictures.animation": "animate_mode",

@@ -33,6 +33,15 @@ filter.addEventListener("input", apply);
 filter.addEventListener("submit", event => event.preventDefault());
 apply();
 
+// ---------- contents and paper ----------
+const contents = document.querySelector("#contents details"), narrow = matchMedia("(max-width: 600px)");
+const fold = () => { contents.open = !narrow.matches; };
+narrow.addEventListener("change", fold);
+fold();
+contents.addEventListener("click", event => { if (narrow.matches && event.target.closest("a")) contents.open = false; });
+addEventListener("beforeprint", () => { for (const part of document.querySelectorAll("details")) part.open = true; });
+addEventListener("afterprint", fold);
+
 const mac = document.getElementById("mac"), data = document.getElementById("mac-values");
 if (mac && data) {
   const { values, frequencies } = JSON.parse(data.textContent), readout = document.getElementById("mac-readout");

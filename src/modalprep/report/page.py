@@ -2,36 +2,26 @@
 
 from __future__ import annotations
 
-import base64
-import mimetypes
-import tempfile
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined, Template
+from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
-from modalprep.reduction.table import DIRECTIONS, ModeTable
+from modalprep.report.body_page import parts
+from modalprep.report.body_page.inputs import Inputs, energy_section, inputs_section
+from modalprep.report.body_page.section import Section, Verdict
+from modalprep.report.body_page.verdicts import of_checks, of_envelopes, of_errors, verdict_box
 from modalprep.report.mac import mac_chart
-from modalprep.report.pictures.motion import unseen_modes
-from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.scene import drawable
-from modalprep.report.tables import (
-    ENVELOPE,
-    HELD,
-    envelope_rows,
-    hertz,
-    is_held_elsewhere,
-    kept_fraction,
-    percent,
-    summary_rows,
-)
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
@@ -52,8 +42,12 @@ def write_page(
     mass_plot: Path | None = None,
     nodal_mass: np.ndarray | None = None,
     envelopes: Sequence[Envelope] = (),
+    sections: Sequence[Section] = (),
+    inputs: Inputs | None = None,
+    verdicts: Sequence[Verdict] = (),
+    error_limit: float | None = None,
 ) -> Path:
-    """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
+    """Write the page: a box of PASS or FAIL, contents, inputs, modes, MAC, recoveries, errors, checks, provenance.
 
     The page is one file; it loads no script, style or picture from elsewhere.
 
@@ -63,7 +57,7 @@ def write_page(
         Of the body's own modes, counted from 1.
     plots : sequence of (title, picture file)
     notes : sequence of str
-        Messages shown at the top.
+        Messages for the user, sorted into notes, approximations and warnings.
     errors : {label: (x, y)}, optional
         Curves of a section on errors; without, there is no such section.
     error_axes : (str, str)
@@ -74,6 +68,14 @@ def write_page(
         Weights of the nodes where modes are compared; default: equal weights.
     envelopes : sequence of Envelope
         Of the recoveries in a run.
+    sections : sequence of Section
+        Further sections, such as responses, before the checks.
+    inputs : Inputs, optional
+        What the body was made of.
+    verdicts : sequence of Verdict
+        Further requirements for the box at the top, such as the audit of a run.
+    error_limit : float, optional
+        Of all `errors`.
 
     Returns
     -------
@@ -88,113 +90,68 @@ def write_page(
     Examples
     --------
     >>> from modalprep.examples import uniform_beam
+    >>> import tempfile
     >>> page = write_page(uniform_beam(modes=2), Path(tempfile.mkdtemp()) / "beam.html")
     >>> "Mode selection" in page.read_text(encoding="utf-8")
     True
     """
-    text = _template().render(
-        **_static(),
-        **_selection(body.modes, mass_plot),
-        **_shapes(body, pictures or {}, nodal_mass),
-        body=body,
-        summary=summary_rows(body),
-        mesh_picture=_embedded(mesh_picture) if mesh_picture else None,
-        plots=[(title, _embedded(file)) for title, file in plots],
-        errors_plot=_drawn(error_plot, errors, xlabel=error_axes[0], ylabel=error_axes[1]) if errors else None,
-        envelope_columns=ENVELOPE,
-        envelopes=envelope_rows(envelopes),
-        checks=checks,
-        failed=sum(not check.passed for check in checks),
-        notes=notes,
-    )
+    drawn, inputs, chart = drawable(body), inputs or Inputs(), mac_chart(body, nodal_mass)
+    found = [
+        parts.overview(body, notes, mesh_picture),
+        *inputs_section(inputs),
+        *parts.modes(body, drawn, pictures or {}),
+        parts.selection(body.modes, mass_plot),
+        *energy_section(inputs),
+        *parts.mac(chart),
+        *parts.recoveries(body),
+        *parts.simulation(plots, envelopes),
+        *sections,
+        *parts.errors(errors, error_axes),
+        *parts.checks(checks),
+        *parts.provenance({"Files (SHA-256)": inputs.files, "Program": inputs.made, "Body": body.provenance}),
+    ]
+    said = [
+        *of_checks(checks),
+        *of_envelopes(envelopes),
+        *of_errors(errors, error_limit),
+        *verdicts,
+        *_of_sections(sections),
+    ]
+    text = _frame(body, found, said, {"scene": drawn[0], "mac-values": chart and _values(chart)})
     with atomic_path(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
     return Path(path)
 
 
-def _template() -> Template:
+def _of_sections(sections: Sequence[Section]) -> list[Verdict]:
+    """Return the verdicts of the sections, with links to them."""
+    return [replace(v, anchor=v.anchor or section.anchor) for section in sections for v in section.verdicts]
+
+
+def _values(chart: dict[str, Any]) -> dict[str, Any]:
+    return {"values": chart["values"], "frequencies": chart["frequencies"]}
+
+
+def _frame(body: FlexibleBody, sections: Sequence[Section], verdicts: Sequence[Verdict], data: dict[str, Any]) -> str:
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    return environment.from_string(_part("page.html"))
+    date = datetime.now(UTC).isoformat(timespec="seconds")
+    return environment.from_string(_file("page.html")).render(
+        body=body,
+        table=body.modes,
+        date=date,
+        box=verdict_box(verdicts),
+        sections=sections,
+        data=data,
+        style=Markup(_file("page.css") + _file("body_page/paper.css") + _margins(body.name, date)),
+        script=Markup(_file("page.js") + _file("viewer.js")),
+    )
 
 
-def _part(name: str) -> str:
+def _margins(name: str, date: str) -> str:
+    """Return the header and the footer of the sheets; every sign of a name but letters and digits is escaped."""
+    text = re.sub(r"[^A-Za-z0-9]", lambda sign: f"\\{ord(sign[0]):x} ", f"{name}: modal body")
+    return f"@page {{ @top-left {{ content: '{text}'; }} @bottom-left {{ content: '{date}'; }} }}\n"
+
+
+def _file(name: str) -> str:
     return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")
-
-
-def _static() -> dict[str, Any]:
-    """Return style and scripts, common to all pages."""
-    return {"style": Markup(_part("page.css")), "script": Markup(_part("page.js") + _part("viewer.js"))}
-
-
-def _selection(table: ModeTable, mass_plot: Path | None) -> dict[str, Any]:
-    return {
-        "table": table,
-        "directions": DIRECTIONS,
-        "rows": _rows(table),
-        "kinds": list(dict.fromkeys(table.kind)),
-        "held": HELD if is_held_elsewhere(table) else "",
-        "sums": [percent(value) for value in kept_fraction(table)],
-        "mass_plot": _embedded(mass_plot) if mass_plot else _drawn(effective_mass_plot, table),
-    }
-
-
-def _shapes(body: FlexibleBody, pictures: Mapping[int, Path], nodal_mass: np.ndarray | None) -> dict[str, Any]:
-    """Return the animated view, the cards and the MAC of the modes."""
-    scene, problem = drawable(body)
-    return {
-        "scene": scene,
-        "scene_problem": problem,
-        "pictured": bool(pictures),
-        "cards": _cards(body, pictures, len(scene["modes"]) if scene else 0),
-        "unseen": unseen_modes(body.shape),
-        "mac": mac_chart(body, nodal_mass),
-    }
-
-
-def _rows(table: ModeTable) -> list[dict]:
-    """Return the rows as text, with the plain numbers to sort by (-1 where there is none)."""
-    return [
-        {
-            "kind": kind,
-            "frequency": (hertz(table.frequency[k]), _sortable(table.frequency[k])),
-            "masses": [(percent(value), _sortable(value)) for value in table.fraction[k]],
-            "kept": bool(table.kept[k]),
-            "reason": table.reason[k],
-        }
-        for k, kind in enumerate(table.kind)
-    ]
-
-
-def _sortable(value: float) -> str:
-    return "-1" if np.isnan(value) else f"{value:.9g}"
-
-
-def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> list[dict]:
-    """One card per mode of the body, with a picture where there is one; the first `moving` are in the viewer."""
-    damping = body.D / (2 * np.sqrt(np.where(body.K > 0, body.K, 1.0)))  # rigid-body modes have none
-    return [
-        {
-            "number": mode,
-            "frequency": hertz(body.frequency[mode - 1]),
-            "damping": f"{100 * damping[mode - 1]:.3g}",
-            "moving": mode <= moving,
-            "image": _embedded(pictures[mode]) if mode in pictures else None,
-        }
-        for mode in range(1, body.n + 1)
-    ]
-
-
-def _drawn(draw: Callable[..., Path], what: Any, **options: Any) -> str:
-    """Return a chart as a data address."""
-    with tempfile.TemporaryDirectory() as folder:
-        return _embedded(draw(what, Path(folder) / "chart.png", **options))
-
-
-def _embedded(file: Path) -> str:
-    """Return a picture as a data address."""
-    try:
-        data = Path(file).read_bytes()
-    except OSError as error:
-        raise InputError(f"the picture {file} cannot be read: {error.strerror}") from error
-    kind = mimetypes.guess_type(Path(file).name)[0] or "image/png"
-    return f"data:{kind};base64,{base64.b64encode(data).decode()}"

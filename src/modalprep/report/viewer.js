@@ -273,14 +273,21 @@ part("colour")?.addEventListener("change", () => {
 part("play").addEventListener("click", () => play(!playing));
 part("reset").addEventListener("click", reset);
 for (const name of ["amplitude", "edges", "ghost"]) part(name).addEventListener("input", draw);
-for (const card of document.querySelectorAll("[data-show]")) card.addEventListener("click", () => {
-  choose(Number(card.dataset.show));
+function show(k) {
+  choose(k);
   box.scrollIntoView({ behavior: "smooth", block: "center" });
-});
+}
+for (const card of document.querySelectorAll("[data-show]")) card.addEventListener("click", () => show(Number(card.dataset.show)));
+function follow() { // the address ends in #mode-7
+  const number = Number(/^#mode-(\d+)$/.exec(location.hash)?.[1]);
+  if (number >= 1 && number <= scene.modes.length) show(number - 1);
+}
+addEventListener("hashchange", follow);
 new ResizeObserver(() => {
   const pixels = length => Math.round(length * (window.devicePixelRatio || 1));
   if (canvas.width !== pixels(canvas.clientWidth) || canvas.height !== pixels(canvas.clientHeight)) turned ? draw() : reset();
 }).observe(canvas);
 choose(0);
+follow();
 box.dataset.state = "drawn";
 })();

@@ -1,0 +1,101 @@
+"""The box at the top of the page: PASS or FAIL, with the requirements that failed and those not checked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from markupsafe import Markup
+
+from modalprep.report.body_page.section import PASSED, UNCHECKED, Verdict
+from modalprep.report.body_page.table import Table, part
+
+if TYPE_CHECKING:
+    from modalprep.body.checks import Check
+    from modalprep.multibody.results.envelopes import Envelope
+
+FAILED = "FAILED"
+NOT_MEASURED = "it was not measured; up_to under [reduction] asks for it"
+COLUMNS = ("check", "value", "limit", "result", "meaning")
+
+
+def of_checks(checks: Iterable[Check]) -> list[Verdict]:
+    """Return the verdicts of physics checks; one beyond its limit that is not required counts as not checked."""
+    return [
+        Verdict(name=check.name, result=_result(check), anchor=f"check-{number}",
+                says=f"{check.value:.1e}, limit {check.limit:.0e}: {check.meaning}")
+        for number, check in enumerate(checks, start=1)
+    ]  # fmt: skip
+
+
+def _result(check: Check) -> str:
+    return PASSED if check.within else FAILED if check.required else UNCHECKED
+
+
+def of_envelopes(envelopes: Iterable[Envelope]) -> list[Verdict]:
+    """Return the verdicts of margins; recoveries without an allowable are not checked."""
+    rows = [row for envelope in envelopes for row in envelope.worst()]
+    known = [row for row in rows if row["margin"] == row["margin"]]
+    found = [
+        Verdict(name=f"margin of {row['body']}.{row['recovery']} {row['component']}", anchor="recovered",
+                result=PASSED if row["margin"] >= 0 else FAILED, says=f"{row['margin']:+.3g} at {row['place']}")
+        for row in known
+    ]  # fmt: skip
+    if len(known) < len(rows):
+        says = f"{len(rows) - len(known)} components of the recoveries have no allowable"
+        found.append(Verdict(name="margins", result=UNCHECKED, anchor="recovered", says=says))
+    return found
+
+
+def of_errors(curves: Mapping[str, tuple[Any, Any]] | None, limit: float | None) -> list[Verdict]:
+    """Return the verdict of each error against the full model; without a limit they are not checked.
+
+    Examples
+    --------
+    >>> of_errors({"frequencies": ([1.0, 2.0], [1e-6, 1e-3])}, 1e-2)[0].result
+    'passed'
+    """
+    if not curves:
+        return [Verdict(name="error against the full model", result=UNCHECKED, says=NOT_MEASURED)]
+    found = []
+    for label, (_, values) in curves.items():
+        worst = float(np.max(values, initial=0.0))
+        result = UNCHECKED if limit is None else PASSED if worst <= limit else FAILED
+        asked = "no limit is given: target_error sets one" if limit is None else f"limit {limit:.0e}"
+        name = f"error of {label}"
+        found.append(Verdict(name=name, result=result, says=f"{worst:.1e}, {asked}", anchor="errors"))
+    return found
+
+
+def check_table(checks: Sequence[Check]) -> Table:
+    """Return the checks with value, limit, result and meaning.
+
+    Examples
+    --------
+    >>> from modalprep.body.checks import Check
+    >>> check_table([Check("mass", 1e-12, 1e-9, "of body and mesh")]).rows
+    [('mass', 1e-12, 1e-09, 'passed', 'of body and mesh')]
+    """
+    return Table(
+        name="check-table",
+        columns=COLUMNS,
+        rows=[(check.name, check.value, check.limit, _result(check), check.meaning) for check in checks],
+        forms={"value": ".1e", "limit": ".0e"},
+        marks=[f"check-{number}" for number in range(1, len(checks) + 1)],
+        caption="Relative errors of identities that a wrong sign, unit or matrix violates.",
+    )
+
+
+def verdict_box(verdicts: Sequence[Verdict]) -> Markup:
+    """Return the box: one word, the counts, and what failed or was not checked, with links.
+
+    Examples
+    --------
+    >>> bad = Verdict(name="modal mass", result="FAILED", says="2e-3, limit 1e-7", anchor="check-1")
+    >>> "FAIL" in verdict_box([bad]), 'href="#check-1"' in verdict_box([bad])
+    (True, True)
+    """
+    by = {word: [v for v in verdicts if v.result == word] for word in (FAILED, UNCHECKED, PASSED)}
+    word = "FAIL" if by[FAILED] else "PASS" if by[PASSED] else "NOT CHECKED"
+    return part("box.html", word=word, failed=by[FAILED], unchecked=by[UNCHECKED], passed=len(by[PASSED]))
