@@ -20,8 +20,10 @@ MAY_IMPORT = {
     "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody"},
     "ensemble": BASE | {"multibody", "formats"},
     "correlation": BASE | {"body"},
-    "report": BASE | {"correlation", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
-    "pipeline": BASE | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "supplied"},
+    "response": BASE | {"body", "reduction"},
+    "report": BASE | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
+    "pipeline": BASE
+    | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "response", "supplied"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
