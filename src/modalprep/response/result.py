@@ -139,6 +139,26 @@ class Response(Record):
                 return peak
         raise InputError(f"the response has no channel {name!r}; it begins with {self.peaks[0].channel!r}")
 
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return the axis and the curves as real columns by name and unit; harmonic ones as amplitude and phase.
+
+        Returns
+        -------
+        dict of (nt,) float
+            In the order of the channels.
+        """
+        found = {"time (s)" if self.kind == "transient" else "frequency (Hz)": self.axis}
+        for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
+            values = self.values[:, k]
+            found[f"{name} (({unit})^2/Hz)" if self.kind == "random" else f"{name} ({unit})"] = (
+                np.abs(values) if self.kind == "harmonic" else values
+            )
+            if self.kind == "harmonic":
+                found[f"{name} phase (deg)"] = np.degrees(np.angle(values))
+            if self.steady is not None:
+                found[f"{name} steady ({unit})"] = self.steady[:, k]
+        return found
+
     def worst(self) -> list[Peak]:
         """Return the largest peak of each component: of each vector of an interface, of all places of a recovery.
 
