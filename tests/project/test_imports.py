@@ -21,8 +21,10 @@ MAY_IMPORT = {
     "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody"},
     "ensemble": BASE | {"multibody", "formats"},
     "correlation": BASE | {"body"},
-    "report": BASE | {"correlation", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
-    "pipeline": BASE | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "supplied"},
+    "response": BASE | {"body", "reduction"},
+    "report": BASE | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
+    "pipeline": BASE
+    | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "response", "supplied"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
@@ -36,8 +38,8 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "summary", "scene", "analysis",
-        "synthesis", "ensemble", "correlation", "show", "body_page", "page",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "summary", "scene",
+        "analysis", "synthesis", "ensemble", "correlation", "show", "body_page", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
 }  # fmt: skip

@@ -15,6 +15,7 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 if TYPE_CHECKING:
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
+    from modalprep.pipeline.build.responses import Responded
     from modalprep.pipeline.build.synthesis import Synthesised
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
@@ -30,6 +31,7 @@ class Outcome:
     synthesised: Synthesised | None = None
     analysed: Analysed | None = None
     simulated: Simulated | None = None
+    responses: list[Responded] = field(default_factory=list)
     mass_plot: Path | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -72,6 +74,10 @@ def run_pipeline(
         from modalprep.pipeline.systems.outline import refuse_before_work
 
         refuse_before_work(pipeline, path)
+    if pipeline.response:
+        from modalprep.pipeline.build.responses import refuse_responses
+
+        refuse_responses(pipeline, path)
     outcome = Outcome(folder=output_folder(path, output))
     if pipeline.has_body:
         if pipeline.output.pictures not in ("none", 0):
@@ -110,6 +116,14 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
         _tell((f"{target.name}: {text}" for text in lost_in(body, name)), outcome.notes, reporter)
     outcome.mass_plot = effective_mass_plot(body.modes, outcome.folder / f"{path.stem}-effective-mass.png")
     reporter.wrote(outcome.mass_plot)
+    if pipeline.response:
+        from modalprep.pipeline.build.responses import respond
+        from modalprep.report.body_page.responses import response_section
+
+        outcome.responses = respond(path, pipeline, body, outcome.folder, reporter)
+        for found in outcome.responses:
+            outcome.sections.append(response_section(found.name, found.response, found.plot))
+            _tell((f"response {found.name}: {note}" for note in found.response.notes), outcome.notes, reporter)
 
 
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
