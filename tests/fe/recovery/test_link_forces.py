@@ -7,8 +7,10 @@ from body.test_recovered_forces import ROOT, TIP, frame_section, linear, only
 import modalprep as mp
 from modalprep.fe import Link, Mesh
 
-BEAMS = np.array([[0, 1], [0, 2], [3, 4], [6, 5]])  # two arms, a mast on the link, a strut on the mast by another link
-POINTS = np.array([[0.0, 0, 0], [1, 0.3, 0.1], [1.1, -0.4, 0.2], [1.2, 0, 0.1], [2, 0.2, 0.6], [1.5, 1, 0.3], [2, 1, 1]])
+BEAMS = np.array([[0, 1], [0, 2], [3, 4], [6, 5]])  # two arms, a mast on the link, a strut on it by another link
+POINTS = np.array(
+    [[0.0, 0, 0], [1, 0.3, 0.1], [1.1, -0.4, 0.2], [1.2, 0, 0.1], [2, 0.2, 0.6], [1.5, 1, 0.3], [2, 1, 1]]
+)
 
 
 @pytest.fixture(scope="module", params=["rbe2", "rbe3"])
@@ -91,7 +93,9 @@ def test_the_frame_of_an_interface_carries_its_load():
     body = mp.flexible_body(model, mp.craig_bampton(model, modes=1), name="beam", recovery=recovery)
     load = np.zeros((2, 6))
     load[1] = F = 3.0, 5.0, -7.0, 1.0, 2.0, 4.0
-    found = dict(zip(body.recovery["links"].places, only(body.recovery["links"], linear(body, loads=load)), strict=True))
+    found = dict(
+        zip(body.recovery["links"].places, only(body.recovery["links"], linear(body, loads=load)), strict=True)
+    )
     assert found["tip"] == pytest.approx(-np.array(F), rel=1e-8)
     carried = [*F[:3], *(F[3:] + np.cross([0, 0.5, 0], F[:3]))]
     assert found["2"] == pytest.approx(carried, rel=1e-8)

@@ -1,4 +1,4 @@
-"""Forces of multipoint constraints: what rigid links, averaging links, ties and supports exert on nodes (theory 4.9)."""
+"""Forces of multipoint constraints: what links, ties and supports exert on their nodes (theory 4.9)."""
 
 from __future__ import annotations
 

@@ -17,9 +17,7 @@ from modalprep.fe.recovery.nodes import accelerations, cut_forces, interface_rea
 from modalprep.fe.recovery.surfaces import resultants, stress
 from modalprep.suggest import refuse_unknown
 
-RecoveryKind = Literal[
-    "section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration"
-]
+RecoveryKind = Literal["section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration"]
 Method = Literal["acceleration", "displacement"]
 Vector = tuple[float, float, float]
 
