@@ -23,6 +23,8 @@ def link_forces(model: FEModel, mesh: Mesh, where: NodeSet | None) -> Quantity:
     InputError
         When no link holds one of the nodes.
     """
+    if model.strain_energy is None:
+        raise InputError("a model from matrices knows no links of its nodes; recover the reaction of its interfaces")
     step = model.geometric_stiffness.constraints.step
     dependent = np.diff(step.indptr) > 0
     linked = dependent.copy()

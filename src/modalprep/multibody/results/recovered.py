@@ -95,7 +95,7 @@ def interface_loads(
     """
     names = system.bodies[body].interface_name
     total = np.zeros((len(time), len(names), 6))
-    for at, force, torque, point in (*_loads(system, time, channels), *((*load, None) for load in applied)):
+    for at, force, torque, point in (*_loads(system, body, time, channels), *((*load, None) for load in applied)):
         owner, _, interface = at.rpartition(".")
         if owner == body and interface in names[1:]:
             arm = np.zeros_like(force) if point is None else point - channels[f"{at}.position"]
@@ -104,11 +104,14 @@ def interface_loads(
     return total.reshape(len(time), 6 * len(names))
 
 
-def _loads(system: System, time: np.ndarray, channels: Channels):
-    """Yield interface, force and torque (nt, 3), inertial axes, and the point (nt, 3) where they act or None."""
+def _loads(system: System, body: str, time: np.ndarray, channels: Channels):
+    """Yield interface, force and torque (nt, 3), inertial axes, and the point (nt, 3) where they act or None.
+
+    Of joints those of the body alone.
+    """
     for joint in system.joints:
         parent = system.parent(joint)
-        if parent is not None:
+        if parent is not None and parent[0] == body:
             owner, index = parent
             at = f"{owner}.{system.bodies[owner].interface_name[index]}"
             child = system.child(joint)
