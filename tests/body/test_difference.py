@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from modalprep.body.difference import compare_bodies
+from modalprep.body.recovery import Recovery
 from modalprep.cli import main
 from modalprep.examples import uniform_beam
 from modalprep.formats.modalfile import write_body
@@ -62,6 +63,32 @@ def test_a_change_shows_where_it_is(beam, field, name, share):
         assert found[name] == pytest.approx(share * 1e-3, rel=3e-3)
     others = {other for other, value in found.items() if value > 1e-9} - {name}
     assert not others or field == "K"
+
+
+def recovered(beam, seed=0, **changes):
+    """The beam with random recovery matrices by mode acceleration."""
+    random = np.random.default_rng(seed)
+    arrays = {"q": random.standard_normal((2, 3, beam.n)), "qdd": random.standard_normal((2, 3, beam.n))}
+    arrays["loads"] = random.standard_normal((2, 3, 24))
+    names = {"kind": "force", "places": ("a", "b"), "components": ("x", "y", "z"), "units": ("N",) * 3}
+    return beam.with_(recovery={"strut": Recovery(**names | arrays | changes)})
+
+
+def test_recovery_matrices_are_compared(beam):
+    """In whatever basis: their static response, and their part of the modal accelerations."""
+    beam = recovered(beam)
+    Q = np.array([1.0, -1, 1, -1, -1, 1])
+    turned = beam.with_(**{name: getattr(beam, name) * Q for name in ("S", "H", "phi", "psi", "shape")})
+    same = turned.with_(recovery={"strut": beam.recovery["strut"].in_basis(np.diag(Q))})
+    assert differences(beam, same)["recovery"] < 1e-9
+    block = beam.recovery["strut"]
+    assert "recovery" not in differences(beam, turned.with_(recovery={}))
+    for name in ("q", "qdd", "loads"):
+        other = beam.with_(recovery={"strut": block.with_(**{name: 1.001 * getattr(block, name)})})
+        assert 1e-7 < differences(beam, other)["recovery"] < 2e-3
+    both = beam.with_(recovery={"strut": block.with_(q=1.001 * block.q, loads=1.001 * block.loads)})
+    assert differences(beam, both)["recovery"] == pytest.approx(1e-3, rel=3e-3)  # over the larger one
+    assert differences(beam, recovered(beam, places=("a", "c")))["recovery"] == np.inf
 
 
 def test_fewer_modes(beam):

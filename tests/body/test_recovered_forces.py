@@ -75,6 +75,26 @@ def test_weight_of_a_cantilever_between_its_nodes():
     )
 
 
+def test_weight_of_a_tapered_cantilever_between_its_nodes():
+    """V and M of a beam whose area is linear in two panels: integrals of rho g A beyond each place, in one element."""
+    ends = (0.0, 0.4, 1.0)
+    areas = np.array([6e-4, 2e-4, 5e-4])
+    taper = tuple((x, A, A**2, 2 * A**2, 2 * A**2, 0.5 * A) for x, A in zip(ends, areas, strict=True))
+    section = mp.Beam(material=STEEL, A=6e-4, Iy=1e-8, Iz=1e-8, J=1e-8, taper=taper)
+    body = cantilever(1, elements=1, section=section, beam=Recover(kind="section_force", stations=11))
+    g, block = 9.81, body.recovery["beam"]
+    values = only(block, linear(body, A=(0, 0, g)))
+    x = np.linspace(0, LENGTH, 20_001)
+    line = (STEEL.rho + 0.5) * np.interp(x, np.array(ends) * LENGTH, areas) * g
+    for place, force in zip(block.position[:, 0], values, strict=True):
+        beyond = line[x >= place - 1e-12]
+        left = x[x >= place - 1e-12] - place
+        weight = line.sum() * x[1]
+        # of the trapezoidal rule, exact of the weight and to (1e-4)^2 of the moment
+        assert force[2] == pytest.approx(-np.trapezoid(beyond, left), abs=1e-8 * weight)
+        assert force[4] == pytest.approx(np.trapezoid(beyond * left, left), abs=1e-7 * weight * LENGTH)
+
+
 def test_two_bars_carry_a_load_at_their_joint():
     """N = P / (2 cos 30 deg) in each; the supports take half of it, and a spring beside them k times its motion."""
     points = np.array([[-np.tan(np.pi / 6), 0, 1.0], [np.tan(np.pi / 6), 0, 1], [0, 0, 0]])

@@ -117,6 +117,20 @@ def test_bad_tables_are_one_message(job, capsys, old, new, words):
     assert "job.toml" in said
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[matrices]\nfile = "a.npz"\n', "[matrices] recover reaction, acceleration and displacement"),
+        ('[body]\nfile = "a.h5"\n', "[body] has the recoveries of its file"),
+        ("[beams.a]\nlength = 1\nsegments = 2\nmass_per_length = 1\nEI = 1\n", "have the forces of their joints"),
+    ],
+)
+def test_recoveries_without_elements_are_refused(tmp_path, capsys, text, words):
+    (tmp_path / "job.toml").write_text(text + '[recovery.x]\nkind = "section_force"\n')
+    assert main(["modes", str(tmp_path / "job.toml")]) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
 def test_matrices_have_no_stress(tmp_path, capsys):
     text = '[matrices]\nfile = "a.npz"\n[interfaces.a]\nnode = 1\n[stress.a]\nnode = 1\n'
     (tmp_path / "job.toml").write_text(text)

@@ -9,6 +9,8 @@ from scipy.linalg import subspace_angles
 
 from modalprep.body.checks import Check
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.recovery import Recovery
+from modalprep.reduction.dropped import complete_response
 
 SAME_POINT = 1e-9  # of the body's size
 
@@ -81,7 +83,31 @@ def _elastic(a: FlexibleBody, b: FlexibleBody) -> list[tuple[str, float, str]]:
         found.append(("space of mode shapes", float(np.sin(angle)), "sine of the largest angle between the two spaces"))
     if points := [name for name in a.stress if name in b.stress]:
         found.append(("stress", _stress(a, b, points), "of these answers, at the points that both bodies have"))
+    if names := [name for name in a.recovery if name in b.recovery]:
+        lacking = sorted(a.recovery.keys() ^ b.recovery.keys())
+        alone = f"; only one has {', '.join(lacking)}" if lacking else ""
+        found.append(("recovery", _recovery(a, b, names), f"static response and inertia of {', '.join(names)}{alone}"))
     return found
+
+
+def _recovery(a: FlexibleBody, b: FlexibleBody, names: list[str]) -> float:
+    """Largest difference over the size of the recovery; infinite where places, components or axes differ."""
+    found = []
+    for one, other in ((a.recovery[name], b.recovery[name]) for name in names):
+        if (one.places, one.components) != (other.places, other.components):
+            return np.inf
+        turned = np.abs(one.axes - other.axes).max()
+        found += [turned, *map(_relative, _recovered(a, one), _recovered(b, other))]
+    return float(max(found))
+
+
+def _recovered(body: FlexibleBody, block: Recovery) -> Iterator[np.ndarray]:
+    """Yield the complete static response (p, c, 12 + 6 n_if) to loads of about 1 N, and R in the answers X."""
+    m, size = body.m, _size(body) or 1.0
+    arms = np.tile(np.repeat([1.0, 1 / size], 3), len(body.interface_name))
+    scale = np.concatenate([np.repeat([1 / m, 1 / (m * size)], [3, 9]), arms])
+    yield scale * complete_response(body, block)
+    yield np.zeros((*block.q.shape[:2], len(arms))) if block.qdd is None else block.qdd @ _static(body)
 
 
 def _stress(a: FlexibleBody, b: FlexibleBody, points: list[str]) -> float:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.body.recovery import ACCELERATION, DRIVES, Recovery
+from modalprep.body.recovery import ACCELERATION, DISPLACEMENT, DRIVES, Recovery
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.fields import Fields, Quantity
 from modalprep.fe.recovery.recover import ModelRecovery, Recover
@@ -56,16 +56,18 @@ def recovery_matrices(model: FEModel, reduction: Reduction, recovery: ModelRecov
     if not recovery.wanted:
         return {}
     strained = np.where(reduction.frequency > 0, reduction.basis, 0.0)
-    modes, everything = Fields.static(strained), None
-    found = {}
+    everything, found = None, {}
     for name, quantity in recovery.quantities.items():
         wanted = recovery.wanted[name]
         if wanted.method == "displacement" and quantity.kind != ACCELERATION:
-            found[name] = _block(quantity, wanted, {"q": quantity.values(modes)})
+            modes = reduction.basis if quantity.kind == DISPLACEMENT else strained
+            found[name] = _block(quantity, wanted, {"q": quantity.values(Fields.static(modes))})
             continue
         if everything is None:
             everything = _all_fields(reduction, strained)
         q, qdd, loads = np.split(quantity.values(everything), np.cumsum([reduction.basis.shape[1]] * 2), axis=2)
+        if quantity.kind == DISPLACEMENT:  # mechanisms move the nodes without strain
+            q = quantity.values(Fields.static(reduction.basis))
         found[name] = _block(quantity, wanted, {"q": q, "qdd": qdd, "loads": loads})
     return found
 

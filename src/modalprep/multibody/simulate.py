@@ -19,6 +19,7 @@ from modalprep.multibody.reference.constraints import closed_accelerations
 from modalprep.multibody.reference.loads import loaded_accelerations
 from modalprep.multibody.results.channels import Channels
 from modalprep.multibody.results.record import Recorder, histories
+from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.results.validity import large_deflections, wound_springs
 from modalprep.suggest import refuse_other
@@ -189,7 +190,8 @@ def prepare(system: System, times: np.ndarray, *, reference: bool = False, **opt
     start = np.append(start_state(packed), 0.0)
     accelerations = _reference_accelerations(system, loading) if reference else None
     size = deflections(system, packed)
-    return Integration(system, packed, loading, start, times, size, reference=accelerations, **options)
+    seen = RecoveredState(system, packed, loading.loops)
+    return Integration(system, packed, loading, start, times, size, reference=accelerations, observer=seen, **options)
 
 
 def deflections(system: System, packed: Packed) -> np.ndarray:

@@ -63,3 +63,21 @@ def unit_forces(body: Any) -> np.ndarray:
     """
     at_interfaces = np.concatenate([body.phi, body.psi], axis=1).reshape(-1, body.n)
     return np.concatenate([-body.S, -body.H.reshape(9, -1), at_interfaces]).T
+
+
+def complete_response(body: Any, block: Any) -> np.ndarray:
+    """Return the static values ``Q K^-1 F + L (p, c, 12 + 6 n_if)`` of a recovery under unit A, W and interface loads.
+
+    With the static correction of mode acceleration they are those of the full model, whatever the modes.
+
+    Examples
+    --------
+    >>> from modalprep.body.recovery import Recovery
+    >>> from modalprep.examples import uniform_beam
+    >>> body = uniform_beam(modes=2)
+    >>> row = Recovery(kind="force", places=("a",), components=("N",), units=("N",), q=np.ones((1, 1, 2)))
+    >>> complete_response(body, row).shape
+    (1, 1, 24)
+    """
+    found = block.q @ dropped_flexibility(body.K, np.zeros((body.n, 0)), np.zeros(0)) @ unit_forces(body)
+    return found if block.loads is None else found + block.loads

@@ -12,6 +12,7 @@ from structured import box, surface
 import modalprep as mp
 from modalprep.cli import main
 from modalprep.examples import beam_mesh, cantilever_model, spinup_section
+from modalprep.reduction.dropped import complete_response
 
 ALLOY = mp.Material(E=70e9, nu=0.33, rho=2700.0)
 EXACT = 1e-10  # sums of a few hundred to some thousand terms lose three to four of sixteen digits
@@ -303,6 +304,32 @@ def test_supplied_geometric_stiffness_of_another_size():
     model = from_own(direct, interfaces, geometric_stiffness=lambda d: np.eye(3))
     with pytest.raises(mp.InputError, match="returned 3 rows; return one for each of 126 DOFs"):
         body(model)
+
+
+def test_recoveries_that_need_no_elements():
+    """Reactions, accelerations and displacements of a model from matrices are those of the direct assembly."""
+    direct, interfaces = frame("beam")
+    rebuilt = from_own(direct, interfaces)
+    kinds = {
+        "base": mp.fe.Recover(kind="reaction"),
+        "feel": mp.fe.Recover(kind="acceleration", node=3),
+        "move": mp.fe.Recover(kind="displacement", node=3),
+        "seen": mp.fe.Recover(kind="displacement", node=3, method="displacement"),
+    }
+    nodes = mp.fe.Mesh(points=direct.points + direct.origin, cells={}, groups={})
+    found = []
+    for model in (direct, rebuilt):
+        recovery = mp.fe.model_recovery(model, nodes, kinds)
+        reduction = mp.craig_bampton(model, modes=4, truncation=())
+        found.append(mp.flexible_body(model, reduction, name="beam", recovery=recovery))
+    for name in kinds:
+        a, b = (np.delete(complete_response(x, x.recovery[name]), np.s_[3:12], axis=2) for x in found)
+        assert b == pytest.approx(a, abs=1e-8 * np.abs(a).max())  # of two eigensolutions; M has not all of W
+    assert np.array_equal(found[0].recovery["seen"].q[0], found[0].shape[2])
+    with pytest.raises(mp.InputError, match="a model from matrices knows no elements; its reactions, accelerations"):
+        mp.fe.model_recovery(rebuilt, nodes, {"x": mp.fe.Recover(kind="section_force")})
+    with pytest.raises(mp.InputError, match="knows no links of its nodes"):
+        mp.fe.model_recovery(rebuilt, nodes, {"x": mp.fe.Recover(kind="mpc_force")})
 
 
 # --- through a pipeline file ----------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import modalprep as mp
+from modalprep.examples import beam_mesh, spinup_section
 from modalprep.multibody.model.deployment import LEAST
 
 BOOM = {"name": "boom", "parent": "bus.exit", "length": 4.0, "segments": 8, "mass_per_length": 1.0}
@@ -207,3 +208,30 @@ def test_base_with_modes_is_refused():
             joints=(hinge,),
             deployments=(mp.multibody.Deployment(**BEAM, deployed_length="1"),),
         )
+
+
+def test_bodies_beside_a_deployment_recover_their_forces():
+    """A flexible arm on the bus carries a mass: its root reaction is what the weld gives it, its tip what it takes."""
+    mesh = beam_mesh(4, 1.0)
+    ends = {"root": mp.Interface(group="root", kind="node"), "tip": mp.Interface(group="tip", kind="node")}
+    model = mp.assemble(mesh, {"beam": spinup_section()}, ends)
+    wanted = {"base": mp.fe.Recover(kind="reaction"), "beam": mp.fe.Recover(kind="section_force")}
+    recovery = mp.fe.model_recovery(model, mesh, wanted)
+    arm = mp.flexible_body(model, mp.craig_bampton(model, modes=2), name="arm", damping=0.05, recovery=recovery)
+    load = mp.rigid_body("load", mass=1.0, centre=np.zeros(3), inertia=np.eye(3), interfaces={"root": np.zeros(3)})
+    base = flying()
+    joints = (
+        *base["joints"],
+        mp.Joint(name="foot", type="weld", parent="bus.root", child="arm"),
+        mp.Joint(name="hand", type="weld", parent="arm.tip", child="load"),
+    )
+    system = base | {"bodies": {**base["bodies"], "arm": arm, "load": load}, "joints": joints}
+    boom = mp.multibody.Deployment(**BEAM, deployed_length=OUT)
+    found = run(boom, system, t_end=1.2)
+    assert len(found.events["boom.insert"])
+    # forces of the modal dampers, 5 % of critical, and of Coriolis are none of the recovery
+    for joint, sign, names in (("foot", 1, "base.root.Fx base.root.Fy"), ("hand", -1, "beam.4.end.N beam.4.end.Vy")):
+        own = np.stack([found[f"arm.recovery.{name}"] for name in names.split()], axis=1)
+        force = sign * found[f"{joint}.force"]  # in the axes of the parent
+        assert own == pytest.approx(force[:, :2], abs=5e-3 * np.abs(force).max())
+    assert {each.name for each in mp.multibody.envelopes(found, {"arm": arm})} == {"base", "beam"}

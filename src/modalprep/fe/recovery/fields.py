@@ -153,7 +153,9 @@ def chosen(model: FEModel, mesh: Mesh, where: NodeSet | None) -> list[Piece]:
         When the model has no elements, or none is chosen.
     """
     if model.strain_energy is None:
-        raise InputError("a model from matrices knows no elements; only reactions and accelerations can be recovered")
+        raise InputError(
+            "a model from matrices knows no elements; its reactions, accelerations and displacements can be recovered"
+        )
     numbers, starts = _numbers(mesh, where, model.strain_energy.blocks), _starts(model)
     found = []
     for start, block, inertia in zip(starts, model.strain_energy.blocks, model.rotating_mass.blocks, strict=True):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
+
 import numpy as np
 
 from modalprep.errors import InputError
@@ -27,7 +30,7 @@ def section_forces(pieces: list[Piece], stations: int) -> Quantity:
     Raises
     ------
     InputError
-        When there are no beams and trusses, fewer than two stations, or more in a tapered beam.
+        When there are no beams and trusses, or fewer than two stations.
     """
     if stations < 2:
         raise InputError(f"stations = {stations} must be at least 2, the ends of the elements")
@@ -35,8 +38,6 @@ def section_forces(pieces: list[Piece], stations: int) -> Quantity:
     own = [piece for piece in own if isinstance(piece.block, (BeamBlock, TrussBlock))]
     if not own:
         raise InputError("there are no beams or trusses among these elements; choose another group")
-    if stations > 2 and any(isinstance(p.block, BeamBlock) and p.block.section.taper for p in own):
-        raise InputError("stations inside of a tapered beam are not known; mesh it finer and leave out 'stations'")
     at = np.linspace(0.0, 1.0, stations)
     return Quantity(
         kind="section_force",
@@ -147,7 +148,7 @@ def _beam_load(piece: Piece, fields: Fields, at: np.ndarray, length: np.ndarray)
     """Return what the inertia between the first end and each place adds, ``(ne, ns, 6, k)``."""
     block, own = piece.block, piece.block.inside
     share = own.dx / length[:, None]
-    first, second = _integrals(own.at, share[0], at)
+    first, second = _integrals(own.at, at, [place[0] for place in block.section.taper] or [0.0, 1.0])
     motion = block.at_nodes.value @ fields.a[piece.dofs][:, None]  # (ne, nq, 6, k)
     whole = np.einsum("eab,eqbk->eqak", block.frame, fields.acceleration(block.centre)) + motion[:, :, :3]
     force = (block.line_mass / share)[..., None, None] * whole
@@ -186,19 +187,25 @@ def _truss_load(piece: Piece, fields: Fields, at: np.ndarray, length: np.ndarray
     return found
 
 
-def _integrals(points: np.ndarray, weight: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return ``(ns, nq)`` integrals from 0 to each place of f and of x f, f known at points between 0 and 1.
+def _integrals(points: np.ndarray, at: np.ndarray, cuts: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``(ns, nq)`` integrals from 0 to each place of f and of x f, f known at as many points of each panel.
+
+    f is a polynomial between each two of the `cuts`, which begin at 0 and end at 1.
 
     Examples
     --------
-    >>> points, weight = (np.polynomial.legendre.leggauss(2)[0] + 1) / 2, np.array([0.5, 0.5])
-    >>> first, second = _integrals(points, weight, np.array([0.0, 0.5, 1.0]))
+    >>> points = (np.polynomial.legendre.leggauss(2)[0] + 1) / 2
+    >>> first, second = _integrals(points, np.array([0.0, 0.5, 1.0]), (0.0, 1.0))
     >>> (first @ points).round(12), (second @ points).round(12)  # x^2 / 2, x^3 / 3
     (array([0.   , 0.125, 0.5  ]), array([0.        , 0.04166667, 0.33333333]))
     """
-    if len(at) == 2:
-        return np.stack([0 * weight, weight]), np.stack([0 * weight, weight * points])
-    power = np.arange(1, len(points) + 1)
-    coefficients = np.linalg.inv(np.vander(points, increasing=True))
-    grown = at[:, None] ** power
-    return grown / power @ coefficients, at[:, None] * grown / (power + 1) @ coefficients
+    first, second = np.zeros((2, len(at), len(points)))
+    n = len(points) // (len(cuts) - 1)
+    power = np.arange(1, n + 1)
+    for k, (a, b) in enumerate(pairwise(cuts)):
+        own, size = slice(n * k, n * k + n), b - a
+        x = np.clip((at - a) / size, 0.0, 1.0)[:, None]
+        coefficients = np.linalg.inv(np.vander((points[own] - a) / size, increasing=True))
+        first[:, own] = size * (x**power / power @ coefficients)
+        second[:, own] = a * first[:, own] + size**2 * (x ** (power + 1) / (power + 1) @ coefficients)
+    return first, second

@@ -79,6 +79,14 @@ def accelerations(model: FEModel, mesh: Mesh, where: NodeSet) -> Quantity:
     return Quantity("acceleration", names, AXES, ("m/s^2",) * 3, values, model.points[nodes], nodes)
 
 
+def displacements(model: FEModel, mesh: Mesh, where: NodeSet) -> Quantity:
+    """Return the displacements of nodes relative to the frame of the body, m, in the axes of the mesh."""
+    nodes = chosen_nodes(model, mesh, where)
+    dofs = model.dof[nodes, :3]
+    names = tuple(str(label) for label in (mesh.labels[nodes] if len(mesh.labels) else nodes + 1))
+    return Quantity("displacement", names, AXES, ("m",) * 3, lambda fields: fields.u[dofs], model.points[nodes], nodes)
+
+
 def residual(model: FEModel, fields: Fields) -> np.ndarray:
     """Return the forces ``(n_dof, k)`` on the DOFs that the motion needs: ``K u + M a + g A + h W``."""
     return model.K @ fields.u + model.M @ fields.a - model.inertia_loads @ fields.drives

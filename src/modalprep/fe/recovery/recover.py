@@ -12,11 +12,15 @@ from modalprep.fe.mesh.mesh import Mesh
 from modalprep.fe.mesh.select import NodeSet
 from modalprep.fe.recovery.fields import Piece, Quantity, chosen
 from modalprep.fe.recovery.lines import section_forces, spring_forces
-from modalprep.fe.recovery.nodes import accelerations, cut_forces, interface_reactions, node_forces
+from modalprep.fe.recovery.links import link_forces
+from modalprep.fe.recovery.nodes import accelerations, cut_forces, displacements, interface_reactions, node_forces
 from modalprep.fe.recovery.surfaces import resultants, stress
 from modalprep.suggest import refuse_unknown
 
-RecoveryKind = Literal["section_force", "force", "resultant", "stress", "reaction", "cut", "acceleration"]
+RecoveryKind = Literal[
+    "section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration", "displacement"
+]  # fmt: skip
+NAMED = ("acceleration", "displacement", "cut")  # kinds that need nodes or elements
 Method = Literal["acceleration", "displacement"]
 Vector = tuple[float, float, float]
 
@@ -28,9 +32,10 @@ class Recover(NodeSet):
     Attributes
     ----------
     kind : str
-        ``section_force`` of beams and trusses, ``force`` of springs, ``resultant`` of shells, ``stress`` of solids (at
-        nodes) or shells (both faces of each element), ``reaction`` of the fixed interfaces, or of nodes with supports
-        or links where nodes are given, ``cut`` through which the other elements hold these, ``acceleration`` of nodes.
+        ``section_force`` of beams and trusses, ``force`` of springs, ``mpc_force`` of links, ties and supports on each
+        of their nodes, ``resultant`` of shells, ``stress`` of solids (at nodes) or shells (both faces of each element),
+        ``reaction`` of the fixed interfaces, or of nodes with supports or links where nodes are given, ``cut`` through
+        which the other elements hold these, ``acceleration`` of nodes, or their ``displacement``.
     method : {"acceleration", "displacement"}
         Mode acceleration adds the static response of the dropped modes and the inertia between the nodes; mode
         displacement has the modes alone.
@@ -68,7 +73,7 @@ class Recover(NodeSet):
         refuse_unknown(self.method, get_args(Method), "recovery: method")
         if self._given():
             super().__post_init__()
-        elif self.kind in ("acceleration", "cut"):
+        elif self.kind in NAMED:
             raise InputError(
                 f"a recovery of kind {self.kind!r} needs nodes or elements; give group, box, near or others"
             )
@@ -88,6 +93,10 @@ class Recover(NodeSet):
         """
         if self.kind == "acceleration":
             return accelerations(model, mesh, self._where)
+        if self.kind == "displacement":
+            return displacements(model, mesh, self._where)
+        if self.kind == "mpc_force":
+            return link_forces(model, mesh, self._where)
         if self.kind == "reaction":
             return node_forces(model, mesh, self._where) if self._given() else interface_reactions(model)
         return self._of_elements(model, mesh, chosen(model, mesh, self._where))

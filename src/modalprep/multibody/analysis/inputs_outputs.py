@@ -8,10 +8,13 @@ import numpy as np
 import scipy
 
 from modalprep.errors import InputError
+from modalprep.multibody.evaluation.evaluate import build_equations
 from modalprep.multibody.evaluation.evaluator import Evaluator
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.interfaces import add_wrench, carried, node_acceleration, node_state, world
 from modalprep.multibody.model.loads import locate
+from modalprep.multibody.results.recovered import AppliedLoad
+from modalprep.multibody.results.recovered_state import RECOVERY, RecoveredState
 from modalprep.suggest import suggestion
 
 AXES = ("x", "y", "z")
@@ -39,6 +42,7 @@ class Input:
             self.tau[_speed(evaluator, joint, number, name)] = 1.0
         elif len(parts) == 3 and parts[1] in ("force", "torque") and parts[2] in AXES:
             self.link, self.node = _interface(evaluator, parts[0], name)
+            self.at = parts[0]
             self.wrench[3 * (parts[1] == "torque") + AXES.index(parts[2])] = 1.0
         else:
             raise InputError(
@@ -51,6 +55,7 @@ class Input:
         if self.link >= 0:
             p, w = self.evaluator, tuple((size * self.wrench).tolist())
             add_wrench(p.packed.model, p.data, self.link, self.node, w[:3], w[3:])
+            p.applied.append((self.at, size * self.wrench))
         return size * self.tau
 
 
@@ -58,8 +63,9 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
     """Return the function of the state that a name denotes; rotations are relative to state y.
 
     ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed`` (``.angle.2`` the second), ``body.modal.3``,
-    ``body.stress.point.xx``, ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.angular_velocity``,
-    ``.acceleration`` and ``.angular_acceleration`` in inertial axes; to be called after `Evaluator.accelerations`.
+    ``body.stress.point.xx``, ``body.recovery.name.place.component``, ``body.interface.position.x``, ``.rotation``,
+    ``.velocity``, ``.angular_velocity``, ``.acceleration`` and ``.angular_acceleration`` in inertial axes; to be called
+    after `Evaluator.accelerations`.
 
     Raises
     ------
@@ -68,6 +74,8 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
     """
     first, _, rest = name.partition(".")
     parts = name.rsplit(".", 2)
+    if first in evaluator.system.bodies and rest.startswith(f"{RECOVERY}."):
+        return _recovered(evaluator, name)
     if len(parts) == 3 and parts[1] in MOTIONS and parts[2] in AXES:
         return _motion(evaluator, *_interface(evaluator, parts[0], name), parts[1], AXES.index(parts[2]), y)
     if first in evaluator.system.bodies and rest.startswith("modal."):
@@ -82,7 +90,8 @@ def output(evaluator: Evaluator, name: str, y: np.ndarray) -> Callable[[np.ndarr
             raise InputError(f"output {name!r}: {suggestion(rest, known, f'joint {first} has')}")
         return lambda y, k=known[rest]: y[k]
     raise InputError(
-        f"output {name!r}: name 'joint.angle', 'body.modal.1', or 'body.interface.position.x' with one of "
+        f"output {name!r}: name 'joint.angle', 'body.modal.1', 'body.recovery.name.place.component', or "
+        "'body.interface.position.x' with one of "
         f"{', '.join(MOTIONS)}"
     )
 
@@ -125,6 +134,21 @@ def _stress(evaluator: Evaluator, body: str, component: str, name: str) -> Calla
     if component not in rows:
         raise InputError(f"output {name!r}: {suggestion(component, rows, f'the linear stresses of {body} are')}")
     return lambda y, row=rows[component]: row @ y[modal]
+
+
+def _recovered(evaluator: Evaluator, name: str) -> Callable[[np.ndarray], float]:
+    """Return a recovered quantity, with the loads of the inputs."""
+    seen = RecoveredState(evaluator.system, evaluator.packed, evaluator.loops)
+    value = seen.reader(name, "output")
+    eq = build_equations(evaluator.system, evaluator.packed, evaluator.loading)._replace(data=evaluator.data)
+
+    def read(y: np.ndarray) -> float:
+        ydot = np.concatenate([np.zeros(evaluator.nx), evaluator.udot, [0.0]])
+        applied = [AppliedLoad(at, wrench[None, :3], wrench[None, 3:]) for at, wrench in evaluator.applied]
+        seen.observe(eq, evaluator.t, np.append(y, 0.0), ydot, applied)
+        return value(y)
+
+    return read
 
 
 def _motion(

@@ -44,8 +44,8 @@ def linearise(
     inputs, outputs : sequence of str
         Inputs ``hinge`` or ``hinge.2`` (N or N m in the joint's second speed), ``body.interface.force.x`` (N) and
         ``.torque.z`` (N m), inertial axes. Outputs ``hinge.angle``, ``.rate``, ``.displacement``, ``.speed``
-        (``.angle.2`` the second), ``body.modal.3``, ``body.stress.point.xx``, ``body.interface.position.x``,
-        ``.rotation``, ``.velocity``, ``.angular_velocity``, ``.acceleration`` and
+        (``.angle.2`` the second), ``body.modal.3``, ``body.stress.point.xx``, ``body.recovery.name.place.component``,
+        ``body.interface.position.x``, ``.rotation``, ``.velocity``, ``.angular_velocity``, ``.acceleration`` and
         ``.angular_acceleration``, inertial axes.
 
     Returns

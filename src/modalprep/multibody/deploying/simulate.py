@@ -23,6 +23,7 @@ from modalprep.multibody.model.deployment_law import alignment_angle, first_stag
 from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.tree import pack
 from modalprep.multibody.results.channels import Channels
+from modalprep.multibody.results.recovered import recovery_channels
 from modalprep.multibody.results.result import Result, output_times
 from modalprep.multibody.simulate import check_span
 
@@ -83,11 +84,13 @@ def deployment_channels(system: DeployingSystem) -> Result:
     full = system.full()
     histories = Histories(system, np.zeros(0))
     histories.add(Channels(full, pack(full), None).index, np.zeros((0, 0)))
-    return _with_stress(system, histories.result("start", "", {}, {}))
+    return _with_recovery(system, histories.result("start", "", {}, {}))
 
 
-def _with_stress(system: DeployingSystem, run: Result) -> Result:
-    return run.with_(channels=run.channels | stress_channels(system.bodies, run.channels))
+def _with_recovery(system: DeployingSystem, run: Result) -> Result:
+    """Add the stress and the recoveries of the bodies; rods have none, and carry no body with modes behind the exit."""
+    found = run.channels | stress_channels(system.bodies, run.channels)
+    return run.with_(channels=found | recovery_channels(system.full(), run.time, found))
 
 
 class Run:
@@ -118,7 +121,7 @@ class Run:
                 self._apply(change)
         self._add_counts()
         events = {name: np.array(found) for name, found in self.events.items()}
-        return _with_stress(self.system, self.histories.result(status, message, self.stats, events))
+        return _with_recovery(self.system, self.histories.result(status, message, self.stats, events))
 
     def _planned(self) -> Change:
         """Return the next change known in advance, or the end of the run."""

@@ -87,6 +87,8 @@ class Evaluator:
         self.data = self.packed.data()
         self.loading = Loading(system, self.packed, t + AHEAD)
         self.loops = self.loading.loops
+        self.udot = np.zeros(self.nu)  # the last accelerations
+        self.applied: list[tuple[str, np.ndarray]] = []  # interface, force and torque (6,) besides the loads
         self.start = self._started(t)
         self.scale, self.owner = np.ones(self.nu), [("", "")] * self.nu
         self.turns = np.zeros(self.nu, dtype=bool)
@@ -146,7 +148,7 @@ class Evaluator:
 
     def load(self, y: np.ndarray, *, moving: bool = True) -> None:
         """Kinematics and loads of a state; not `moving`: prescribed hinges are held where they are."""
-        motion = self.loading.prescribe(self.t, self.data)
+        motion, self.applied = self.loading.prescribe(self.t, self.data), []
         if not moving:
             motion[:, 1:] = 0.0
         kernel.outward(self.packed.model, self.data, y, motion)
@@ -228,6 +230,7 @@ class Evaluator:
             self.loops.forward(self.data, tau + self.loading.tau, udot)
         else:
             kernel.forward(self.packed.model, self.data, tau + self.loading.tau, udot)
+        self.udot = udot
         return udot
 
     def rates(self, y: np.ndarray, ydot: np.ndarray) -> None:

@@ -26,12 +26,13 @@ PLACES, RATES = {"angle": ROTATIONS, "displacement": TRANSLATIONS}, {"rate": ROT
 KNOWN = (
     "<joint>.angle, .rate, .displacement or .speed (.angle.2 the second), <body>.<interface>.position.x, .rotation.x, "
     ".velocity.x or .angular_velocity.x, <body>.modal.<number>, .stress.<point>.<component>, of an event also "
-    "<closure>.gap or .multiplier"
+    "<closure>.gap or .multiplier, <body>.recovery.<name>.<place>.<component>"
 )
+Others = Callable[[str, str], Callable[[State], float] | None]
 
 
 def channel_expression(
-    system: System, packed: Packed, text: str, what: str, loops: Loops | None = None
+    system: System, packed: Packed, text: str, what: str, loops: Loops | None = None, others: Others | None = None
 ) -> Callable[[float, State], float]:
     """Return ``(t, state) -> value`` of an expression of channels and ``t``, for states of the packed system.
 
@@ -40,7 +41,7 @@ def channel_expression(
     vector (rad, below pi), inertial axes; ``<body>.modal.<number>``, ``<body>.stress.<point>.<component>`` (Pa), also
     its ``.von_mises``. With `loops`, whose work belongs to the state: ``<closure>.gap`` (m, rad) and
     ``<closure>.multiplier`` (N, N m; positive where it pushes b along the axis, or the ends apart) of closures with
-    one condition, active or not.
+    one condition, active or not. With `others`, ``(name, what) -> reader or None``, the channels that it knows.
 
     Raises
     ------
@@ -50,7 +51,7 @@ def channel_expression(
     import symengine
 
     names = list(dict.fromkeys(CHANNEL.findall(text)))
-    readers = [_reader(system, packed, name, what, loops) for name in names]
+    readers = [(others and others(name, what)) or _reader(system, packed, name, what, loops) for name in names]
     symbols = {name: f"channel_{k}" for k, name in enumerate(names)}
     known = ("t", *symbols.values())
     value = read_expression(CHANNEL.sub(lambda match: symbols[match[0]], text), f"{what}: {text[:60]!r}", known)

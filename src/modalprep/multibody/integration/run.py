@@ -11,7 +11,7 @@ from modalprep.multibody.evaluation.evaluate import (
     GOOD,
     build_equations,
 )
-from modalprep.multibody.evaluation.event_functions import event_functions, state_reader
+from modalprep.multibody.evaluation.event_functions import Observer, event_functions, state_reader
 from modalprep.multibody.evaluation.impact import Impact
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration import driver
@@ -68,14 +68,17 @@ class Integration:
         ``(y, motion, t) -> accelerations`` in place of the kernel's.
     size : (nx,)
         Deflection of a modal coordinate, in sizes of its body.
+    observer : Observer or None
+        Further channels of the events.
     """
 
     def __init__(
         self, system: System, packed: Packed, loading: Loading, y: np.ndarray, times: np.ndarray, size: np.ndarray, *,
         method: str, rtol: float, atol: float, step: float | None = None, rho: float = 0.9,
-        events: Sequence[Event] = (), reference: Callable | None = None,
+        events: Sequence[Event] = (), reference: Callable | None = None, observer: Observer | None = None,
     ) -> None:  # fmt: skip
         self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
+        self.observer = observer
         if loading.loops:
             loading.enter(*loading.stretches[0])
             y = y.copy()
@@ -114,8 +117,8 @@ class Integration:
         count = len(self.events)
         values, hook = np.zeros(count), np.zeros(1, dtype=np.int64)
         if count:
-            functions = event_functions(self.system, self.packed, self.loading, self.events)
-            state_at = state_reader(self.system, self.packed, self.loading, self.equations, self.events)
+            functions = event_functions(self.system, self.packed, self.loading, self.events, self.observer)
+            state_at = state_reader(self.system, self.packed, self.loading, self.equations, self.events, self.observer)
 
             def ask(t: float) -> None:
                 state = state_at(t)

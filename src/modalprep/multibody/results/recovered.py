@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -17,7 +18,17 @@ MOST = 1000  # numbers of a recovery with a history each; larger ones have envel
 Channels = Mapping[str, np.ndarray]
 
 
-def recovery_channels(system: System, time: np.ndarray, channels: Channels) -> dict[str, np.ndarray]:
+class AppliedLoad(NamedTuple):
+    """Force (N) and torque (N m) on ``body.interface`` that no load of the system is: (nt, 3), inertial axes."""
+
+    at: str
+    force: np.ndarray
+    torque: np.ndarray
+
+
+def recovery_channels(
+    system: System, time: np.ndarray, channels: Channels, applied: Sequence[AppliedLoad] = ()
+) -> dict[str, np.ndarray]:
     """Return ``<body>.interface_loads`` and ``<body>.recovery.<name>.<place>.<component>`` of every body.
 
     Examples
@@ -36,7 +47,7 @@ def recovery_channels(system: System, time: np.ndarray, channels: Channels) -> d
     for name, body in system.bodies.items():
         complete = f"{name}.modal_acceleration" in channels
         if complete:
-            found[f"{name}.interface_loads"] = interface_loads(system, name, time, channels)
+            found[f"{name}.interface_loads"] = interface_loads(system, name, time, channels, applied)
         small = {
             key: block
             for key, block in body.recovery.items()
@@ -73,15 +84,18 @@ def body_motion(body: FlexibleBody, name: str, channels: Channels) -> BodyMotion
     return BodyMotion(q, qd, qdd, A, omega, channels[f"{name}.frame_angular_acceleration"], loads)
 
 
-def interface_loads(system: System, body: str, time: np.ndarray, channels: Channels) -> np.ndarray:
+def interface_loads(
+    system: System, body: str, time: np.ndarray, channels: Channels, applied: Sequence[AppliedLoad] = ()
+) -> np.ndarray:
     """Return force and moment on each interface of a body ``(nt, 6 n_if)``, in its axes, N and N m.
 
-    Of the joints to its children, closures, axial springs and point forces; interfaces turn with the body. What acts
+    Of the joints to its children, closures, axial springs, point forces and those `applied`; interfaces turn with the
+    body. What acts
     on the root is left out: its column of every recovery matrix is zero.
     """
     names = system.bodies[body].interface_name
     total = np.zeros((len(time), len(names), 6))
-    for at, force, torque, point in _loads(system, time, channels):
+    for at, force, torque, point in (*_loads(system, body, time, channels), *((*load, None) for load in applied)):
         owner, _, interface = at.rpartition(".")
         if owner == body and interface in names[1:]:
             arm = np.zeros_like(force) if point is None else point - channels[f"{at}.position"]
@@ -90,11 +104,14 @@ def interface_loads(system: System, body: str, time: np.ndarray, channels: Chann
     return total.reshape(len(time), 6 * len(names))
 
 
-def _loads(system: System, time: np.ndarray, channels: Channels):
-    """Yield interface, force and torque (nt, 3), inertial axes, and the point (nt, 3) where they act or None."""
+def _loads(system: System, body: str, time: np.ndarray, channels: Channels):
+    """Yield interface, force and torque (nt, 3), inertial axes, and the point (nt, 3) where they act or None.
+
+    Of joints those of the body alone.
+    """
     for joint in system.joints:
         parent = system.parent(joint)
-        if parent is not None:
+        if parent is not None and parent[0] == body:
             owner, index = parent
             at = f"{owner}.{system.bodies[owner].interface_name[index]}"
             child = system.child(joint)

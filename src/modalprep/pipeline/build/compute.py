@@ -61,11 +61,11 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         done(1)
         model = assemble_pipeline(pipeline, mesh)
         done(2)
+        stress = pipeline_stress(pipeline, mesh, model)
+        recovery = pipeline_recovery(pipeline, mesh, model)
         reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache))
         done(4)
         name = pipeline.name or path.stem
-        stress = pipeline_stress(pipeline, mesh, model)
-        recovery = pipeline_recovery(pipeline, mesh, model)
         wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
         body = body.with_(D=modal_damping(body, target_damping(pipeline.reduction.damping)))

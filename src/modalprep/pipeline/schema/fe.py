@@ -133,13 +133,19 @@ class StressTable(NodeSetTable):
     )
 
 
+RecoveryKind = Literal[
+    "section_force", "force", "mpc_force", "resultant", "stress", "reaction", "cut", "acceleration", "displacement"
+]  # fmt: skip
+
+
 class RecoveryTable(NodeSetTable):
     """A quantity with recovery matrices in the modal file: of elements of a group or within a node set, or of nodes."""
 
-    kind: Literal["section_force", "force", "resultant", "stress", "reaction", "cut", "acceleration"] = Field(
-        description="section_force of beams and trusses, force of springs, resultant of shells, stress of solids at "
-        "nodes or of shells in the faces of elements, reaction of fixed interfaces or of nodes with supports or links, "
-        "cut: what the other elements exert on these, acceleration of nodes; without nodes: everything"
+    kind: RecoveryKind = Field(
+        description="section_force of beams and trusses, force of springs, mpc_force of links, ties and supports on "
+        "each of their nodes, resultant of shells, stress of solids at nodes or of shells in the faces of elements, "
+        "reaction of fixed interfaces or of nodes with supports or links, cut: what the other elements exert on these, "
+        "acceleration of nodes, displacement of nodes in the frame of the body; without nodes: everything"
     )
     method: Literal["acceleration", "displacement"] = Field(
         "acceleration", description="acceleration adds the static response of the dropped modes"
@@ -153,7 +159,7 @@ class RecoveryTable(NodeSetTable):
     )
 
     def _needs_none(self) -> bool:
-        return self.kind not in ("cut", "acceleration")
+        return self.kind not in ("cut", "acceleration", "displacement")
 
 
 class InterfaceTable(NodesTable):

@@ -180,9 +180,18 @@ class Pipeline(ForceElements):
 
     @model_validator(mode="after")
     def _stress_has_elements(self) -> Pipeline:
-        for name in ("stress", "recovery"):
-            if getattr(self, name) and self.mesh is None:
-                raise ValueError(f"[{name}] needs the elements of a [mesh]; add it, or leave out [{name}]")
+        if self.stress and self.mesh is None:
+            raise ValueError("[stress] needs the elements of a [mesh]; add it, or leave out [stress]")
+        if self.recovery and self.mesh is None and self.matrices is None:
+            found = "[body] has the recoveries of its file" if self.body else "[beams] and [chains] have the forces"
+            found += " of their joints as channels" if self.body is None else ""
+            raise ValueError(f"[recovery] needs a [mesh] or [matrices]: {found}; leave out [recovery]")
+        for name, table in self.recovery.items():
+            if self.matrices and table.kind not in ("reaction", "acceleration", "displacement"):
+                raise ValueError(
+                    f"[recovery.{name}] of kind {table.kind!r} needs the elements of a [mesh]; [matrices] recover "
+                    "reaction, acceleration and displacement"
+                )
         return self
 
     def with_chains(self) -> Pipeline:

@@ -16,6 +16,7 @@ from modalprep.multibody.model.events import check_changes
 from modalprep.multibody.model.loads import locate
 from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.tree import pack
+from modalprep.multibody.results.recovered_state import RecoveredState
 from modalprep.multibody.results.result import Result
 from modalprep.multibody.simulate import channel_names, check_span
 from modalprep.pipeline.build.build import read_bodies, stand_in
@@ -120,15 +121,16 @@ def _refuse_expressions(pipeline: Pipeline, system: System, made: set[str]) -> N
     check_changes(system, events)
     packed = pack(system)
     loops = Loading(system, packed, pipeline.simulation.t_end).loops if events else None
-    texts = [(f"event {event.name!r}", event.when, loops) for event in events]
+    others = RecoveredState(system, packed, loops).reader
+    texts = [(f"event {event.name!r}", event.when, loops, others) for event in events]
     for name, table in pipeline.controls.items():
         if table.at not in [joint.name for joint in system.joints]:
             locate(system.bodies, table.at, f"control {name!r}")
         values = [*(table.values or ()), *(table.force or ()), *(table.torque or ())]
-        texts += [(f"control {name!r}", str(value), None) for value in values]
-    for what, text, of in texts:
+        texts += [(f"control {name!r}", str(value), None, None) for value in values]
+    for what, text, *of in texts:
         if not any(_waits(name, made) for name in CHANNEL.findall(text)):
-            channel_expression(system, packed, text, what, of)
+            channel_expression(system, packed, text, what, *of)
 
 
 def _refuse_inputs(table: AnalysisTable, system: System, made: set[str]) -> None:

@@ -102,7 +102,7 @@ def simulate_pipeline(
     compared = {"conventional": runs[LABELS["no_geometric_stiffness"]]} if len(runs) > 1 else {}
     files = [write_result(main, target, compared)]
     files.append(write_csv(main, _csv_beside(target), pipeline.simulation.output))
-    extremes = () if isinstance(system, DeployingSystem) else envelopes(main, system.bodies)
+    extremes = envelopes(main, system.bodies)
     if extremes:
         files.append(write_envelopes(extremes, _envelopes_beside(target)))
         envelope_table(extremes, reporter.console)
