@@ -11,7 +11,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
-from modalprep.report.pictures import render
+from modalprep.report.pictures import marks, render
 from modalprep.report.pictures.colour import node_colour
 
 if TYPE_CHECKING:
@@ -131,7 +131,7 @@ def _palette(images: list[np.ndarray]) -> Image.Image:
     """Return 256 colours: the usual ones of the pictures, white, and the interfaces' mark in light and shade."""
     from PIL import Image, ImageColor
 
-    mark = np.array(ImageColor.getrgb(render.MARK))
+    mark = np.array(ImageColor.getrgb(marks.MARK))
     common = np.array(Image.fromarray(np.concatenate(images)).quantize(250).getpalette()).reshape(-1, 3)[:250]
     common[(common > 245).all(axis=1)] = 255  # averaging makes white slightly grey
     extra = np.concatenate([[[255] * 3], np.outer([0.6, 0.75, 0.9, 1.0, 1.15], mark).clip(0, 255)])

@@ -11,6 +11,7 @@ import numpy as np
 
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.report.pictures import render
+from modalprep.report.pictures.marks import BALL, spheres
 
 EDGE = "#3c4f5b"  # darker than in other pictures, to show the elements
 COLOURS = {"error": "#d62728", "warning": "#f07f00"}
@@ -99,7 +100,7 @@ def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
         plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
     if beams is not None:
         ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if cell_dimension(kind) == 1]))
-        dots = render.spheres(body.points[ends] + LIFT * towards, 0.4 * render.BALL * plotter.camera.parallel_scale)
+        dots = spheres(body.points[ends] + LIFT * towards, 0.4 * BALL * plotter.camera.parallel_scale)
         plotter.add_mesh(beams, color=render.EDGE, line_width=4)
         plotter.add_mesh(dots, color=EDGE, **MATT)
 
@@ -119,7 +120,7 @@ def _towards(plotter, body: Body) -> np.ndarray:
 
 def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, towards: np.ndarray) -> None:
     """Draw the edges of a finding, or its cells with markers on the small ones, and its nodes."""
-    radius, error = render.BALL * plotter.camera.parallel_scale, finding.severity == "error"
+    radius, error = BALL * plotter.camera.parallel_scale, finding.severity == "error"
     style = {"color": COLOURS[finding.severity], "reset_camera": False, **MATT}
     rows = {} if len(finding.edges) else finding.cells
     bad = _body(body.name, body.points + (2 if error else 1) * towards, {k: cells[k][r] for k, r in rows.items()})
@@ -130,7 +131,7 @@ def _add_finding(plotter, body: Body, cells: Mapping[str, np.ndarray], finding, 
     nodes = np.zeros(0, dtype=int) if finding.cells else _near(body, finding)
     marks = np.concatenate([_small_cells(bad, SMALL * radius), bad.points[nodes]])[:SHOWN]
     if len(marks):
-        plotter.add_mesh(render.spheres(marks + 2 * towards, radius * (1.2 if error else 0.9)), **style)
+        plotter.add_mesh(spheres(marks + 2 * towards, radius * (1.2 if error else 0.9)), **style)
 
 
 def _add_cells(plotter, bad: Body, style: dict[str, Any], towards: np.ndarray) -> None:

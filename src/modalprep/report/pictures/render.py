@@ -15,6 +15,7 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
 from modalprep.report.pictures.colour import WORDS, node_colour
+from modalprep.report.pictures.marks import QUIET, add_bar, add_interfaces, spheres
 from modalprep.report.pictures.motion import largest_displacement
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -46,10 +47,8 @@ sys.exit(0 if high > low else "blank")
 PATIENCE = 120  # s; the first import of VTK from a network disk takes most of a minute
 ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
 SHARE = 0.12  # largest displacement shown, of the body's size
-BALL = 0.016  # radius of an interface's mark, of half the picture's height
 TUBE = 0.007  # radius of a beam, of the body's size
-BODY_COLOUR, EDGE, GHOST, MARK = "#a9c7dd", "#5b7486", "#8a949e", "#D55E00"
-QUIET = {"reset_camera": False, "render": False}  # `shot` draws once, when all parts are there
+BODY_COLOUR, EDGE, GHOST = "#a9c7dd", "#5b7486", "#8a949e"
 PICTURES = (".png", ".jpg", ".jpeg")
 
 
@@ -154,7 +153,7 @@ def mode_scene(body: FlexibleBody, mode: int, colour: str, size: tuple[int, int]
     plotter = framed_plotter(body, size, bent, mode, off_screen=off_screen)
     add_ghost(plotter, body)
     add_deformed(plotter, body, mode, scale, amount)
-    _add_bar(plotter, WORDS[colour])
+    add_bar(plotter, WORDS[colour])
     return plotter
 
 
@@ -192,7 +191,7 @@ def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = 
     if skin is None:
         plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * _size(body)), color=EDGE)
     if len(body.interface_position):
-        _add_interfaces(plotter, body, body.interface_position)
+        add_interfaces(plotter, body, body.interface_position)
     return plotter
 
 
@@ -277,38 +276,7 @@ def add_deformed(
         plotter.add_mesh(skin, name="skin", split_sharp_edges=True, **style)
     if beams is not None:
         plotter.add_mesh(beams, name="beams", **style)
-    _add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)
-
-
-def _add_bar(plotter, words: str) -> None:
-    plotter.add_scalar_bar(
-        words, color="black", n_labels=2, fmt="%.0f", vertical=False, title_font_size=24,
-        label_font_size=24, position_x=0.58, position_y=0.025, width=0.39, height=0.085,
-    )  # fmt: skip
-
-
-def _add_interfaces(plotter, body: FlexibleBody, places: np.ndarray, *, names: bool = True) -> None:
-    """Mark the interfaces by spheres drawn over the body (a bolt's centre lies inside its hole) and by their names."""
-    places, camera = np.array(places, dtype=float), plotter.camera
-    radius = BALL * camera.parallel_scale
-    actor = plotter.add_mesh(spheres(places, radius), name="balls", color=MARK, ambient=0.4, **QUIET)
-    actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-    actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(0, -66000)
-    if not names:
-        return
-    beside = np.cross(camera.up, np.array(camera.position) - camera.focal_point)
-    beside = np.array(camera.up) + beside / np.linalg.norm(beside)
-    plotter.add_point_labels(
-        places + radius * beside, list(body.interface_name), name="names", font_size=26, text_color="black",
-        shape_color="white", shape_opacity=0.75, show_points=False, always_visible=True, margin=4, **QUIET,
-    )  # fmt: skip
-
-
-def spheres(places: np.ndarray, radius: float):
-    """Return a mesh of spheres at points (k, 3)."""
-    import pyvista
-
-    return pyvista.PolyData(places).glyph(geom=pyvista.Sphere(radius=radius), scale=False, orient=False)
+    add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)
 
 
 def shot(plotter) -> np.ndarray:

@@ -14,8 +14,9 @@ from modalprep.multibody.model.loads import GROUND
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
+from modalprep.report.pictures.marks import BALL, MARK, QUIET, spheres
 from modalprep.report.pictures.recovered_colour import RecoveredColour
-from modalprep.report.pictures.render import BALL, BODY_COLOUR, MARK, QUIET, TUBE, drawing_problem, shot, spheres
+from modalprep.report.pictures.render import BODY_COLOUR, TUBE, drawing_problem, shot
 
 FLAT = 0.15  # extent of the motion normal to a plane over that in it, below which the plane is viewed square-on
 TILT = 0.1
