@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import sys
 from collections.abc import Sequence
+from functools import cache
 from typing import Annotated
 
 import typer
@@ -34,6 +35,12 @@ def _options(
         print(context.get_help())
 
 
+@cache
+def _command():
+    """Return the command line, made once in a process: making it takes longer than many a command."""
+    return typer.main.get_command(app)
+
+
 def perform(argv: Sequence[str]) -> int:
     """Perform a command; return its exit code.
 
@@ -44,7 +51,7 @@ def perform(argv: Sequence[str]) -> int:
     from modalprep.errors import ModalprepError
 
     try:
-        return int(app(args=list(argv), prog_name="modalprep", standalone_mode=False) or 0)
+        return int(_command()(args=list(argv), prog_name="modalprep", standalone_mode=False) or 0)
     except ModalprepError as error:
         print(f"modalprep: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_code

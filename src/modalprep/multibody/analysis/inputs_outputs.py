@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 import scipy
@@ -166,9 +167,15 @@ def _motion(
         return lambda y: state()[quantity][axis]
     evaluator.load(y)
     world(model, data)
-    start = np.reshape(state()[1], (3, 3))
-    from_matrix = scipy.spatial.transform.Rotation.from_matrix
-    return lambda y: from_matrix(np.reshape(state()[1], (3, 3)) @ start.T).as_rotvec()[axis]
+    start = state()[1]
+    return lambda y: _turned(start, state()[1])[axis]
+
+
+@lru_cache(maxsize=64)  # the three axes of an interface are read one after another
+def _turned(start: tuple, now: tuple) -> np.ndarray:
+    """Return the rotation vector (3,) between two orientations."""
+    turn = np.reshape(now, (3, 3)) @ np.reshape(start, (3, 3)).T
+    return scipy.spatial.transform.Rotation.from_matrix(turn).as_rotvec()
 
 
 def _acceleration(evaluator: Evaluator, link: int, node: int, turn: bool, axis: int) -> Callable[[np.ndarray], float]:
