@@ -89,7 +89,7 @@ def run_pipeline(
     if pipeline.simulation is not None:
         _simulation(path, pipeline, output, outcome, reporter)
     if outcome.built is not None:
-        _page(pipeline, outcome, reporter)
+        _page(path, pipeline, outcome, reporter)
     return outcome
 
 
@@ -192,7 +192,9 @@ def film_run(
         _not_drawn(error, notes, reporter)
 
 
-def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.build.described import page_inputs
+    from modalprep.report.body_page.section import FAILED, Verdict
     from modalprep.report.page import write_page
 
     built = outcome.built
@@ -209,9 +211,12 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         checks=built.checks,
         notes=outcome.notes,
         errors=built.error_curves or None,
+        error_limit=pipeline.reduction.target_error,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         sections=outcome.sections,
+        inputs=page_inputs(path, built),
+        verdicts=[Verdict(name="audit of the run", result=FAILED, says=why) for why in outcome.failures],
     )
     reporter.wrote(page)
 
