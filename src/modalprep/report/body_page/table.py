@@ -102,11 +102,15 @@ class Table:
         return [
             {
                 "text": written(cell, self.forms.get(name, ".5g")),
-                "class": "n" if number else CLASSES.get(str(cell), ""),
+                "class": "n" if number else _class(name, str(cell)),
                 "heat": round(cell) if name in self.heat and cell is not None and cell >= 0.5 else 0,
             }
             for cell, name, number in zip(row, self.columns, numeric, strict=True)
         ]
+
+
+def _class(column: str, text: str) -> str:
+    return "bad" if column == "margin" and text.startswith("-") else CLASSES.get(text, "")
 
 
 def written(cell: Any, form: str = ".5g") -> str:
