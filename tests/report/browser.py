@@ -27,19 +27,30 @@ const wait = ms => new Promise(done => setTimeout(done, ms));
 </script></body>"""
 
 
-def run_page(page, folder, probe: str, *, before: str = "") -> dict:
+def run_page(page, folder, probe: str, *, before: str = "", library: str = "", flags: tuple[str, ...] = ()) -> dict:
     """Load a page, run JavaScript that fills `out` behind its own scripts, and return `out` with the `faults`.
 
     Parameters
     ----------
     before : str
         JavaScript to run before the page's own.
+    library : str
+        A script that the probe uses.
+    flags : tuple of str
+        Further options of the browser.
     """
     text = page.read_text(encoding="utf-8")
-    text = text.replace("<head>", FIRST % before, 1).replace("</body>", LAST % probe, 1)
+    text = text.replace("<head>", FIRST % before + f"<script>{library}</script>", 1).replace("</body>", LAST % probe, 1)
     copy = folder / "probed.html"
     copy.write_text(text, encoding="utf-8")
-    command = [CHROMIUM, *FLAGS, f"--user-data-dir={folder / 'profile'}", "--virtual-time-budget=8000", "--dump-dom"]
+    command = [
+        CHROMIUM,
+        *FLAGS,
+        f"--user-data-dir={folder / 'profile'}",
+        "--virtual-time-budget=8000",
+        "--dump-dom",
+        *flags,
+    ]
     done = subprocess.run([*command, copy.as_uri()], capture_output=True, text=True, timeout=120)
     found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
     assert found, f"the page's scripts did not end: {done.stderr[-500:]}"

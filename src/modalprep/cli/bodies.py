@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, ModalFile, Output, Settings, app, print_json
+from modalprep.cli.common import Json, ModalFile, Output, Pdf, Settings, app, print_json
 from modalprep.formats.export import EXPORTS
 from modalprep.report import summary
 from modalprep.suggest import refuse_missing
@@ -22,6 +22,7 @@ def modes(
     file: Annotated[Path, typer.Argument(help="Pipeline file (TOML) or modal file (HDF5).")],
     output: Output = None,
     settings: Settings = None,
+    pdf: Pdf = False,
     as_json: Json = False,
 ) -> None:
     """Print the mode-selection table of a body, and write its report.
@@ -31,17 +32,19 @@ def modes(
     from modalprep.errors import InputError
     from modalprep.pipeline.build.build import build_body, output_folder
     from modalprep.pipeline.console import Reporter
+    from modalprep.report.body_page.printing import find_browser, print_page
     from modalprep.report.page import write_page
     from modalprep.report.tables import body_summary, mode_table
 
-    reporter = Reporter(quiet=as_json)
+    reporter, browser = Reporter(quiet=as_json), find_browser() if pdf else None
     if file.suffix == ".toml":
         from modalprep.pipeline.batch.settings import with_settings
+        from modalprep.pipeline.build.described import page_inputs
 
         file, output = with_settings(file, settings or [], output)
         built = build_body(file, output_folder(file, output), reporter)
         body, checks, notes = built.body, built.checks, list(built.notes)
-        page = built.file.with_suffix(".html")
+        page, made = built.file.with_suffix(".html"), page_inputs(file, built)
     else:
         from modalprep.body.checks import check_body
         from modalprep.formats.modalfile import read_body
@@ -50,15 +53,17 @@ def modes(
         if settings:
             raise InputError(f"--set changes a pipeline file, and {file} is none; leave it out")
         page = (output or file.parent) / f"{file.stem}.html"
-        refuse_overwriting([page], [file])
-        body, notes = read_body(file), []
+        refuse_overwriting([page, *([page.with_suffix(".pdf")] if pdf else [])], [file])
+        body, notes, made = read_body(file), [], None
         checks = check_body(body)
     body_summary(body, reporter.console)
     mode_table(body.modes, reporter.console)
     for note in notes:
         reporter.say(f"  note: {note}")
-    write_page(body, page, checks=checks, notes=notes)
+    write_page(body, page, checks=checks, notes=notes, inputs=made)
     reporter.wrote(page)
+    if browser:
+        reporter.wrote(print_page(page, browser))
     if as_json:
         print_json({"modes": summary.mode_rows(body.modes), "frequency": body.frequency.tolist(), "page": str(page)})
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, Output, PipelineFile, Quiet, Settings, app, print_json
+from modalprep.cli.common import Json, Output, Pdf, PipelineFile, Quiet, Settings, app, print_json
 from modalprep.report import summary
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ def run(
     settings: Settings = None,
     pictures: Annotated[bool, typer.Option("--pictures/--no-pictures", help="Draw the mesh and the modes.")] = True,
     show: Annotated[bool, typer.Option("--open", help="Open the report page in the browser.")] = False,
+    pdf: Pdf = False,
     quiet: Quiet = False,
     as_json: Json = False,
 ) -> None:
@@ -35,18 +36,24 @@ def run(
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import run_pipeline
     from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.report.body_page.printing import find_browser, print_page
 
     reporter = Reporter(quiet=as_json or quiet)
     file, output = with_settings(file, settings or [], output)
-    if show and not load_pipeline(file).has_body:
-        raise InputError("--open: this pipeline file makes no report page, as it has no body; leave --open out")
+    wanted = "--open" if show else "--pdf" if pdf else ""
+    if wanted and not load_pipeline(file).has_body:
+        raise InputError(f"{wanted}: this pipeline file makes no report page, as it has no body; leave {wanted} out")
+    browser = find_browser() if pdf else None
     outcome = run_pipeline(file, output, reporter, pictures=pictures)
+    page = next((path for path in reporter.files if path.suffix == ".html"), None)
+    if browser:
+        reporter.wrote(print_page(page, browser))
     if as_json:
         print_json(summary.outcome(outcome, reporter))
     else:
         reporter.say(f"outputs are in {outcome.folder}")
     if show:
-        _open(next(path for path in reporter.files if path.suffix == ".html"), reporter)
+        _open(page, reporter)
     _end_with(outcome.failures)
 
 

@@ -114,6 +114,21 @@ def checksum(file: h5py.File) -> str:
     return total.hexdigest()
 
 
+def stated_checksum(path: Path) -> str:
+    """Return the checksum that a file states of its contents; empty where it states none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.formats.modalfile import write_body
+    >>> len(stated_checksum(write_body(uniform_beam(modes=1), Path(tempfile.mkdtemp()) / "beam.h5")))
+    64
+    """
+    with h5py.File(path) as file:
+        return str(file.attrs.get(CHECKSUM, ""))
+
+
 def _bytes(value: Any) -> bytes:
     """Return what to hash of numbers, texts and tables, their kind and shape before their content."""
     if isinstance(value, str):

@@ -95,7 +95,7 @@ def run_pipeline(
     if pipeline.simulation is not None:
         _simulation(path, pipeline, output, outcome, reporter)
     if outcome.built is not None:
-        _page(pipeline, outcome, reporter)
+        _page(path, pipeline, outcome, reporter)
     return outcome
 
 
@@ -206,14 +206,18 @@ def film_run(
         _not_drawn(error, notes, reporter)
 
 
-def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.build.described import page_inputs
+    from modalprep.report.body_page.section import FAILED, Verdict
+    from modalprep.report.body_page.verdicts import of_errors
     from modalprep.report.page import write_page
 
     built = outcome.built
     mesh_picture, pictures = draw_body(
         built.body, outcome.folder, built.file.stem, pipeline.output.pictures, reporter, outcome.notes
     )
-    page = outcome.folder / f"{built.file.stem}.html"
+    page, limit = outcome.folder / f"{built.file.stem}.html", pipeline.reduction.target_error
+    static = of_errors({"static responses": ((), built.error.static)}, limit) if built.error else []
     write_page(
         built.body,
         page,
@@ -223,9 +227,12 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         checks=built.checks,
         notes=outcome.notes,
         errors=built.error_curves or None,
+        error_limit=limit,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         sections=outcome.sections,
+        inputs=page_inputs(path, built),
+        verdicts=[*static, *(Verdict(name="audit of the run", result=FAILED, says=why) for why in outcome.failures)],
     )
     reporter.wrote(page)
 

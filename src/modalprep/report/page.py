@@ -98,7 +98,7 @@ def write_page(
     drawn, inputs, chart = drawable(body), inputs or Inputs(), mac_chart(body, nodal_mass)
     found = [
         parts.overview(body, notes, mesh_picture),
-        *inputs_section(inputs),
+        inputs_section(inputs),
         *parts.modes(body, drawn, pictures or {}),
         parts.selection(body.modes, mass_plot),
         *energy_section(inputs),

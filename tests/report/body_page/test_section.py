@@ -45,3 +45,10 @@ def test_texts_of_a_table_cannot_add_tags():
     clean = Table(name="a", columns=("x",), rows=[("y",)]).html()
     bad = Table(name="a", columns=(HOSTILE,), rows=[(HOSTILE,)], caption=HOSTILE).html()
     assert re.findall(r"<\w+", bad) == [*re.findall(r"<\w+", clean)[:1], "<p", *re.findall(r"<\w+", clean)[1:]]
+
+
+def test_cells_that_fail_are_marked():
+    table = Table(
+        name="a", columns=("margin", "result"), rows=[("-0.1", "FAILED"), ("+0.1", "passed"), ("", "not checked")]
+    )
+    assert re.findall(r'<td(?: class="(\w+)")?>', table.html()) == ["bad", "bad", "", "good", "", "open"]

@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
+from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.assembly.parts import Part, find_parts, refuse_disconnected, used_nodes
 from modalprep.fe.assembly.placing import Placed, place
@@ -157,13 +158,14 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
     pattern = Pattern.build([part.nodes for part in parts], dof)
     total = _totals(parts, pattern, dof, rule)
     built = [(part, piece) for part in parts for piece in part.pieces()]
-    blocks, inertias, points = [], [], mesh.points - origin
+    blocks, inertias, masses, points = [], [], [], mesh.points - origin
     for block, inertia, *found in ahead(
         lambda own: _evaluated(own[0].block(own[1], mesh.points, origin), rule, points), built
     ):
         total.add(block, *found)
         blocks.append(block)
         inertias.append(inertia)
+        masses.append(found[1].rigid.m if found[1] else 0.0)
     K, M = pattern.csr(total.K), total.mass()
     constraints = constrain(placed.links, total.n, placed.equations, placed.kept)
     diagonal = abs(pattern.diagonal(total.K, dof)) + abs(pattern.diagonal(total.M, dof))
@@ -184,6 +186,7 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
         geometric_stiffness=GeometricStiffness(blocks, pattern, K, dof, constraints),
         rotating_mass=RotatingMass(inertias, dof),
         strain_energy=StrainEnergy([part.kind for part, _ in built], blocks, dof),
+        groups=Groups([part.group for part, _ in built], [part.kind for part, _ in built], inertias, masses, dof),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=(*notes, *constraints.notes),

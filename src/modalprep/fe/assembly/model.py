@@ -10,6 +10,7 @@ from scipy.sparse import csr_array
 
 from modalprep.drawing import draw
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
+from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import MassTensor
@@ -59,6 +60,8 @@ class FEModel(Record):
         The root interface in mesh coordinates, m.
     strain_energy : StrainEnergy or None
         ``Phi (n_dof, n) -> {type: (n_cells, n)}``; None where the elements are not known.
+    groups : Groups or None
+        Mass and kinetic energy of the mesh groups; None where the elements are not known.
     source : dict of str
         Name and hash of the mesh.
     notes : tuple of str
@@ -92,6 +95,7 @@ class FEModel(Record):
     rotating_mass: RotatingMass
     origin: np.ndarray
     strain_energy: StrainEnergy | None = None
+    groups: Groups | None = None
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 

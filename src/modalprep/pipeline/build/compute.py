@@ -16,10 +16,12 @@ from modalprep.fe.properties.plausible import implausible_body
 from modalprep.fe.readers.read import LENGTH_UNITS
 from modalprep.formats.bodies.described import notes_of
 from modalprep.formats.modalfile import write_body
-from modalprep.pipeline.build.built import Built
+from modalprep.pipeline.build.built import Built, Tables
 from modalprep.pipeline.build.cache import Cache
+from modalprep.pipeline.build.described import model_tables
+from modalprep.pipeline.build.energies import energy_tables
 from modalprep.pipeline.build.inputs import inputs
-from modalprep.pipeline.build.model import assemble_pipeline, pipeline_recovery, pipeline_stress, read_pipeline_mesh
+from modalprep.pipeline.build.model import checked_model, pipeline_recovery, pipeline_stress, read_pipeline_mesh
 from modalprep.pipeline.build.reduce import reduce_model, target_damping
 from modalprep.pipeline.build.stages import caching_algebra
 from modalprep.pipeline.build.supplied import read_supplied
@@ -59,7 +61,7 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
     with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
         mesh = read_pipeline_mesh(path, pipeline)
         done(1)
-        model = assemble_pipeline(pipeline, mesh)
+        model, quality = checked_model(pipeline, mesh)
         done(2)
         stress = pipeline_stress(pipeline, mesh, model)
         recovery = pipeline_recovery(pipeline, mesh, model)
@@ -69,10 +71,12 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))
         body = body.with_(D=modal_damping(body, target_damping(pipeline.reduction.damping)))
+        tables = Tables(model_tables(pipeline, mesh, model, quality), energy_tables(model, reduction, body))
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    return Built(body, file, checks, (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale)), error)
+    notes = (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale))
+    return Built(body, file, checks, notes, error, tables)
 
 
 def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:

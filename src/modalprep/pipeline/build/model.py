@@ -46,7 +46,16 @@ def read_pipeline_mesh(path: Path, pipeline: Pipeline) -> Mesh:
 
 
 def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
+    """Return the model of `checked_model`, without the quality of its mesh."""
+    return checked_model(pipeline, mesh)[0]
+
+
+def checked_model(pipeline: Pipeline, mesh: Mesh) -> tuple[FEModel, Quality | None]:
     """Check the mesh and assemble it with the file's properties, connections and interfaces; or take its matrices.
+
+    Returns
+    -------
+    The model, and the quality of its mesh; of matrices None.
 
     Raises
     ------
@@ -55,12 +64,13 @@ def assemble_pipeline(pipeline: Pipeline, mesh: Mesh) -> FEModel:
     """
     sections, interfaces, connections = pipeline_sections(pipeline), *pipeline_node_sets(pipeline, mesh)
     if isinstance(mesh, Matrices):
-        return mesh.model(interfaces, pipeline.reduction.root)
+        return mesh.model(interfaces, pipeline.reduction.root), None
     if not {**mesh.properties, **sections}:
         raise InputError(f"there are no [properties]: give the property of each mesh group ({', '.join(mesh.groups)})")
     supports = pipeline_supports(pipeline, mesh)
     model = assemble(mesh, sections, interfaces, pipeline.reduction.root, connections, supports, pipeline.mesh.mass)
-    return model.with_(notes=(*model.notes, *_defects(mesh_quality(mesh, sections, interfaces, connections, supports))))
+    quality = mesh_quality(mesh, sections, interfaces, connections, supports)
+    return model.with_(notes=(*model.notes, *_defects(quality))), quality
 
 
 def mesh_quality(

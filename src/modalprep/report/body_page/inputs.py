@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from modalprep.report.body_page.section import Section
+from modalprep.report.body_page.section import Section, paragraph
 from modalprep.report.body_page.table import Table, part
 
 
@@ -39,11 +39,16 @@ class Inputs:
     made: Mapping[str, str] = field(default_factory=dict)
 
 
-def inputs_section(inputs: Inputs) -> list[Section]:
-    """Return the section of the tables and of the pipeline file, none without them."""
-    if not (inputs.tables or inputs.text):
-        return []
-    return [Section(title="Inputs", anchor="inputs", html=part("inputs.html", inputs=inputs))]
+UNKNOWN = (
+    "A modal file alone does not hold materials, sections, masses of groups and the shape of elements. The page that "
+    "'modalprep run' or 'modalprep modes' writes of its pipeline file has them."
+)
+
+
+def inputs_section(inputs: Inputs) -> Section:
+    """Return the section of the tables and of the pipeline file, or of why there are none."""
+    known = part("inputs.html", inputs=inputs) if inputs.tables or inputs.text else paragraph(UNKNOWN)
+    return Section(title="Inputs", anchor="inputs", html=known)
 
 
 def energy_section(inputs: Inputs) -> list[Section]:

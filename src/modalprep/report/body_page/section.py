@@ -13,7 +13,7 @@ from markupsafe import Markup
 from modalprep.errors import InputError
 from modalprep.report.body_page.table import data_address
 
-PASSED, UNCHECKED = "passed", "not checked"
+PASSED, FAILED, UNCHECKED = "passed", "FAILED", "not checked"
 
 
 @dataclass(frozen=True, kw_only=True)

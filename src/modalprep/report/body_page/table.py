@@ -38,8 +38,8 @@ class Table:
         Further rows in the foot, such as what the sums are compared with.
     forms : {column: format}
         How numbers are written; default ``.5g``. The CSV file has them in full.
-    heat : bool
-        Whether numbers, in %, shade their cells; headings then stand upright.
+    heat : sequence of str
+        Columns whose numbers, in %, shade their cells; their headings stand upright.
     marks : sequence of str
         Anchors of the rows, such as ``mode-7``, to which their first cell is a link.
 
@@ -59,7 +59,7 @@ class Table:
     total: Sequence[Any] = ()
     below: Sequence[Sequence[Any]] = ()
     forms: Mapping[str, str] = field(default_factory=dict)
-    heat: bool = False
+    heat: Sequence[str] = ()
     marks: Sequence[str] = ()
 
     def html(self) -> Markup:
@@ -99,15 +99,18 @@ class Table:
         return [row for row in (self.total, *self.below) if row]
 
     def _cells(self, row: Sequence[Any], numeric: Sequence[bool]) -> list[dict]:
-        forms = [self.forms.get(name, ".5g") for name in self.columns]
         return [
             {
-                "text": written(cell, form),
-                "class": "n" if number else CLASSES.get(str(cell), ""),
-                "heat": round(float(cell)) if self.heat and isinstance(cell, float) and cell >= 0.5 else 0,
+                "text": written(cell, self.forms.get(name, ".5g")),
+                "class": "n" if number else _class(name, str(cell)),
+                "heat": round(cell) if name in self.heat and cell is not None and cell >= 0.5 else 0,
             }
-            for cell, form, number in zip(row, forms, numeric, strict=True)
+            for cell, name, number in zip(row, self.columns, numeric, strict=True)
         ]
+
+
+def _class(column: str, text: str) -> str:
+    return "bad" if column == "margin" and text.startswith("-") else CLASSES.get(text, "")
 
 
 def written(cell: Any, form: str = ".5g") -> str:

@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from modalprep.report.body_page.section import PASSED, UNCHECKED, Verdict
+from modalprep.report.body_page.section import FAILED, PASSED, UNCHECKED, Verdict
 from modalprep.report.body_page.table import Table, part
 
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.multibody.results.envelopes import Envelope
 
-FAILED = "FAILED"
 NOT_MEASURED = "it was not measured; up_to under [reduction] asks for it"
 COLUMNS = ("check", "value", "limit", "result", "meaning")
 

@@ -1,0 +1,62 @@
+"""Shares of the groups of a model in the strain and kinetic energy of the modes of its body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.fe.assembly.model import FEModel
+from modalprep.reduction.basis import Reduction
+from modalprep.report.body_page.table import Table
+
+MOST = 16  # groups with a column of their own; the others are summed up
+OTHERS = "others"
+
+
+def energy_tables(model: FEModel, reduction: Reduction, body: FlexibleBody) -> list[Table]:
+    """Return the shares of the groups in the strain and the kinetic energy of each mode, %; none without groups.
+
+    Each share is that of ``K / 2`` or of ``(2 pi f)^2 / 2`` times the modal mass, so that the sums show the error of
+    both. Modes of 0 Hz have no strain energy.
+
+    Examples
+    --------
+    >>> from modalprep.body.build import flexible_body
+    >>> from modalprep.examples import cantilever_model
+    >>> from modalprep.reduction.craig_bampton import craig_bampton
+    >>> model = cantilever_model()
+    >>> reduction = craig_bampton(model, modes=2)
+    >>> energy_tables(model, reduction, flexible_body(model, reduction, name="beam"))[1].columns
+    ('mode', 'Hz', 'beam', 'sum')
+    """
+    if model.groups is None or not body.n or not body.energy:
+        return []
+    names = model.groups.names
+    with np.errstate(divide="ignore", invalid="ignore"):
+        strain = np.where(body.K > 0, model.groups.summed(body.energy) / (body.K / 2), np.nan)
+    kinetic = model.groups.modal_mass(reduction.basis)
+    shares = {"strain": strain, "kinetic": kinetic}
+    return [_table(name, names, share, body.frequency) for name, share in shares.items()]
+
+
+def _table(name: str, groups: Sequence[str], share: np.ndarray, frequency: np.ndarray) -> Table:
+    groups, share = _largest(groups, 100 * share)
+    rows = [
+        (mode + 1, float(frequency[mode]), *share[:, mode].tolist(), float(share[:, mode].sum()))
+        for mode in range(share.shape[1])
+    ]
+    columns = ("mode", "Hz", *groups, "sum")
+    forms = dict.fromkeys(groups, ".1f") | {"sum": ".4f"}
+    caption = f"{name.capitalize()} energy of each group in % of that of the mode."
+    return Table(name=f"{name}-energy", columns=columns, rows=rows, forms=forms, heat=groups, caption=caption)
+
+
+def _largest(groups: Sequence[str], share: np.ndarray) -> tuple[list[str], np.ndarray]:
+    """Return the groups with the largest shares in their order, and the sum of the others."""
+    if len(groups) <= MOST:
+        return list(groups), share
+    order = np.argsort(-np.nan_to_num(share).max(axis=1), kind="stable")
+    kept, rest = np.sort(order[: MOST - 1]), order[MOST - 1 :]
+    return [*(groups[k] for k in kept), OTHERS], np.vstack([share[kept], share[rest].sum(axis=0)])
