@@ -1,4 +1,4 @@
-"""Linear responses of one body whose root is driven: harmonic, sine sweep, random, transient (theory 4.10).
+"""Linear responses of one body whose root is driven: harmonic, sine sweep, random, transient (theory 11.1).
 
 The root interface moves as prescribed, and forces and moments act on the other interfaces. Inputs are named
 ``base.x``, ..., ``base.rz`` (acceleration of the root, m/s^2 and rad/s^2) and ``<interface>.x``, ...,
@@ -20,18 +20,23 @@ from modalprep.lazy import lazy
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
     from modalprep.response.harmonic import harmonic_response as harmonic_response
+    from modalprep.response.inputs import History as History
     from modalprep.response.inputs import Spectrum as Spectrum
     from modalprep.response.modal import ModalEquations as ModalEquations
     from modalprep.response.modal import modal_equations as modal_equations
     from modalprep.response.random import random_response as random_response
     from modalprep.response.result import Peak as Peak
     from modalprep.response.result import Response as Response
+    from modalprep.response.sweep import sweep_response as sweep_response
+    from modalprep.response.transient import transient_response as transient_response
 
 _NAMES = {
-    "inputs": "Spectrum",
+    "inputs": "Spectrum History",
     "modal": "ModalEquations modal_equations",
     "harmonic": "harmonic_response",
     "random": "random_response",
+    "sweep": "sweep_response",
+    "transient": "transient_response",
     "result": "Response Peak",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

@@ -15,6 +15,7 @@ from modalprep.response.channels import Block, channel_name
 from modalprep.suggest import suggestion
 
 PARTS = ("force", "moment", "acceleration", "angular_acceleration", "displacement", "rotation")  # of interfaces
+FULL = 200_000_000  # numbers of all curves in memory
 MOST = 1000  # channels of a recovery with a curve each; larger ones have their extremes only
 
 
@@ -35,7 +36,7 @@ class Peak(NamedTuple):
 
     References
     ----------
-    Theory 4.10.
+    Theory 11.1.
     """
 
     block: str
@@ -116,7 +117,13 @@ class Response(Record):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return the curve (nt,) of a channel."""
+        """Return the curve of a channel.
+
+        Returns
+        -------
+        (nt,) float or complex
+            A column of `values`.
+        """
         if name not in self.names:
             raise InputError(f"the response has no curve {name!r}; {suggestion(name, self.names, 'it has')}")
         return self.values[:, self.names.index(name)]
@@ -216,6 +223,8 @@ class Collector:
                 self.names.append(name)
                 self.units.append(unit)
                 self.curves.append(flat[:, k].copy())
+                if len(self.curves) * len(flat) > FULL:
+                    raise InputError(f"the curves have more than {FULL} numbers; name fewer 'channels'")
                 if steady is not None:
                     self.steady.append(steady.reshape(len(steady), -1)[:, k].copy())
 

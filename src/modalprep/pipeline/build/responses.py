@@ -14,13 +14,15 @@ from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.schema.response import HarmonicTable, RandomTable
+from modalprep.pipeline.schema.response import HarmonicTable, RandomTable, SweepTable, TransientTable
 from modalprep.pipeline.schema.response import Response as ResponseTable
 from modalprep.report.responses import peak_table, response_plot
 from modalprep.response.harmonic import harmonic_response
 from modalprep.response.modal import BASE, input_names
 from modalprep.response.random import correlation_factor, random_response
 from modalprep.response.result import Response
+from modalprep.response.sweep import sweep_response
+from modalprep.response.transient import transient_response
 from modalprep.suggest import suggestion
 
 
@@ -88,6 +90,11 @@ def computed(table: ResponseTable, body: FlexibleBody, folder: Path) -> Response
     }
     if isinstance(table, HarmonicTable):
         return harmonic_response(body, inputs, table.axis, refine=table.refine, **options)
+    if isinstance(table, SweepTable):
+        band, down = (table.lowest, table.highest), table.direction == "down"
+        return sweep_response(body, inputs, *band, table.speed, down=down, samples=table.samples, **options)
+    if isinstance(table, TransientTable):
+        return transient_response(body, inputs, step=table.step, duration=table.duration, **options)
     return random_response(body, inputs, correlation=table.correlated(), band=table.band, **options)
 
 
