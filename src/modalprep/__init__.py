@@ -1,8 +1,8 @@
 """modalprep: finite-element meshes to flexible bodies for multibody dynamics, and their simulation.
 
 The names of the tour stand here, the others in `modalprep.fe`, `reduction`, `body`, `supplied`, `multibody`,
-`ensemble`, `formats`, `correlation`, `report` and `linalg`. A name is loaded on first use, so that ``import modalprep``
-costs nothing.
+`ensemble`, `formats`, `correlation`, `response`, `report` and `linalg`. A name is loaded on first use, so that
+``import modalprep`` costs nothing.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from modalprep import multibody as multibody
     from modalprep import reduction as reduction
     from modalprep import report as report
+    from modalprep import response as response
     from modalprep import supplied as supplied
     from modalprep.body.build import flexible_body as flexible_body
     from modalprep.body.checks import check_body as check_body

@@ -11,7 +11,8 @@ if TYPE_CHECKING:
 
 # those with public names
 PACKAGES = (
-    "fe", "reduction", "body", "supplied", "multibody", "ensemble", "formats", "correlation", "report", "linalg",
+    "fe", "reduction", "body", "supplied", "multibody", "ensemble", "formats", "correlation", "response", "report",
+    "linalg",
 )  # fmt: skip
 
 

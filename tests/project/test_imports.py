@@ -20,8 +20,10 @@ MAY_IMPORT = {
     "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody"},
     "ensemble": BASE | {"multibody", "formats"},
     "correlation": BASE | {"body"},
-    "report": BASE | {"correlation", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
-    "pipeline": BASE | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "supplied"},
+    "response": BASE | {"body", "reduction"},
+    "report": BASE | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
+    "pipeline": BASE
+    | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "response", "supplied"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
@@ -52,6 +54,9 @@ ONLY_IN = {  # third parties with one home
     "h5py": {"formats", "fe.readers"},
     "tomli_w": {"pipeline"},
     "psutil": {"linalg"},
+    "rainflow": {"response"},
+    "FLife": {"response"},
+    "pyyeti": {"response"},
 }
 ONLY_FROM = {  # finer than packages: what a package may take from another, module by module
     # what files hold, nothing of the solver
