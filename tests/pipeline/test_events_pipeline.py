@@ -6,7 +6,7 @@ import pytest
 from modalprep.errors import InputError
 from modalprep.multibody.model.hydrodynamics import ImmersedRod
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.read import read_system
 from modalprep.pipeline.systems.systems import simulate_pipeline

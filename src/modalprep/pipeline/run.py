@@ -15,6 +15,7 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 if TYPE_CHECKING:
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
+    from modalprep.pipeline.build.responses import Responded
     from modalprep.pipeline.build.synthesis import Synthesised
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
@@ -29,6 +30,7 @@ class Outcome:
     synthesised: Synthesised | None = None
     analysed: Analysed | None = None
     simulated: Simulated | None = None
+    responses: list[Responded] = field(default_factory=list)
     mass_plot: Path | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -70,6 +72,10 @@ def run_pipeline(
         from modalprep.pipeline.systems.outline import refuse_before_work
 
         refuse_before_work(pipeline, path)
+    if pipeline.response:
+        from modalprep.pipeline.build.responses import refuse_responses
+
+        refuse_responses(pipeline, path)
     outcome = Outcome(folder=output_folder(path, output))
     if pipeline.has_body:
         if pipeline.output.pictures not in ("none", 0):
@@ -108,6 +114,12 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
         _tell((f"{target.name}: {text}" for text in lost_in(body, name)), outcome.notes, reporter)
     outcome.mass_plot = effective_mass_plot(body.modes, outcome.folder / f"{path.stem}-effective-mass.png")
     reporter.wrote(outcome.mass_plot)
+    if pipeline.response:
+        from modalprep.pipeline.build.responses import respond
+
+        outcome.responses = respond(path, pipeline, body, outcome.folder, reporter)
+        for found in outcome.responses:
+            _tell((f"response {found.name}: {note}" for note in found.response.notes), outcome.notes, reporter)
 
 
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
@@ -209,6 +221,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         errors=built.error_curves or None,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
+        responses={found.name: (found.response, found.plot) for found in outcome.responses},
     )
     reporter.wrote(page)
 

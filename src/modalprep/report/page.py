@@ -21,6 +21,7 @@ from modalprep.reduction.table import DIRECTIONS, ModeTable
 from modalprep.report.mac import mac_chart
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
+from modalprep.report.responses import MEANING, peak_columns, peak_rows
 from modalprep.report.scene import drawable
 from modalprep.report.tables import (
     ENVELOPE,
@@ -36,6 +37,7 @@ from modalprep.report.tables import (
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.multibody.results.envelopes import Envelope
+    from modalprep.response.result import Response
 
 
 def write_page(
@@ -52,6 +54,7 @@ def write_page(
     mass_plot: Path | None = None,
     nodal_mass: np.ndarray | None = None,
     envelopes: Sequence[Envelope] = (),
+    responses: Mapping[str, tuple[Response, Path]] | None = None,
 ) -> Path:
     """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
 
@@ -74,6 +77,8 @@ def write_page(
         Weights of the nodes where modes are compared; default: equal weights.
     envelopes : sequence of Envelope
         Of the recoveries in a run.
+    responses : {name: (Response, picture file)}
+        With the plot of each.
 
     Returns
     -------
@@ -103,6 +108,7 @@ def write_page(
         errors_plot=_drawn(error_plot, errors, xlabel=error_axes[0], ylabel=error_axes[1]) if errors else None,
         envelope_columns=ENVELOPE,
         envelopes=envelope_rows(envelopes),
+        responses=[_response(name, *found) for name, found in (responses or {}).items()],
         checks=checks,
         failed=sum(not check.passed for check in checks),
         notes=notes,
@@ -182,6 +188,20 @@ def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> lis
         }
         for mode in range(1, body.n + 1)
     ]
+
+
+def _response(name: str, response: Response, plot: Path) -> dict[str, Any]:
+    """Return what the page says of a response."""
+    return {
+        "name": name,
+        "kind": response.kind,
+        "inputs": ", ".join(response.inputs),
+        "meaning": MEANING[response.kind],
+        "columns": peak_columns(response),
+        "rows": peak_rows(response),
+        "notes": response.notes,
+        "plot": _embedded(plot),
+    }
 
 
 def _drawn(draw: Callable[..., Path], what: Any, **options: Any) -> str:

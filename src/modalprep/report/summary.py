@@ -19,6 +19,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},
         "ensemble": ensemble(simulated.ensemble) if simulated else {},
+        "responses": {found.name: response(found.response) for found in outcome.responses},
         "notes": outcome.notes,
         "failures": list(outcome.failures),
     }
@@ -43,6 +44,12 @@ def simulation(simulated: Any, reporter: Any) -> dict[str, Any]:
 def envelopes(simulated: Any) -> list[dict[str, Any]]:
     """Return, of each recovered component, the place with its largest magnitude in the run."""
     return plain([row for envelope in simulated.envelopes for row in envelope.worst()])
+
+
+def response(found: Any) -> dict[str, Any]:
+    """Return the kind, the inputs, the notes and the largest peaks of a response."""
+    peaks = plain([peak.row() for peak in found.worst()])
+    return {"kind": found.kind, "inputs": list(found.inputs), "peaks": peaks, "notes": list(found.notes)}
 
 
 def correlation(found: Any, reporter: Any) -> dict[str, Any]:

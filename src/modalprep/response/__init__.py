@@ -1,4 +1,17 @@
-"""Linear responses of a body and what is made of them: shock spectra, fatigue, force limits and notches."""
+"""Linear responses of one body whose root is driven: harmonic, sine sweep, random, transient (theory 4.10).
+
+The root interface moves as prescribed, and forces and moments act on the other interfaces. Inputs are named
+``base.x``, ..., ``base.rz`` (acceleration of the root, m/s^2 and rad/s^2) and ``<interface>.x``, ...,
+``<interface>.rz`` (force, N, and moment, N m). Every channel of a response has a name of three parts, as in runs:
+
+- ``base.force.x``, ``base.moment.x``: what the base exerts on the body at its root (N, N m);
+- ``<interface>.acceleration.x``, ``<interface>.angular_acceleration.x``: of each interface (m/s^2, rad/s^2);
+- ``<interface>.displacement.x``, ``<interface>.rotation.x``: of each but the root, relative to the root (m, rad);
+- ``<recovery>.<place>.<component>``: of the recoveries of the body, with ``.von_mises`` of stress.
+
+Vectors are in the axes of the body's frame, recoveries in their own. Gravity and what is static are not part of a
+response.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +23,29 @@ if TYPE_CHECKING:
     from modalprep.response.fatigue import rainflow_damage as rainflow_damage
     from modalprep.response.fatigue import random_damage as random_damage
     from modalprep.response.fatigue import signed_von_mises as signed_von_mises
+    from modalprep.response.harmonic import harmonic_response as harmonic_response
+    from modalprep.response.inputs import Spectrum as Spectrum
     from modalprep.response.limits import Notch as Notch
     from modalprep.response.limits import NotchedInput as NotchedInput
     from modalprep.response.limits import force_limit as force_limit
     from modalprep.response.limits import notch as notch
     from modalprep.response.limits import quasi_static_limit as quasi_static_limit
+    from modalprep.response.modal import ModalEquations as ModalEquations
+    from modalprep.response.modal import modal_equations as modal_equations
+    from modalprep.response.random import random_response as random_response
+    from modalprep.response.result import Peak as Peak
+    from modalprep.response.result import Response as Response
     from modalprep.response.shock import ShockSpectrum as ShockSpectrum
     from modalprep.response.shock import shock_spectrum as shock_spectrum
     from modalprep.response.shock import vibration_spectrum as vibration_spectrum
     from modalprep.response.sn_curve import SNCurve as SNCurve
 
 _NAMES = {
+    "inputs": "Spectrum",
+    "modal": "ModalEquations modal_equations",
+    "harmonic": "harmonic_response",
+    "random": "random_response",
+    "result": "Response Peak",
     "shock": "ShockSpectrum shock_spectrum vibration_spectrum",
     "fatigue": "Fatigue rainflow_damage random_damage signed_von_mises",
     "sn_curve": "SNCurve",

@@ -1,11 +1,12 @@
-"""Systems that change in pipeline files: bodies that deplete, their jets, and what deploys from a body."""
+"""Systems that change in pipeline files: bodies that deplete, their jets, what deploys from a body, and events."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from modalprep.multibody.model.events import Event
 from modalprep.pipeline.schema.base import Table, Vector
 from modalprep.pipeline.schema.quantities import (
     BendingStiffness,
@@ -24,6 +25,7 @@ from modalprep.pipeline.schema.quantities import (
 from modalprep.pipeline.schema.system import Inertia
 from modalprep.pipeline.schema.time import TIME, PieceTable, Time
 
+DIRECTIONS = {"both": 0, "rising": 1, "falling": -1}  # of a zero crossing
 Rate = Annotated[MassFlow, Field(ge=0)] | list[PieceTable]
 
 
@@ -113,4 +115,33 @@ class DeploymentTable(Table):
     )
     deflection: Length = Field(
         0.0, description="initial deflection of a beam's tip, in the shape due to a static tip force, m"
+    )
+
+
+class EventTable(Table):
+    """A zero crossing to be located; there closures may become active or inactive, or act as an impact."""
+
+    when: str = Field(description="what crosses zero: channels and t, 'port.gap', 'arm.angle - pi/2'")
+    direction: Literal["both", "rising", "falling"] = "both"
+    terminal: bool = Field(False, description="whether the run ends there")
+    activates: list[str] = Field([], description="closures that become active, with the impulse that this takes")
+    deactivates: list[str] = Field([], description="closures that are released")
+    impacts: list[str] = Field([], description="closures that act as an impulse at that time only")
+    restitution: Annotated[float, Field(ge=0, le=1)] = Field(
+        0.0, description="coefficient of restitution of the impacts"
+    )
+    once: bool = Field(False, description="whether it changes closures at its first occurrence only")
+
+
+def read_events(tables: dict[str, EventTable]) -> tuple[Event, ...]:
+    """Return the events that a pipeline file describes.
+
+    Examples
+    --------
+    >>> read_events({"dock": EventTable(when="port.gap", direction="falling", activates=["port"])})[0].direction
+    -1
+    """
+    return tuple(
+        Event(name=name, **table.model_dump() | {"direction": DIRECTIONS[table.direction]})
+        for name, table in tables.items()
     )

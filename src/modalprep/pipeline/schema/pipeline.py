@@ -10,10 +10,9 @@ from modalprep.formats.export import EXPORTS
 from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
-from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, JetTable
+from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
 from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
-from modalprep.pipeline.schema.events import EventTable
 from modalprep.pipeline.schema.fe import (
     ConnectionTable,
     InterfaceTable,
@@ -27,6 +26,7 @@ from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SuppliedTable, SynthesisTable, WeldTable
+from modalprep.pipeline.schema.response import Response
 from modalprep.pipeline.schema.system import (
     BodyTable,
     JointTable,
@@ -38,6 +38,7 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "interfaces": "interface",
     "stress": "stress at a point",
     "recovery": "recovery",
+    "response": "response",
     "bodies": "body",
     "joints": "joint",
     "chains": "chain",
@@ -103,6 +104,9 @@ class Pipeline(ForceElements):
     recovery: dict[str, RecoveryTable] = Field(
         {}, description="forces, moments, stress and accelerations that the body recovers, for runs and envelopes"
     )
+    response: dict[str, Response] = Field(
+        {}, description="of the body to motion of its root and forces on its other interfaces, over frequency or time"
+    )
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
     output: OutputTable = Field(OutputTable())
@@ -164,6 +168,14 @@ class Pipeline(ForceElements):
         for name in (*made_of, "loads", "reduction"):
             if self.body is not None and name in self.model_fields_set:
                 raise ValueError(f"[{name}] cannot be combined with [body], which is reduced already; leave one out")
+        return self
+
+    @model_validator(mode="after")
+    def _response_has_a_body(self) -> Pipeline:
+        if self.response and not self.has_body:
+            raise ValueError(
+                "[response] is that of the body of a [mesh], [matrices] or [body]; add one, or leave it out"
+            )
         return self
 
     @model_validator(mode="after")

@@ -27,6 +27,7 @@ GROUPS: list[tuple[tuple[int, ...], dict[str, float]]] = [
               "ksi": 1e3 * POUND * GRAVITY / INCH**2}),
     (WORK, {"J": 1.0, "kJ": 1e3, "Nm": 1.0}),
     (POWER, {"W": 1.0, "kW": 1e3}),
+    ((0, 1, -2, 0, 0), {"gee": GRAVITY}),
     (FIELD, {"T": 1.0, "mT": 1e-3, "uT": 1e-6, "nT": 1e-9}),
     (RATE, {"Hz": 2 * math.pi, "kHz": 2e3 * math.pi, "rpm": math.pi / 30}),
 ]  # fmt: skip
@@ -141,6 +142,28 @@ def quantity(*units: str) -> Any:
         return number
 
     return Annotated[float, BeforeValidator(read), TEXT_TOO]
+
+
+def level(value: float | str, unit: str, given: str | None) -> float:
+    """Return a number in the SI unit `unit`: of a text, or of a number in the unit `given`; g is the acceleration.
+
+    Raises
+    ------
+    ValueError
+        When the text has no unit, or one of another dimension.
+
+    Examples
+    --------
+    >>> level("2 g", "m/s^2", None), level(3.0, "N", None), level(0.5, "N", "kN")
+    (19.6133, 3.0, 500.0)
+    """
+    if given is None and not isinstance(value, str):
+        return float(value)
+    text = value if isinstance(value, str) else f"{float(value)!r} {given}"
+    found = in_si(re.sub(r"(?<![A-Za-z])g(?![A-Za-z])", "gee", text), (unit,))
+    if found is None:
+        raise ValueError(f"{text!r} is no number with a unit of {unit}; {_advice((unit,))}")
+    return found
 
 
 def or_expression(*units: str) -> BeforeValidator:

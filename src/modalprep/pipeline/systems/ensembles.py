@@ -20,7 +20,7 @@ from modalprep.pipeline.build.program import program
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.analysis import EnsembleTable
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.report.ensemble import band_plot, statistics_table, write_cases, write_statistics
 

@@ -21,7 +21,7 @@ from modalprep.multibody.simulate import channel_names, check_span
 from modalprep.pipeline.build.build import read_bodies, stand_in
 from modalprep.pipeline.schema.analysis import AnalysisTable
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of

@@ -20,7 +20,7 @@ from modalprep.multibody.simulate import simulate
 from modalprep.pipeline.build.build import made_bodies, output_folder
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter, says_compiling
-from modalprep.pipeline.schema.events import read_events
+from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.systems.outline import refuse_before_work, refuse_channels

@@ -1,0 +1,215 @@
+"""Linear responses of the body in pipeline files: what drives it, over frequency or time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag, model_validator
+
+from modalprep.errors import InputError
+from modalprep.pipeline.schema.base import Table, naming
+from modalprep.pipeline.schema.quantities import TEXT_TOO, Angle, Frequency, level
+from modalprep.pipeline.schema.reduction import DAMPING, Damping
+from modalprep.pipeline.schema.time import form, points_of_file
+from modalprep.reduction.table import DIRECTIONS
+from modalprep.response.inputs import DECIBEL, Spectrum
+
+AMPLITUDE = (("m/s^2", "rad/s^2"), ("N", "N m"))  # of the base and of interfaces, along and about an axis
+DENSITY = (("m^2/s^4/Hz", "rad^2/s^4/Hz"), ("N^2/Hz", "N^2 m^2/Hz"))
+Level = Annotated[float, Field(strict=True)] | Annotated[str, TEXT_TOO]
+
+
+class CurveTable(Table):
+    """An input over frequency: straight lines in logarithmic axes, zero outside."""
+
+    frequency: list[Frequency] | None = Field(None, description="Hz, ascending; one that is named twice is a jump")
+    values: list[Level] | None = Field(
+        None, description='of each, in SI or text such as "0.5 g"; of densities also slopes such as "3 dB/oct"'
+    )
+    phase: list[Angle] | None = Field(None, description="of each amplitude, rad")
+    file: str | None = Field(None, description="CSV file with a row 'frequency, value' for each, instead")
+    unit: str | None = Field(None, description='of values that are plain numbers, such as "g" or "g^2/Hz"; default SI')
+
+    @model_validator(mode="after")
+    def _one_way(self) -> CurveTable:
+        if (self.file is None) == (self.frequency is None) or (self.frequency is None) != (self.values is None):
+            raise ValueError("an input over frequency needs both 'frequency' and 'values', or 'file'")
+        for name in ("values", "phase"):
+            given = getattr(self, name)
+            if given is not None and (self.frequency is None or len(given) != len(self.frequency)):
+                raise ValueError(f"{name!r} needs as many numbers as there are frequencies, which a file has not")
+        return self
+
+    def spectrum(self, units: str, folder: Path) -> Spectrum:
+        """Return the spectrum in SI; a file is relative to `folder`."""
+        if self.file is not None:
+            frequency, values = points_of_file(folder / self.file)
+        else:
+            frequency, values = self.frequency, self.values
+        levels = [x if _is_slope(x) else level(x, units, self.unit) for x in values]
+        if any(isinstance(x, str) for x in levels):
+            return Spectrum.with_slopes(list(frequency), levels)
+        return Spectrum(frequency=np.array(frequency), value=np.array(levels), phase=self.phase)
+
+
+def _is_slope(value: Any) -> bool:
+    return isinstance(value, str) and value.endswith(DECIBEL)
+
+
+Curve = Annotated[
+    Annotated[str, Tag("text")] | Annotated[float, Tag("number")] | Annotated[CurveTable, Tag("table")],
+    Discriminator(form),
+]
+
+
+def _axes(kind: Any) -> dict[str, Any]:
+    return dict.fromkeys(DIRECTIONS, (kind | None, None))
+
+
+class DriveTable(Table):
+    """Inputs over frequency along and about three axes: numbers in SI, text such as "5 g", or curves."""
+
+    x: Curve | None = None
+    y: Curve | None = None
+    z: Curve | None = None
+    rx: Curve | None = None
+    ry: Curve | None = None
+    rz: Curve | None = None
+
+
+class Driven(Table):
+    """What every kind of response has."""
+
+    damping: Damping | None = Field(None, description="instead of that of the body; " + DAMPING)
+    channels: list[str] = Field(
+        [], description='names, or their beginnings, of those with curves, such as "base.force", "tip"; default all'
+    )
+
+
+class OverFrequency(Driven):
+    """Inputs over frequency."""
+
+    units: ClassVar[tuple[tuple[str, str], tuple[str, str]]] = AMPLITUDE
+    base: DriveTable = Field(DriveTable(), description="acceleration of the root: m/s^2, rad/s^2")
+    forces: dict[str, DriveTable] = Field({}, description="by interface, force and moment: N, N m")
+
+    @model_validator(mode="after")
+    def _driven(self) -> OverFrequency:
+        if not any(self._given()):
+            raise ValueError("nothing drives the body; give an input, such as base.x or forces.tip.x")
+        return self
+
+    def _given(self) -> list[tuple[str, str, Any]]:
+        """Return name, unit and value of each input."""
+        tables: Mapping[str, DriveTable] = {"base": self.base} | self.forces
+        return [
+            (f"{place}.{d}", self.units[number > 0][k > 2], getattr(table, d))
+            for number, (place, table) in enumerate(tables.items())
+            for k, d in enumerate(DIRECTIONS)
+            if getattr(table, d) is not None
+        ]
+
+    def inputs(self, folder: Path) -> dict[str, Spectrum]:
+        """Return the inputs by name, in SI."""
+        return {name: _named(name, _spectrum, value, unit, folder) for name, unit, value in self._given()}
+
+
+def _named(name: str, read: Callable[..., Any], *given: Any) -> Any:
+    with naming(name):
+        try:
+            return read(*given)
+        except ValueError as error:
+            raise InputError(str(error)) from None
+
+
+def _spectrum(value: Any, unit: str, folder: Path) -> Spectrum:
+    if isinstance(value, CurveTable):
+        return value.spectrum(unit, folder)
+    return Spectrum(value=np.array([level(value, unit, None)]))
+
+
+class HarmonicTable(OverFrequency):
+    """Response to harmonic inputs, which act together."""
+
+    kind: Literal["harmonic"]
+    lowest: Frequency | None = Field(None, gt=0, description="Hz")
+    highest: Frequency | None = Field(None, gt=0, description="Hz")
+    points: Annotated[int, Field(ge=2, le=100_000)] = 400
+    spacing: Literal["logarithmic", "linear"] = "logarithmic"
+    frequency: list[Frequency] = Field([], description="Hz, ascending, instead of lowest and highest")
+    refine: bool = Field(True, description="add the resonances with points around them")
+
+    @model_validator(mode="after")
+    def _has_axis(self) -> HarmonicTable:
+        _refuse_range(self.lowest, self.highest, bool(self.frequency))
+        return self
+
+    @property
+    def axis(self) -> np.ndarray:
+        """Frequencies, Hz."""
+        if self.frequency:
+            return np.array(self.frequency)
+        space = np.linspace if self.spacing == "linear" else np.geomspace
+        return space(self.lowest, self.highest, self.points)
+
+
+def _refuse_range(lowest: float | None, highest: float | None, otherwise: bool) -> None:
+    if (lowest is None) != (highest is None) or (lowest is None) != otherwise:
+        raise ValueError("a harmonic response needs 'lowest' and 'highest', or 'frequency'")
+    if lowest is not None and not lowest < highest:
+        raise ValueError(f"lowest = {lowest:g} Hz must be below highest = {highest:g} Hz")
+
+
+class CoherenceTable(Table):
+    """Cross spectrum of two inputs, ``sqrt(coherence S_a S_b) exp(i phase)``."""
+
+    between: Annotated[list[str], Field(min_length=2, max_length=2)] = Field(
+        description='two inputs, such as "base.x" and "tip.z"'
+    )
+    coherence: Annotated[float, Field(ge=0, le=1)]
+    phase: Angle = Field(0.0, description="rad, by which the first is ahead of the second")
+
+
+class RandomTable(OverFrequency):
+    """Response to stationary random inputs: one-sided power spectral densities."""
+
+    units: ClassVar[tuple[tuple[str, str], tuple[str, str]]] = DENSITY
+    kind: Literal["random"]
+    correlation: Literal["none", "full"] = Field("none", description="of the inputs: independent, or one signal in all")
+    coherence: list[CoherenceTable] = Field([], description="of pairs of inputs that are neither")
+    lowest: Frequency | None = Field(None, gt=0, description="Hz; default that of the tables")
+    highest: Frequency | None = Field(None, gt=0, description="Hz; default that of the tables")
+
+    @model_validator(mode="after")
+    def _one_correlation(self) -> RandomTable:
+        if self.coherence and self.correlation == "full":
+            raise ValueError("correlation 'full' and a coherence contradict each other; give one of them")
+        if (self.lowest is None) != (self.highest is None):
+            raise ValueError("a band needs both 'lowest' and 'highest'")
+        return self
+
+    @property
+    def band(self) -> tuple[float, float] | None:
+        """Lowest and highest frequency, Hz."""
+        return None if self.lowest is None else (self.lowest, self.highest)
+
+    def correlated(self) -> str | np.ndarray:
+        """Return the correlation of the inputs as `random_response` takes it."""
+        if not self.coherence:
+            return self.correlation
+        names = [name for name, _, _ in self._given()]
+        R = np.eye(len(names), dtype=complex)
+        for pair in self.coherence:
+            for name in pair.between:
+                if name not in names:
+                    raise InputError(f"coherence: there is no input {name!r}; there are {', '.join(names)}")
+            a, b = (names.index(name) for name in pair.between)
+            R[a, b] = np.sqrt(pair.coherence) * np.exp(1j * pair.phase)
+            R[b, a] = R[a, b].conj()
+        return R
+
+
+Response = Annotated[HarmonicTable | RandomTable, Field(discriminator="kind")]

@@ -1,0 +1,161 @@
+"""Responses of a body: a table of their peaks, and a plot of their largest channels."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.padding import Padding
+from rich.text import Text
+
+from modalprep.report.plots import CURVES, LINES, add_head, plain_axes, save_figure
+from modalprep.report.tables import hertz, plain_table
+from modalprep.response.result import Peak, Response
+
+HEADS = {  # columns of `peak_rows` by the figures of a kind
+    "harmonic": ("peak", "at_hz", "phase_deg"),
+    "random": ("rms", "three_sigma", "apparent_hz", "at_hz"),
+    "sweep": ("peak", "at_hz", "at_s", "steady"),
+    "transient": ("highest", "at_s", "lowest", "lowest_at_s"),
+}
+WORDS = {
+    "peak": "peak", "at_hz": "at", "phase_deg": "phase", "rms": "RMS", "three_sigma": "3 sigma",
+    "apparent_hz": "apparent", "at_s": "time", "steady": "steady state", "highest": "largest", "lowest": "smallest",
+    "lowest_at_s": "time",
+}  # fmt: skip
+SUFFIX = {"at_hz": "Hz", "apparent_hz": "Hz", "phase_deg": "°", "at_s": "s", "lowest_at_s": "s"}
+PANELS, DRAWN = 4, 6  # of a plot, and curves in each
+MEANING = {
+    "harmonic": "Amplitudes", "sweep": "Largest magnitudes of the sweep; steady state dotted",
+    "random": "Power spectral densities", "transient": "Histories",
+}  # fmt: skip
+NOTHING = 1e-9  # of the largest of a unit: round-off in a direction that nothing drives
+
+
+def peak_columns(response: Response) -> list[str]:
+    """Return the heads of `peak_rows`.
+
+    Examples
+    --------
+    >>> peak_columns(_example())
+    ['channel', 'peak', 'at', 'phase', 'margin']
+    """
+    return ["channel", *(WORDS[key] for key in HEADS[response.kind]), "margin"]
+
+
+def peak_rows(response: Response) -> list[tuple[str, ...]]:
+    """Return the largest peak of each component as texts with units; components that are round-off are left out.
+
+    Examples
+    --------
+    >>> peak_rows(_example())
+    [('tip.acceleration.x', '3 m/s^2', '7 Hz', '90 °', '')]
+    """
+    rows = []
+    for peak in _notable(response.worst()):
+        cells = [_cell(key, peak) for key in HEADS[response.kind]]
+        rows.append((peak.channel, *cells, "" if np.isnan(peak.margin) else f"{peak.margin:+.3g}"))
+    return rows
+
+
+def _notable(peaks: list[Peak]) -> list[Peak]:
+    top: dict[str, float] = {}
+    for peak in peaks:
+        top[peak.unit] = max(top.get(peak.unit, 0.0), peak.largest)
+    return [peak for peak in peaks if peak.largest > NOTHING * top[peak.unit]]
+
+
+def _cell(key: str, peak: Peak) -> str:
+    value = peak.figures.get(key, np.nan)
+    if np.isnan(value):
+        return ""
+    text = hertz(value) if SUFFIX.get(key) == "Hz" else f"{value:.4g}"
+    return f"{text} {SUFFIX.get(key, peak.unit)}"
+
+
+def peak_table(name: str, response: Response, console: Console) -> None:
+    """Print `peak_rows`; negative margins are red.
+
+    Examples
+    --------
+    >>> peak_table("shaker", _example(), Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    Response shaker (harmonic)
+    ...
+    """
+    console.print(Text.assemble("Response ", (name, "bold"), f" ({response.kind})"))
+    table = plain_table()
+    for head in peak_columns(response):
+        table.add_column(head, justify="left" if head == "channel" else "right")
+    for row in peak_rows(response):
+        table.add_row(*row, style="red" if row[-1].startswith("-") else None)
+    console.print(Padding(table, (0, 0, 1, 2)), soft_wrap=False)
+
+
+def response_plot(response: Response, path: str | Path) -> Path:
+    """Draw the channels with the largest peaks, a panel for each unit.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> response_plot(_example(), Path(tempfile.mkdtemp()) / "r.png").name
+    'r.png'
+    """
+    panels = _panels(response)
+    figure = Figure(figsize=(9.0, 0.8 + 3.2 * max(1, len(panels))), layout="constrained")
+    all_axes = figure.subplots(max(1, len(panels)), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (unit, names) in zip(all_axes, panels.items(), strict=False):
+        _panel(axes, response, unit, names)
+    all_axes[-1].set_xlabel("time (s)" if response.kind == "transient" else "frequency (Hz)")
+    return save_figure(figure, path)
+
+
+def _panels(response: Response) -> dict[str, list[str]]:
+    """Return the channels to draw by unit: of each component its largest, the largest first."""
+    found: dict[str, list[Peak]] = {}
+    for peak in _notable(response.worst()):
+        if peak.channel in response.names:
+            found.setdefault(peak.unit, []).append(peak)
+    drawn = {unit: sorted(peaks, key=lambda x: -x.largest)[:DRAWN] for unit, peaks in found.items()}
+    return {unit: [peak.channel for peak in peaks] for unit, peaks in list(drawn.items())[:PANELS]}
+
+
+def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
+    for k, name in enumerate(names):
+        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
+        axes.plot(response.axis, np.abs(response[name]) if response.kind != "transient" else response[name],
+                  label=name, linewidth=1.8, **style)  # fmt: skip
+        if response.steady is not None:
+            steady = response.steady[:, response.names.index(name)]
+            axes.plot(response.axis, steady, color=style["color"], linewidth=1.0, linestyle=":")
+    if response.kind != "transient":
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        largest = max(float(np.abs(response[name]).max()) for name in names)
+        bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
+        axes.set_ylim(bottom, 2 * largest)
+    axes.set_xlim(response.axis[0], response.axis[-1])
+    axes.set_ylabel(f"({unit})²/Hz" if response.kind == "random" else unit)
+    add_head(axes, "")
+    plain_axes(axes, grid="both")
+
+
+def _smallest(values: np.ndarray) -> float:
+    return float(values[values > 0].min(initial=np.inf))
+
+
+def _example() -> Response:
+    figures = {"peak": 3.0, "at_hz": 7.0, "phase_deg": 90.0}
+    peak = Peak("tip", "acceleration", "x", "m/s^2", 3.0, figures, np.nan)
+    values = np.array([[1.0 + 0j], [3j]])
+    return Response(
+        kind="harmonic", axis=np.array([1.0, 7.0]), names=(peak.channel,), units=("m/s^2",), values=values,
+        peaks=(peak,), inputs=("base.x",), input_values=np.ones((2, 1)),
+    )  # fmt: skip

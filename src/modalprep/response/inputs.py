@@ -1,0 +1,174 @@
+"""What drives a body: amplitudes and power spectral densities over frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.records import Record
+
+DECIBEL = " dB/oct"
+OCTAVE = np.log10(2.0)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Spectrum(Record):
+    """An amplitude or a power spectral density over frequency: straight lines in logarithmic axes, zero outside.
+
+    Where an end of a piece is not positive, the line is straight in linear axes. A frequency named twice is a jump.
+
+    Attributes
+    ----------
+    value : (n,)
+        Of each frequency, in the unit of the input; of densities its square per Hz.
+    frequency : (n,) or None
+        Hz, ascending; None for one value at all frequencies.
+    phase : (n,) or None
+        rad, linear between the frequencies; None is 0.
+
+    Raises
+    ------
+    InputError
+        When the lengths differ, frequencies descend or a value is no number.
+
+    Examples
+    --------
+    >>> Spectrum(frequency=np.array([10.0, 40.0]), value=np.array([1.0, 4.0])).at(np.array([5.0, 20.0]))
+    array([0., 2.])
+    """
+
+    value: np.ndarray
+    frequency: np.ndarray | None = None
+    phase: np.ndarray | None = None
+
+    def __post_init__(self) -> None:
+        """Check what was given."""
+        for key in ("value", "frequency", "phase"):
+            given = getattr(self, key)
+            object.__setattr__(self, key, None if given is None else np.atleast_1d(np.asarray(given, dtype=float)))
+        super().__post_init__()
+        n = 1 if self.frequency is None else len(self.frequency)
+        if len(self.value) != n or (self.phase is not None and len(self.phase) != n):
+            raise InputError(f"a spectrum of {n} frequencies has {len(self.value)} values; give as many, and phases")
+        if self.frequency is not None and (n < 2 or self.frequency[0] <= 0 or np.any(np.diff(self.frequency) < 0)):
+            raise InputError("the frequencies of a spectrum must be above 0 and ascend, and there must be two or more")
+        if not np.all(np.isfinite(self.value)):
+            raise InputError("a spectrum has values that are no numbers; correct them")
+
+    @classmethod
+    def with_slopes(cls, frequency: Sequence[float], levels: Sequence[float | str]) -> Spectrum:
+        """Return a density of which some levels are slopes towards their neighbour, such as ``"3 dB/oct"``.
+
+        Parameters
+        ----------
+        frequency : sequence of float
+            Hz.
+        levels : sequence of float or str
+            Density at each frequency; a text is the slope of the piece between it and the nearest number.
+
+        Returns
+        -------
+        Spectrum
+            With a number at each frequency.
+
+        Raises
+        ------
+        InputError
+            When there is no number, or a text is no slope.
+
+        Examples
+        --------
+        >>> Spectrum.with_slopes([20, 40, 80], ["3 dB/oct", 1.0, "-6 dB/oct"]).value.round(3)
+        array([0.501, 1.   , 0.251])
+        """
+        known = [k for k, level in enumerate(levels) if not isinstance(level, str)]
+        if not known or len(levels) != len(frequency):
+            raise InputError("a spectrum needs a level for each frequency, and one of them as a number")
+        value = np.array([0.0 if isinstance(level, str) else level for level in levels])
+        for k in [*range(known[0] - 1, -1, -1), *range(known[0] + 1, len(levels))]:
+            if isinstance(levels[k], str):
+                near = k + 1 if k < known[0] else k - 1
+                octaves = np.log2(frequency[k] / frequency[near])
+                value[k] = value[near] * 10 ** (_slope(levels[k]) * octaves / 10)
+        return cls(frequency=np.array(frequency, dtype=float), value=value)
+
+    def at(self, f: np.ndarray) -> np.ndarray:
+        """Return the values at frequencies ``f (m,)`` in Hz.
+
+        Returns
+        -------
+        (m,) float or complex
+            Complex where there is a phase.
+        """
+        f = np.asarray(f, dtype=float)
+        if self.frequency is None:
+            found = np.full(f.shape, self.value[0])
+        else:
+            found = np.where((f >= self.frequency[0]) & (f <= self.frequency[-1]), self._inside(f), 0.0)
+        if self.phase is None:
+            return found
+        turn = self.phase[0] if self.frequency is None else np.interp(f, self.frequency, self.phase)
+        return found * np.exp(1j * turn)
+
+    def _inside(self, f: np.ndarray) -> np.ndarray:
+        k = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, len(self.frequency) - 2)
+        (f0, f1), (a, b) = (x[np.stack([k, k + 1])] for x in (self.frequency, self.value))
+        wide = f1 > f0
+        f1, f = np.where(wide, f1, 2 * f0), np.clip(f, f0, np.where(wide, f1, f0))
+        straight = a + (b - a) * (f - f0) / (f1 - f0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            power = np.log(f / f0) / np.log(f1 / f0)
+            curved = a ** (1 - power) * b**power
+        return np.where((a > 0) & (b > 0), curved, straight)
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """Lowest and highest frequency, Hz; 0 and infinity of a constant."""
+        return (0.0, np.inf) if self.frequency is None else (float(self.frequency[0]), float(self.frequency[-1]))
+
+
+def _slope(text: str) -> float:
+    """Return dB/oct of a text."""
+    try:
+        if text.endswith(DECIBEL):
+            return float(text.removesuffix(DECIBEL))
+    except ValueError:
+        pass
+    raise InputError(f"{text!r} is neither a level nor a slope; write a number, or for example '3 dB/oct'")
+
+
+def as_spectra(inputs: Mapping[str, float | Spectrum]) -> dict[str, Spectrum]:
+    """Return the inputs as spectra; a number is one value at all frequencies.
+
+    Raises
+    ------
+    InputError
+        When there is none.
+
+    Examples
+    --------
+    >>> as_spectra({"base.x": 2.0})["base.x"].at(np.array([7.0]))
+    array([2.])
+    """
+    if not inputs:
+        raise InputError("a response needs an input, such as 'base.x'")
+    return {key: x if isinstance(x, Spectrum) else Spectrum(value=np.array([x])) for key, x in inputs.items()}
+
+
+def uncovered(spectra: Mapping[str, Spectrum], low: float, high: float) -> list[str]:
+    """Return a sentence for each input that is zero in a part of the band because its table does not cover it.
+
+    Examples
+    --------
+    >>> table = Spectrum(frequency=np.array([10.0, 20.0]), value=np.ones(2))
+    >>> uncovered({"base.x": table}, 10.0, 50.0)
+    ['the input base.x is zero outside its table, which goes from 10 to 20 Hz']
+    """
+    return [
+        f"the input {name} is zero outside its table, which goes from {x.band[0]:g} to {x.band[1]:g} Hz"
+        for name, x in spectra.items()
+        if x.band[0] > low * (1 + 1e-9) or x.band[1] < high * (1 - 1e-9)
+    ]

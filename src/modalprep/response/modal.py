@@ -1,0 +1,257 @@
+"""Equations of motion of a body in uncoupled modes, driven at its root and on its interfaces (theory 4.10)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.body.recovery import DRIVES
+from modalprep.errors import InputError
+from modalprep.records import Record
+from modalprep.reduction.damping import Ratio, Rayleigh, damping_ratio
+from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, TRUNCATION
+from modalprep.suggest import suggestion
+from modalprep.vectors import UNIT, skew
+
+BASE = "base"
+Damping = Ratio | Rayleigh | np.ndarray | None
+COUPLED = 1e-12  # relative entry off the diagonal of a damping matrix that couples modes
+SHOWN = 0.95  # effective mass in a driven direction below which a note says so
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class ModalEquations(Record):
+    """Equations ``q'' + D q' + K q = B u`` of a body in its modes with unit mass.
+
+    Attributes
+    ----------
+    inputs : tuple of str, length k
+        Such as ``base.x`` and ``tip.rz``.
+    units : tuple of str, length k
+        Of the inputs.
+    K : (n,)
+        1/s^2.
+    D : (n,) or (n, n)
+        1/s; a matrix where damping couples the modes.
+    B : (n, k)
+        Modal force of unit inputs.
+    drives : (12 + 6 n_if, k)
+        A, W and interface loads of unit inputs, as recoveries take them.
+    basis : (m, n)
+        Coordinates of the body of these modes.
+
+    References
+    ----------
+    Theory 4.10.
+    """
+
+    inputs: tuple[str, ...]
+    units: tuple[str, ...]
+    K: np.ndarray
+    D: np.ndarray
+    B: np.ndarray
+    drives: np.ndarray
+    basis: np.ndarray
+
+    @property
+    def coupled(self) -> bool:
+        """Whether damping couples the modes."""
+        return self.D.ndim == 2
+
+    @cached_property
+    def resonances(self) -> tuple[np.ndarray, np.ndarray]:
+        """Frequencies (Hz, ascending) and damping ratios of the modes that vibrate; of coupled ones their poles'."""
+        if not self.coupled:
+            w = np.sqrt(self.K[self.K > 0])
+            return w / (2 * np.pi), self.D[self.K > 0] / (2 * w)
+        n = len(self.K)
+        A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(self.K), -self.D]])
+        poles = np.linalg.eigvals(A)
+        poles = poles[(poles.imag > 0)]
+        poles = poles[np.argsort(np.abs(poles))]
+        return np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles)
+
+    def solve(self, f: np.ndarray, u: np.ndarray) -> np.ndarray:
+        """Return the complex coordinates ``q (nf, n, r)`` under inputs ``u (nf, k, r)`` at frequencies f (nf,), Hz.
+
+        Returns
+        -------
+        (nf, n, r) complex
+            m sqrt(kg).
+
+        Raises
+        ------
+        InputError
+            When a frequency is that of a mode without damping.
+        """
+        w, force = 2 * np.pi * np.asarray(f, dtype=float), self.B @ u
+        if self.coupled:
+            n = np.arange(len(self.K))
+            found = np.empty(force.shape, dtype=complex)
+            for k, s in enumerate(w):
+                Z = 1j * s * self.D
+                Z[n, n] += self.K - s**2
+                found[k] = np.linalg.solve(Z, force[k])
+            return found
+        Z = self.K - w[:, None] ** 2 + 1j * w[:, None] * self.D
+        if not np.all(Z):
+            at = f[np.flatnonzero((Z == 0).any(axis=1))[0]]
+            raise InputError(f"the response at {at:g} Hz is infinite: this is a mode without damping; give damping")
+        return force / Z[..., None]
+
+
+def modal_equations(body: FlexibleBody, inputs: Sequence[str], damping: Damping = None) -> ModalEquations:
+    """Return the modal equations of a body under named inputs.
+
+    Parameters
+    ----------
+    inputs : sequence of str
+        ``base.x`` ... ``base.rz``: acceleration of the root; ``<interface>.x`` ... ``.rz``: force or moment there.
+    damping : float, {Hz: ratio}, (n,), Rayleigh, or (n, n)
+        Instead of the body's own: ratios, or a damping matrix (1/s) in the coordinates of the body.
+
+    Raises
+    ------
+    InputError
+        When an input is not known, or the frame of the body does not move with its root.
+
+    References
+    ----------
+    Theory 4.10.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> modal_equations(uniform_beam(modes=2), ["base.y"], damping=0.01).resonances[0].round(3)
+    array([0.604, 1.209])
+    """
+    if not body.at_root or not body.n:
+        raise InputError(
+            f"body {body.name!r} has no modes with its frame on the root interface, as its response needs; "
+            "keep modes, and use modalprep.body.reroot for another frame"
+        )
+    drives, units = _drives(body, inputs)
+    K, Y = _uncoupled(body)
+    fields = np.vstack([-body.S, -body.H.reshape(9, -1), *np.concatenate([body.phi, body.psi], axis=1)])
+    B = Y.T @ fields.T @ drives
+    D = _damping(body, damping, K, Y)
+    return ModalEquations(inputs=tuple(inputs), units=units, K=K, D=D, B=B, drives=drives, basis=Y)
+
+
+def _uncoupled(body: FlexibleBody) -> tuple[np.ndarray, np.ndarray]:
+    """Return K and the basis of modes with unit mass."""
+    if body.normalised:
+        return body.K, np.eye(body.n)
+    K, Y = scipy.linalg.eigh(np.diag(body.K), body.modal_mass)
+    return np.maximum(K, 0.0), Y
+
+
+def _damping(body: FlexibleBody, given: Damping, K: np.ndarray, Y: np.ndarray) -> np.ndarray:
+    """Return D in the modes with unit mass: (n,), or (n, n) where it couples them."""
+    if isinstance(given, Rayleigh):
+        return given.alpha + given.beta * K
+    if given is not None and np.ndim(given) < 2:
+        w = np.sqrt(K)
+        return 2 * damping_ratio(given, w / (2 * np.pi)) * w
+    D = np.diag(body.D) if given is None else np.asarray(given, dtype=float)
+    if D.shape != (body.n, body.n):
+        raise InputError(f"a damping matrix of shape {D.shape} is given for {body.n} modes; give ({body.n}, {body.n})")
+    D = Y.T @ D @ Y
+    off = D - np.diag(np.diag(D))
+    return D if np.abs(off).max(initial=0.0) > COUPLED * np.abs(D).max(initial=0.0) else np.diag(D).copy()
+
+
+def _drives(body: FlexibleBody, inputs: Sequence[str]) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Return A, W and interface loads of each input, and its unit."""
+    known = input_names(body.interface_name)
+    E, units = np.zeros((DRIVES + 6 * len(body.interface_name), len(inputs))), []
+    for column, name in enumerate(inputs):
+        if name not in known:
+            raise InputError(f"response: there is no input {name!r}; {suggestion(name, known, 'there are')}")
+        place, _, direction = name.rpartition(".")
+        k = DIRECTIONS.index(direction)
+        if place != BASE:
+            E[DRIVES + 6 * body.interface_name.index(place) + k, column] = 1.0
+        elif k < 3:
+            E[k, column] = 1.0
+        else:
+            E[3:DRIVES, column] = skew(UNIT[k - 3]).ravel()
+        units.append((("N", "N m") if place != BASE else ("m/s^2", "rad/s^2"))[k >= 3])
+    return E, tuple(units)
+
+
+def input_names(interfaces: Sequence[str]) -> list[str]:
+    """Return the names of all inputs of a body with these interfaces, the root first.
+
+    Raises
+    ------
+    InputError
+        When an interface other than the root is called base.
+
+    Examples
+    --------
+    >>> input_names(["root", "tip"])[5:8]
+    ['base.rz', 'tip.x', 'tip.y']
+    """
+    if BASE in interfaces[1:]:
+        raise InputError(
+            "an interface that is not the root is called 'base', as the input is; rename it for a response"
+        )
+    return [f"{place}.{d}" for place in (BASE, *interfaces[1:]) for d in DIRECTIONS]
+
+
+def highest_mode(body: FlexibleBody) -> float:
+    """Return the highest frequency (Hz) of the kept normal modes of a body's reduction; without a table, of its modes.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> round(highest_mode(uniform_beam(modes=2)), 2)
+    1.21
+    """
+    table = body.modes
+    normal = [table.kept[k] and kind not in (CONSTRAINT, TRUNCATION) for k, kind in enumerate(table.kind)]
+    found = table.frequency[np.array(normal, dtype=bool)] if any(normal) else body.frequency
+    found = found[np.isfinite(found)]
+    return float(found.max(initial=0.0)) or float(body.frequency.max())
+
+
+def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float) -> list[str]:
+    """Return what a user should know of a response up to a frequency `top` (Hz): modes, mass, recoveries, damping.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> beam = uniform_beam(modes=2)
+    >>> limits_of_validity(beam, modal_equations(beam, ["base.y"], 0.01), 9.0)[0]
+    'the response goes up to 9 Hz, but the highest kept mode has 1.209 Hz: beyond it the dropped modes are missing'
+    """
+    notes = []
+    if top > highest_mode(body):
+        notes.append(
+            f"the response goes up to {top:.4g} Hz, but the highest kept mode has {highest_mode(body):.4g} Hz: "
+            "beyond it the dropped modes are missing"
+        )
+    for name, b in zip(equations.inputs, equations.B.T, strict=True):
+        total = _rigid(body)[DIRECTIONS.index(name.removeprefix(f"{BASE}."))] if name.startswith(f"{BASE}.") else 0.0
+        if total > 0 and b @ b < SHOWN * total:
+            notes.append(
+                f"the modes have {100 * (b @ b) / total:.1f} % of the effective mass for {name}; the rest moves with "
+                "the base as if it were rigid"
+            )
+    still = [name for name, x in body.recovery.items() if not x.moves]
+    if still:
+        notes.append(f"mode displacement, without the static response of dropped modes: {', '.join(still)}")
+    if equations.coupled:
+        notes.append("damping couples the modes: the coupled equations are solved")
+    return notes
+
+
+def _rigid(body: FlexibleBody) -> np.ndarray:
+    """Return the mass and the moments of inertia about the root (6,)."""
+    return np.concatenate([np.full(3, body.m), np.trace(body.E0) - np.diag(body.E0)])
