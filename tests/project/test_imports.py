@@ -37,7 +37,7 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "summary", "scene",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "strength", "summary", "scene",
         "analysis", "synthesis", "ensemble", "correlation", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),

@@ -222,6 +222,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         responses={found.name: (found.response, found.plot) for found in outcome.responses},
+        notches={found.name: (found.cut, found.notch_plot) for found in outcome.responses if found.cut},
     )
     reporter.wrote(page)
 

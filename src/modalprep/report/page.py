@@ -23,6 +23,7 @@ from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.responses import MEANING, peak_columns, peak_rows
 from modalprep.report.scene import drawable
+from modalprep.report.strength import NOTCH, notch_rows
 from modalprep.report.tables import (
     ENVELOPE,
     HELD,
@@ -37,6 +38,7 @@ from modalprep.report.tables import (
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.multibody.results.envelopes import Envelope
+    from modalprep.response.limits import NotchedInput
     from modalprep.response.result import Response
 
 
@@ -55,6 +57,7 @@ def write_page(
     nodal_mass: np.ndarray | None = None,
     envelopes: Sequence[Envelope] = (),
     responses: Mapping[str, tuple[Response, Path]] | None = None,
+    notches: Mapping[str, tuple[NotchedInput, Path]] | None = None,
 ) -> Path:
     """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
 
@@ -79,6 +82,8 @@ def write_page(
         Of the recoveries in a run.
     responses : {name: (Response, picture file)}
         With the plot of each.
+    notches : {name: (NotchedInput, picture file)}
+        Of the responses whose inputs have limits, with the plot of each.
 
     Returns
     -------
@@ -108,7 +113,7 @@ def write_page(
         errors_plot=_drawn(error_plot, errors, xlabel=error_axes[0], ylabel=error_axes[1]) if errors else None,
         envelope_columns=ENVELOPE,
         envelopes=envelope_rows(envelopes),
-        responses=[_response(name, *found) for name, found in (responses or {}).items()],
+        responses=[_response(name, *found, (notches or {}).get(name)) for name, found in (responses or {}).items()],
         checks=checks,
         failed=sum(not check.passed for check in checks),
         notes=notes,
@@ -190,7 +195,7 @@ def _cards(body: FlexibleBody, pictures: Mapping[int, Path], moving: int) -> lis
     ]
 
 
-def _response(name: str, response: Response, plot: Path) -> dict[str, Any]:
+def _response(name: str, response: Response, plot: Path, notches: tuple[NotchedInput, Path] | None) -> dict[str, Any]:
     """Return what the page says of a response."""
     return {
         "name": name,
@@ -201,6 +206,10 @@ def _response(name: str, response: Response, plot: Path) -> dict[str, Any]:
         "rows": peak_rows(response),
         "notes": response.notes,
         "plot": _embedded(plot),
+        "limited": notches is not None,
+        "notch_columns": NOTCH,
+        "notches": notch_rows(notches[0]) if notches else [],
+        "notch_plot": _embedded(notches[1]) if notches else None,
     }
 
 

@@ -19,7 +19,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},
         "ensemble": ensemble(simulated.ensemble) if simulated else {},
-        "responses": {found.name: response(found.response) for found in outcome.responses},
+        "responses": {found.name: response(found.response, found.cut) for found in outcome.responses},
         "notes": outcome.notes,
         "failures": list(outcome.failures),
     }
@@ -46,10 +46,11 @@ def envelopes(simulated: Any) -> list[dict[str, Any]]:
     return plain([row for envelope in simulated.envelopes for row in envelope.worst()])
 
 
-def response(found: Any) -> dict[str, Any]:
-    """Return the kind, the inputs, the notes and the largest peaks of a response."""
+def response(found: Any, cut: Any = None) -> dict[str, Any]:
+    """Return the kind, the inputs, the notes and the largest peaks of a response, and its notches."""
     peaks = plain([peak.row() for peak in found.worst()])
-    return {"kind": found.kind, "inputs": list(found.inputs), "peaks": peaks, "notes": list(found.notes)}
+    notches = {} if cut is None else {"notches": [vars(each) for each in cut.notches]}
+    return {"kind": found.kind, "inputs": list(found.inputs), "peaks": peaks, "notes": list(found.notes)} | notches
 
 
 def correlation(found: Any, reporter: Any) -> dict[str, Any]:

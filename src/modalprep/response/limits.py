@@ -225,7 +225,13 @@ def force_limit(
 
 
 def quasi_static_limit(
-    frequency: np.ndarray, force: np.ndarray, *, mass: float, acceleration: float, density: bool
+    frequency: np.ndarray,
+    force: np.ndarray,
+    *,
+    mass: float,
+    acceleration: float,
+    density: bool,
+    weight: np.ndarray | None = None,
 ) -> np.ndarray:
     """Return the limit that keeps the interface force within mass times the design acceleration.
 
@@ -242,6 +248,8 @@ def quasi_static_limit(
     density : bool
         With a spectral density the limit is a level, at which the density is cut so that three standard deviations are
         the design force; it is infinite where they are less without a cut.
+    weight : (nf,) or None
+        Hz: ``weight @ force`` is the integral of a density, as in a `Response`; default the trapezoidal rule.
 
     Returns
     -------
@@ -270,7 +278,8 @@ def quasi_static_limit(
         return np.full(force.shape, most)
 
     def excess(level: float) -> float:
-        return SIGMAS * np.sqrt(np.trapezoid(np.minimum(force, level), frequency)) - most
+        cut = np.minimum(force, level)
+        return SIGMAS * np.sqrt(np.trapezoid(cut, frequency) if weight is None else weight @ cut) - most
 
     if excess(np.inf) <= 0:
         return np.full(force.shape, np.inf)

@@ -11,7 +11,6 @@ from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
-from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.fe import (
     ConnectionTable,
@@ -29,6 +28,8 @@ from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, Suppl
 from modalprep.pipeline.schema.response import Response
 from modalprep.pipeline.schema.system import (
     BodyTable,
+    ClosureTable,
+    CouplerTable,
     JointTable,
     SimulationTable,
 )
