@@ -8,7 +8,14 @@ import pytest
 
 import modalprep as mp
 from modalprep.cli import main
-from modalprep.response import Spectrum, harmonic_response, random_response
+from modalprep.response import (
+    History,
+    Spectrum,
+    harmonic_response,
+    random_response,
+    sweep_response,
+    transient_response,
+)
 
 G = 9.80665
 TOML = """
@@ -63,6 +70,18 @@ channels = ["base.force", "tip"]
 coherence = [{{ between = ["base.z", "tip.y"], coherence = 0.25, phase = "60 deg" }}]
 base.z = {{ frequency = [2, 4, 50, 100], values = ["3 dB/oct", "0.01 g^2/Hz", "0.01 g^2/Hz", "-6 dB/oct"] }}
 forces.tip.y = {{ file = "force.csv", unit = "kN^2/Hz" }}
+
+[response.sweep]
+kind = "sweep"
+lowest = "1 Hz"
+highest = "3 Hz"
+rate = "10 oct/min"
+base.z = "1 g"
+
+[response.separation]
+kind = "transient"
+duration = "0.5 s"
+base.x = {{ t = ["0 s", "10 ms", "20 ms"], values = [0, "2 g", 0], unit = "g" }}
 """
 
 
@@ -109,6 +128,14 @@ def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys):
     (row,) = (r for r in rows(made / "job-launch-peaks.csv") if r["channel"] == "beam.1.start.My")
     assert float(row["three_sigma"]) == pytest.approx(launch.peak("beam.1.start.My").largest, rel=1e-9)
     assert not any(name.startswith("beam") for name in rows(made / "job-launch-response.csv")[0])
+    sweep = sweep_response(body, {"base.z": G}, 1.0, 3.0, (10.0, "oct/min"))
+    (row,) = (r for r in rows(made / "job-sweep-peaks.csv") if r["channel"] == "tip.acceleration.z")
+    figures = sweep.peak("tip.acceleration.z").figures
+    assert [float(row[key]) for key in figures] == pytest.approx(list(figures.values()), rel=1e-9)
+    push = History(time=np.array([0, 0.01, 0.02]), value=np.array([0, 2 * G, 0]))
+    push = transient_response(body, {"base.x": push}, duration=0.5)
+    curve = [float(r["base.force.x (N)"]) for r in rows(made / "job-separation-response.csv")]
+    assert curve == pytest.approx(push["base.force.x"], rel=1e-9, abs=1e-6)
     page = (made / "job.html").read_text()
     for words in ("<h2>Response shaker</h2>", "<h2>Response launch</h2>", '<td class="">base.force.z</td>'):
         assert words in page
@@ -135,6 +162,10 @@ def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys):
         ("phase = [", "phase = [0, ", "'phase' needs as many"),
         ("[response.launch]", '[response."la/unch"]', "has '/' in its name"),
         ('kind = "random"', 'kind = "random"\ncorrelation = "full"', "contradict each other"),
+        ("10 oct/min", "10 oct/s", "give its rate in 'oct/min' or 'Hz/s'"),
+        ("10 oct/min", "fast", "rate = 'fast' is none"),
+        ('"10 ms", "20 ms"', '"10 ms"', "t has 2 values and values 3"),
+        ('"10 ms", "20 ms"', '"10 ms", "5 ms"', "must ascend"),
         ("[mesh]", "[messh]", "unknown key 'messh'"),
     ],
 )

@@ -37,10 +37,10 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "strength", "summary", "scene",
-        "analysis", "synthesis", "ensemble", "correlation", "page",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "strength", "summary",
+        "scene", "analysis", "synthesis", "ensemble", "correlation", "page",
     ),
-    "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
+    "pipeline": ("console", "schema", "build", "systems", "strength", "run", "batch", "init"),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},

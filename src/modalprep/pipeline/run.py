@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.build.cache import Cache
     from modalprep.pipeline.build.responses import Responded
     from modalprep.pipeline.build.synthesis import Synthesised
+    from modalprep.pipeline.strength import Strength
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
 
@@ -31,6 +32,7 @@ class Outcome:
     analysed: Analysed | None = None
     simulated: Simulated | None = None
     responses: list[Responded] = field(default_factory=list)
+    strength: Strength | None = None
     mass_plot: Path | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -92,6 +94,8 @@ def run_pipeline(
         outcome.notes += outcome.analysed.notes
     if pipeline.simulation is not None:
         _simulation(path, pipeline, output, outcome, reporter)
+    if pipeline.srs or pipeline.fatigue:
+        _strength(path, pipeline, outcome, reporter)
     if outcome.built is not None:
         _page(pipeline, outcome, reporter)
     return outcome
@@ -166,6 +170,15 @@ def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Ou
     film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
 
 
+def _strength(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.strength import strength
+
+    run = next(iter(outcome.simulated.runs.values())) if outcome.simulated else None
+    responses = {found.name: found.response for found in outcome.responses}
+    outcome.strength = strength(path, pipeline, responses, run, outcome.folder, reporter)
+    outcome.notes += outcome.strength.notes
+
+
 def plot_runs(
     path: Path, pipeline: Pipeline, simulated: Simulated, folder: Path, reporter: Reporter
 ) -> list[tuple[str, Path]]:
@@ -222,6 +235,8 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         responses={found.name: (found.response, found.plot) for found in outcome.responses},
+        shocks=outcome.strength.plots if outcome.strength else None,
+        fatigue=outcome.strength.fatigue if outcome.strength else None,
         notches={found.name: (found.cut, found.notch_plot) for found in outcome.responses if found.cut},
     )
     reporter.wrote(page)

@@ -23,7 +23,7 @@ from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
 from modalprep.report.responses import MEANING, peak_columns, peak_rows
 from modalprep.report.scene import drawable
-from modalprep.report.strength import NOTCH, notch_rows
+from modalprep.report.strength import FATIGUE, NOTCH, fatigue_rows, notch_rows
 from modalprep.report.tables import (
     ENVELOPE,
     HELD,
@@ -38,6 +38,7 @@ from modalprep.report.tables import (
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.multibody.results.envelopes import Envelope
+    from modalprep.response.fatigue import Fatigue
     from modalprep.response.limits import NotchedInput
     from modalprep.response.result import Response
 
@@ -58,6 +59,8 @@ def write_page(
     envelopes: Sequence[Envelope] = (),
     responses: Mapping[str, tuple[Response, Path]] | None = None,
     notches: Mapping[str, tuple[NotchedInput, Path]] | None = None,
+    shocks: Mapping[str, Path] | None = None,
+    fatigue: Mapping[str, Mapping[str, Fatigue]] | None = None,
 ) -> Path:
     """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
 
@@ -84,6 +87,9 @@ def write_page(
         With the plot of each.
     notches : {name: (NotchedInput, picture file)}
         Of the responses whose inputs have limits, with the plot of each.
+    shocks : {name: picture file}
+        Plots of shock response spectra.
+    fatigue : {name: {channel: Fatigue}}
 
     Returns
     -------
@@ -114,6 +120,9 @@ def write_page(
         envelope_columns=ENVELOPE,
         envelopes=envelope_rows(envelopes),
         responses=[_response(name, *found, (notches or {}).get(name)) for name, found in (responses or {}).items()],
+        shocks=[(name, _embedded(file)) for name, file in (shocks or {}).items()],
+        fatigue_columns=FATIGUE,
+        fatigue={name: fatigue_rows(parts) for name, parts in (fatigue or {}).items()},
         checks=checks,
         failed=sum(not check.passed for check in checks),
         notes=notes,

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
@@ -123,7 +124,8 @@ def _panels(response: Response) -> dict[str, list[str]]:
     for peak in _notable(response.worst()):
         if peak.channel in response.names:
             found.setdefault(peak.unit, []).append(peak)
-    drawn = {unit: sorted(peaks, key=lambda x: -x.largest)[:DRAWN] for unit, peaks in found.items()}
+    units = sorted(found, key=lambda unit: unit.startswith("rad"))  # rotations last
+    drawn = {unit: sorted(found[unit], key=lambda x: -x.largest)[:DRAWN] for unit in units}
     return {unit: [peak.channel for peak in peaks] for unit, peaks in list(drawn.items())[:PANELS]}
 
 
@@ -137,12 +139,17 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
             axes.plot(response.axis, steady, color=style["color"], linewidth=1.0, linestyle=":")
     if response.kind != "transient":
         axes.set_xscale("log")
+        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_yscale("log")
         largest = max(float(np.abs(response[name]).max()) for name in names)
         bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
         axes.set_ylim(bottom, 2 * largest)
     axes.set_xlim(response.axis[0], response.axis[-1])
-    axes.set_ylabel(f"({unit})²/Hz" if response.kind == "random" else unit)
+    unit = unit.replace("^2", "²")
+    power = f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
+    axes.set_ylabel(power if response.kind == "random" else unit)
     add_head(axes, "")
     plain_axes(axes, grid="both")
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from modalprep.response.fatigue import random_damage as random_damage
     from modalprep.response.fatigue import signed_von_mises as signed_von_mises
     from modalprep.response.harmonic import harmonic_response as harmonic_response
+    from modalprep.response.inputs import History as History
     from modalprep.response.inputs import Spectrum as Spectrum
     from modalprep.response.limits import Notch as Notch
     from modalprep.response.limits import NotchedInput as NotchedInput
@@ -39,12 +40,16 @@ if TYPE_CHECKING:
     from modalprep.response.shock import shock_spectrum as shock_spectrum
     from modalprep.response.shock import vibration_spectrum as vibration_spectrum
     from modalprep.response.sn_curve import SNCurve as SNCurve
+    from modalprep.response.sweep import sweep_response as sweep_response
+    from modalprep.response.transient import transient_response as transient_response
 
 _NAMES = {
-    "inputs": "Spectrum",
+    "inputs": "Spectrum History",
     "modal": "ModalEquations modal_equations",
     "harmonic": "harmonic_response",
     "random": "random_response",
+    "sweep": "sweep_response",
+    "transient": "transient_response",
     "result": "Response Peak",
     "shock": "ShockSpectrum shock_spectrum vibration_spectrum",
     "fatigue": "Fatigue rainflow_damage random_damage signed_von_mises",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -11,7 +12,9 @@ from modalprep.errors import InputError
 from modalprep.records import Record
 
 DECIBEL = " dB/oct"
-OCTAVE = np.log10(2.0)
+PER_CYCLE = 100  # samples: straight lines between them miss a sine by (2 pi / 100)^2 / 8 = 5e-4 of its amplitude
+BINS = 60  # of the axis, in an octave
+Rate = tuple[float, Literal["oct/min", "Hz/s"]]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -130,6 +133,52 @@ class Spectrum(Record):
         return (0.0, np.inf) if self.frequency is None else (float(self.frequency[0]), float(self.frequency[-1]))
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class History(Record):
+    """An input over time: straight lines between its points, zero before and after.
+
+    Attributes
+    ----------
+    time : (n,)
+        s, ascending from 0 or later.
+    value : (n,)
+        In the unit of the input.
+
+    Raises
+    ------
+    InputError
+        When the lengths differ, or times do not ascend.
+
+    Examples
+    --------
+    >>> History(time=np.array([0.0, 1.0]), value=np.array([0.0, 2.0])).at(np.array([0.5, 3.0]))
+    array([1., 0.])
+    """
+
+    time: np.ndarray
+    value: np.ndarray
+
+    def __post_init__(self) -> None:
+        """Check what was given."""
+        for key in ("time", "value"):
+            object.__setattr__(self, key, np.asarray(getattr(self, key), dtype=float))
+        super().__post_init__()
+        if self.time.ndim != 1 or self.time.shape != self.value.shape or len(self.time) < 2:
+            raise InputError("a history needs two or more times, and as many values")
+        if self.time[0] < 0 or np.any(np.diff(self.time) <= 0) or not np.all(np.isfinite(self.value)):
+            raise InputError("the times of a history must ascend from 0 or later, and its values be numbers")
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        """Return the values at times ``t (m,)`` in s.
+
+        Returns
+        -------
+        (m,) float
+            In the unit of the input.
+        """
+        return np.interp(t, self.time, self.value, left=0.0, right=0.0)
+
+
 def _slope(text: str) -> float:
     """Return dB/oct of a text."""
     try:
@@ -138,6 +187,51 @@ def _slope(text: str) -> float:
     except ValueError:
         pass
     raise InputError(f"{text!r} is neither a level nor a slope; write a number, or for example '3 dB/oct'")
+
+
+class Sweep:
+    """Frequency and phase of a sweep over time.
+
+    Examples
+    --------
+    >>> up = Sweep(10.0, 40.0, (2.0, "oct/min"), down=False)
+    >>> up.duration, round(up.cycles, 3)
+    (60.0, 1298.426)
+    """
+
+    def __init__(self, lowest: float, highest: float, rate: Rate, down: bool) -> None:
+        if not (0 < lowest < highest and rate[0] > 0):
+            raise InputError(f"a sweep from {lowest:g} to {highest:g} Hz at {rate[0]:g} {rate[1]} is none; give others")
+        if rate[1] not in ("oct/min", "Hz/s"):
+            raise InputError(f"a sweep at {rate[0]:g} {rate[1]} is not known; give its rate in 'oct/min' or 'Hz/s'")
+        self.first, self.last = (highest, lowest) if down else (lowest, highest)
+        self.octaves = rate[1] == "oct/min"
+        self.speed = (-1 if down else 1) * (rate[0] / 60 * np.log(2) if self.octaves else rate[0])
+        self.duration = float(self.time(np.array(self.last)))
+        self.cycles = abs(float(self.phase(np.array(self.duration)))) / (2 * np.pi)
+
+    def time(self, f: np.ndarray) -> np.ndarray:
+        """Return when the frequency is f (Hz)."""
+        return np.log(f / self.first) / self.speed if self.octaves else (f - self.first) / self.speed
+
+    def frequency(self, t: np.ndarray) -> np.ndarray:
+        """Return the frequency (Hz) at times t (s)."""
+        return self.first * np.exp(self.speed * t) if self.octaves else self.first + self.speed * t
+
+    def phase(self, t: np.ndarray) -> np.ndarray:
+        """Return the phase (rad) at times t (s): the integral of the frequency."""
+        if self.octaves:
+            return 2 * np.pi * self.first * np.expm1(self.speed * t) / self.speed
+        return 2 * np.pi * (self.first * t + self.speed * t**2 / 2)
+
+    def ends(self) -> np.ndarray:
+        """Return the ends of intervals of frequency, in the order of the sweep; each has a cycle at least."""
+        count = max(1, int(np.ceil(BINS * abs(np.log2(self.last / self.first)))))
+        f = np.geomspace(self.first, self.last, count + 1)
+        whole = np.floor(np.abs(self.phase(self.time(f))) / (2 * np.pi))
+        some = np.concatenate([[True], np.diff(np.maximum.accumulate(whole)) >= 1])
+        some[-1] = True
+        return f[some]
 
 
 def as_spectra(inputs: Mapping[str, float | Spectrum]) -> dict[str, Spectrum]:

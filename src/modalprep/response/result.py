@@ -15,6 +15,7 @@ from modalprep.response.channels import Block, channel_name
 from modalprep.suggest import suggestion
 
 PARTS = ("force", "moment", "acceleration", "angular_acceleration", "displacement", "rotation")  # of interfaces
+FULL = 200_000_000  # numbers of all curves in memory
 MOST = 1000  # channels of a recovery with a curve each; larger ones have their extremes only
 
 
@@ -216,6 +217,8 @@ class Collector:
                 self.names.append(name)
                 self.units.append(unit)
                 self.curves.append(flat[:, k].copy())
+                if len(self.curves) * len(flat) > FULL:
+                    raise InputError(f"the curves have more than {FULL} numbers; name fewer 'channels'")
                 if steady is not None:
                     self.steady.append(steady.reshape(len(steady), -1)[:, k].copy())
 

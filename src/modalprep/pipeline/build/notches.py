@@ -11,7 +11,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.quantities import level
-from modalprep.pipeline.schema.response import OverFrequency
+from modalprep.pipeline.schema.response import Limited
 from modalprep.pipeline.schema.strength import NotchTable
 from modalprep.pipeline.schema.time import spectrum_of
 from modalprep.response.inputs import Spectrum
@@ -19,17 +19,16 @@ from modalprep.response.limits import NotchedInput, force_limit, notch, quasi_st
 from modalprep.response.result import Response
 from modalprep.suggest import suggestion
 
-FORCE = "base.force."
 BESIDE = 1e-9  # relative distance of the points that keep the corners of a table beside a notch
 TOO_MUCH = 0.01  # excess over a limit, between the points of the notched table, that a note says
 
 
-def with_limited(channels: list[str], table: OverFrequency) -> list[str]:
-    """Return the channels with curves, those included that limits need."""
-    return [*channels, *(each.channel for each in table.notch)] if channels else []
+def with_limited(channels: list[str], limits: list[NotchTable]) -> list[str]:
+    """Return the channels with curves, those included that limits need; all when none is named."""
+    return [*channels, *(each.channel for each in limits)] if channels else []
 
 
-def notched_input(table: OverFrequency, response: Response, body: FlexibleBody, folder: Path) -> NotchedInput:
+def notched_input(table: Limited, response: Response, body: FlexibleBody, folder: Path) -> NotchedInput:
     """Return what the limits of a table leave of its inputs; several are lowered together.
 
     Raises
@@ -48,7 +47,7 @@ def notched_input(table: OverFrequency, response: Response, body: FlexibleBody, 
 
 
 def limit_curves(
-    table: OverFrequency, response: Response, body: FlexibleBody, folder: Path, inputs: np.ndarray
+    table: Limited, response: Response, body: FlexibleBody, folder: Path, inputs: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Return the limits (nf,) over the axis of a response, by channel and kind of limit; `inputs` are those given."""
     found: dict[str, np.ndarray] = {}
@@ -65,11 +64,6 @@ def _limited(row: NotchTable, response: Response) -> list[str]:
     if not names:
         known = response.names[:60]
         raise InputError(f"notch: there is no curve {row.channel!r}; {suggestion(row.channel, known, 'there are')}")
-    wrong = [] if row.limit is not None else [x for x in names if not x.startswith(FORCE)]
-    if wrong:
-        raise InputError(
-            f"notch: mass times acceleration limits base.force.x, .y or .z, not {wrong[0]!r}; give 'limit'"
-        )
     return names
 
 
@@ -88,9 +82,7 @@ def _limit(
         return "quasi-static", quasi_static_limit(
             f, force, mass=mass, acceleration=acceleration, density=density, weight=response.weight
         )
-    driven = f"base.{name.removeprefix(FORCE)}"
-    if driven not in response.inputs:
-        raise InputError(f"notch: a semi-empirical limit of {name} needs the input {driven}; give 'limit'")
+    driven = name.replace("force.", "")  # base.force.x follows base.x
     acceleration = np.abs(inputs[:, response.inputs.index(driven)])
     found = force_limit(
         f, acceleration, mass=mass, factor=row.factor, break_frequency=row.break_frequency, rolloff=row.rolloff,
@@ -138,7 +130,7 @@ def _points(inputs: Mapping[str, Spectrum], cut: NotchedInput, share: np.ndarray
 
 
 def excess(
-    table: OverFrequency, response: Response, body: FlexibleBody, folder: Path, inputs: Mapping[str, Spectrum]
+    table: Limited, response: Response, body: FlexibleBody, folder: Path, inputs: Mapping[str, Spectrum]
 ) -> list[str]:
     """Return a note where a response to notched inputs exceeds its limit; `inputs` are those before."""
     given = np.stack([x.at(response.axis) for x in inputs.values()], axis=1)

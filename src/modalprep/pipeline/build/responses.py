@@ -17,7 +17,7 @@ from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.schema.response import HarmonicTable, RandomTable
+from modalprep.pipeline.schema.response import HarmonicTable, Limited, RandomTable, SweepTable, TransientTable
 from modalprep.pipeline.schema.response import Response as ResponseTable
 from modalprep.report.responses import peak_table, response_plot
 from modalprep.report.strength import notch_plot, notch_table
@@ -27,6 +27,8 @@ from modalprep.response.limits import NotchedInput
 from modalprep.response.modal import BASE, input_names
 from modalprep.response.random import correlation_factor, random_response
 from modalprep.response.result import Response
+from modalprep.response.sweep import sweep_response
+from modalprep.response.transient import transient_response
 from modalprep.suggest import suggestion
 
 
@@ -58,7 +60,10 @@ def refuse_responses(pipeline: Pipeline, path: Path) -> None:
             for wrong in (key for key in inputs if key not in known):
                 raise InputError(f"there is no input {wrong!r}; {suggestion(wrong, known, 'there are')}")
             heads = [BASE, *interfaces, *pipeline.recovery]
-            for wrong in (x for x in table.channels if x.split(".")[0] not in heads and pipeline.body is None):
+            used = [x for each in (*pipeline.srs.values(), *pipeline.fatigue.values()) if each.response == name
+                    for x in each.channels]  # fmt: skip
+            named = [*table.channels, *used, *(each.channel for each in getattr(table, "notch", []))]
+            for wrong in (x for x in named if x.split(".")[0] not in heads and pipeline.body is None):
                 raise InputError(f"there is no channel {wrong!r}; {suggestion(wrong, heads, 'they begin with')}")
             if isinstance(table, RandomTable):
                 correlation_factor(table.correlated(), len(inputs))
@@ -76,7 +81,7 @@ def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, re
     for name, table in pipeline.response.items():
         stem = folder / f"{path.stem}-{name}"
         curves, peaks, plot = (Path(f"{stem}-{end}") for end in ("response.csv", "peaks.csv", "response.png"))
-        others = [Path(f"{stem}-notched.{end}") for end in ("csv", "png")] if table.notch else []
+        others = [Path(f"{stem}-notched.{end}") for end in ("csv", "png")] if getattr(table, "notch", []) else []
         refuse_overwriting([curves, peaks, plot, *others], source_files(path, pipeline))
         with naming(path), naming(f"[response.{name}]"):
             response, cut = computed(table, body, path.parent)
@@ -106,7 +111,7 @@ def computed(table: ResponseTable, body: FlexibleBody, folder: Path) -> tuple[Re
     """Return the response of a body that a table asks for, and its notches; its files are relative to `folder`."""
     inputs = table.inputs(folder)
     response = _driven_by(inputs, table, body, table.axis if isinstance(table, HarmonicTable) else None)
-    if not table.notch:
+    if not isinstance(table, Limited) or not table.notch:
         return response, None
     cut = notched_input(table, response, body, folder)
     found = _driven_by(lowered(inputs, cut), table.model_copy(update={"refine": False}), body, cut.frequency)
@@ -118,10 +123,15 @@ def _driven_by(
 ) -> Response:
     options = {
         "damping": None if table.damping is None else target_damping(table.damping),
-        "channels": with_limited(table.channels, table),
+        "channels": with_limited(table.channels, getattr(table, "notch", [])),
     }
     if isinstance(table, HarmonicTable):
         return harmonic_response(body, inputs, axis, refine=table.refine, **options)
+    if isinstance(table, SweepTable):
+        band, down = (table.lowest, table.highest), table.direction == "down"
+        return sweep_response(body, inputs, *band, table.speed, down=down, samples=table.samples, **options)
+    if isinstance(table, TransientTable):
+        return transient_response(body, inputs, step=table.step, duration=table.duration, **options)
     return random_response(body, inputs, correlation=table.correlated(), band=table.band, **options)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -11,19 +11,15 @@ from pydantic import Field, model_validator
 
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.base import Table, naming
-from modalprep.pipeline.schema.quantities import Angle, Frequency
+from modalprep.pipeline.schema.quantities import Angle, Duration, Frequency, level
 from modalprep.pipeline.schema.reduction import DAMPING, Damping
 from modalprep.pipeline.schema.strength import NotchTable
-from modalprep.pipeline.schema.time import Curve, spectrum_of
+from modalprep.pipeline.schema.time import Curve, Level, points_of_file, spectrum_of
 from modalprep.reduction.table import DIRECTIONS
-from modalprep.response.inputs import Spectrum
+from modalprep.response.inputs import PER_CYCLE, History, Rate, Spectrum, Sweep
 
 AMPLITUDE = (("m/s^2", "rad/s^2"), ("N", "N m"))  # of the base and of interfaces, along and about an axis
 DENSITY = (("m^2/s^4/Hz", "rad^2/s^4/Hz"), ("N^2/Hz", "N^2 m^2/Hz"))
-
-
-def _axes(kind: Any) -> dict[str, Any]:
-    return dict.fromkeys(DIRECTIONS, (kind | None, None))
 
 
 class DriveTable(Table):
@@ -40,35 +36,34 @@ class DriveTable(Table):
 class Driven(Table):
     """What every kind of response has."""
 
+    units: ClassVar[tuple[tuple[str, str], tuple[str, str]]] = AMPLITUDE
     damping: Damping | None = Field(None, description="instead of that of the body; " + DAMPING)
     channels: list[str] = Field(
         [], description='names, or their beginnings, of those with curves, such as "base.force", "tip"; default all'
     )
 
-
-class OverFrequency(Driven):
-    """Inputs over frequency."""
-
-    units: ClassVar[tuple[tuple[str, str], tuple[str, str]]] = AMPLITUDE
-    base: DriveTable = Field(DriveTable(), description="acceleration of the root: m/s^2, rad/s^2")
-    forces: dict[str, DriveTable] = Field({}, description="by interface, force and moment: N, N m")
-    notch: list[NotchTable] = Field([], description="limits of channels, to which all inputs are lowered together")
-
     @model_validator(mode="after")
-    def _driven(self) -> OverFrequency:
+    def _driven(self) -> Driven:
         if not any(self._given()):
             raise ValueError("nothing drives the body; give an input, such as base.x or forces.tip.x")
         return self
 
     def _given(self) -> list[tuple[str, str, Any]]:
         """Return name, unit and value of each input."""
-        tables: Mapping[str, DriveTable] = {"base": self.base} | self.forces
+        tables = {"base": self.base} | self.forces
         return [
             (f"{place}.{d}", self.units[number > 0][k > 2], getattr(table, d))
             for number, (place, table) in enumerate(tables.items())
             for k, d in enumerate(DIRECTIONS)
             if getattr(table, d) is not None
         ]
+
+
+class OverFrequency(Driven):
+    """Inputs over frequency."""
+
+    base: DriveTable = Field(DriveTable(), description="acceleration of the root: m/s^2, rad/s^2")
+    forces: dict[str, DriveTable] = Field({}, description="by interface, force and moment: N, N m")
 
     def inputs(self, folder: Path) -> dict[str, Spectrum]:
         """Return the inputs by name, in SI."""
@@ -83,7 +78,21 @@ def _named(name: str, read: Callable[..., Any], *given: Any) -> Any:
             raise InputError(str(error)) from None
 
 
-class HarmonicTable(OverFrequency):
+class Limited(OverFrequency):
+    """Inputs over frequency that limits may lower."""
+
+    notch: list[NotchTable] = Field([], description="limits of channels, to which all inputs are lowered together")
+
+    @model_validator(mode="after")
+    def _driven_where_limited(self) -> Limited:
+        given = [name for name, _, _ in self._given()]
+        for row in self.notch:
+            if row.factor is not None and row.channel.replace("force.", "") not in given:
+                raise ValueError(f"a semi-empirical limit of {row.channel} needs an input along it; give 'limit'")
+        return self
+
+
+class HarmonicTable(Limited):
     """Response to harmonic inputs, which act together."""
 
     kind: Literal["harmonic"]
@@ -125,7 +134,7 @@ class CoherenceTable(Table):
     phase: Angle = Field(0.0, description="rad, by which the first is ahead of the second")
 
 
-class RandomTable(OverFrequency):
+class RandomTable(Limited):
     """Response to stationary random inputs: one-sided power spectral densities."""
 
     units: ClassVar[tuple[tuple[str, str], tuple[str, str]]] = DENSITY
@@ -164,4 +173,78 @@ class RandomTable(OverFrequency):
         return R
 
 
-Response = Annotated[HarmonicTable | RandomTable, Field(discriminator="kind")]
+class SweepTable(OverFrequency):
+    """Response to a sine sweep at a rate, from rest."""
+
+    kind: Literal["sweep"]
+    lowest: Frequency = Field(gt=0, description="Hz")
+    highest: Frequency = Field(gt=0, description="Hz")
+    rate: str = Field(description='of the frequency, such as "2 oct/min" or "0.5 Hz/s"')
+    direction: Literal["up", "down"] = "up"
+    samples: Annotated[int, Field(ge=20, le=10_000)] = Field(
+        PER_CYCLE, description="in a cycle; the input is straight between them"
+    )
+
+    @model_validator(mode="after")
+    def _sweeps(self) -> SweepTable:
+        Sweep(self.lowest, self.highest, self.speed, self.direction == "down")
+        return self
+
+    @property
+    def speed(self) -> Rate:
+        """The rate as `sweep_response` takes it."""
+        number, _, unit = self.rate.partition(" ")
+        try:
+            return float(number), unit.strip()
+        except ValueError:
+            raise ValueError(f"rate = {self.rate!r} is none; write for example '2 oct/min' or '0.5 Hz/s'") from None
+
+
+class HistoryTable(Table):
+    """An input over time: straight lines between points, zero before and after."""
+
+    t: list[Duration] | None = Field(None, description="s")
+    values: list[Level] | None = Field(None, description='in SI or text such as "0.5 g"')
+    file: str | None = Field(None, description="CSV file with a row 't, value' for each point, instead")
+    unit: str | None = Field(None, description='of values that are plain numbers, such as "g"; default SI')
+
+    @model_validator(mode="after")
+    def _one_way(self) -> HistoryTable:
+        if (self.file is None) == (self.t is None) or (self.t is None) != (self.values is None):
+            raise ValueError("an input over time needs both 't' and 'values', or 'file'")
+        if self.t is not None and len(self.t) != len(self.values):
+            raise ValueError(f"t has {len(self.t)} values and values {len(self.values)}; give as many of each")
+        return self
+
+    def history(self, unit: str, folder: Path) -> History:
+        """Return the history in SI; a file is relative to `folder`."""
+        t, values = points_of_file(folder / self.file) if self.file is not None else (self.t, self.values)
+        return History(time=np.array(t), value=np.array([level(x, unit, self.unit) for x in values]))
+
+
+class HistoriesTable(Table):
+    """Inputs over time along and about three axes."""
+
+    x: HistoryTable | None = None
+    y: HistoryTable | None = None
+    z: HistoryTable | None = None
+    rx: HistoryTable | None = None
+    ry: HistoryTable | None = None
+    rz: HistoryTable | None = None
+
+
+class TransientTable(Driven):
+    """Response to histories, from rest."""
+
+    kind: Literal["transient"]
+    base: HistoriesTable = Field(HistoriesTable(), description="acceleration of the root: m/s^2, rad/s^2")
+    forces: dict[str, HistoriesTable] = Field({}, description="by interface, force and moment: N, N m")
+    step: Duration | None = Field(None, gt=0, description="s; default by the tables and the highest kept mode")
+    duration: Duration | None = Field(None, gt=0, description="s; default to the end of the longest table")
+
+    def inputs(self, folder: Path) -> dict[str, History]:
+        """Return the inputs by name, in SI."""
+        return {name: _named(name, value.history, unit, folder) for name, unit, value in self._given()}
+
+
+Response = Annotated[HarmonicTable | SweepTable | RandomTable | TransientTable, Field(discriminator="kind")]

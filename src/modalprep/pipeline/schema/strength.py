@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -13,8 +14,10 @@ from modalprep.pipeline.schema.time import Curve, Level
 from modalprep.response.fatigue import METHODS
 from modalprep.response.shock import KINDS, STARTS
 from modalprep.response.sn_curve import SNCurve
+from modalprep.suggest import suggestion
 
 Positive = Annotated[float, Field(gt=0)]
+FORCES = ("base.force.x", "base.force.y", "base.force.z")
 WAYS = {"limit": "limit", "factor": "factor and break_frequency", "design_acceleration": "design_acceleration"}
 
 
@@ -42,6 +45,8 @@ class NotchTable(Table):
         given = [key for key in WAYS if getattr(self, key) is not None]
         if len(given) != 1 or (self.factor is None) != (self.break_frequency is None):
             raise ValueError(f"a notch needs one of {'; '.join(WAYS.values())}")
+        if self.limit is None and self.channel not in FORCES:
+            raise ValueError(f"mass times acceleration limits {', '.join(FORCES)}, not {self.channel!r}; give 'limit'")
         return self
 
 
@@ -50,6 +55,17 @@ class OfChannels(Table):
 
     response: str | None = Field(None, description="name of a [response]; without it the channels are of the run")
     channels: Annotated[list[str], Field(min_length=1)] = Field(description="names, or their beginnings")
+    kinds: ClassVar[tuple[str, ...]] = ("transient",)
+
+    def unmet(self, kinds: Mapping[str, str], run: object) -> str:
+        """Return why the channels cannot be there, by the kinds of the responses and the run; empty if they can."""
+        if self.response is None:
+            return "" if run is not None else "needs the channels of a run or of a response; name one by 'response'"
+        if self.response not in kinds:
+            return f"names the response {self.response!r}; {suggestion(self.response, kinds, 'there are')}"
+        if kinds[self.response] not in self.kinds:
+            return f"cannot use a {kinds[self.response]} response; it needs a {' or a '.join(self.kinds)} one"
+        return ""
 
 
 class ShockTable(OfChannels):
@@ -77,6 +93,7 @@ class ShockTable(OfChannels):
 class FatigueTable(OfChannels):
     """Damage by rainflow counts of histories, or of random responses; the S-N curve is one of amplitudes."""
 
+    kinds = ("transient", "random")
     scale: Positive = Field(
         1.0, description="by which channels are multiplied: stress concentration, or stress per force, 1/m^2"
     )
@@ -92,6 +109,15 @@ class FatigueTable(OfChannels):
     repeats: Positive = Field(1.0, description="how often the history happens")
     duration: Annotated[Duration, Field(gt=0)] | None = Field(None, description="s, of a random response")
     method: Literal[*METHODS] = Field("dirlik", description="of a random response")
+
+    def unmet(self, kinds: Mapping[str, str], run: object) -> str:
+        """Return why the channels cannot be there, or what a random response lacks."""
+        random = kinds.get(self.response or "") == "random"
+        if random and self.duration is None:
+            return "needs the duration of its random response"
+        if not random and self.duration is not None:
+            return "has a duration, which is that of a random response; leave it out, or give 'repeats'"
+        return super().unmet(kinds, run)
 
     @property
     def curve(self) -> SNCurve:

@@ -26,7 +26,7 @@ from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of
 
-OF_MODES = ("modal", "stress", "mass")  # channels of a body that its stand-in does not have
+OF_MODES = ("modal", "stress", "recovery", "mass")  # channels of a body that its stand-in does not have
 
 
 def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
@@ -101,6 +101,10 @@ def refuse_channels(
         for name in [*pipeline.simulation.output, *plotted, *kept]:
             if not _waits(name, made):
                 known[name]
+        for table in (*pipeline.srs.values(), *pipeline.fatigue.values()):
+            for name in table.channels if table.response is None else ():
+                if not (_waits(name, made) or any(each.startswith(f"{name}.") for each in known)):
+                    known[name]
         if pipeline.ensemble is not None:
             Parameters(system, list(pipeline.ensemble.parameters))
 

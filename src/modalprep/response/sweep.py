@@ -1,0 +1,166 @@
+"""Response to a sine sweep at a rate: exact integration, against the steady state (theory 4.10)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import InputError
+from modalprep.response.channels import Block, body_blocks
+from modalprep.response.harmonic import largest_mises
+from modalprep.response.inputs import PER_CYCLE, Rate, Spectrum, Sweep, as_spectra, uncovered
+from modalprep.response.integrate import Integrator
+from modalprep.response.modal import Damping, ModalEquations, limits_of_validity, modal_equations
+from modalprep.response.result import Collector, Response
+from modalprep.response.transient import with_mises
+
+MOST_SAMPLES = 20_000_000
+
+
+def sweep_response(
+    body: FlexibleBody,
+    inputs: Mapping[str, float | Spectrum],
+    lowest: float,
+    highest: float,
+    rate: Rate,
+    *,
+    down: bool = False,
+    samples: int = PER_CYCLE,
+    damping: Damping = None,
+    channels: Sequence[str] = (),
+) -> Response:
+    """Return the largest magnitudes of all channels while a sine sweeps from rest, by the frequency at that time.
+
+    Parameters
+    ----------
+    inputs : {name: float or Spectrum}
+        Amplitudes at the frequency of the time, as in `harmonic_response`.
+    lowest, highest : float
+        Hz.
+    rate : (float, 'oct/min' or 'Hz/s')
+        Of the frequency.
+    down : bool
+        Whether the sweep begins at the highest frequency.
+    samples : int
+        In a cycle; inputs are straight lines between them.
+    damping : float, {Hz: ratio}, (n,), Rayleigh, or (n, n)
+        Instead of the body's own, as in `modal_equations`.
+    channels : sequence of str
+        Names, or their beginnings, of the channels with curves; default all.
+
+    Returns
+    -------
+    Response
+        Over intervals of frequency of a sixtieth of an octave. Peaks have ``peak``, ``at_hz``, ``at_s`` and ``steady``,
+        the largest magnitude of the harmonic response at the middles of the intervals and at the resonances.
+
+    Raises
+    ------
+    InputError
+        When an input or a channel is not known, the band or the rate is none, or there are too many samples.
+
+    References
+    ----------
+    F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253-261. Theory 4.10.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> found = sweep_response(uniform_beam(modes=2), {"base.y": 1.0}, 0.3, 1.0, (2.0, "oct/min"), damping=0.02)
+    >>> figures = found.peak("tip.acceleration.y").figures
+    >>> round(figures["peak"] / figures["steady"], 2)  # too fast for the steady state
+    0.5
+    """
+    spectra = as_spectra(inputs)
+    equations = modal_equations(body, tuple(spectra), damping)
+    clock = Sweep(lowest, highest, rate, down)
+    if clock.cycles * samples > MOST_SAMPLES:
+        raise InputError(
+            f"the sweep has {clock.cycles:.3g} cycles, too many for {samples} samples in each; sweep faster"
+        )
+    ends = clock.ends()
+    blocks = body_blocks(body, equations)
+    largest, times = _march(equations, spectra, clock, ends, samples, blocks)
+    f = np.sqrt(ends[1:] * ends[:-1])
+    order = np.argsort(f)
+    steady, top = _steady(equations, spectra, f[order], blocks)
+    found = Collector(tuple(channels))
+    for k, block in enumerate(blocks):
+        values = largest[k][order]
+        at = np.argmax(values, axis=0)
+        peak = np.take_along_axis(values, at[None], 0)[0]
+        figures = {
+            "peak": peak, "at_hz": f[order][at], "steady": top[k],
+            "at_s": np.take_along_axis(times[k][order], at[None], 0)[0],
+        }  # fmt: skip
+        found.add(block, block, values, figures, "peak", steady[k])
+    found.refuse_unmet()
+    error = (2 * np.pi / samples) ** 2 / 8
+    notes = [
+        f"straight lines between {samples} samples of a cycle miss the sine by {100 * error:.2g} % of its amplitude",
+        *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest), *found.notes(),
+    ]  # fmt: skip
+    return Response(
+        kind="sweep", axis=f[order], names=tuple(found.names), units=tuple(found.units),
+        values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
+        input_values=np.stack([x.at(f[order]) for x in spectra.values()], axis=1),
+        steady=found.stacked(found.steady, len(f)), notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _march(
+    equations: ModalEquations, spectra: Mapping[str, Spectrum], clock: Sweep, ends: np.ndarray, samples: int,
+    blocks: list[Block],
+) -> tuple[list[np.ndarray], list[np.ndarray]]:  # fmt: skip
+    """Return, of each block, the largest magnitudes (intervals, p, c) and their times."""
+    integrator = Integrator(equations)
+    largest, times = [[] for _ in blocks], [[] for _ in blocks]
+    for a, b in pairwise(ends):
+        start, end = clock.time(np.array([a, b]))
+        count = max(2, int(np.ceil((end - start) * max(a, b) * samples)))
+        t = np.linspace(start, end, count + 1)
+        u = _input(spectra, clock, t)
+        q, _, qdd = integrator.run((end - start) / count, u)
+        for k, block in enumerate(blocks):
+            parts = [_held(part, q, qdd, u, t) for part in block.parts(2 * len(t))]
+            largest[k].append(np.concatenate([x for x, _ in parts]))
+            times[k].append(np.concatenate([x for _, x in parts]))
+    return [np.stack(x) for x in largest], [np.stack(x) for x in times]
+
+
+def _input(spectra: Mapping[str, Spectrum], clock: Sweep, t: np.ndarray) -> np.ndarray:
+    """Return ``Im(amplitude exp(i phase))`` of each input (nt, k)."""
+    wave, f = np.exp(1j * clock.phase(t)), clock.frequency(t)
+    return np.stack([(x.at(f) * wave).imag for x in spectra.values()], axis=1)
+
+
+def _held(part: Block, q: np.ndarray, qdd: np.ndarray, u: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    size = np.abs(with_mises(part, part.values(q[..., None], qdd[..., None], u[..., None])[..., 0]))
+    at = np.argmax(size, axis=0)
+    return np.take_along_axis(size, at[None], 0)[0], t[at]
+
+
+def _steady(
+    equations: ModalEquations, spectra: Mapping[str, Spectrum], f: np.ndarray, blocks: list[Block]
+) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return, of each block, the magnitudes of the harmonic response at f, and the largest, resonances included."""
+    at, ratio = equations.resonances
+    peaks = at[(at > f[0]) & (at < f[-1]) & (ratio > 0)]
+    every = np.concatenate([f, peaks])
+    u = np.stack([x.at(every) for x in spectra.values()], axis=1).astype(complex)[..., None]
+    q = equations.solve(every, u)
+    qdd = -((2 * np.pi * every[:, None, None]) ** 2) * q
+    curves, top = [], []
+    for block in blocks:
+        sizes = []
+        for part in block.parts(2 * len(every)):
+            s = part.values(q, qdd, u)[..., 0]
+            mises = [] if block.mises is None else [largest_mises(s, block.mises)[..., None]]
+            sizes.append(np.concatenate([np.abs(s), *mises], axis=2))
+        size = np.concatenate(sizes, axis=1)
+        curves.append(size[: len(f)])
+        top.append(size.max(axis=0))
+    return curves, top
