@@ -22,7 +22,7 @@ from modalprep.report.strength import fatigue_table, shock_plot
 from modalprep.response.fatigue import Fatigue, rainflow_damage, random_damage
 from modalprep.response.result import Response
 from modalprep.response.shock import ShockSpectrum, shock_spectrum
-from modalprep.suggest import suggestion
+from modalprep.suggest import matching, suggestion
 
 SIGNLESS = "von Mises stress has no sign, so that some cycles count as two of half the range; take a component instead"
 SHOCK_UNITS = {  # of a spectrum of accelerations in m/s^2
@@ -91,7 +91,7 @@ def channels_of(table: OfChannels, source: Result | Response) -> tuple[np.ndarra
         axis, known = source.axis, dict(zip(source.names, source.values.T, strict=True))
     found: Histories = {}
     for wanted in table.channels:
-        some = {name: x for name, x in known.items() if name == wanted or name.startswith(f"{wanted}.")}
+        some = {name: known[name] for name in matching(known, wanted)}
         if not some:
             raise InputError(f"there is no channel {wanted!r}; {suggestion(wanted, sorted(known)[:60], 'there are')}")
         found |= some

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -16,7 +17,7 @@ SIGMAS = 3.0  # standard deviations that count as the peak of a random response
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Notch(Record):
-    """A range of frequencies where an input was lowered.
+    """A range of frequencies where one limit lowered an input.
 
     Attributes
     ----------
@@ -152,9 +153,10 @@ def _known(limits: Mapping, transfers: Mapping) -> list[str]:
 
 def _notches(found: NotchedInput, ruling: np.ndarray, names: list[str]) -> tuple[Notch, ...]:
     lowered, depth = found.notched < found.given, found.depth
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], lowered, [False]]).astype(int)))
+    rules = np.where(lowered, ruling, -1)
+    edges = np.concatenate([[0], np.flatnonzero(np.diff(rules)) + 1, [len(rules)]])
     notches = []
-    for first, after in edges.reshape(-1, 2):
+    for first, after in ((a, b) for a, b in pairwise(edges.tolist()) if lowered[a]):
         k = first + int(np.argmax(depth[first:after]))
         ends = {"start": found.frequency[first], "end": found.frequency[after - 1], "frequency": found.frequency[k]}
         numbers = {key: float(value) for key, value in (ends | {"depth": depth[k]}).items()}

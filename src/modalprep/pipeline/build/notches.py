@@ -17,7 +17,7 @@ from modalprep.pipeline.schema.time import spectrum_of
 from modalprep.response.inputs import Spectrum
 from modalprep.response.limits import NotchedInput, force_limit, notch, quasi_static_limit
 from modalprep.response.result import Response
-from modalprep.suggest import suggestion
+from modalprep.suggest import matching, suggestion
 
 BESIDE = 1e-9  # relative distance of the points that keep the corners of a table beside a notch
 TOO_MUCH = 0.01  # excess over a limit, between the points of the notched table, that a note says
@@ -25,7 +25,18 @@ TOO_MUCH = 0.01  # excess over a limit, between the points of the notched table,
 
 def with_limited(channels: list[str], limits: list[NotchTable]) -> list[str]:
     """Return the channels with curves, those included that limits need; all when none is named."""
-    return [*channels, *(each.channel for each in limits)] if channels else []
+    return [*channels, *(before_pattern(each.channel) for each in limits)] if channels else []
+
+
+def before_pattern(channel: str) -> str:
+    """Return the beginning of a channel's name before its first ``*``.
+
+    Examples
+    --------
+    >>> before_pattern("struts.*.N"), before_pattern("tip")
+    ('struts', 'tip')
+    """
+    return channel.partition("*")[0].rstrip(".")
 
 
 def notched_input(table: Limited, response: Response, body: FlexibleBody, folder: Path) -> NotchedInput:
@@ -60,7 +71,7 @@ def limit_curves(
 
 
 def _limited(row: NotchTable, response: Response) -> list[str]:
-    names = [x for x in response.names if x == row.channel or x.startswith(f"{row.channel}.")]
+    names = matching(response.names, row.channel)
     if not names:
         known = response.names[:60]
         raise InputError(f"notch: there is no curve {row.channel!r}; {suggestion(row.channel, known, 'there are')}")
@@ -73,7 +84,10 @@ def _limit(
     density, f, mass = response.kind == "random", response.axis, row.mass or body.m
     if row.limit is not None:
         unit = response.units[response.names.index(name)]
-        found = spectrum_of(row.limit, squared(unit) if density else unit, folder)
+        try:
+            found = spectrum_of(row.limit, squared(unit) if density else unit, folder)
+        except ValueError as error:
+            raise InputError(f"notch of {name}: {error}") from None
         outside = (f < found.band[0]) | (f > found.band[1])
         return "limit", np.where(outside, np.inf, found.at(f))
     if row.design_acceleration is not None:

@@ -24,7 +24,7 @@ WAYS = {"limit": "limit", "factor": "factor and break_frequency", "design_accele
 class NotchTable(Table):
     """A limit of channels of a response, to which its inputs are lowered."""
 
-    channel: str = Field(description='name, or its beginning, such as "base.force.z" or "struts"')
+    channel: str = Field(description='name, its beginning, or a pattern: "base.force.z", "struts.*.N"')
     limit: Curve | None = Field(None, description="in the unit of the channel; of random responses a density")
     factor: Positive | None = Field(
         None, description="C of the semi-empirical limit of a force of the base, C times mass times input"
@@ -54,7 +54,9 @@ class OfChannels(Table):
     """What is computed from channels of a response or of the run."""
 
     response: str | None = Field(None, description="name of a [response]; without it the channels are of the run")
-    channels: Annotated[list[str], Field(min_length=1)] = Field(description="names, or their beginnings")
+    channels: Annotated[list[str], Field(min_length=1)] = Field(
+        description='names, their beginnings, or patterns such as "struts.*.N"'
+    )
     kinds: ClassVar[tuple[str, ...]] = ("transient",)
 
     def unmet(self, kinds: Mapping[str, str], run: object) -> str:
@@ -113,11 +115,13 @@ class FatigueTable(OfChannels):
     def unmet(self, kinds: Mapping[str, str], run: object) -> str:
         """Return why the channels cannot be there, or what a random response lacks."""
         random = kinds.get(self.response or "") == "random"
+        if problem := super().unmet(kinds, run):
+            return problem
         if random and self.duration is None:
             return "needs the duration of its random response"
         if not random and self.duration is not None:
             return "has a duration, which is that of a random response; leave it out, or give 'repeats'"
-        return super().unmet(kinds, run)
+        return ""
 
     @property
     def curve(self) -> SNCurve:

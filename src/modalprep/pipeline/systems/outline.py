@@ -25,6 +25,7 @@ from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of
+from modalprep.suggest import matching
 
 OF_MODES = ("modal", "stress", "recovery", "mass")  # channels of a body that its stand-in does not have
 
@@ -103,7 +104,7 @@ def refuse_channels(
                 known[name]
         for table in (*pipeline.srs.values(), *pipeline.fatigue.values()):
             for name in table.channels if table.response is None else ():
-                if not (_waits(name, made) or any(each.startswith(f"{name}.") for each in known)):
+                if not (_waits(name, made) or matching(known.table(), name)):
                     known[name]
         if pipeline.ensemble is not None:
             Parameters(system, list(pipeline.ensemble.parameters))
