@@ -126,6 +126,10 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
     below.set_ylim(FLOOR * max(largest, 1.0), 2 * max(largest, 1.0))
     for axes in (above, below):
         _logarithmic(axes, cut.frequency)
+    for axis in (above.yaxis, below.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.set_minor_formatter(NullFormatter())
     return save_figure(figure, path)
 
 
@@ -162,18 +166,18 @@ def shock_plot(found: Mapping[str, ShockSpectrum], units: Mapping[str, str], pat
     axes.set_xlabel("frequency of the oscillator (Hz)")
     unit = ", ".join(dict.fromkeys(units.values()))
     axes.set_ylabel(f"{first.kind.replace('_', ' ')}, Q = {first.Q:g} ({unit})")
-    _logarithmic(axes, first.frequency)
+    _logarithmic(axes, first.frequency, "" if len(found) > 1 else next(iter(found)))
     return save_figure(figure, path)
 
 
-def _logarithmic(axes: Axes, frequency: np.ndarray) -> None:
+def _logarithmic(axes: Axes, frequency: np.ndarray, title: str = "") -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_xlim(frequency[0], frequency[-1])
-    add_head(axes, "")
+    add_head(axes, title)
     plain_axes(axes, grid="both")
 
 
