@@ -5,6 +5,7 @@ from __future__ import annotations
 import difflib
 import unicodedata
 from collections.abc import Collection, Iterable, Mapping
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,17 @@ def suggestion(wrong: str, known: Iterable[str], intro: str) -> str:
     close = difflib.get_close_matches(wrong, known, n=1)
     guess = f"did you mean {close[0]!r}? " if close else ""
     return f"{guess}{intro} {', '.join(known) or 'none'}"
+
+
+def matching(names: Iterable[str], wanted: str) -> list[str]:
+    """Return the names that are as wanted, begin so before a dot, or fit a pattern with ``*``.
+
+    Examples
+    --------
+    >>> matching(["tip.x", "tips.x", "tip.y"], "tip"), matching(["tip.1.N", "tip.1.T", "tip.2.N"], "tip.*.N")
+    (['tip.x', 'tip.y'], ['tip.1.N', 'tip.2.N'])
+    """
+    return [x for x in names if x == wanted or x.startswith(f"{wanted}.") or ("*" in wanted and fnmatchcase(x, wanted))]
 
 
 def refuse_other(call: str, kind: type, value: object) -> None:

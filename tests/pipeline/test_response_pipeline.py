@@ -137,7 +137,7 @@ def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys):
     curve = [float(r["base.force.x (N)"]) for r in rows(made / "job-separation-response.csv")]
     assert curve == pytest.approx(push["base.force.x"], rel=1e-9, abs=1e-6)
     page = (made / "job.html").read_text()
-    for words in ("<h2>Response shaker</h2>", "<h2>Response launch</h2>", '<td class="">base.force.z</td>'):
+    for words in ("<h2>Response shaker</h2>", "<h2>Response launch</h2>", "base.force.z</td>"):
         assert words in page
     peaks = {row["channel"]: row for row in said["responses"]["launch"]["peaks"]}
     assert peaks["base.force.z"]["rms"] == pytest.approx(launch.peak("base.force.z").figures["rms"], rel=1e-12)

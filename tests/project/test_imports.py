@@ -38,10 +38,10 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "summary", "scene",
-        "analysis", "synthesis", "ensemble", "correlation", "show", "body_page", "page",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "strength", "summary",
+        "scene", "analysis", "synthesis", "ensemble", "correlation", "show", "body_page", "page",
     ),
-    "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
+    "pipeline": ("console", "schema", "build", "systems", "strength", "run", "batch", "init"),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},
@@ -55,6 +55,9 @@ ONLY_IN = {  # third parties with one home
     "h5py": {"formats", "fe.readers"},
     "tomli_w": {"pipeline"},
     "psutil": {"linalg"},
+    "rainflow": {"response"},
+    "FLife": {"response"},
+    "pyyeti": {"response"},
 }
 ONLY_FROM = {  # finer than packages: what a package may take from another, module by module
     # what files hold, nothing of the solver

@@ -13,6 +13,7 @@ from modalprep.report import summary
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.schema.pipeline import Pipeline
+    from modalprep.pipeline.strength import Strength
     from modalprep.pipeline.systems.systems import Simulated
 
 
@@ -165,6 +166,7 @@ def simulate(
     )
     folder = target.parent if target else output_folder(file, output)
     plot_runs(file, pipeline, done, folder, reporter)
+    extra = _strength(file, pipeline, done, folder, reporter) if pipeline.srs or pipeline.fatigue else None
     if animate:
         from modalprep.report.pictures.system_animation import animate_system
 
@@ -174,10 +176,21 @@ def simulate(
     if vtu:
         _series(done, vtu, reporter)
     if as_json:
-        print_json(summary.simulation(done, reporter))
+        print_json(summary.simulation(done, reporter, extra))
     else:
         reporter.say(f"outputs are in {folder}")
     _end_with(done.failures)
+
+
+def _strength(file: Path, pipeline: Pipeline, done: Simulated, folder: Path, reporter: Reporter) -> Strength:
+    """Compute shock spectra and damage of the run; those of responses are left to the command run."""
+    from modalprep.pipeline.strength import strength
+
+    tables = {**pipeline.srs, **pipeline.fatigue}
+    left = [name for name, table in tables.items() if table.response is not None]
+    if left:
+        reporter.say(f"  note: {', '.join(left)}: of a response, which modalprep run computes")
+    return strength(file, pipeline, {}, next(iter(done.runs.values())), folder, reporter)
 
 
 def _refuse_animation(animate: Path, file: Path, target: Path | None, pipeline: Pipeline) -> None:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.build.cache import Cache
     from modalprep.pipeline.build.responses import Responded
     from modalprep.pipeline.build.synthesis import Synthesised
+    from modalprep.pipeline.strength import Strength
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
     from modalprep.report.body_page.section import Section
@@ -32,6 +33,7 @@ class Outcome:
     analysed: Analysed | None = None
     simulated: Simulated | None = None
     responses: list[Responded] = field(default_factory=list)
+    strength: Strength | None = None
     mass_plot: Path | None = None
     plots: list[tuple[str, Path]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
@@ -94,6 +96,8 @@ def run_pipeline(
         outcome.notes += outcome.analysed.notes
     if pipeline.simulation is not None:
         _simulation(path, pipeline, output, outcome, reporter)
+    if pipeline.srs or pipeline.fatigue:
+        _strength(path, pipeline, outcome, reporter)
     if outcome.built is not None:
         _page(path, pipeline, outcome, reporter)
     return outcome
@@ -122,7 +126,8 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
 
         outcome.responses = respond(path, pipeline, body, outcome.folder, reporter)
         for found in outcome.responses:
-            outcome.sections.append(response_section(found.name, found.response, found.plot))
+            section = response_section(found.name, found.response, found.plot, found.cut, found.notch_plot)
+            outcome.sections.append(section)
             _tell((f"response {found.name}: {note}" for note in found.response.notes), outcome.notes, reporter)
 
 
@@ -168,6 +173,18 @@ def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Ou
     outcome.notes += outcome.simulated.notes
     outcome.plots = plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
     film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
+
+
+def _strength(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.pipeline.strength import strength
+    from modalprep.report.body_page.responses import fatigue_section, shock_section
+
+    run = next(iter(outcome.simulated.runs.values())) if outcome.simulated else None
+    responses = {found.name: found.response for found in outcome.responses}
+    outcome.strength = strength(path, pipeline, responses, run, outcome.folder, reporter)
+    outcome.notes += outcome.strength.notes
+    outcome.sections += [shock_section(name, plot) for name, plot in outcome.strength.plots.items()]
+    outcome.sections += [fatigue_section(name, damage) for name, damage in outcome.strength.fatigue.items()]
 
 
 def plot_runs(

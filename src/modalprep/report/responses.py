@@ -49,7 +49,9 @@ def peak_columns(response: Response) -> list[str]:
 
 
 def peak_rows(response: Response) -> list[tuple[str, ...]]:
-    """Return the largest peak of each component as texts with units; components that are round-off are left out.
+    """Return the largest peak of each component as texts with units, those with a margin first.
+
+    Components that are round-off are left out.
 
     Examples
     --------
@@ -57,7 +59,7 @@ def peak_rows(response: Response) -> list[tuple[str, ...]]:
     [('tip.acceleration.x', '3 m/s^2', '7 Hz', '90 °', '')]
     """
     rows = []
-    for peak in _notable(response.worst()):
+    for peak in sorted(_notable(response.worst()), key=lambda x: np.isnan(x.margin)):
         cells = [_cell(key, peak) for key in HEADS[response.kind]]
         rows.append((peak.channel, *cells, "" if np.isnan(peak.margin) else f"{peak.margin:+.3g}"))
     return rows

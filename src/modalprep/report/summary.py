@@ -19,7 +19,8 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},
         "ensemble": ensemble(simulated.ensemble) if simulated else {},
-        "responses": {found.name: response(found.response) for found in outcome.responses},
+        "responses": {found.name: response(found.response, found.cut) for found in outcome.responses},
+        **(strength(outcome.strength) if outcome.strength else {}),
         "notes": outcome.notes,
         "failures": list(outcome.failures),
     }
@@ -33,11 +34,12 @@ def runs(simulated: Any) -> dict[str, Any]:
     }
 
 
-def simulation(simulated: Any, reporter: Any) -> dict[str, Any]:
-    """Return the runs of a simulation, its files, and why its audit failed."""
+def simulation(simulated: Any, reporter: Any, extra: Any = None) -> dict[str, Any]:
+    """Return the runs of a simulation, its shock spectra and damage, its files, and why its audit failed."""
     files = [str(f) for f in reporter.files]
     found = {"ensemble": ensemble(simulated.ensemble)} if simulated.ensemble is not None else {}
     found |= {"envelopes": envelopes(simulated)} if simulated.envelopes else {}
+    found |= strength(extra) | {"notes": extra.notes} if extra else {}
     return {"runs": runs(simulated), **found, "files": files, "failures": list(simulated.failures)}
 
 
@@ -46,10 +48,28 @@ def envelopes(simulated: Any) -> list[dict[str, Any]]:
     return plain([row for envelope in simulated.envelopes for row in envelope.worst()])
 
 
-def response(found: Any) -> dict[str, Any]:
-    """Return the kind, the inputs, the notes and the largest peaks of a response."""
+def response(found: Any, cut: Any = None) -> dict[str, Any]:
+    """Return the kind, the inputs, the notes and the largest peaks of a response, and its notches."""
     peaks = plain([peak.row() for peak in found.worst()])
-    return {"kind": found.kind, "inputs": list(found.inputs), "peaks": peaks, "notes": list(found.notes)}
+    notches = {} if cut is None else {"notches": [vars(each) for each in cut.notches]}
+    return {"kind": found.kind, "inputs": list(found.inputs), "peaks": peaks, "notes": list(found.notes)} | notches
+
+
+def strength(found: Any) -> dict[str, Any]:
+    """Return the largest values of shock spectra and the damage, by table and channel."""
+    shocks = {
+        name: {
+            channel: {"maximax": float(x.maximax.max()), "at_hz": float(x.frequency[x.maximax.argmax()])}
+            for channel, x in spectra.items()
+        }
+        for name, spectra in found.shocks.items()
+    }
+    keys = ("damage", "cycles", "largest", "method")
+    damage = {
+        name: {channel: {key: getattr(x, key) for key in keys} for channel, x in parts.items()}
+        for name, parts in found.fatigue.items()
+    }
+    return {"srs": shocks, "fatigue": damage}
 
 
 def correlation(found: Any, reporter: Any) -> dict[str, Any]:

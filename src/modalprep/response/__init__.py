@@ -19,14 +19,27 @@ from modalprep.lazy import lazy
 
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from modalprep.response.fatigue import Fatigue as Fatigue
+    from modalprep.response.fatigue import rainflow_damage as rainflow_damage
+    from modalprep.response.fatigue import random_damage as random_damage
+    from modalprep.response.fatigue import signed_von_mises as signed_von_mises
     from modalprep.response.harmonic import harmonic_response as harmonic_response
     from modalprep.response.inputs import History as History
     from modalprep.response.inputs import Spectrum as Spectrum
+    from modalprep.response.limits import Notch as Notch
+    from modalprep.response.limits import NotchedInput as NotchedInput
+    from modalprep.response.limits import force_limit as force_limit
+    from modalprep.response.limits import notch as notch
+    from modalprep.response.limits import quasi_static_limit as quasi_static_limit
     from modalprep.response.modal import ModalEquations as ModalEquations
     from modalprep.response.modal import modal_equations as modal_equations
     from modalprep.response.random import random_response as random_response
     from modalprep.response.result import Peak as Peak
     from modalprep.response.result import Response as Response
+    from modalprep.response.shock import ShockSpectrum as ShockSpectrum
+    from modalprep.response.shock import shock_spectrum as shock_spectrum
+    from modalprep.response.shock import vibration_spectrum as vibration_spectrum
+    from modalprep.response.sn_curve import SNCurve as SNCurve
     from modalprep.response.sweep import sweep_response as sweep_response
     from modalprep.response.transient import transient_response as transient_response
 
@@ -38,6 +51,10 @@ _NAMES = {
     "sweep": "sweep_response",
     "transient": "transient_response",
     "result": "Response Peak",
+    "shock": "ShockSpectrum shock_spectrum vibration_spectrum",
+    "fatigue": "Fatigue rainflow_damage random_damage signed_von_mises",
+    "sn_curve": "SNCurve",
+    "limits": "Notch NotchedInput notch force_limit quasi_static_limit",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -5,19 +5,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from modalprep.atomic import write_table
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.pipeline.build.build import stand_in
+from modalprep.pipeline.build.notches import excess, lowered, notched_input, with_limited
 from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.schema.response import HarmonicTable, RandomTable, SweepTable, TransientTable
+from modalprep.pipeline.schema.response import HarmonicTable, Limited, RandomTable, SweepTable, TransientTable
 from modalprep.pipeline.schema.response import Response as ResponseTable
 from modalprep.report.responses import peak_table, response_plot
+from modalprep.report.strength import notch_plot, notch_table
 from modalprep.response.harmonic import harmonic_response
+from modalprep.response.inputs import Spectrum
+from modalprep.response.limits import NotchedInput
 from modalprep.response.modal import BASE, input_names
 from modalprep.response.random import correlation_factor, random_response
 from modalprep.response.result import Response
@@ -28,11 +34,13 @@ from modalprep.suggest import suggestion
 
 @dataclass(frozen=True)
 class Responded:
-    """A response of a pipeline file, with its name and its plot."""
+    """A response of a pipeline file, with its name, its plot, and what notches left of its inputs."""
 
     name: str
     response: Response
     plot: Path
+    cut: NotchedInput | None = None
+    notch_plot: Path | None = None
 
 
 def refuse_responses(pipeline: Pipeline, path: Path) -> None:
@@ -52,7 +60,10 @@ def refuse_responses(pipeline: Pipeline, path: Path) -> None:
             for wrong in (key for key in inputs if key not in known):
                 raise InputError(f"there is no input {wrong!r}; {suggestion(wrong, known, 'there are')}")
             heads = [BASE, *interfaces, *pipeline.recovery]
-            for wrong in (x for x in table.channels if x.split(".")[0] not in heads and pipeline.body is None):
+            used = [x for each in (*pipeline.srs.values(), *pipeline.fatigue.values()) if each.response == name
+                    for x in each.channels]  # fmt: skip
+            named = [*table.channels, *used, *(each.channel for each in getattr(table, "notch", []))]
+            for wrong in (x for x in named if x.split(".")[0] not in heads and pipeline.body is None):
                 raise InputError(f"there is no channel {wrong!r}; {suggestion(wrong, heads, 'they begin with')}")
             if isinstance(table, RandomTable):
                 correlation_factor(table.correlated(), len(inputs))
@@ -70,26 +81,52 @@ def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, re
     for name, table in pipeline.response.items():
         stem = folder / f"{path.stem}-{name}"
         curves, peaks, plot = (Path(f"{stem}-{end}") for end in ("response.csv", "peaks.csv", "response.png"))
-        refuse_overwriting([curves, peaks, plot], source_files(path, pipeline))
+        others = [Path(f"{stem}-notched.{end}") for end in ("csv", "png")] if getattr(table, "notch", []) else []
+        refuse_overwriting([curves, peaks, plot, *others], source_files(path, pipeline))
         with naming(path), naming(f"[response.{name}]"):
-            response = computed(table, body, path.parent)
+            response, cut = computed(table, body, path.parent)
         reporter.wrote(write_curves(response, curves))
         reporter.wrote(write_peaks(response, peaks))
         reporter.wrote(response_plot(response, plot))
         peak_table(name, response, reporter.console)
-        found.append(Responded(name, response, plot))
+        picture = None if cut is None else report_notches(name, cut, stem, _unit(response.inputs[0]), reporter)
+        found.append(Responded(name, response, plot, cut, picture))
     return found
 
 
-def computed(table: ResponseTable, body: FlexibleBody, folder: Path) -> Response:
-    """Return the response of a body that a table asks for; its files are relative to `folder`."""
+def report_notches(name: str, cut: NotchedInput, stem: Path, unit: str, reporter: Reporter) -> Path:
+    """Write the notched input as a CSV file and its plot, and print the notches; return the plot."""
+    columns = {"frequency (Hz)": cut.frequency, "given": cut.given, "notched": cut.notched, "depth (dB)": cut.depth}
+    reporter.wrote(write_table(columns, zip(*columns.values(), strict=True), Path(f"{stem}-notched.csv")))
+    notch_table(name, cut, reporter.console)
+    return reporter.wrote(notch_plot(cut, Path(f"{stem}-notched.png"), unit))
+
+
+def _unit(name: str) -> str:
+    place, _, direction = name.rpartition(".")
+    return (("m/s²", "rad/s²") if place == BASE else ("N", "N m"))[direction.startswith("r")]
+
+
+def computed(table: ResponseTable, body: FlexibleBody, folder: Path) -> tuple[Response, NotchedInput | None]:
+    """Return the response of a body that a table asks for, and its notches; its files are relative to `folder`."""
     inputs = table.inputs(folder)
+    response = _driven_by(inputs, table, body, table.axis if isinstance(table, HarmonicTable) else None)
+    if not isinstance(table, Limited) or not table.notch:
+        return response, None
+    cut = notched_input(table, response, body, folder)
+    found = _driven_by(lowered(inputs, cut), table.model_copy(update={"refine": False}), body, cut.frequency)
+    return found.with_(notes=(*found.notes, *excess(table, found, body, folder, inputs))), cut
+
+
+def _driven_by(
+    inputs: dict[str, Spectrum], table: ResponseTable, body: FlexibleBody, axis: np.ndarray | None
+) -> Response:
     options = {
         "damping": None if table.damping is None else target_damping(table.damping),
-        "channels": table.channels,
+        "channels": with_limited(table.channels, getattr(table, "notch", [])),
     }
     if isinstance(table, HarmonicTable):
-        return harmonic_response(body, inputs, table.axis, refine=table.refine, **options)
+        return harmonic_response(body, inputs, axis, refine=table.refine, **options)
     if isinstance(table, SweepTable):
         band, down = (table.lowest, table.highest), table.direction == "down"
         return sweep_response(body, inputs, *band, table.speed, down=down, samples=table.samples, **options)

@@ -11,7 +11,6 @@ from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
-from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.environment import ControlTable, EnvironmentTable
 from modalprep.pipeline.schema.fe import (
     ConnectionTable,
@@ -27,8 +26,11 @@ from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
 from modalprep.pipeline.schema.reduction import LoadTable, ReductionTable, SuppliedTable, SynthesisTable, WeldTable
 from modalprep.pipeline.schema.response import Response
+from modalprep.pipeline.schema.strength import FatigueTable, ShockTable
 from modalprep.pipeline.schema.system import (
     BodyTable,
+    ClosureTable,
+    CouplerTable,
     JointTable,
     SimulationTable,
 )
@@ -39,6 +41,8 @@ NAMED = {  # tables whose keys are names that channels, references and files car
     "stress": "stress at a point",
     "recovery": "recovery",
     "response": "response",
+    "srs": "shock spectrum",
+    "fatigue": "fatigue",
     "bodies": "body",
     "joints": "joint",
     "chains": "chain",
@@ -106,6 +110,10 @@ class Pipeline(ForceElements):
     )
     response: dict[str, Response] = Field(
         {}, description="of the body to motion of its root and forces on its other interfaces, over frequency or time"
+    )
+    srs: dict[str, ShockTable] = Field({}, description="shock response spectra of channels of a transient or a run")
+    fatigue: dict[str, FatigueTable] = Field(
+        {}, description="damage by channels of a transient, a random response or a run"
     )
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
@@ -176,6 +184,14 @@ class Pipeline(ForceElements):
             raise ValueError(
                 "[response] is that of the body of a [mesh], [matrices] or [body]; add one, or leave it out"
             )
+        return self
+
+    @model_validator(mode="after")
+    def _strength_has_channels(self) -> Pipeline:
+        for kind, tables in (("srs", self.srs), ("fatigue", self.fatigue)):
+            for name, table in tables.items():
+                if problem := table.unmet({key: found.kind for key, found in self.response.items()}, self.simulation):
+                    raise ValueError(f"[{kind}.{name}] {problem}")
         return self
 
     @model_validator(mode="after")

@@ -7,62 +7,19 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import Field, model_validator
 
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.base import Table, naming
-from modalprep.pipeline.schema.quantities import TEXT_TOO, Angle, Duration, Frequency, level
+from modalprep.pipeline.schema.quantities import Angle, Duration, Frequency, level
 from modalprep.pipeline.schema.reduction import DAMPING, Damping
-from modalprep.pipeline.schema.time import form, points_of_file
+from modalprep.pipeline.schema.strength import NotchTable
+from modalprep.pipeline.schema.time import Curve, Level, points_of_file, spectrum_of
 from modalprep.reduction.table import DIRECTIONS
-from modalprep.response.inputs import DECIBEL, PER_CYCLE, History, Rate, Spectrum, Sweep
+from modalprep.response.inputs import PER_CYCLE, History, Rate, Spectrum, Sweep
 
 AMPLITUDE = (("m/s^2", "rad/s^2"), ("N", "N m"))  # of the base and of interfaces, along and about an axis
 DENSITY = (("m^2/s^4/Hz", "rad^2/s^4/Hz"), ("N^2/Hz", "N^2 m^2/Hz"))
-Level = Annotated[float, Field(strict=True)] | Annotated[str, TEXT_TOO]
-
-
-class CurveTable(Table):
-    """An input over frequency: straight lines in logarithmic axes, zero outside."""
-
-    frequency: list[Frequency] | None = Field(None, description="Hz, ascending; one that is named twice is a jump")
-    values: list[Level] | None = Field(
-        None, description='of each, in SI or text such as "0.5 g"; of densities also slopes such as "3 dB/oct"'
-    )
-    phase: list[Angle] | None = Field(None, description="of each amplitude, rad")
-    file: str | None = Field(None, description="CSV file with a row 'frequency, value' for each, instead")
-    unit: str | None = Field(None, description='of values that are plain numbers, such as "g" or "g^2/Hz"; default SI')
-
-    @model_validator(mode="after")
-    def _one_way(self) -> CurveTable:
-        if (self.file is None) == (self.frequency is None) or (self.frequency is None) != (self.values is None):
-            raise ValueError("an input over frequency needs both 'frequency' and 'values', or 'file'")
-        for name in ("values", "phase"):
-            given = getattr(self, name)
-            if given is not None and (self.frequency is None or len(given) != len(self.frequency)):
-                raise ValueError(f"{name!r} needs as many numbers as there are frequencies, which a file has not")
-        return self
-
-    def spectrum(self, units: str, folder: Path) -> Spectrum:
-        """Return the spectrum in SI; a file is relative to `folder`."""
-        if self.file is not None:
-            frequency, values = points_of_file(folder / self.file)
-        else:
-            frequency, values = self.frequency, self.values
-        levels = [x if _is_slope(x) else level(x, units, self.unit) for x in values]
-        if any(isinstance(x, str) for x in levels):
-            return Spectrum.with_slopes(list(frequency), levels)
-        return Spectrum(frequency=np.array(frequency), value=np.array(levels), phase=self.phase)
-
-
-def _is_slope(value: Any) -> bool:
-    return isinstance(value, str) and value.endswith(DECIBEL)
-
-
-Curve = Annotated[
-    Annotated[str, Tag("text")] | Annotated[float, Tag("number")] | Annotated[CurveTable, Tag("table")],
-    Discriminator(form),
-]
 
 
 class DriveTable(Table):
@@ -110,7 +67,7 @@ class OverFrequency(Driven):
 
     def inputs(self, folder: Path) -> dict[str, Spectrum]:
         """Return the inputs by name, in SI."""
-        return {name: _named(name, _spectrum, value, unit, folder) for name, unit, value in self._given()}
+        return {name: _named(name, spectrum_of, value, unit, folder) for name, unit, value in self._given()}
 
 
 def _named(name: str, read: Callable[..., Any], *given: Any) -> Any:
@@ -121,13 +78,21 @@ def _named(name: str, read: Callable[..., Any], *given: Any) -> Any:
             raise InputError(str(error)) from None
 
 
-def _spectrum(value: Any, unit: str, folder: Path) -> Spectrum:
-    if isinstance(value, CurveTable):
-        return value.spectrum(unit, folder)
-    return Spectrum(value=np.array([level(value, unit, None)]))
+class Limited(OverFrequency):
+    """Inputs over frequency that limits may lower."""
+
+    notch: list[NotchTable] = Field([], description="limits of channels, to which all inputs are lowered together")
+
+    @model_validator(mode="after")
+    def _driven_where_limited(self) -> Limited:
+        given = [name for name, _, _ in self._given()]
+        for row in self.notch:
+            if row.factor is not None and row.channel.replace("force.", "") not in given:
+                raise ValueError(f"a semi-empirical limit of {row.channel} needs an input along it; give 'limit'")
+        return self
 
 
-class HarmonicTable(OverFrequency):
+class HarmonicTable(Limited):
     """Response to harmonic inputs, which act together."""
 
     kind: Literal["harmonic"]
@@ -169,7 +134,7 @@ class CoherenceTable(Table):
     phase: Angle = Field(0.0, description="rad, by which the first is ahead of the second")
 
 
-class RandomTable(OverFrequency):
+class RandomTable(Limited):
     """Response to stationary random inputs: one-sided power spectral densities."""
 
     units: ClassVar[tuple[tuple[str, str], tuple[str, str]]] = DENSITY

@@ -1,4 +1,4 @@
-"""Functions of time in pipeline files."""
+"""Functions of time and of frequency in pipeline files."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from pydantic import Discriminator, Field, Tag, model_validator
 from modalprep.errors import InputError
 from modalprep.multibody.model.time_function import FOREVER, TimeFunction
 from modalprep.pipeline.schema.base import Table, naming
-from modalprep.pipeline.schema.quantities import Duration
+from modalprep.pipeline.schema.quantities import TEXT_TOO, Angle, Duration, Frequency, level
+from modalprep.response.inputs import DECIBEL, Spectrum
 from modalprep.suggest import refuse_missing
+
+Level = Annotated[float, Field(strict=True)] | Annotated[str, TEXT_TOO]
 
 
 class PieceTable(Table):
@@ -66,6 +69,51 @@ Time = Annotated[
     | Annotated[PointsTable, Tag("table")],
     Discriminator(form),
 ]
+
+
+class CurveTable(Table):
+    """An input over frequency: straight lines in logarithmic axes, zero outside."""
+
+    frequency: list[Frequency] | None = Field(None, description="Hz, ascending; one that is named twice is a jump")
+    values: list[Level] | None = Field(
+        None, description='of each, in SI or text such as "0.5 g"; of densities also slopes such as "3 dB/oct"'
+    )
+    phase: list[Angle] | None = Field(None, description="of each amplitude, rad")
+    file: str | None = Field(None, description="CSV file with a row 'frequency, value' for each, instead")
+    unit: str | None = Field(None, description='of values that are plain numbers, such as "g" or "g^2/Hz"; default SI')
+
+    @model_validator(mode="after")
+    def _one_way(self) -> CurveTable:
+        if (self.file is None) == (self.frequency is None) or (self.frequency is None) != (self.values is None):
+            raise ValueError("an input over frequency needs both 'frequency' and 'values', or 'file'")
+        for name in ("values", "phase"):
+            given = getattr(self, name)
+            if given is not None and (self.frequency is None or len(given) != len(self.frequency)):
+                raise ValueError(f"{name!r} needs as many numbers as there are frequencies, which a file has not")
+        return self
+
+    def spectrum(self, units: str, folder: Path) -> Spectrum:
+        """Return the spectrum in SI; a file is relative to `folder`."""
+        if self.file is not None:
+            frequency, values = points_of_file(folder / self.file)
+        else:
+            frequency, values = self.frequency, self.values
+        levels = [x if _is_slope(x) else level(x, units, self.unit) for x in values]
+        if any(isinstance(x, str) for x in levels):
+            return Spectrum.with_slopes(list(frequency), levels)
+        return Spectrum(frequency=np.array(frequency), value=np.array(levels), phase=self.phase)
+
+
+def _is_slope(value: Any) -> bool:
+    return isinstance(value, str) and value.endswith(DECIBEL)
+
+
+Curve = Annotated[
+    Annotated[str, Tag("text")] | Annotated[float, Tag("number")] | Annotated[CurveTable, Tag("table")],
+    Discriminator(form),
+]
+
+
 TIME = "number, expression of t (s), pieces [{ value, until }, ...], or points { t, values } or { file }"
 
 
@@ -85,6 +133,24 @@ def time_function(key: str, value: Time | None, folder: Path) -> TimeFunction | 
         if isinstance(value, list):
             return TimeFunction(pieces(value))
         return TimeFunction(value)
+
+
+def spectrum_of(value: Curve, unit: str, folder: Path) -> Spectrum:
+    """Return the spectrum in an SI unit that a key of a pipeline file has; its files are relative to `folder`.
+
+    Raises
+    ------
+    ValueError
+        When a number has another dimension.
+
+    Examples
+    --------
+    >>> spectrum_of("2 g", "m/s^2", Path()).value
+    array([19.6133])
+    """
+    if isinstance(value, CurveTable):
+        return value.spectrum(unit, folder)
+    return Spectrum(value=np.array([level(value, unit, None)]))
 
 
 def pieces(tables: list[PieceTable]) -> list[tuple[float, Any]]:

@@ -8,8 +8,8 @@ import numpy as np
 
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.pipeline.schema.base import naming
-from modalprep.pipeline.schema.constraints import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.reduction import rotation_matrix
+from modalprep.pipeline.schema.system import ClosureTable, CouplerTable
 from modalprep.pipeline.schema.time import time_function
 
 

@@ -26,8 +26,9 @@ from modalprep.pipeline.schema.changing import read_events
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of
+from modalprep.suggest import matching
 
-OF_MODES = ("modal", "stress", "mass")  # channels of a body that its stand-in does not have
+OF_MODES = ("modal", "stress", "recovery", "mass")  # channels of a body that its stand-in does not have
 
 
 def refuse_before_work(pipeline: Pipeline, path: Path) -> None:
@@ -102,6 +103,10 @@ def refuse_channels(
         for name in [*pipeline.simulation.output, *plotted, *kept]:
             if not _waits(name, made):
                 known[name]
+        for table in (*pipeline.srs.values(), *pipeline.fatigue.values()):
+            for name in table.channels if table.response is None else ():
+                if not (_waits(name, made) or matching(known.table(), name)):
+                    known[name]
         if pipeline.ensemble is not None:
             Parameters(system, list(pipeline.ensemble.parameters))
 

@@ -3,21 +3,32 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
-from modalprep.report.body_page.section import PASSED, Section, Verdict, chart, paragraph
+from markupsafe import Markup
+
+from modalprep.report.body_page.section import FAILED, PASSED, Section, Verdict, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.body_page.verdicts import FAILED
 from modalprep.report.responses import MEANING, peak_columns, peak_rows
+from modalprep.report.strength import FATIGUE, NOTCH, fatigue_rows, notch_rows
+from modalprep.response.fatigue import Fatigue
+from modalprep.response.limits import NotchedInput
 from modalprep.response.result import Response
 
 WHOLE = (
     "Of each vector and each recovery the component with the largest value is listed at the place where it has it; "
     "all channels are in the CSV files beside this page."
 )
+NOTCHED = (
+    "Notches: the input is lowered where a response would exceed its limit, so that it is at the limit there; the "
+    "peaks above are those of the notched input."
+)
 
 
-def response_section(name: str, response: Response, plot: Path) -> Section:
+def response_section(
+    name: str, response: Response, plot: Path, cut: NotchedInput | None = None, notch_plot: Path | None = None
+) -> Section:
     """Return the section of a response; components with an allowable are requirements.
 
     Examples
@@ -27,11 +38,23 @@ def response_section(name: str, response: Response, plot: Path) -> Section:
     Traceback (most recent call last):
     modalprep.errors.InputError: the picture gone.png cannot be read: No such file or directory
     """
-    anchor = "response-" + re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+    anchor = f"response-{_anchor(name)}"
     said = f"{response.kind.capitalize()} response to {', '.join(response.inputs)}. {WHOLE}"
     table = Table(name=f"{anchor}-peaks", columns=peak_columns(response), rows=peak_rows(response))
     html = paragraph(said) + table.html() + chart(plot, f"{MEANING[response.kind]} of the largest channels")
+    html += _notches(anchor, cut, notch_plot) if cut is not None and notch_plot is not None else ""
     return Section(title=f"Response {name}", anchor=anchor, html=html, verdicts=_margins(name, response))
+
+
+def _anchor(name: str) -> str:
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+
+
+def _notches(anchor: str, cut: NotchedInput, plot: Path) -> Markup:
+    if not cut.notches:
+        return paragraph("No response reaches its limit; the input has no notch.")
+    table = Table(name=f"{anchor}-notches", columns=NOTCH, rows=notch_rows(cut), caption=NOTCHED)
+    return table.html() + chart(plot, "Input and limited responses, before and after notching")
 
 
 def _margins(name: str, response: Response) -> list[Verdict]:
@@ -40,3 +63,23 @@ def _margins(name: str, response: Response) -> list[Verdict]:
                 says=f"{peak.margin:+.3g}")
         for peak in response.worst() if peak.margin == peak.margin
     ]  # fmt: skip
+
+
+def shock_section(name: str, plot: Path) -> Section:
+    """Return the section of shock response spectra."""
+    says = "The largest responses of damped oscillators that stand where the channel is recorded, over their frequency."
+    html = paragraph(says) + chart(plot, f"Shock response spectra of {name} (maximax)")
+    return Section(title=f"Shock spectrum {name}", anchor=f"srs-{_anchor(name)}", html=html)
+
+
+def fatigue_section(name: str, damage: Mapping[str, Fatigue]) -> Section:
+    """Return the section of the damage of channels; a damage below 1 is a requirement."""
+    anchor = f"fatigue-{_anchor(name)}"
+    table = Table(name=anchor, columns=FATIGUE, rows=fatigue_rows(damage))
+    says = "Miner's sum of each channel; 1 is failure. The life is that under the same load for ever."
+    worst = max(damage, key=lambda key: damage[key].damage)
+    verdict = Verdict(
+        name=f"fatigue {name}", result=PASSED if damage[worst].damage < 1 else FAILED,
+        says=f"largest damage {damage[worst].damage:.3g} of 1, at {worst}",
+    )  # fmt: skip
+    return Section(title=f"Fatigue {name}", anchor=anchor, html=paragraph(says) + table.html(), verdicts=[verdict])

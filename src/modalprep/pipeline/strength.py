@@ -1,0 +1,145 @@
+"""[srs] and [fatigue] of a pipeline file: of channels of its responses and of its run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from modalprep.atomic import write_table
+from modalprep.body.stress import VON_MISES
+from modalprep.errors import InputError
+from modalprep.multibody.results.result import Result
+from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.pipeline import Pipeline
+from modalprep.pipeline.schema.strength import FatigueTable, OfChannels, ShockTable
+from modalprep.report.strength import fatigue_table, shock_plot
+from modalprep.response.fatigue import Fatigue, rainflow_damage, random_damage
+from modalprep.response.result import Response
+from modalprep.response.shock import ShockSpectrum, shock_spectrum
+from modalprep.suggest import matching, suggestion
+
+SIGNLESS = "von Mises stress has no sign, so that some cycles count as two of half the range; take a component instead"
+SHOCK_UNITS = {  # of a spectrum of accelerations in m/s^2
+    "absolute_acceleration": "m/s²", "relative_displacement": "m", "pseudo_velocity": "m/s",
+    "pseudo_acceleration": "m/s²",
+}  # fmt: skip
+Histories = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Strength:
+    """Shock spectra and damage by table and channel, the plots of the spectra, and notes."""
+
+    shocks: dict[str, dict[str, ShockSpectrum]] = field(default_factory=dict)
+    plots: dict[str, Path] = field(default_factory=dict)
+    fatigue: dict[str, dict[str, Fatigue]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def strength(
+    path: Path, pipeline: Pipeline, responses: Mapping[str, Response], run: Result | None, folder: Path,
+    reporter: Reporter,
+) -> Strength:  # fmt: skip
+    """Compute the shock spectra and the damage that a pipeline file asks for; write CSV files and plots.
+
+    Parameters
+    ----------
+    responses : {name: Response}
+        Of the tables [response]; tables that name one that is not there are left to another command.
+    run : Result or None
+        The main run; tables of its channels are left out without one.
+
+    Raises
+    ------
+    InputError
+        Which names the table.
+    """
+    found = Strength()
+    works: tuple[tuple[str, Mapping[str, Any], Callable], ...] = (
+        ("srs", pipeline.srs, _shocks), ("fatigue", pipeline.fatigue, _fatigue),
+    )  # fmt: skip
+    for kind, tables, work in works:
+        for name, table in tables.items():
+            source = run if table.response is None else responses.get(table.response)
+            if source is not None:
+                target = folder / f"{path.stem}-{name}-{kind}.csv"
+                refuse_overwriting([target, target.with_suffix(".png")], needed_files(path))
+                with naming(path), naming(f"[{kind}.{name}]"):
+                    work(found, name, table, source, target, reporter)
+    for note in found.notes:
+        reporter.say(f"  note: {note}")
+    return found
+
+
+def channels_of(table: OfChannels, source: Result | Response) -> tuple[np.ndarray, Histories]:
+    """Return the axis of a run or a response and the channels that a table names or begins.
+
+    Raises
+    ------
+    InputError
+        When there is no such channel.
+    """
+    if isinstance(source, Result):
+        axis, known = source.time, source.table()
+    else:
+        axis, known = source.axis, dict(zip(source.names, source.values.T, strict=True))
+    found: Histories = {}
+    for wanted in table.channels:
+        some = {name: known[name] for name in matching(known, wanted)}
+        if not some:
+            raise InputError(f"there is no channel {wanted!r}; {suggestion(wanted, sorted(known)[:60], 'there are')}")
+        found |= some
+    return axis, found
+
+
+def _shocks(
+    found: Strength, name: str, table: ShockTable, source: Result | Response, target: Path, reporter: Reporter
+) -> None:
+    time, channels = channels_of(table, source)
+    options = {"Q": table.Q, "kind": table.quantity, "start": table.start}
+    spectra = {key: shock_spectrum(time, values, table.axis, **options) for key, values in channels.items()}
+    columns = {"frequency (Hz)": table.axis}
+    for key, one in spectra.items():
+        columns |= {f"{key} {side}": getattr(one, side) for side in ("maximax", "positive", "negative")}
+    reporter.wrote(write_table(columns, zip(*columns.values(), strict=True), target))
+    units = dict.fromkeys(spectra, SHOCK_UNITS[table.quantity])
+    found.plots[name] = reporter.wrote(shock_plot(spectra, units, target.with_suffix(".png")))
+    found.shocks[name] = spectra
+    said = {note: key for key, one in reversed(spectra.items()) for note in one.notes}
+    found.notes.extend(f"srs {name}: {key}: {note}" for note, key in said.items())
+
+
+def _fatigue(
+    found: Strength, name: str, table: FatigueTable, source: Result | Response, target: Path, reporter: Reporter
+) -> None:
+    axis, channels = channels_of(table, source)
+    damage = {key: _damage(table, source, axis, values) for key, values in channels.items()}
+    rows = [(key, x.cycles, x.largest, x.damage, x.life, x.method) for key, x in damage.items()]
+    heads = ("channel", "cycles", "largest amplitude", "damage", "life (s)", "method")
+    reporter.wrote(write_table(heads, rows, target))
+    fatigue_table(name, damage, reporter.console)
+    found.fatigue[name] = damage
+    said = dict.fromkeys(note for x in damage.values() for note in x.notes)
+    if any(key.endswith(VON_MISES) for key in damage):
+        said[SIGNLESS] = None
+    found.notes.extend(f"fatigue {name}: {note}" for note in said)
+    failed = [key for key, x in damage.items() if x.damage >= 1]
+    if failed:
+        found.notes.append(f"fatigue {name}: damage of 1 or more, which is failure, at {', '.join(failed)}")
+
+
+def _damage(table: FatigueTable, source: Result | Response, axis: np.ndarray, values: np.ndarray) -> Fatigue:
+    if isinstance(source, Response) and source.kind == "random":
+        psd = table.scale**2 * values
+        return random_damage(axis, psd, table.curve, duration=table.duration, method=table.method)
+    once = rainflow_damage(axis, table.scale * values, table.curve)
+    n = table.repeats
+    return once.with_(
+        damage=n * once.damage, duration=n * once.duration, cycles=n * once.cycles, counts=n * once.counts
+    )

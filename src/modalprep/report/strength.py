@@ -1,0 +1,189 @@
+"""Notches, shock spectra and fatigue: tables and plots."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from rich.console import Console
+from rich.padding import Padding
+from rich.text import Text
+
+from modalprep.report.plots import CURVES, GREY, LINES, add_head, plain_axes, save_figure
+from modalprep.report.tables import hertz, plain_table
+from modalprep.response.fatigue import Fatigue
+from modalprep.response.limits import NotchedInput
+from modalprep.response.shock import ShockSpectrum
+
+NOTCH = ("from", "to", "deepest at", "depth", "ruled by")  # columns of `notch_rows`
+FATIGUE = ("channel", "cycles", "largest amplitude", "damage", "life")
+DRAWN, FLOOR = 6, 1e-3  # curves in a panel, and their lowest value beside the largest
+HOUR = 3600.0
+
+
+def notch_rows(cut: NotchedInput) -> list[tuple[str, ...]]:
+    """Return the notches as texts with units.
+
+    Examples
+    --------
+    >>> notch_rows(_example())
+    [('20 Hz', '20 Hz', '20 Hz', '12.0 dB', 'base.force.z (limit)')]
+    """
+    return [
+        (*(f"{hertz(x)} Hz" for x in (n.start, n.end, n.frequency)), f"{n.depth:.1f} dB", n.reason) for n in cut.notches
+    ]
+
+
+def notch_table(name: str, cut: NotchedInput, console: Console) -> None:
+    """Print `notch_rows`, or that there are none.
+
+    Examples
+    --------
+    >>> notch_table("sine", _example(), Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    Notches of response sine
+    ...
+    """
+    if not cut.notches:
+        console.print(Text(f"Response {name} needs no notch: all limits are kept."))
+        return
+    console.print(Text.assemble("Notches of response ", (name, "bold")))
+    _print(NOTCH, notch_rows(cut), console, [False] * len(cut.notches))
+
+
+def fatigue_rows(found: Mapping[str, Fatigue]) -> list[tuple[str, ...]]:
+    """Return cycles, largest amplitude, damage and life of each channel as texts.
+
+    Examples
+    --------
+    >>> from modalprep.response import SNCurve, rainflow_damage
+    >>> curve = SNCurve(stress=2.0, cycles=100.0, slope=3.0)
+    >>> fatigue_rows({"a": rainflow_damage(np.arange(3.0), np.array([2.0, -2.0, 2.0]), curve)})
+    [('a', '1', '2', '0.01', '0.0556 h')]
+    """
+    return [
+        (name, f"{x.cycles:.6g}", f"{x.largest:.4g}", f"{x.damage:.3g}", _hours(x.life)) for name, x in found.items()
+    ]
+
+
+def _hours(life: float) -> str:
+    return f"{life / HOUR:.3g} h" if np.isfinite(life) else "no damage"
+
+
+def fatigue_table(name: str, found: Mapping[str, Fatigue], console: Console) -> None:
+    """Print `fatigue_rows`; what fails is red.
+
+    Examples
+    --------
+    >>> fatigue_table("weld", {}, Console(width=80, color_system=None))  # doctest: +ELLIPSIS
+    Fatigue weld
+    ...
+    """
+    console.print(Text.assemble("Fatigue ", (name, "bold")))
+    _print(FATIGUE, fatigue_rows(found), console, [x.damage >= 1 for x in found.values()])
+
+
+def _print(heads: Sequence[str], rows: Sequence[Sequence[str]], console: Console, bad: Sequence[bool]) -> None:
+    table = plain_table()
+    for head in heads:
+        table.add_column(head, justify="left" if head in (heads[0], "ruled by") else "right")
+    for row, fails in zip(rows, bad, strict=True):
+        table.add_row(*row, style="red" if fails else None)
+    console.print(Padding(table, (0, 0, 1, 2)), soft_wrap=False)
+
+
+def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path:
+    """Draw the input before and after notching, and the responses over their limits.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> notch_plot(_example(), Path(tempfile.mkdtemp()) / "n.png").name
+    'n.png'
+    """
+    figure = Figure(figsize=(9.0, 6.4), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    above.plot(cut.frequency, cut.given, color=GREY, linewidth=1.4, linestyle=LINES[1], label="given input")
+    above.plot(cut.frequency, cut.notched, color=CURVES[0], linewidth=1.8, label="notched input")
+    above.set_ylabel(f"({unit})²/Hz" if cut.density else unit)
+    before, after = _shares(cut)
+    for k, name in enumerate(sorted(before, key=lambda x: -before[x].max())[:DRAWN]):
+        colour = CURVES[k % len(CURVES)]
+        below.plot(cut.frequency, before[name], color=colour, linewidth=1.0, linestyle=LINES[2])
+        below.plot(cut.frequency, after[name], color=colour, linewidth=1.8, label=name)
+    below.axhline(1.0, color=GREY, linewidth=1.0)
+    below.set_ylabel("amplitude / limit (dotted: not notched)")
+    below.set_xlabel("frequency (Hz)")
+    largest = max((float(x.max()) for x in before.values()), default=1.0)
+    below.set_ylim(FLOOR * max(largest, 1.0), 2 * max(largest, 1.0))
+    for axes in (above, below):
+        _logarithmic(axes, cut.frequency)
+    for axis in (above.yaxis, below.yaxis):
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axis.set_minor_formatter(NullFormatter())
+    return save_figure(figure, path)
+
+
+def _shares(cut: NotchedInput) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+    """Return the amplitudes over their limits before and after notching."""
+    power = 0.5 if cut.density else 1.0
+    share = np.divide(cut.notched, cut.given, out=np.ones_like(cut.given), where=cut.given > 0) ** power
+    after = {name: (x / cut.limits[name]) ** power for name, x in cut.responses.items()}
+    return {name: x / np.where(share > 0, share, 1.0) for name, x in after.items()}, after
+
+
+def shock_plot(found: Mapping[str, ShockSpectrum], units: Mapping[str, str], path: str | Path) -> Path:
+    """Draw the maximax spectra of several channels; `units` are those of the spectra.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.response import shock_spectrum
+    >>> one = shock_spectrum(np.arange(100) / 1e3, np.sin(np.arange(100) / 9), np.array([5.0, 50.0]))
+    >>> shock_plot({"tip": one}, {"tip": "m/s²"}, Path(tempfile.mkdtemp()) / "s.png").name
+    's.png'
+    """
+    figure = Figure(figsize=(9.0, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    for k, (name, one) in enumerate(found.items()):
+        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
+        axes.plot(one.frequency, one.maximax, linewidth=1.8, label=name, **style)
+    first = next(iter(found.values()))
+    axes.set_xlabel("frequency of the oscillator (Hz)")
+    unit = ", ".join(dict.fromkeys(units.values()))
+    axes.set_ylabel(f"{first.kind.replace('_', ' ')}, Q = {first.Q:g} ({unit})")
+    _logarithmic(axes, first.frequency, "" if len(found) > 1 else next(iter(found)))
+    return save_figure(figure, path)
+
+
+def _logarithmic(axes: Axes, frequency: np.ndarray, title: str = "") -> None:
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.set_xlim(frequency[0], frequency[-1])
+    add_head(axes, title)
+    plain_axes(axes, grid="both")
+
+
+def _example() -> NotchedInput:
+    from modalprep.response.limits import notch
+
+    one = np.ones(3)
+    transfer, name = np.array([100.0, 2000.0, 50.0]), "base.force.z (limit)"
+    return notch(np.array([10.0, 20.0, 30.0]), one, {name: transfer}, {name: 500.0}, density=False)
