@@ -12,6 +12,7 @@ from modalprep.records import Record
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FIXED, CONSTRAINT, TRUNCATION = "fixed-interface", "constraint", "truncation"
+BODY = "body"  # of a target error: frequencies, static responses and compliance
 FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,17 +17,19 @@ from modalprep.pipeline.build.cache import Cache
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.reduction.error import ReductionError
+    from modalprep.reduction.recoveries.convergence import Convergence
 
 
 @dataclass(frozen=True)
 class Built:
-    """A modal body with its file, checks, notes for the user, and reduction error if measured."""
+    """A modal body with its file, checks, notes for the user, reduction error if measured, convergence if followed."""
 
     body: FlexibleBody
     file: Path
     checks: list[Check]
     notes: tuple[str, ...]
     error: ReductionError | None = None
+    convergence: Convergence | None = None
 
     @property
     def error_curves(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -37,7 +39,8 @@ class Built:
         found = {"frequencies": (self.error.full, self.error.frequency)}
         if len(self.error.sweep):
             found["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
-        return found
+        pairs = zip(self.error.recoveries, self.error.recovery, strict=True)
+        return found | {f"recovery {name}": (self.error.recovery_at, values) for name, values in pairs}
 
 
 def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:
@@ -49,8 +52,9 @@ def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
     """Store a body with its computing time: modal file, checks, notes and error."""
     said = json.dumps({"checks": [asdict(check) for check in built.checks], "notes": built.notes})
     arrays = {"modal_file": np.frombuffer(built.file.read_bytes(), dtype=np.uint8), "said": np.array(said)}
-    if built.error is not None:
-        arrays |= {f"error_{f.name}": np.asarray(getattr(built.error, f.name)) for f in fields(built.error)}
+    for kind, record in (("error", built.error), ("convergence", built.convergence)):
+        if record is not None:
+            arrays |= {f"{kind}_{f.name}": np.asarray(getattr(record, f.name)) for f in fields(record)}
     cache.use.computed += 1
     cache.write(key, arrays, seconds)
 
@@ -69,11 +73,17 @@ def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) 
     write_body(body, file)
     cache.took(found)
     said = json.loads(str(found["said"]))
-    return Built(body, file, [Check(**check) for check in said["checks"]], tuple(said["notes"]), _error(found))
-
-
-def _error(found: dict[str, np.ndarray]) -> ReductionError | None:
     from modalprep.reduction.error import ReductionError
+    from modalprep.reduction.recoveries.convergence import Convergence
 
-    values = {name.removeprefix("error_"): array for name, array in found.items() if name.startswith("error_")}
-    return ReductionError(**values | {"up_to": float(values["up_to"])}) if values else None
+    checks, notes = [Check(**check) for check in said["checks"]], tuple(said["notes"])
+    return Built(
+        body, file, checks, notes, _record(ReductionError, "error", found), _record(Convergence, "convergence", found)
+    )
+
+
+def _record(of: type, kind: str, found: dict[str, np.ndarray]) -> Any:
+    """Return a record of numbers and names from the arrays of a cache entry; None where it has none."""
+    values = {name.removeprefix(f"{kind}_"): array for name, array in found.items() if name.startswith(f"{kind}_")}
+    plain = {name: tuple(array.tolist()) for name, array in values.items() if name in ("recoveries", "methods")}
+    return of(**values | plain | {"up_to": float(values["up_to"])}) if values else None
