@@ -8,8 +8,8 @@ from body.test_stress_modes import AREA, LENGTH, STEEL, B, H
 
 import modalprep as mp
 from modalprep.body.recovery import BodyMotion, at_rest
-from modalprep.body.recovery_matrices import dropped_modes
 from modalprep.examples import beam_mesh, spinup_section
+from modalprep.reduction.dropped import dropped_modes
 from modalprep.vectors import skew
 
 Recover = mp.fe.Recover

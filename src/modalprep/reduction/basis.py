@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +14,9 @@ from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
+
+if TYPE_CHECKING:
+    from modalprep.reduction.recoveries.convergence import Convergence
 
 DEPENDENT = 1e-14  # share of mass of a combination of unit vectors: round-off
 EIGEN = 1e-6  # residual of a mode of the full model, relative to its inertia force
@@ -37,6 +41,8 @@ class Reduction(Record):
     method : str
     notes : tuple of str
         What the user should know about the choice of modes.
+    convergence : Convergence or None
+        Of the recoveries, where they were given.
 
     References
     ----------
@@ -51,6 +57,7 @@ class Reduction(Record):
     table: ModeTable
     method: str
     notes: tuple[str, ...] = ()
+    convergence: Convergence | None = None
 
     def __repr__(self) -> str:
         """Method, size and frequency range."""

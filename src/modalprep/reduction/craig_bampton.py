@@ -8,15 +8,21 @@ import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, effective_mass, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
-from modalprep.reduction.selection import select
+from modalprep.reduction.recoveries.convergence import convergence
+from modalprep.reduction.recoveries.shares import recovery_shares
+from modalprep.reduction.recoveries.unit_loads import fixed_interface_loads
+from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
 from modalprep.reduction.truncation import truncation_vectors
 from modalprep.suggest import refuse_other, refuse_unknown
+
+BUILT_IN = ("interfaces", "inertia")  # loads that every body has
 
 
 def guyan(model: FEModel, *, solver: str = "auto", algebra: Algebra = DIRECT) -> Reduction:
@@ -59,6 +65,8 @@ def craig_bampton(
     keep: str | list[int] = "all",
     truncation: Sequence[str] = ("interfaces", "inertia"),
     loads: Mapping[str, np.ndarray] | None = None,
+    recovery: ModelRecovery | None = None,
+    up_to: float | None = None,
     solver: str = "auto",
     algebra: Algebra = DIRECT,
 ) -> Reduction:
@@ -78,6 +86,10 @@ def craig_bampton(
         inertia loads, user loads.
     loads : {name: (n_dof,) or (n_dof, k)}
         Nodal loads (`nodal_load`, `interface_load`); their magnitude does not matter.
+    recovery : ModelRecovery or None
+        Quantities that `keep` may name, and whose convergence is followed.
+    up_to : float or None
+        Hz, of the harmonic loads for which that is estimated.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
         Functions for factorisation and eigensolution.
@@ -113,7 +125,8 @@ def craig_bampton(
     F = _interior_loads(clamped, loads or {})
     wanted = _named(F, truncation)
     w2, Phi, counted = algebra.lowest_modes(clamped.K_ii, clamped.M_ii, modes, factor=clamped.factor, solver=solver)
-    table = _candidates(clamped, w2, Phi, keep, np.hstack(list(F.values())))
+    judged = _judged(clamped, w2, Phi, F, recovery)
+    table = _candidates(clamped, w2, Phi, keep, np.hstack(list(F.values())), judged and (recovery, judged))
     kept = Phi[:, table.kept]
     w2_t, X = truncation_vectors(clamped, wanted, w2[table.kept], kept)
     notes = (
@@ -126,10 +139,21 @@ def craig_bampton(
     W = np.concatenate([clamped.constraint_shapes, clamped.expand(kept, X)], axis=1)
     answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
-    return reduced("craig_bampton", clamped, W, table, notes)
+    found = reduced("craig_bampton", clamped, W, table, notes)
+    return found.with_(convergence=convergence(recovery, judged, table.kept[: len(w2)], up_to)) if judged else found
 
 
-def _candidates(clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray) -> ModeTable:
+def _judged(clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, F: Mapping, recovery: ModelRecovery | None):
+    """Return the loads under which modes are judged by recoveries; None without any."""
+    if recovery is None or not recovery.quantities:
+        return None
+    users = {name: f for name, f in F.items() if name not in BUILT_IN}
+    return fixed_interface_loads(clamped, w2, Phi, users)
+
+
+def _candidates(
+    clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray, judged: tuple | None
+) -> ModeTable:
     """Select the modes; values that cost much are computed only if `keep` uses them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
     mass, total = effective_mass(clamped, Phi)
@@ -137,7 +161,9 @@ def _candidates(clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | l
     static = static_share(F, clamped.factor.solve(F), w2, Phi) if "static" in str(keep) else None
     coupled = any(name in str(keep) for name in ("controllability", "observability"))
     shares = interface_shares(fixed_coupling(clamped, Phi), w2) if coupled else ()
-    kept, reason = select(keep, frequency, table.fraction, static, *shares)
+    recovered = recovery_shares(*judged) if judged and recoveries_named(keep)[0] else None
+    controllability, observability = shares or (None, None)
+    kept, reason = select(keep, frequency, table.fraction, static, controllability, observability, recovered)
     return table.with_(kept=kept, reason=reason)
 
 

@@ -2,9 +2,44 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+
+from modalprep.linalg.blas import inner, subtract
+from modalprep.reduction.basis import Reduction
+
+
+class DroppedModes(NamedTuple):
+    """Static response of the modes that a basis has not, to unit loads and to unit modal accelerations.
+
+    Attributes
+    ----------
+    to_loads : (n_dof, 12 + 6 n_if)
+        The full static response less that of the basis.
+    to_inertia : (n_dof, n)
+        The same under ``M basis``.
+    """
+
+    to_loads: np.ndarray
+    to_inertia: np.ndarray
+
+
+def dropped_modes(reduction: Reduction) -> DroppedModes:
+    """Return the static response of the dropped modes: that of the model less ``Phi K^-1 Phi^T`` of the kept ones.
+
+    References
+    ----------
+    Theory 4.9.
+    """
+    stiff = reduction.frequency > 0
+    Phi, K = reduction.basis[:, stiff], (2 * np.pi * reduction.frequency[stiff]) ** 2
+    kept = np.zeros((int(stiff.sum()), reduction.basis.shape[1]))
+    kept[np.arange(len(K)), np.flatnonzero(stiff)] = 1 / K
+    return DroppedModes(
+        subtract(reduction.static, Phi, inner(Phi, reduction.loads) / K[:, None]),
+        subtract(reduction.inertial, Phi, kept),
+    )
 
 
 def projected_recovery(body: Any, Y: np.ndarray, w: np.ndarray) -> dict[str, Any]:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError, InputError
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction, unit_loads
-from modalprep.suggest import refuse_other
+from modalprep.reduction.recoveries.error import RecoveryReference
+from modalprep.reduction.table import BODY
+from modalprep.suggest import refuse_other, refuse_unknown
 
 MOST = 300  # modes compared, at most
 GROWTH = 1.5
@@ -36,6 +39,12 @@ class ReductionError(Record):
         Hz, between the resonances.
     dynamic : (m,)
         Difference of the compliance at these interfaces (or under these loads) over its size, at each frequency.
+    recoveries : tuple of str, length r
+    recovery_at : (k,)
+        Hz: 0, and those of the sweep, or half of `up_to` where it has none.
+    recovery : (r, k)
+        Largest difference of each recovery over its largest value, under accelerations of the root and loads on the
+        other interfaces, at each of these frequencies.
     """
 
     up_to: float
@@ -44,6 +53,9 @@ class ReductionError(Record):
     static: np.ndarray
     sweep: np.ndarray
     dynamic: np.ndarray
+    recoveries: tuple[str, ...] = ()
+    recovery_at: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    recovery: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def frequency(self) -> np.ndarray:
@@ -55,11 +67,26 @@ class ReductionError(Record):
         """The largest error."""
         return max(float(np.max(e, initial=0.0)) for e in (self.frequency, self.static, self.dynamic))
 
+    def worst_of(self, name: str) -> float:
+        """Return the largest error of a recovery; of ``body`` that of frequencies, static responses and compliance.
+
+        Returns
+        -------
+        float
+            Relative.
+        """
+        return self.worst if name == BODY else float(self.recovery[self.recoveries.index(name)].max())
+
 
 def reduction_error(
-    model: FEModel, reduction: Reduction, up_to: float, points: int = 6, algebra: Algebra = DIRECT
+    model: FEModel,
+    reduction: Reduction,
+    up_to: float,
+    points: int = 6,
+    algebra: Algebra = DIRECT,
+    recovery: ModelRecovery | None = None,
 ) -> ReductionError:
-    """Measure a reduction: frequencies, static responses and dynamic compliance up to `up_to` (Hz).
+    """Measure a reduction: frequencies, static responses, dynamic compliance and recoveries up to `up_to` (Hz).
 
     Parameters
     ----------
@@ -71,6 +98,8 @@ def reduction_error(
         Frequencies of the sweep: halfway between neighbouring resonances of the full model, spread over the band.
     algebra : Algebra
         Functions for factorisation and eigensolution.
+    recovery : ModelRecovery or None
+        Quantities whose errors are measured too.
 
     Returns
     -------
@@ -93,7 +122,7 @@ def reduction_error(
     """
     refuse_other("reduction_error: the model", FEModel, model)
     refuse_other("reduction_error: the reduction", Reduction, reduction)
-    return _Reference.of(model, up_to, points, algebra).compare(reduction)
+    return _Reference.of(model, up_to, points, algebra, recovery).compare(reduction)
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,9 +137,12 @@ class _Reference:
     static: np.ndarray  # compliance (k, k)
     sweep: np.ndarray
     dynamic: np.ndarray  # (m, k, k)
+    recovered: RecoveryReference
 
     @classmethod
-    def of(cls, model: FEModel, up_to: float, points: int, algebra: Algebra) -> _Reference:
+    def of(
+        cls, model: FEModel, up_to: float, points: int, algebra: Algebra, recovery: ModelRecovery | None
+    ) -> _Reference:
         if not up_to > 0:
             raise InputError(f"up_to = {up_to:g} Hz must be positive")
         rows = np.setdiff1d(np.arange(len(model.free)), np.searchsorted(model.free, model.interfaces[0].dofs))
@@ -121,14 +153,22 @@ class _Reference:
         w2, _, _ = algebra.lowest_modes(K, M, min((n if n is not None else 50) + 1, MOST))
         full = np.sqrt(np.maximum(w2, 0)) / (2 * np.pi)
         F = _loads(model)
-        f, inside = C.T @ F, full[full < up_to]
+        inside = full[full < up_to]
         sweep = _between(full[: len(inside) + 1], points)
-        answers = [
-            f.T @ algebra.factorise((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0).solve(f)
-            for s in (0.0, *sweep)
-        ]
+
+        def solver(s: float) -> Callable[[np.ndarray], np.ndarray]:
+            factor = algebra.factorise((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0)
+            return lambda F: C @ factor.solve(C.T @ F)
+
+        answers, seen = [], RecoveryReference.of(model, recovery)
+        for s in (0.0, *sweep):
+            solve = solver(s)
+            answers.append(F.T @ solve(F))
+            seen.add(2 * np.pi * s, solve)
+        if seen.loads.size and not len(sweep):
+            seen.add(np.pi * up_to, solver(up_to / 2))
         dynamic = np.array(answers[1:]).reshape(len(sweep), *answers[0].shape)
-        return cls(up_to, rows, C, F, inside, answers[0], sweep, dynamic)
+        return cls(up_to, rows, C, F, inside, answers[0], sweep, dynamic, seen)
 
     def compare(self, reduction: Reduction) -> ReductionError:
         """Measure one reduction."""
@@ -139,6 +179,7 @@ class _Reference:
         found = np.sort(reduction.frequency)[: len(self.frequency)]
         padded = np.concatenate([found, np.full(len(self.frequency) - len(found), np.inf)])
         missing = 1 - np.diag(compliance[0]) / np.diag(self.static)
+        seen = self.recovered
         return ReductionError(
             up_to=self.up_to,
             full=self.frequency,
@@ -146,6 +187,9 @@ class _Reference:
             static=np.abs(missing),
             sweep=self.sweep,
             dynamic=np.array(loose),
+            recoveries=tuple(seen.recovery.quantities),
+            recovery_at=np.array(seen.omega) / (2 * np.pi),
+            recovery=seen.errors(reduction),
         )
 
 
@@ -173,31 +217,34 @@ def _norm(A: np.ndarray, scale: np.ndarray) -> float:
 def to_target(
     model: FEModel,
     reduce: Callable[[int], Reduction],
-    target: float,
+    target: float | Mapping[str, float],
     up_to: float,
     modes: int = 5,
     algebra: Algebra = DIRECT,
+    recovery: ModelRecovery | None = None,
 ) -> tuple[Reduction, ReductionError]:
-    """Return the first reduction, with increasing numbers of modes, whose worst error is below `target`.
+    """Return the first reduction, with increasing numbers of modes, whose errors are below `target`.
 
     Parameters
     ----------
     model : FEModel
     reduce : callable
         ``reduce(modes) -> Reduction``.
-    target : float
-        Relative.
+    target : float or {name: float}
+        Relative: of the body (`ReductionError.worst`), or of the recoveries named; ``body`` stands for the former.
     up_to : float
         Hz.
     modes : int
         Initial number.
     algebra : Algebra
         Functions for factorisation and eigensolution.
+    recovery : ModelRecovery or None
+        Has the recoveries that `target` names.
 
     Raises
     ------
     InputError
-        When the target or `up_to` is not positive.
+        When the target or `up_to` is not positive, or a recovery is unknown.
     AccuracyError
         When more modes do not help.
 
@@ -210,17 +257,23 @@ def to_target(
     >>> bool(error.worst < 1e-3)
     True
     """
-    if not target > 0:
-        raise InputError(f"target_error = {target:g} must be positive")
-    reference = _Reference.of(model, up_to, 6, algebra)
+    targets = target if isinstance(target, Mapping) else {BODY: target}
+    for name, value in targets.items():
+        if not value > 0:
+            raise InputError(f"target_error = {value:g} must be positive")
+        refuse_unknown(name, [BODY, *(recovery.quantities if recovery else ())], "target_error: recovery")
+    whole = _Reference.of(model, up_to, 6, algebra, recovery)
     while True:
         reduction = reduce(modes)
-        error = reference.compare(reduction)
-        if error.worst < target:
+        error = whole.compare(reduction)
+        above = {name: error.worst_of(name) for name, limit in targets.items() if not error.worst_of(name) < limit}
+        if not above:
             return reduction, error
-        if modes >= min(MOST * GROWTH, len(reference.rows)):
+        if modes >= min(MOST * GROWTH, len(whole.rows)):
+            name, found = max(above.items(), key=lambda item: item[1] / targets[item[0]])
+            of = "" if name == BODY else f" of recovery {name!r}"
             raise AccuracyError(
-                f"with {modes} modes the error up to {up_to:g} Hz is still {error.worst:.1e}, above the target "
-                f"{target:g}; keep truncation vectors, or lower up_to"
+                f"with {modes} modes the error{of} up to {up_to:g} Hz is still {found:.1e}, above the target "
+                f"{targets[name]:g}; keep truncation vectors, or lower up_to"
             )
         modes = int(np.ceil(GROWTH * modes))

@@ -6,13 +6,17 @@ import numpy as np
 
 from modalprep.errors import InputError, MechanismError
 from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.reduction.basis import Reduction, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.craig_bampton import with_constraint_modes
 from modalprep.reduction.notes import completeness, fewer_modes, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
-from modalprep.reduction.selection import select
+from modalprep.reduction.recoveries.convergence import convergence
+from modalprep.reduction.recoveries.shares import recovery_shares
+from modalprep.reduction.recoveries.unit_loads import ACCELERATION, floating_loads
+from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
 from modalprep.suggest import refuse_other
 
@@ -25,6 +29,8 @@ def free_interface(
     *,
     modes: int,
     keep: str | list[int] = "all",
+    recovery: ModelRecovery | None = None,
+    up_to: float | None = None,
     solver: str = "auto",
     algebra: Algebra = DIRECT,
 ) -> Reduction:
@@ -40,6 +46,10 @@ def free_interface(
         Elastic free-free modes to compute as candidates.
     keep : str or list of int
         Which of them to keep (`selection.select`); they have no effective mass.
+    recovery : ModelRecovery or None
+        Quantities that `keep` may name, and whose convergence is followed; not accelerations, as there is no base.
+    up_to : float or None
+        Hz, of the harmonic loads for which that is estimated.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
         Functions for factorisation and eigensolution.
@@ -75,14 +85,17 @@ def free_interface(
     R = model.rigid_body()[model.free]
     w2, Phi, counted = _elastic_modes(clamped, R, modes, solver, algebra)
     F, x = _relieved(clamped, R)
-    candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi))
+    judged = _judged(clamped, w2, Phi, F, x, recovery)
+    candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi), judged)
     kind = f"elastic {FREE}"
     notes = (*fewer_modes(len(w2), modes, kind), *completeness(w2, counted, kind), *more_modes(keep, candidates, modes))
+    followed = convergence(*judged, candidates.kept, up_to) if judged else None
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
     W = W - R @ W[clamped.b[:6]]  # the root's DOFs are its rigid-body motion
     attached = [f"unit load {d} on interface {frame.name}" for frame in model.interfaces for d in DIRECTIONS]
-    return reduced("free_interface", clamped, W, candidates.with_rows(ATTACHMENT, attached), notes)
+    found = reduced("free_interface", clamped, W, candidates.with_rows(ATTACHMENT, attached), notes)
+    return found.with_(convergence=followed)
 
 
 def _elastic_modes(
@@ -115,9 +128,20 @@ def _relieved(clamped: Clamped, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return F, x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)
 
 
-def _candidates(model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static) -> ModeTable:
+def _judged(clamped: Clamped, w2, Phi, F, x, recovery: ModelRecovery | None) -> tuple | None:
+    """Return the recoveries but those of accelerations, and the loads under which modes are judged by them."""
+    quantities = {} if recovery is None else recovery.quantities
+    some = {name: quantity for name, quantity in quantities.items() if quantity.kind != ACCELERATION}
+    return (ModelRecovery(recovery.wanted, some), floating_loads(clamped, w2, Phi, F, x)) if some else None
+
+
+def _candidates(
+    model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static, judged: tuple | None
+) -> ModeTable:
     frequency, n = np.sqrt(w2) / (2 * np.pi), len(w2)
-    kept, reason = select(keep, frequency, None, static, *interface_shares(free_coupling(model, Phi), w2))
+    recovered = recovery_shares(*judged) if judged and recoveries_named(keep)[0] else None
+    shares = interface_shares(free_coupling(model, Phi), w2)
+    kept, reason = select(keep, frequency, None, static, *shares, recovered)
     return ModeTable(
         kind=(FREE,) * n,
         frequency=frequency,

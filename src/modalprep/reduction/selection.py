@@ -5,12 +5,16 @@ from __future__ import annotations
 import ast
 import operator
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.reduction.table import DIRECTIONS
+
+if TYPE_CHECKING:
+    from modalprep.reduction.recoveries.shares import Share
 
 OPERATORS: dict[type, tuple[Callable, str]] = {
     ast.Lt: (operator.lt, "<"),
@@ -21,8 +25,9 @@ OPERATORS: dict[type, tuple[Callable, str]] = {
 MIRRORED = {ast.Lt: ast.Gt, ast.LtE: ast.GtE, ast.Gt: ast.Lt, ast.GtE: ast.LtE}
 LARGEST = 1e300
 NOTHING = 1e-6  # fraction of the body's mass
+RECOVERY = "recovery"
 SHARES = ("effective_mass", "cumulative", "static", "controllability", "observability")
-VALUES = ("frequency", *SHARES, "mode")
+VALUES = ("frequency", *SHARES, RECOVERY, "mode")
 HELP = "write for example 'static > 1% or frequency < 500 Hz'"
 Values = dict[str, tuple[float, str]]
 
@@ -34,6 +39,7 @@ def select(
     static: np.ndarray | None = None,
     controllability: np.ndarray | None = None,
     observability: np.ndarray | None = None,
+    recovery: Mapping[str, Sequence[Share]] | None = None,
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """Return which modes satisfy the expression `keep`, and the reason for each.
 
@@ -51,12 +57,15 @@ def select(
         - ``static``, its largest fraction of the strain energy of the loads (interfaces, inertia, user);
         - ``controllability``, ``observability``: how strongly it answers to its interfaces and is seen there, over the
           strongest candidate (`participation.interface_shares`);
+        - ``recovery``, its largest share in any of the recoveries, ``recovery.NAME`` that in one of them
+          (`recoveries.shares`);
         - ``mode``, its number.
     frequency : (n,) Hz
     fraction : (n, 6)
         Effective mass over the body's total.
     static, controllability, observability : (n,)
         A selection variable that is not given (None) cannot be used.
+    recovery : {name: n shares}
 
     Raises
     ------
@@ -76,7 +85,7 @@ def select(
     if keep.strip() == "all":
         return np.ones(n, dtype=bool), ("all candidates kept",) * n
     tree = _parse(keep)
-    columns = _columns(frequency, fraction, static, controllability, observability)
+    columns = _columns(frequency, fraction, static, controllability, observability) | _recovered(recovery or {})
     _judge(tree, dict.fromkeys(columns, (0.0, "")))  # errors are reported without modes too
     verdicts = [_judge(tree, {name: column[k] for name, column in columns.items()}) for k in range(n)]
     return np.array([kept for kept, _ in verdicts], dtype=bool), tuple(reason for _, reason in verdicts)
@@ -85,6 +94,7 @@ def select(
 def _parse(keep: str) -> ast.expr:
     text = re.sub(r"(?<=[\d.])\s*Hz\b", "", keep)
     text = re.sub(r"([\d.]+(?:e[+-]?\d+)?)\s*%", r"(\1 * 0.01)", text)
+    text = re.sub(r"\brecovery\.(\w[\w-]*)", r"recovery['\1']", text)
     try:
         return ast.parse(text, mode="eval").body
     except (SyntaxError, RecursionError, MemoryError, ValueError):
@@ -113,6 +123,27 @@ def _columns(frequency, fraction, static, controllability, observability) -> dic
         if values is not None:
             columns[name] = [(v, f"{name} {100 * v:.3g}%") for v in values]
     return columns
+
+
+def _recovered(recovery: Mapping[str, Sequence[Share]]) -> dict[str, list[tuple[float, str]]]:
+    """Return the columns of each recovery, and of the largest share in any."""
+    columns = {f"{RECOVERY}.{name}": [(s.value, s.words()) for s in shares] for name, shares in recovery.items()}
+    if columns:
+        columns[RECOVERY] = [max(shares) for shares in zip(*columns.values(), strict=True)]
+    return columns
+
+
+def recoveries_named(keep: str | Sequence[int]) -> tuple[bool, tuple[str, ...]]:
+    """Return whether `keep` asks for recoveries, and which it names.
+
+    Examples
+    --------
+    >>> recoveries_named("recovery > 1% or recovery.struts > 5%"), recoveries_named([1, 2])
+    ((True, ('struts',)), (False, ()))
+    """
+    text = keep if isinstance(keep, str) else ""
+    named = re.findall(r"\brecovery(?:\.|\[['\"])(\w[\w-]*)", text)
+    return bool(re.search(r"\brecovery\b", text)), tuple(dict.fromkeys(named))
 
 
 def _largest(fraction: np.ndarray) -> list[tuple[float, str]]:
@@ -146,26 +177,34 @@ def _judge(node: ast.expr, values: Values) -> tuple[bool, str]:
         case ast.Compare(left=first, ops=[_, _, *_] as ops, comparators=others):
             pairs = zip([first, *others[:-1]], ops, others, strict=True)
             return _judge(ast.BoolOp(ast.And(), [ast.Compare(a, [op], [b]) for a, op, b in pairs]), values)
-        case ast.Compare(left=ast.Name(id=name), ops=[op], comparators=[number]) if (
-            name in VALUES and type(op) in OPERATORS
-        ):
-            return _compared(name, type(op), _number(number), values)
-        case ast.Compare(left=number, ops=[op], comparators=[ast.Name(id=name)]) if (
-            name in VALUES and type(op) in OPERATORS
-        ):
-            return _compared(name, MIRRORED[type(op)], _number(number), values)
+        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in OPERATORS:
+            if name := _variable(left):
+                return _compared(name, type(op), _number(right), values)
+            if name := _variable(right):
+                return _compared(name, MIRRORED[type(op)], _number(left), values)
     raise InputError(
         f"keep: {ast.unparse(node)[:60]!r} is not a comparison of {', '.join(VALUES[:-1])} or {VALUES[-1]}; {HELP}"
     )
 
 
+def _variable(node: ast.expr) -> str:
+    """Return the name of a selection variable; empty where it is none."""
+    match node:
+        case ast.Name(id=name) if name in VALUES:
+            return name
+        case ast.Subscript(value=ast.Name(id="recovery"), slice=ast.Constant(value=str() as name)):
+            return f"{RECOVERY}.{name}"
+    return ""
+
+
 def _compared(name: str, op: type, limit: float, values: Values) -> tuple[bool, str]:
     if name not in values:
-        raise InputError(f"keep: these modes have no {name}; they have {', '.join(values)}")
+        more = "; recoveries are [recovery.NAME] tables" if name.startswith(RECOVERY) else ""
+        raise InputError(f"keep: these modes have no {name}; they have {', '.join(values)}{more}")
     compare, sign = OPERATORS[op]
     value, words = values[name]
     kept = bool(compare(value, limit))
-    shown = f"{100 * limit:g}%" if name in SHARES else f"{limit:g}"
+    shown = f"{100 * limit:g}%" if name in SHARES or name.startswith(RECOVERY) else f"{limit:g}"
     return kept, f"{words} {sign} {shown}" if kept else f"{words}, not {sign} {shown}"
 
 

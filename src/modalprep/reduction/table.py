@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 FIXED, CONSTRAINT, TRUNCATION = "fixed-interface", "constraint", "truncation"
+BODY = "body"  # of a target error: frequencies, static responses and compliance
 FREE, ATTACHMENT, PROJECTED = "free-interface", "attachment", "projected"
 
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from modalprep.report.body_page.table import Table
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.reduction.error import ReductionError
+    from modalprep.reduction.recoveries.convergence import Convergence
 
 
 class Tables(NamedTuple):
@@ -33,7 +34,7 @@ NO_TABLES = Tables()
 
 @dataclass(frozen=True)
 class Built:
-    """A modal body with its file, checks, notes for the user, reduction error if measured, and tables of its model."""
+    """A modal body with its file, checks, notes for the user, and what was measured and tabled where it was."""
 
     body: FlexibleBody
     file: Path
@@ -41,6 +42,7 @@ class Built:
     notes: tuple[str, ...]
     error: ReductionError | None = None
     tables: Tables = NO_TABLES
+    convergence: Convergence | None = None
 
     @property
     def error_curves(self) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -50,7 +52,8 @@ class Built:
         found = {"frequencies": (self.error.full, self.error.frequency)}
         if len(self.error.sweep):
             found["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
-        return found
+        pairs = zip(self.error.recoveries, self.error.recovery, strict=True)
+        return found | {f"recovery {name}": (self.error.recovery_at, values) for name, values in pairs}
 
 
 def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:
@@ -63,8 +66,9 @@ def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
     tables = [[asdict(table) for table in part] for part in built.tables]
     said = json.dumps({"checks": [asdict(check) for check in built.checks], "notes": built.notes, "tables": tables})
     arrays = {"modal_file": np.frombuffer(built.file.read_bytes(), dtype=np.uint8), "said": np.array(said)}
-    if built.error is not None:
-        arrays |= {f"error_{f.name}": np.asarray(getattr(built.error, f.name)) for f in fields(built.error)}
+    for kind, record in (("error", built.error), ("convergence", built.convergence)):
+        if record is not None:
+            arrays |= {f"{kind}_{f.name}": np.asarray(getattr(record, f.name)) for f in fields(record)}
     cache.use.computed += 1
     cache.write(key, arrays, seconds)
 
@@ -72,6 +76,8 @@ def store_body(cache: Cache, key: str, built: Built, seconds: float) -> None:
 def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) -> Built | None:
     """Write the modal file of an entry as `file`, with its own provenance; None when there is no entry."""
     from modalprep.body.checks import Check
+    from modalprep.reduction.error import ReductionError
+    from modalprep.reduction.recoveries.convergence import Convergence
 
     found = cache.read(key)
     if found is None:
@@ -84,11 +90,12 @@ def recall_body(cache: Cache, key: str, file: Path, provenance: dict[str, str]) 
     cache.took(found)
     said = json.loads(str(found["said"]))
     tables = Tables(*([Table(**table) for table in part] for part in said["tables"]))
-    return Built(body, file, [Check(**check) for check in said["checks"]], tuple(said["notes"]), _error(found), tables)
+    measured = _record(ReductionError, "error", found), tables, _record(Convergence, "convergence", found)
+    return Built(body, file, [Check(**check) for check in said["checks"]], tuple(said["notes"]), *measured)
 
 
-def _error(found: dict[str, np.ndarray]) -> ReductionError | None:
-    from modalprep.reduction.error import ReductionError
-
-    values = {name.removeprefix("error_"): array for name, array in found.items() if name.startswith("error_")}
-    return ReductionError(**values | {"up_to": float(values["up_to"])}) if values else None
+def _record(of: type, kind: str, found: dict[str, np.ndarray]) -> Any:
+    """Return a record of numbers and names from the arrays of a cache entry; None where it has none."""
+    values = {name.removeprefix(f"{kind}_"): array for name, array in found.items() if name.startswith(f"{kind}_")}
+    plain = {name: tuple(array.tolist()) for name, array in values.items() if name in ("recoveries", "methods")}
+    return of(**values | plain | {"up_to": float(values["up_to"])}) if values else None

@@ -65,7 +65,7 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         done(2)
         stress = pipeline_stress(pipeline, mesh, model)
         recovery = pipeline_recovery(pipeline, mesh, model)
-        reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache))
+        reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache), recovery)
         done(4)
         name = pipeline.name or path.stem
         wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
@@ -76,7 +76,7 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
     notes = (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale))
-    return Built(body, file, checks, notes, error, tables)
+    return Built(body, file, checks, notes, error, tables, reduction.convergence)
 
 
 def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:

@@ -9,6 +9,7 @@ import numpy as np
 from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.mesh.mesh import Mesh
+from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.pipeline.build.model import connected_mesh, node_set
 from modalprep.pipeline.schema.base import naming
@@ -24,42 +25,52 @@ from modalprep.reduction.notes import dropped_in_band
 
 
 def reduce_model(
-    pipeline: Pipeline, mesh: Mesh, model: FEModel, algebra: Algebra = DIRECT
+    pipeline: Pipeline,
+    mesh: Mesh,
+    model: FEModel,
+    algebra: Algebra = DIRECT,
+    recovery: ModelRecovery | None = None,
 ) -> tuple[Reduction, ReductionError | None]:
     """Reduce the model by the file's options; with `up_to` also measure the error."""
     table, loads = pipeline.reduction, pipeline_loads(pipeline, mesh, model)
 
     def basis(modes: int) -> Reduction:
-        return _basis(table, model, modes, loads, algebra)
+        return _basis(table, model, modes, loads, algebra, recovery)
 
     if table.up_to is None:
         return basis(table.modes), None
     if table.target_error is not None:
-        found = to_target(model, basis, table.target_error, table.up_to, algebra=algebra)
+        found = to_target(model, basis, table.target_error, table.up_to, algebra=algebra, recovery=recovery)
     else:
         reduction = basis(table.modes)
-        found = reduction, reduction_error(model, reduction, table.up_to, algebra=algebra)
+        found = reduction, reduction_error(model, reduction, table.up_to, algebra=algebra, recovery=recovery)
     reduction, error = found
     notes = (*reduction.notes, *dropped_in_band(reduction.table, table.up_to), _statement(error))
     return reduction.with_(notes=notes), error
 
 
 def _basis(
-    table: ReductionTable, model: FEModel, modes: int, loads: Mapping[str, np.ndarray], algebra: Algebra
+    table: ReductionTable,
+    model: FEModel,
+    modes: int,
+    loads: Mapping[str, np.ndarray],
+    algebra: Algebra,
+    recovery: ModelRecovery | None,
 ) -> Reduction:
+    common = {"modes": modes, "algebra": algebra, "recovery": recovery, "up_to": table.up_to}
     match table.method:
         case "guyan":
             return guyan(model, algebra=algebra)
         case "irs":
             return improved_guyan(model, algebra=algebra)
         case "free_interface":
-            return free_interface(model, modes=modes, keep=table.keep, algebra=algebra)
-    vectors = table.truncation_vectors
-    return craig_bampton(model, modes=modes, keep=table.keep, truncation=vectors, loads=loads, algebra=algebra)
+            return free_interface(model, keep=table.keep, **common)
+    return craig_bampton(model, keep=table.keep, truncation=table.truncation_vectors, loads=loads, **common)
 
 
 def _statement(error: ReductionError) -> str:
     parts = {"frequencies": error.frequency, "static responses": error.static, "dynamic compliance": error.dynamic}
+    parts |= {f"recovery {name}": error.worst_of(name) for name in error.recoveries}
     worst = ", ".join(f"{name} {np.max(values, initial=0.0):.1e}" for name, values in parts.items())
     return (
         f"error against the full model below {error.up_to:g} Hz, where it has {len(error.full)} modes (counted by the "

@@ -34,6 +34,7 @@ from modalprep.pipeline.schema.system import (
     JointTable,
     SimulationTable,
 )
+from modalprep.reduction.selection import recoveries_named
 from modalprep.suggest import refuse_name, suggestion
 
 NAMED = {  # tables whose keys are names that channels, references and files carry
@@ -208,6 +209,16 @@ class Pipeline(ForceElements):
                     f"[recovery.{name}] of kind {table.kind!r} needs the elements of a [mesh]; [matrices] recover "
                     "reaction, acceleration and displacement"
                 )
+        return self
+
+    @model_validator(mode="after")
+    def _recoveries_are_there(self) -> Pipeline:
+        asked = recoveries_named(self.reduction.keep)[0] or bool(self.reduction.recoveries["target_error"])
+        if asked and not self.recovery:
+            raise ValueError("[reduction] chooses modes by recoveries, but there is no [recovery.NAME] table; add one")
+        for key, names in self.reduction.recoveries.items():
+            for name in (name for name in names if name not in self.recovery):
+                raise ValueError(f"[reduction] {key}: {suggestion(name, self.recovery, 'the recoveries are')}")
         return self
 
     def with_chains(self) -> Pipeline:

@@ -166,6 +166,16 @@ def level(value: float | str, unit: str, given: str | None) -> float:
     return found
 
 
+def _share(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    number = re.fullmatch(r"\s*([-+\d.eE]+)\s*(%?)\s*", value)
+    try:
+        return float(number[1]) * (0.01 if number[2] else 1.0)
+    except (TypeError, ValueError):
+        raise ValueError(f"{value!r} is no share; give a number such as 0.01, or '1%'") from None
+
+
 def or_expression(*units: str) -> BeforeValidator:
     """Return a validator for keys that may be expressions: text of a number and a unit becomes the number."""
 
@@ -229,6 +239,7 @@ Damping = quantity("N s/m")
 RotationalDamping = quantity("N m s/rad")
 AnyDamping = quantity("N s/m", "N m s/rad")
 Duration = quantity("s")
+Share = Annotated[float, BeforeValidator(_share), TEXT_TOO]
 Frequency = quantity("Hz")
 Angle = quantity("rad")
 AngularVelocity = quantity("rad/s")

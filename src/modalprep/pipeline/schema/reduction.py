@@ -17,10 +17,12 @@ from modalprep.pipeline.schema.quantities import (
     Length,
     Moment,
     PerTime,
+    Share,
     Stress,
     three,
 )
-from modalprep.reduction.table import DIRECTIONS
+from modalprep.reduction.selection import recoveries_named
+from modalprep.reduction.table import BODY, DIRECTIONS
 from modalprep.vectors import as_rotation
 
 Ratio = Annotated[float, Field(ge=0)]
@@ -52,6 +54,13 @@ DAMPING = (
 )
 
 
+TargetError = Annotated[
+    Annotated[Annotated[Share, Field(gt=0)], Tag("body")]
+    | Annotated[dict[str, Annotated[Share, Field(gt=0)]], Tag("recoveries")],
+    Discriminator(lambda value: "recoveries" if isinstance(value, dict) else "body"),
+]
+
+
 class ReductionTable(Table):
     """Reduction of the body."""
 
@@ -64,13 +73,16 @@ class ReductionTable(Table):
     keep: str | list[int] = Field(
         "all",
         description="which to keep, e.g. 'effective_mass > 0.1% or 20 < frequency < 500 Hz', or mode numbers; "
-        "values are frequency, effective_mass, cumulative, static, controllability, observability, mode",
+        "values are frequency, effective_mass, cumulative, static, controllability, observability, recovery, "
+        "recovery.NAME, mode",
     )
     up_to: Frequency | None = Field(
         None, gt=0, description="Hz, below which the error against the full model is measured"
     )
-    target_error: float | None = Field(
-        None, gt=0, description="use as many modes as this relative error needs, below up_to"
+    target_error: TargetError | None = Field(
+        None,
+        description="use as many modes as this relative error needs, below up_to; or a table with that of each "
+        "recovery named, such as { struts = '1%' }, in which body is the error of the body itself",
     )
     truncation_vectors: list[str] = Field(
         ["interfaces", "inertia"],
@@ -89,6 +101,15 @@ class ReductionTable(Table):
         if self.target_error is not None and self.up_to is None:
             raise ValueError("target_error needs up_to, the frequency (Hz) below which it applies")
         return self
+
+    @property
+    def recoveries(self) -> dict[str, tuple[str, ...]]:
+        """The recoveries that each key names."""
+        targets = self.target_error if isinstance(self.target_error, dict) else {}
+        return {
+            "keep": recoveries_named(self.keep)[1],
+            "target_error": tuple(name for name in targets if name != BODY),
+        }
 
 
 BODY_FILE = "modal file, or a body that another program has reduced: .op4, .bdf/.dat/.pch, .inp, .sid, .fem, .npz"

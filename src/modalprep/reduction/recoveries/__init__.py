@@ -1,0 +1,1 @@
+"""What modes contribute to the recovered quantities of a model: choice of modes, convergence, errors."""
