@@ -42,7 +42,7 @@ def compare(
     from modalprep.correlation import correlate
     from modalprep.pipeline.build.sources import refuse_overwriting
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.correlation import correlation_table, mac_plot
+    from modalprep.report.correlation.pairs import correlation_table, mac_plot
 
     reporter = Reporter(quiet=as_json)
     target = target or file.with_name(f"{file.stem}-against-{test.stem}.png")

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from modalprep.correlation.criteria import comac as comac
     from modalprep.correlation.criteria import cross_orthogonality as cross_orthogonality
     from modalprep.correlation.criteria import mac as mac
+    from modalprep.correlation.derivatives import Sensitivities as Sensitivities
+    from modalprep.correlation.derivatives import sensitivities as sensitivities
     from modalprep.correlation.measured import read_test_modes as read_test_modes
     from modalprep.correlation.mode_set import ModeSet as ModeSet
     from modalprep.correlation.mode_set import body_modes as body_modes
@@ -26,6 +28,7 @@ _NAMES = {
     "pairing": "Correlation correlate",
     "sensors": "choose_sensors expand synthetic_test",
     "tracking": "track_modes",
+    "derivatives": "Sensitivities sensitivities",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -13,6 +13,7 @@ from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 if TYPE_CHECKING:
+    from modalprep.correlation.derivatives import Sensitivities
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
     from modalprep.pipeline.build.synthesis import Synthesised
@@ -26,6 +27,7 @@ class Outcome:
 
     folder: Path
     built: Built | None = None
+    sensitivities: Sensitivities | None = None
     synthesised: Synthesised | None = None
     analysed: Analysed | None = None
     simulated: Simulated | None = None
@@ -77,6 +79,8 @@ def run_pipeline(
 
             try_ahead()
         _body(path, pipeline, outcome, reporter, cache)
+    if pipeline.sensitivities is not None:
+        _sensitivities(path, pipeline, outcome, reporter)
     if pipeline.synthesis is not None:
         _synthesis(path, pipeline, output, outcome, reporter)
     if pipeline.analysis is not None:
@@ -108,6 +112,20 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
         _tell((f"{target.name}: {text}" for text in lost_in(body, name)), outcome.notes, reporter)
     outcome.mass_plot = effective_mass_plot(body.modes, outcome.folder / f"{path.stem}-effective-mass.png")
     reporter.wrote(outcome.mass_plot)
+
+
+def _sensitivities(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.atomic import write_table
+    from modalprep.pipeline.build.sensitivity import pipeline_sensitivities
+    from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_table
+
+    found = outcome.sensitivities = pipeline_sensitivities(path, pipeline)
+    sensitivity_table(found, reporter.console)
+    outcome.notes += found.notes
+    rows, stem = found.rows(), outcome.folder / f"{path.stem}-sensitivities"
+    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], stem.with_suffix(".csv")))
+    reporter.wrote(sensitivity_plot(found, stem.with_suffix(".png")))
+    outcome.plots.append(("Sensitivity of the frequencies", stem.with_suffix(".png")))
 
 
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
@@ -150,7 +168,7 @@ def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Ou
 
     outcome.simulated = simulate_pipeline(path, output, reporter)
     outcome.notes += outcome.simulated.notes
-    outcome.plots = plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
+    outcome.plots += plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
     film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
+from modalprep.fe.assembly.parts import Elements
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import MassTensor
@@ -57,6 +58,8 @@ class FEModel(Record):
         The root interface in mesh coordinates, m.
     strain_energy : StrainEnergy or None
         ``Phi (n_dof, n) -> {type: (n_cells, n)}``; None where the elements are not known.
+    elements : Elements or None
+        The elements with their properties; None where they are not known.
     source : dict of str
         Name and hash of the mesh.
     notes : tuple of str
@@ -90,6 +93,7 @@ class FEModel(Record):
     rotating_mass: RotatingMass
     origin: np.ndarray
     strain_energy: StrainEnergy | None = None
+    elements: Elements | None = None
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
