@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from modalprep.correlation.sensors import choose_sensors as choose_sensors
     from modalprep.correlation.sensors import expand as expand
     from modalprep.correlation.sensors import synthetic_test as synthetic_test
+    from modalprep.correlation.study import Study as Study
+    from modalprep.correlation.tracking import Tracks as Tracks
     from modalprep.correlation.tracking import track_modes as track_modes
 
 _NAMES = {
@@ -27,7 +29,8 @@ _NAMES = {
     "criteria": "mac comac cross_orthogonality",
     "pairing": "Correlation correlate",
     "sensors": "choose_sensors expand synthetic_test",
-    "tracking": "track_modes",
+    "study": "Study",
+    "tracking": "Tracks track_modes",
     "derivatives": "Sensitivities sensitivities",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

@@ -122,10 +122,13 @@ def _sensitivities(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: R
     found = outcome.sensitivities = pipeline_sensitivities(path, pipeline)
     sensitivity_table(found, reporter.console)
     outcome.notes += found.notes
-    rows, stem = found.rows(), outcome.folder / f"{path.stem}-sensitivities"
-    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], stem.with_suffix(".csv")))
-    reporter.wrote(sensitivity_plot(found, stem.with_suffix(".png")))
-    outcome.plots.append(("Sensitivity of the frequencies", stem.with_suffix(".png")))
+    rows, table, chart = (
+        found.rows(),
+        *(outcome.folder / f"{path.stem}-sensitivities.{kind}" for kind in ("csv", "png")),
+    )
+    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], table))
+    reporter.wrote(sensitivity_plot(found, chart))
+    outcome.plots.append(("Sensitivity of the frequencies", chart))
 
 
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
