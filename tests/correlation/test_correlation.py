@@ -201,12 +201,45 @@ def test_modes_keep_their_number_through_a_crossing():
         for j, h in enumerate(heights):
             modes, family = rectangular_beam(b, h)
             grid[i, j], families[i, j] = modes, family
-    number, certainty = track_modes(grid)
-    name = dict(zip(number[0, 0].tolist(), families[0, 0], strict=True))
-    for place, found in number.items():
-        assert [name[k] for k in found.tolist()] == families[place]
-        assert certainty[place].min() > 0.99
+    found = track_modes(grid)
+    name = dict(zip(found.number[0, 0].tolist(), families[0, 0], strict=True))
+    for place, numbers in found.number.items():
+        assert [name[k] for k in numbers.tolist()] == families[place]
+        assert found.certainty[place].min() > 0.99
+    assert not found.conflicts
     assert families[0, 0] != families[3, 0]  # there is a crossing to pass
+
+
+def test_a_mode_that_leaves_the_list_is_followed_and_another_one_begins():
+    """Of the four lowest modes of a flat section that becomes a square, the third of one plane leaves the list."""
+    grid = {(k,): rectangular_beam(b, 0.1)[0].select(np.arange(4)) for k, b in enumerate([0.03, 0.045, 0.07, 0.1])}
+    families = [rectangular_beam(b, 0.1)[1][:4] for b in (0.03, 0.045, 0.07, 0.1)]
+    found = track_modes(grid)
+    name: dict[int, tuple] = {}
+    for k, family in enumerate(families):
+        for number, own in zip(found.number[k,].tolist(), family, strict=True):
+            assert name.setdefault(number, own) == own
+    assert found.count == len(name) == 5
+    assert not found.guesses
+
+
+def test_modes_that_depend_on_the_way_are_conflicts():
+    """Two shapes that turn by half a right angle from case to case around a square: a full turn exchanges them."""
+    points = np.zeros((1, 3))
+
+    def turned(angle):
+        shape = np.zeros((1, 3, 2))
+        shape[0, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+        return mp.correlation.ModeSet(
+            name="pair", points=points, shape=shape, frequency=np.ones(2), damping=np.zeros(2), labels=np.arange(1),
+            lines=np.zeros((0, 2), dtype=int),
+        )  # fmt: skip
+
+    ring = {(0, 0): 0.0, (1, 0): 30.0, (1, 1): 60.0, (0, 1): 90.0}
+    found = track_modes({place: turned(np.radians(angle)) for place, angle in ring.items()})
+    assert len(found.conflicts) == 2
+    assert not found.guesses  # cos^2 30 = 0.75
+    assert len(track_modes({(0,): turned(0.0), (1,): turned(0.75)}).guesses) == 2
 
 
 def rectangular_beam(b, h):

@@ -20,18 +20,19 @@ MAY_IMPORT = {
     "multibody": BASE | {"body"},
     "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody"},
     "ensemble": BASE | {"multibody", "formats"},
-    "correlation": BASE | {"body"},
+    "correlation": BASE | {"body", "fe", "linalg"},
     "response": BASE | {"body", "reduction"},
     "report": BASE | {"correlation", "response", "fe", "body", "reduction", "multibody", "formats", "ensemble"},
     "pipeline": BASE
-    | {"body", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report", "response", "supplied"},
+    | {"body", "correlation", "ensemble", "fe", "formats", "linalg", "multibody", "reduction", "report"}
+    | {"response", "supplied"},
 }
 # The folders of a package, and the files beside them, from the lowest to the highest.
 LAYERS = {
     "fe": (
         "properties", "mesh", "links", "features", "quality", "elements", "elements.shells", "families",
         "readers.coverage", "readers.units", "readers.systems", "readers.nastran", "readers.abaqus", "readers.ansys",
-        "readers", "generation", "assembly", "recovery", "external",
+        "readers", "generation", "assembly", "recovery", "sensitivity", "external",
     ),
     "multibody": (
         "model", "kernels.algebra", "kernels", "kernels.closed_loops", "kernels.loads", "packing", "elements",

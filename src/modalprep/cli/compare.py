@@ -28,6 +28,15 @@ def compare(
     origin: Annotated[
         str, typer.Option("--origin", help="X,Y,Z of the body's frame in the axes of the test, in m.")
     ] = "0,0,0",
+    axes: Annotated[
+        str, typer.Option("--axes", help="Axes x, y, z of the body in those of the test, such as y,-x,z.")
+    ] = "x,y,z",
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            "--tolerance", help="Largest distance of a sensor from its node in m; the default is 5 % of the size."
+        ),
+    ] = None,
     length_unit: Annotated[
         str | None, typer.Option("--length-unit", help="Of the test file; the default is what the file says, or m.")
     ] = None,
@@ -40,9 +49,10 @@ def compare(
     """
     from modalprep.atomic import write_table
     from modalprep.correlation import correlate
+    from modalprep.correlation.axes import turned_axes
     from modalprep.pipeline.build.sources import refuse_overwriting
     from modalprep.pipeline.console import Reporter
-    from modalprep.report.correlation import correlation_table, mac_plot
+    from modalprep.report.correlation.pairs import correlation_table, mac_plot
 
     reporter = Reporter(quiet=as_json)
     target = target or file.with_name(f"{file.stem}-against-{test.stem}.png")
@@ -50,7 +60,8 @@ def compare(
     refuse_overwriting([target, table], [file, test])
     analysis = _modes_of_body(file, boundary, modes)
     measured = _measured(test, boundary, length_unit)
-    found = correlate(measured, analysis, origin=_three(origin), smallest_mac=smallest_mac)
+    place = {"origin": _three(origin), "rotation": turned_axes(axes), "tolerance": tolerance}
+    found = correlate(measured, analysis, **place, smallest_mac=smallest_mac)
     correlation_table(found, reporter.console)
     reporter.wrote(mac_plot(found, target))
     rows = found.rows()

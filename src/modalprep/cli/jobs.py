@@ -11,6 +11,8 @@ from modalprep.cli.common import Json, Output, Pdf, PipelineFile, Quiet, Setting
 from modalprep.report import summary
 
 if TYPE_CHECKING:
+    from modalprep.pipeline.batch.batch import Batch
+    from modalprep.pipeline.batch.job import Job
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.schema.pipeline import Pipeline
     from modalprep.pipeline.strength import Strength
@@ -81,6 +83,12 @@ def batch(
         str | None,
         typer.Option("--scheduler", help="Dask scheduler that runs the jobs instead, such as tcp://host:8786."),
     ] = None,
+    track: Annotated[
+        str | None,
+        typer.Option(
+            "--track", help="Follow the modes over each [grid] by their shapes: clamped at the root, or free."
+        ),
+    ] = None,
     listing: Annotated[bool, typer.Option("--list", help="Print the jobs and run none.")] = False,
     quiet: Quiet = False,
     as_json: Json = False,
@@ -101,12 +109,17 @@ def batch(
     if no_cache and cache:
         raise InputError("--no-cache and --cache contradict each other; give one of them")
     reporter, planned = Reporter(quiet=as_json or quiet), plan_batch(files, output)
+    tracked = _tracked(planned, track)
     if listing:
         done = list_batch(planned, reporter)
     else:
         folder = None if no_cache else cache or planned.folder / ".cache"
         limit = cache_size * 2**30
         done = run_batch(planned, reporter, jobs=jobs or 1, scheduler=scheduler, cache=folder, limit=limit)
+    if tracked and not listing:
+        from modalprep.pipeline.batch.tracks import follow
+
+        done["tracked"] = [follow(grid, track, reporter) for grid in tracked]
     if as_json:
         print_json(done)
     unwritten = sum(row.get("error") == OutputError.__name__ for row in done["jobs"])
@@ -115,6 +128,14 @@ def batch(
         raise OutputError(f"cannot write the files of {jobs_lost}; make room, or choose another --output folder")
     if not listing and done["failed"]:
         raise typer.Exit(1)
+
+
+def _tracked(planned: Batch, track: str | None) -> list[list[Job]]:
+    if track is None:
+        return []
+    from modalprep.pipeline.batch.tracks import grids
+
+    return grids(planned, track)
 
 
 @app.command()

@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from modalprep.correlation.criteria import comac as comac
     from modalprep.correlation.criteria import cross_orthogonality as cross_orthogonality
     from modalprep.correlation.criteria import mac as mac
+    from modalprep.correlation.derivatives import Sensitivities as Sensitivities
+    from modalprep.correlation.derivatives import sensitivities as sensitivities
     from modalprep.correlation.measured import read_test_modes as read_test_modes
     from modalprep.correlation.mode_set import ModeSet as ModeSet
     from modalprep.correlation.mode_set import body_modes as body_modes
@@ -17,6 +19,8 @@ if TYPE_CHECKING:
     from modalprep.correlation.sensors import choose_sensors as choose_sensors
     from modalprep.correlation.sensors import expand as expand
     from modalprep.correlation.sensors import synthetic_test as synthetic_test
+    from modalprep.correlation.study import Study as Study
+    from modalprep.correlation.tracking import Tracks as Tracks
     from modalprep.correlation.tracking import track_modes as track_modes
 
 _NAMES = {
@@ -25,7 +29,9 @@ _NAMES = {
     "criteria": "mac comac cross_orthogonality",
     "pairing": "Correlation correlate",
     "sensors": "choose_sensors expand synthetic_test",
-    "tracking": "track_modes",
+    "study": "Study",
+    "tracking": "Tracks track_modes",
+    "derivatives": "Sensitivities sensitivities",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

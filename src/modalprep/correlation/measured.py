@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from modalprep.correlation.axes import component_axes, node_systems, placed
 from modalprep.correlation.mode_set import ModeSet
 from modalprep.errors import InputError
 from modalprep.suggest import refuse_missing
@@ -32,16 +33,17 @@ def read_test_modes(path: str | Path, *, length: float | None = None) -> ModeSet
     -------
     ModeSet
         In order of frequency. A component that is zero in all modes was not measured. Shapes stay complex where the
-        file has complex modes; their damping is that of the pole, ``-Re / |pole|``.
+        file has complex modes; their damping is that of the pole, ``-Re / |pole|``. Components along axes of their own
+        (displacement coordinate systems of the nodes, dataset 2420) have these as `axes`.
 
     Raises
     ------
     InputError
-        When the file is missing, damaged, or has no modes or no nodes.
+        When the file is missing, damaged, has no modes or no nodes, or coordinate systems that are not known.
 
     References
     ----------
-    Universal file datasets 15, 55, 82, 164, 2411 (University of Cincinnati, Structural Dynamics Research Lab).
+    Universal file datasets 15, 55, 82, 164, 2411, 2420 (University of Cincinnati, Structural Dynamics Research Lab).
     """
     path = Path(path)
     refuse_missing(path, "universal file")
@@ -61,7 +63,7 @@ def read_test_modes(path: str | Path, *, length: float | None = None) -> ModeSet
 def _datasets(path: Path) -> list[dict[str, Any]]:
     import pyuff
 
-    wanted = {*NODES, SHAPES, TRACES, UNITS}
+    wanted = {*NODES, SHAPES, TRACES, SYSTEMS, UNITS}
     try:
         file = pyuff.UFF(str(path))
         found = [file.read_sets(k) for k, kind in enumerate(file.get_set_types()) if int(kind) in wanted]
@@ -76,7 +78,9 @@ def _modes(path: Path, sets: list, nodes: dict, shapes: list[dict], length: floa
     labels = np.asarray(nodes["node_nums"]).astype(int)
     if length is None:
         length = next((1 / float(s["length"]) for s in sets if s["type"] == UNITS and s.get("length")), 1.0)
-    points = length * np.stack([np.asarray(nodes[axis], dtype=float) for axis in "xyz"], axis=1)
+    systems = node_systems(path, [s for s in sets if s["type"] == SYSTEMS], length)
+    points = placed(path, nodes, systems, length)
+    axes = component_axes(path, nodes, systems, points)
     row = {label: k for k, label in enumerate(labels.tolist())}
     columns, poles = [], []
     for shape in shapes:
@@ -92,6 +96,7 @@ def _modes(path: Path, sets: list, nodes: dict, shapes: list[dict], length: floa
     return ModeSet(
         name=path.stem, points=points[known], shape=table[known][:, :, order], frequency=frequency[order],
         damping=damping[order], labels=labels[known], lines=_lines(sets, keep),
+        axes=None if axes is None else axes[known],
     )  # fmt: skip
 
 

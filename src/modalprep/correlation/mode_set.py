@@ -25,7 +25,7 @@ class ModeSet(Record):
     points : (p, 3)
         m.
     shape : (p, 3, n) float or complex
-        Displacements in the axes of the points; 1/sqrt(kg) where `unit_mass`, else of any scale.
+        Displacements along the axes of the points; 1/sqrt(kg) where `unit_mass`, else of any scale.
     frequency : (n,)
         Hz.
     damping : (n,)
@@ -36,6 +36,8 @@ class ModeSet(Record):
         Pairs of points that a picture joins.
     unit_mass : bool
         Whether the modal mass of each shape is 1 kg.
+    axes : (p, 3, 3) or None
+        Directions of the three components of each point, by rows; None: x, y, z.
 
     Examples
     --------
@@ -52,6 +54,7 @@ class ModeSet(Record):
     labels: np.ndarray
     lines: np.ndarray
     unit_mass: bool = False
+    axes: np.ndarray | None = None
 
     def __repr__(self) -> str:
         """Name, frequency range, and what is measured."""
@@ -77,6 +80,35 @@ class ModeSet(Record):
         ModeSet
         """
         return self.with_(shape=self.shape[:, :, modes], frequency=self.frequency[modes], damping=self.damping[modes])
+
+    def moved(self, origin: np.ndarray, rotation: np.ndarray) -> ModeSet:
+        """Return the modes in another frame at `origin` (3,), m, whose axes in the present ones are the rows (3, 3).
+
+        Returns
+        -------
+        ModeSet
+        """
+        axes = None if self.axes is None and np.array_equal(rotation, np.eye(3)) else self._directions @ rotation.T
+        return self.with_(points=(self.points - origin) @ rotation.T, axes=axes)
+
+    @property
+    def _directions(self) -> np.ndarray:
+        return np.tile(np.eye(3), (len(self.points), 1, 1)) if self.axes is None else self.axes
+
+    @property
+    def vectors(self) -> np.ndarray:
+        """Displacements (p, 3, n) along x, y, z; components that were not measured count as zero."""
+        known = np.nan_to_num(self.shape)
+        return known if self.axes is None else np.einsum("pab,pan->pbn", self.axes, known)
+
+    def sees(self, shape: np.ndarray) -> np.ndarray:
+        """Return the components (p, 3, n) that the points measure of displacements along x, y, z.
+
+        Returns
+        -------
+        (p, 3, n)
+        """
+        return shape if self.axes is None else np.einsum("pab,pbn->pan", self.axes, shape)
 
     def real(self) -> ModeSet:
         """Return real modes: each complex shape turned to the phase in which it is largest.

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
-from scipy.spatial import cKDTree
 
 from modalprep.correlation.criteria import comac, cross_orthogonality, mac
 from modalprep.correlation.mode_set import ModeSet
+from modalprep.correlation.places import in_frame, nearest, said_of_places
 from modalprep.errors import InputError
 from modalprep.notebook import html_table
 from modalprep.records import Record
 
-FAR = 0.05  # of the size of the analysis: a sensor farther from all nodes does not belong to it
 PAIRED = 0.5  # smallest MAC of a pair
 
 
@@ -26,7 +25,7 @@ class Correlation(Record):
     Attributes
     ----------
     test, analysis : ModeSet
-        Real modes; the analysis at the sensors, with the components that the test has.
+        Real modes in the frame of the analysis; the analysis at the sensors, with the components that the test has.
     node : (p,) int
         Row of the analysis point that stands for each test point.
     distance : (p,)
@@ -112,18 +111,25 @@ def correlate(
     analysis: ModeSet,
     *,
     origin: Sequence[float] = (0.0, 0.0, 0.0),
+    rotation: np.ndarray | None = None,
+    tolerance: float | None = None,
     smallest_mac: float = PAIRED,
 ) -> Correlation:
     """Compare test modes with analysis modes at the sensors of the test.
 
-    Each sensor takes the nearest point of the analysis. Modes are paired so that the sum of the MAC is largest.
+    Each sensor takes the nearest point of the analysis, whatever the numbers of the nodes. Modes are paired so that the
+    sum of the MAC is largest.
 
     Parameters
     ----------
     test, analysis : ModeSet
         Complex test modes are compared in their real part, after a rotation of phase.
     origin : (3,)
-        Of the analysis frame in the axes of the test, m; the axes of both are parallel.
+        Of the analysis frame in the axes of the test, m.
+    rotation : (3, 3), optional
+        Axes x, y, z of the analysis frame in those of the test, by rows; default: they are parallel.
+    tolerance : float, optional
+        m, largest distance of a sensor from its point; default: 5 % of the size of the analysis.
     smallest_mac : float
         Pairs below it are dropped.
 
@@ -134,22 +140,25 @@ def correlate(
     Raises
     ------
     InputError
-        When a sensor is far from all points of the analysis, or no component is measured.
+        When a sensor is far from all points of the analysis, or no component is measured; where another unit of length
+        or other axes would fit, the message says so.
 
     References
     ----------
     D. J. Ewins, Modal Testing, 2nd ed., Research Studies Press 2000, chapter 5.
     """
-    node, distance = _nearest(test, analysis, np.asarray(origin, dtype=float))
-    notes = [f"the largest distance of a sensor from its point is {distance.max():.3g} m"] if distance.max() else []
+    test = in_frame(test, origin, rotation)
+    node, distance = nearest(test, analysis, tolerance)
+    notes = said_of_places(test, node, distance)
     if np.iscomplexobj(test.shape):
         notes.append("complex test modes are compared by their real part, each turned to its main phase")
     test = test.real()
     known = test.measured
     if not known.any():
         raise InputError(f"{test.name}: no component is measured in all modes")
-    at_sensors = np.where(known[:, :, None], analysis.shape[node], np.nan)
-    analysis = analysis.with_(points=analysis.points[node], labels=analysis.labels[node], shape=at_sensors)
+    at_sensors = np.where(known[:, :, None], test.sees(analysis.shape[node]), np.nan)
+    places = {"points": analysis.points[node], "labels": analysis.labels[node]}
+    analysis = analysis.with_(**places, shape=at_sensors, axes=test.axes)
     a, b = test.shape[known], analysis.shape[known]
     table = mac(a, b)
     pairs = _paired(table, smallest_mac)
@@ -161,21 +170,6 @@ def correlate(
         test=test, analysis=analysis, node=node, distance=distance, mac=table, pairs=pairs,
         cross_orthogonality=cross, comac=by_component, notes=tuple(notes),
     )  # fmt: skip
-
-
-def _nearest(test: ModeSet, analysis: ModeSet, origin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    if origin.shape != (3,) or not np.isfinite(origin).all():
-        raise InputError(f"origin has shape {origin.shape}; give three finite coordinates in m")
-    distance, node = cKDTree(analysis.points).query(test.points - origin)
-    size = float(np.ptp(analysis.points, axis=0).max())
-    if distance.max() > FAR * size:
-        worst = int(np.argmax(distance))
-        raise InputError(
-            f"sensor {test.labels[worst]} of {test.name} lies {distance[worst]:.3g} m from the nearest point of "
-            f"{analysis.name}, whose size is {size:.3g} m; give the unit of length, or the origin of the body's frame "
-            "in the axes of the test"
-        )
-    return node, distance
 
 
 def _paired(table: np.ndarray, smallest: float) -> np.ndarray:

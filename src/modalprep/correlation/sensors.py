@@ -112,12 +112,13 @@ def expand(test: ModeSet, node: np.ndarray, analysis: ModeSet) -> ModeSet:
     True
     """
     known = test.measured
-    weights = sensor_inverse(analysis.shape[node][known]) @ test.shape[known]
+    weights = sensor_inverse(test.sees(analysis.shape[node])[known]) @ test.shape[known]
     return test.with_(
         points=analysis.points,
         labels=analysis.labels,
         shape=analysis.shape @ weights,
         lines=np.zeros((0, 2), dtype=int),
+        axes=None,
     )
 
 

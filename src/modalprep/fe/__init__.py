@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from modalprep.fe.recovery.recover import ModelRecovery as ModelRecovery
     from modalprep.fe.recovery.recover import Recover as Recover
     from modalprep.fe.recovery.recover import model_recovery as model_recovery
+    from modalprep.fe.sensitivity.parameters import ModelParameter as ModelParameter
 
 _NAMES = {
     "mesh.mesh": "Mesh Link Equation SupportSet",
@@ -46,6 +47,7 @@ _NAMES = {
     "assembly.stress_recovery": "StressPoint StressRecovery Stress stress_recovery",
     "recovery.fields": "Fields Quantity",
     "recovery.recover": "Recover ModelRecovery model_recovery",
+    "sensitivity.parameters": "ModelParameter",
     "external.files": "Matrices read_matrices",
     "external.model": "model_from_matrices",
 }

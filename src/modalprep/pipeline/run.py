@@ -13,6 +13,7 @@ from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
 if TYPE_CHECKING:
+    from modalprep.correlation.derivatives import Sensitivities
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
     from modalprep.pipeline.build.responses import Responded
@@ -29,6 +30,7 @@ class Outcome:
 
     folder: Path
     built: Built | None = None
+    sensitivities: Sensitivities | None = None
     synthesised: Synthesised | None = None
     analysed: Analysed | None = None
     simulated: Simulated | None = None
@@ -87,6 +89,8 @@ def run_pipeline(
 
             try_ahead()
         _body(path, pipeline, outcome, reporter, cache)
+    if pipeline.sensitivities is not None:
+        _sensitivities(path, pipeline, outcome, reporter)
     if pipeline.synthesis is not None:
         _synthesis(path, pipeline, output, outcome, reporter)
     if pipeline.analysis is not None:
@@ -131,6 +135,23 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
             _tell((f"response {found.name}: {note}" for note in found.response.notes), outcome.notes, reporter)
 
 
+def _sensitivities(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
+    from modalprep.atomic import write_table
+    from modalprep.pipeline.build.sensitivity import pipeline_sensitivities
+    from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_table
+
+    found = outcome.sensitivities = pipeline_sensitivities(path, pipeline)
+    sensitivity_table(found, reporter.console)
+    outcome.notes += found.notes
+    rows, table, chart = (
+        found.rows(),
+        *(outcome.folder / f"{path.stem}-sensitivities.{kind}" for kind in ("csv", "png")),
+    )
+    reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], table))
+    reporter.wrote(sensitivity_plot(found, chart))
+    outcome.plots.append(("Sensitivity of the frequencies", chart))
+
+
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
     for note in said:
         notes.append(note)
@@ -171,7 +192,7 @@ def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Ou
 
     outcome.simulated = simulate_pipeline(path, output, reporter)
     outcome.notes += outcome.simulated.notes
-    outcome.plots = plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
+    outcome.plots += plot_runs(path, pipeline, outcome.simulated, outcome.folder, reporter)
     film_run(path, pipeline, outcome.simulated, outcome.folder, reporter, outcome.notes)
 
 

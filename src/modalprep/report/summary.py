@@ -15,6 +15,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "frequency": built.body.frequency.tolist() if built else [],
         "mass": built.body.m if built else None,
         "checks": [vars(c) | {"passed": c.passed} for c in built.checks] if built else [],
+        "sensitivities": plain(outcome.sensitivities.rows()) if outcome.sensitivities else [],
         "system": outcome.synthesised.summary() if outcome.synthesised else {},
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
         "runs": runs(simulated) if simulated else {},

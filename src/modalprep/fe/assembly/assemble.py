@@ -12,7 +12,7 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.assembly.parts import Part, find_parts, refuse_disconnected, used_nodes
+from modalprep.fe.assembly.parts import Elements, Part, find_parts, refuse_disconnected, used_nodes
 from modalprep.fe.assembly.placing import Placed, place
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.rotation_continuity import hidden_hinges
@@ -187,6 +187,7 @@ def _sum(mesh, parts, dof, rule, origin, placed: Placed, notes) -> FEModel:
         rotating_mass=RotatingMass(inertias, dof),
         strain_energy=StrainEnergy([part.kind for part, _ in built], blocks, dof),
         groups=Groups([part.group for part, _ in built], [part.kind for part, _ in built], inertias, masses, dof),
+        elements=Elements(tuple(parts), rule),
         origin=origin,
         source={"mesh": mesh.source, "mesh_sha256": mesh.sha256},
         notes=(*notes, *constraints.notes),

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from modalprep.drawing import draw
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
+from modalprep.fe.assembly.parts import Elements
 from modalprep.fe.assembly.rotating_mass import RotatingMass
 from modalprep.fe.assembly.strain_energy import StrainEnergy
 from modalprep.fe.assembly.totals import MassTensor
@@ -62,6 +63,8 @@ class FEModel(Record):
         ``Phi (n_dof, n) -> {type: (n_cells, n)}``; None where the elements are not known.
     groups : Groups or None
         Mass and kinetic energy of the mesh groups; None where the elements are not known.
+    elements : Elements or None
+        The elements with their properties; None where they are not known.
     source : dict of str
         Name and hash of the mesh.
     notes : tuple of str
@@ -96,6 +99,7 @@ class FEModel(Record):
     origin: np.ndarray
     strain_energy: StrainEnergy | None = None
     groups: Groups | None = None
+    elements: Elements | None = None
     source: dict[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 

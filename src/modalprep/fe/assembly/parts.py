@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from modalprep.errors import InputError
 from modalprep.fe.elements.block import Block
+from modalprep.fe.elements.distribution import MassRule
 from modalprep.fe.families import FAMILIES
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.fe.mesh.mesh import Mesh
@@ -62,6 +64,19 @@ class Part:
     def family(self) -> type[Block]:
         """What evaluates these elements."""
         return FAMILIES[type(self.section)][self.kind]
+
+
+class Elements(NamedTuple):
+    """The elements of a model with their properties: what can be evaluated again with other ones.
+
+    Attributes
+    ----------
+    parts : tuple of Part
+    rule : MassRule
+    """
+
+    parts: tuple[Part, ...]
+    rule: MassRule
 
 
 def find_parts(mesh: Mesh, properties: Mapping[str, Property], boundary: set[str]) -> tuple[list[Part], list[str]]:

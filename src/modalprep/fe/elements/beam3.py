@@ -85,7 +85,8 @@ class ThreeNodeBeamBlock:
     def mass(self) -> MassObjects:
         """Every mass object of theory 1."""
         ne, parts = len(self.nodes), [block.mass() for block in self.halves]
-        g, h, pairs = np.zeros((ne, 18, 3)), np.zeros((ne, 18, 3, 3)), np.zeros((ne, 6, 18, 18))
+        shapes = (ne, 18, 3), (ne, 18, 3, 3), (ne, 6, 18, 18)
+        g, h, pairs = (np.zeros(shape, dtype=parts[0].g.dtype) for shape in shapes)
         for part, dofs in zip(parts, DOFS, strict=True):
             g[:, dofs] += part.g
             h[:, dofs] += part.h
@@ -118,7 +119,7 @@ class ThreeNodeBeamBlock:
         return replace(self, nodes=self.nodes[some], halves=tuple(block.piece(some) for block in self.halves))
 
     def _summed(self, parts: list[np.ndarray]) -> np.ndarray:
-        K = np.zeros((len(self.nodes), 18, 18))
+        K = np.zeros((len(self.nodes), 18, 18), dtype=parts[0].dtype)
         for part, dofs in zip(parts, DOFS, strict=True):
             K[:, dofs[:, None], dofs] += part
         return K

@@ -135,7 +135,7 @@ def mass_from_samples(s: MassSamples) -> MassObjects:
     weighted = s.weight[..., None] * shape
     g = (s.unit @ weighted).transpose(1, 2, 0)
     h = np.swapaxes(s.position, 1, 2) @ weighted  # (3 of a, ne, 3 of b, nl)
-    pairs = np.empty((len(s.weight), len(PAIRS), *2 * shape.shape[3:]))
+    pairs = np.empty((len(s.weight), len(PAIRS), *2 * shape.shape[3:]), dtype=weighted.dtype)
     for k, (a, b) in enumerate(PAIRS):
         values = np.swapaxes(shape[a], 1, 2) @ weighted[b]
         pairs[:, k] = (values + values.transpose(0, 2, 1)) / 2 if a == b else values  # symmetric to the last bit
@@ -146,4 +146,4 @@ def mass_from_samples(s: MassSamples) -> MassObjects:
 def rigid_from_samples(weight: np.ndarray, unit: np.ndarray, position: np.ndarray) -> RigidInertia:
     """Mass, first and second moments of the samples."""
     at, mass = position.reshape(-1, 3), weight.reshape(-1, 1)
-    return RigidInertia(m=float(np.sum(weight @ unit)), s0=(weight * unit).reshape(-1) @ at, E0=at.T @ (mass * at))
+    return RigidInertia(m=np.sum(weight @ unit).item(), s0=(weight * unit).reshape(-1) @ at, E0=at.T @ (mass * at))

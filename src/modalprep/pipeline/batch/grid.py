@@ -16,7 +16,7 @@ from pydantic import ValidationError
 
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
-from modalprep.pipeline.batch.job import Job, relative
+from modalprep.pipeline.batch.job import Cell, Job, relative
 from modalprep.pipeline.schema.base import first_message
 from modalprep.pipeline.schema.load import read_toml
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -82,7 +82,8 @@ def grid_jobs(file: Path, data: dict[str, Any], output: Path) -> list[Job]:
         chosen = {key: grid[key][k] for key, k in zip(grid, choice, strict=True)}
         shown = {key: labels[key][k] for key, k in zip(grid, choice, strict=True)}
         name = "-".join([file.stem, *(f"{_short(key, grid)}={text}" for key, text in shown.items())])
-        job = Job(output / name / f"{name}.toml", output, shown)
+        cell = Cell(file, tuple(_short(key, grid) for key in grid), tuple(chosen.values()))
+        job = Job(output / name / f"{name}.toml", output, shown, cell)
         data = combined(file, base, chosen, "[grid]")
         problems.append(_problem(data))
         texts.append(tomli_w.dumps(moved(data, file.parent, job.folder)))

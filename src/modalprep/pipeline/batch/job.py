@@ -8,10 +8,28 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 Record = dict[str, Any]
 DONE, FAILED = "done", "failed"
+
+
+class Cell(NamedTuple):
+    """A combination of a grid.
+
+    Attributes
+    ----------
+    file : Path
+        The pipeline file with the grid.
+    keys : tuple of str
+        Short names of the parameters.
+    values : tuple
+        As in the file.
+    """
+
+    file: Path
+    keys: tuple[str, ...]
+    values: tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -25,11 +43,14 @@ class Job:
         Folder of outputs, as `run_pipeline` takes it.
     values : {key: text}
         Values chosen by a grid.
+    cell : Cell or None
+        The combination of the grid.
     """
 
     file: Path
     output: Path | None
     values: dict[str, str] = field(default_factory=dict)
+    cell: Cell | None = None
 
     @property
     def name(self) -> str:

@@ -47,6 +47,16 @@ class SweepTable(Table):
     reference: list[ReferenceTable] = Field([], description="reference frequencies (y, Hz) over time (t) for the plot")
 
 
+class SensitivitiesTable(Table):
+    """Derivatives of the frequencies of the finite-element model by its properties."""
+
+    modes: Annotated[int, Field(ge=1, le=1000)] = Field(10, description="lowest modes")
+    by: list[Literal["thickness", "modulus", "density", "A", "Iy", "Iz", "J", "stiffness", "mass"]] = Field(
+        [], description="kinds of parameters: of shells, materials, beams and trusses, springs, masses; empty: all"
+    )
+    boundary: Literal["clamped", "free"] = Field("clamped", description="held at the root interface alone, or floating")
+
+
 class InverseTable(Table):
     """Inverse dynamics: hinge forces of a prescribed motion."""
 

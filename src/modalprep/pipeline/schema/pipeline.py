@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from modalprep.formats.export import EXPORTS
-from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable
+from modalprep.pipeline.schema.analysis import AnalysisTable, EnsembleTable, SensitivitiesTable
 from modalprep.pipeline.schema.base import ReferenceTable, Table
 from modalprep.pipeline.schema.chain import BeamTable, ChainTable, with_chains
 from modalprep.pipeline.schema.changing import DepletionTable, DeploymentTable, EventTable, JetTable
@@ -118,6 +118,9 @@ class Pipeline(ForceElements):
     )
     loads: dict[str, LoadTable] = Field({}, description="loads that truncation_vectors may name")
     reduction: ReductionTable = Field(ReductionTable())
+    sensitivities: SensitivitiesTable | None = Field(
+        None, description="how the frequencies change with thicknesses, moduli, densities and sections"
+    )
     output: OutputTable = Field(OutputTable())
     bodies: dict[str, BodyTable] = Field({}, description="of the system that is simulated, analysed or synthesised")
     welds: dict[str, WeldTable] = Field({}, description="how [synthesis] joins the bodies")
@@ -197,8 +200,9 @@ class Pipeline(ForceElements):
 
     @model_validator(mode="after")
     def _stress_has_elements(self) -> Pipeline:
-        if self.stress and self.mesh is None:
-            raise ValueError("[stress] needs the elements of a [mesh]; add it, or leave out [stress]")
+        for name in ("stress", "sensitivities"):
+            if getattr(self, name) and self.mesh is None:
+                raise ValueError(f"[{name}] needs the elements of a [mesh]; add it, or leave out [{name}]")
         if self.recovery and self.mesh is None and self.matrices is None:
             found = "[body] has the recoveries of its file" if self.body else "[beams] and [chains] have the forces"
             found += " of their joints as channels" if self.body is None else ""

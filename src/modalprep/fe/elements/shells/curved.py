@@ -138,7 +138,7 @@ class CurvedShellBlock(CurvedEnergy):
         and curvature are enlarged as it is, for the moduli of the section.
         """
         B = np.concatenate([self._rows(self.degree), self._drilling(self.points)[:, :, None]], axis=2)
-        return self.relaxed(self.thickened(B, self.degree)), self._moduli, self._area
+        return self.relaxed(self.thickened(B, self.degree)), self.row_moduli, self._area
 
     @property
     def _area(self) -> np.ndarray:
@@ -153,9 +153,10 @@ class CurvedShellBlock(CurvedEnergy):
         return strain
 
     @cached_property
-    def _moduli(self) -> np.ndarray:
+    def row_moduli(self) -> np.ndarray:
+        """Moduli ``(ne or 1, 9, 9)`` of the rows of `strain`; complex where those of the section are."""
         C, S = section_moduli(shell_section(self.section), self.angle)
-        moduli = np.zeros((len(C), 9, 9))
+        moduli = np.zeros((len(C), 9, 9), dtype=np.result_type(C, S))
         moduli[:, :6, :6], moduli[:, 6:8, 6:8], moduli[:, 8, 8] = C, S, DRILLING * C[:, 2, 2]
         return moduli
 
@@ -166,7 +167,7 @@ class CurvedShellBlock(CurvedEnergy):
             return strain
         own = self.along_axes(self.points, *(form.of_tau(self.x, self.frame[:, :2]) for form in forms))
         own = self.thickened(np.concatenate([own, np.zeros((*dx.shape, 1, 2))], axis=2), self.degree)
-        weighted = np.swapaxes(own, 2, 3) @ (self._moduli[:, None] * dx[..., None, None])
+        weighted = np.swapaxes(own, 2, 3) @ (self.row_moduli[:, None] * dx[..., None, None])
         size = np.linalg.solve((weighted @ own).sum(axis=1), (weighted @ strain).sum(axis=1))
         return strain - own @ size[:, None]
 

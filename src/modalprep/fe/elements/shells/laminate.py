@@ -45,7 +45,7 @@ class ShellSection:
 
 
 def shell_section(shell: Shell) -> ShellSection:
-    """Return the section of a homogeneous sheet or a laminate."""
+    """Return the section of a homogeneous sheet or a laminate; an analytic function of moduli and thicknesses."""
     return _laminate(shell) if shell.plies else _sheet(shell)
 
 
@@ -104,7 +104,7 @@ def _laminate(shell: Shell) -> ShellSection:
     rho = np.array([ply.material.rho for ply in shell.plies])
     moment = [(z[1:] ** k - z[:-1] ** k) / k for k in (1, 2, 3, 4)]
     A, B, D, F = (np.einsum("p,pab->ab", m, Q) for m in moment)
-    mass, first, second = (float(rho @ m) for m in moment[:3])
+    mass, first, second = (rho @ m for m in moment[:3])
     return ShellSection(A, B, D, _laminate_shear(shell.plies, Q, z), mass + shell.nsm, first, second, F)
 
 
@@ -115,15 +115,13 @@ def _laminate_shear(plies: tuple[Ply, ...], Q: np.ndarray, z: np.ndarray) -> np.
     5/6 G t exactly, a sandwich the stiffness of its core.
     """
     G = np.array([rotated_shear(_shear_moduli(ply.material), ply.angle) for ply in plies])
-    S = np.zeros((2, 2))
-    for a in range(2):
-        S[a, a] = _energy_shear(Q[:, a, a], 1 / np.linalg.inv(G)[:, a, a], z)
+    S = np.diag([_energy_shear(Q[:, a, a], 1 / np.linalg.inv(G)[:, a, a], z) for a in range(2)])
     plain = np.einsum("p,pab->ab", np.diff(z), G)
     S[0, 1] = S[1, 0] = plain[0, 1] * np.sqrt(S[0, 0] * S[1, 1] / (plain[0, 0] * plain[1, 1]))
     return S
 
 
-def _energy_shear(Q: np.ndarray, G: np.ndarray, z: np.ndarray) -> float:
+def _energy_shear(Q: np.ndarray, G: np.ndarray, z: np.ndarray) -> np.floating:
     neutral = Q @ (z[1:] ** 2 - z[:-1] ** 2) / 2 / (Q @ np.diff(z))
     low, high = z[:-1] - neutral, z[1:] - neutral
     D = Q @ (high**3 - low**3) / 3
@@ -131,7 +129,7 @@ def _energy_shear(Q: np.ndarray, G: np.ndarray, z: np.ndarray) -> float:
     point, weight = np.polynomial.legendre.leggauss(3)  # g^2 is of degree 4
     at = (low + high)[:, None] / 2 + np.outer(high - low, point) / 2
     g = before[:, None] + Q[:, None] * (at**2 - low[:, None] ** 2) / 2
-    return float(D**2 / np.sum((high - low) / 2 / G * (g**2 @ weight)))
+    return D**2 / np.sum((high - low) / 2 / G * (g**2 @ weight))
 
 
 def plane_stress(material: Material | Orthotropic) -> np.ndarray:

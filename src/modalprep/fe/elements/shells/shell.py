@@ -147,7 +147,7 @@ class ShellBlock(ShellInside):
         Rows: membrane 3, curvature 3, shear 2, then drilling (1) or the OPT triangle's higher-order strains (3).
         """
         B, dx = self._strain_rows(STIFFNESS_DEGREE[self.kind])
-        plane, bend, coupling = self._row_moduli
+        plane, bend, coupling = self.row_moduli
         membrane, moduli = slice(0, 3), np.zeros((len(plane), *2 * B.shape[2:3]))
         rows = np.r_[membrane, 8 : B.shape[2]]
         moduli[:, rows[:, None], rows], moduli[:, 3:8, 3:8] = plane, bend
@@ -157,9 +157,9 @@ class ShellBlock(ShellInside):
     def _strain_rows(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
         """Strain rows ``B (ne, nq, ns, 6n)`` and ``dx (ne, nq)`` at the points of a rule."""
         own, at, (ne, n) = rule(self.kind, STIFFNESS_DEGREE[self.kind]), rule(self.kind, degree), self.nodes.shape
-        nq, ns = len(at.weight), 5 + self._row_moduli.plane.shape[1]
+        nq, ns = len(at.weight), 5 + self.row_moduli.plane.shape[1]
         B, dx = np.empty((ne, nq, ns, 6 * n)), np.empty((ne, nq))
-        in_threads(strain_rows, ne, self._geometry, self._row_moduli, self._optimal, own, at, B, dx)
+        in_threads(strain_rows, ne, self._geometry, self.row_moduli, self._optimal, own, at, B, dx)
         return B, dx
 
     @property
@@ -167,14 +167,15 @@ class ShellBlock(ShellInside):
         return self.kind == "triangle" and self.section.membrane == "opt"
 
     @cached_property
-    def _row_moduli(self) -> Moduli:
-        """Moduli of the rows of `strain`."""
+    def row_moduli(self) -> Moduli:
+        """Moduli of the rows of `strain`; complex where those of the section are."""
         C, S = self.moduli
         extra = DRILLING[self.kind] * C[:, 2:3, 2:3]
         if self._optimal:
             nu2 = C[:, 0, 1] ** 2 / (C[:, 0, 0] * C[:, 1, 1])
             extra = 9 / 4 * np.maximum((1 - 4 * nu2) / 2, OPT_BETA)[:, None, None] * C[:, :3, :3]
-        plane, bend = np.zeros((len(C), *[3 + extra.shape[1]] * 2)), np.zeros((len(C), 5, 5))
+        kind = np.result_type(C, S)
+        plane, bend = (np.zeros((len(C), m, m), dtype=kind) for m in (3 + extra.shape[1], 5))
         plane[:, :3, :3], plane[:, 3:, 3:] = C[:, :3, :3], extra
         bend[:, :3, :3], bend[:, 3:, 3:] = C[:, 3:, 3:], S
         return Moduli(plane, bend, np.ascontiguousarray(C[:, :3, 3:]))
@@ -183,7 +184,7 @@ class ShellBlock(ShellInside):
         """Elastic stiffness ``(ne, 6n, 6n)``."""
         ne, n = self.nodes.shape
         K, at = np.empty((ne, 6 * n, 6 * n)), rule(self.kind, STIFFNESS_DEGREE[self.kind])
-        in_threads(stiffness, ne, self._geometry, self._row_moduli, self._optimal, at, K)
+        in_threads(stiffness, ne, self._geometry, self.row_moduli, self._optimal, at, K)
         return K
 
     def forces(self, d: np.ndarray) -> np.ndarray:

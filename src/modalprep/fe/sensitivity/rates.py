@@ -1,0 +1,102 @@
+"""Derivatives of stiffness and mass of a model by a parameter, as quadratic forms of displacements (theory 1.7).
+
+Each is exact: energies that are proportional to a parameter are their own derivative; the mass is a polynomial of at
+most third degree, for which differences are exact; moduli of shells and sections of beams are analytic functions, whose
+derivative a complex step gives to the last digits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from modalprep.errors import InputError
+from modalprep.fe.assembly.model import FEModel
+from modalprep.fe.assembly.parts import Part
+from modalprep.fe.elements.block import Block
+from modalprep.fe.properties.properties import Beam, Shell
+from modalprep.fe.sensitivity.parameters import ModelParameter, materials_of, scaled
+from modalprep.fe.sensitivity.shells import STEP, shell_rate
+
+# Difference of f(1/2), f(3/4), f(5/4), f(3/2) that is the derivative at 1 of polynomials of up to the fourth degree.
+CUBIC = ((0.5, 1 / 3), (0.75, -8 / 3), (1.25, 8 / 3), (1.5, -1 / 3))
+LINEAR = ((1.0, -1.0), (2.0, 1.0))
+
+
+def model_rates(model: FEModel, parameter: ModelParameter, phi: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``phi_a^T (p dK/dp) phi_b`` and ``phi_a^T (p dM/dp) phi_b``, each (k, k).
+
+    Parameters
+    ----------
+    model : FEModel
+    parameter : ModelParameter
+    phi : (n_dof, k)
+        Displacements, mesh axes.
+
+    Raises
+    ------
+    InputError
+        When the derivative is not available: section sizes of beams with released ends.
+    """
+    K, M = np.zeros((2, phi.shape[1], phi.shape[1]))
+    for part in model.elements.parts:
+        if parameter.belongs_to(part.group, part.section):
+            for piece in part.pieces():
+                own = _Piece(model, part, piece, parameter, phi)
+                K += own.stiffness()
+                M += own.mass()
+    return (K + K.T) / 2, (M + M.T) / 2
+
+
+class _Piece:
+    """Some elements of a part whose property depends on the parameter."""
+
+    def __init__(self, model: FEModel, part: Part, piece: slice, parameter: ModelParameter, phi: np.ndarray) -> None:
+        self.model, self.part, self.piece, self.parameter = model, part, piece, parameter
+        self.block = self._block(1.0)
+        dofs = model.dof[self.block.nodes, : self.block.components].reshape(len(self.block.nodes), -1)
+        self.d = phi[dofs]
+        if self.in_section and np.any(np.nan_to_num(part.data.get("pins", 0.0)) > 0):
+            raise InputError(f"{parameter.name}: beams with released ends have no derivative by the size of a section")
+
+    @property
+    def in_section(self) -> bool:
+        """Whether the parameter is a size of a beam's section, on which its shapes depend."""
+        return isinstance(self.part.section, Beam) and self.parameter.material is None
+
+    def stiffness(self) -> np.ndarray:
+        kind, section = self.parameter.kind, self.part.section
+        if kind in ("density", "mass"):
+            return np.zeros((self.d.shape[2],) * 2)
+        if self.in_section:
+            return self._form(self._block(1 + STEP * 1j).stiffness().imag / STEP)
+        if isinstance(section, Shell) and (kind == "thickness" or len(materials_of(section)) > 1):
+            return shell_rate(self.block, scaled(section, self.parameter, 1 + STEP * 1j), self.d)
+        if kind in ("A", "J"):
+            return sum(weight * self._form(self._block(factor).stiffness()) for factor, weight in LINEAR)
+        return self._form(self.block.stiffness())
+
+    def mass(self) -> np.ndarray:
+        kind = self.parameter.kind
+        if kind in ("modulus", "stiffness"):
+            return np.zeros((self.d.shape[2],) * 2)
+        if self.in_section:
+            return self._form(self._mass(1 + STEP * 1j).imag / STEP)
+        rule = CUBIC if kind == "thickness" else LINEAR
+        return sum(weight * self._form(self._mass(factor)) for factor, weight in rule)
+
+    def _mass(self, factor: complex) -> np.ndarray:
+        return self.model.elements.rule.inertia(self._block(factor), self.model.points).mass().matrix()
+
+    def _block(self, factor: complex) -> Block:
+        """Return the elements with the parameter times a factor, thicknesses that the mesh prescribes included."""
+        part = replace(self.part, section=scaled(self.part.section, self.parameter, factor))
+        if self.parameter.kind == "thickness" and "thickness" in part.data:
+            part = replace(part, data=part.data | {"thickness": factor * part.data["thickness"]})
+        return part.block(self.piece, self.model.points + self.model.origin, self.model.origin)
+
+    def _form(self, A: np.ndarray) -> np.ndarray:
+        """``sum d_a^T A d_b (k, k)`` of element matrices ``(ne, nl, nl)``."""
+        k = self.d.shape[2]
+        return self.d.reshape(-1, k).T @ (A @ self.d).reshape(-1, k)

@@ -1,0 +1,25 @@
+"""Sensitivities that a pipeline file asks for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from modalprep.correlation.derivatives import Sensitivities, sensitivities
+from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.schema.base import naming
+from modalprep.pipeline.schema.pipeline import Pipeline
+
+
+def pipeline_sensitivities(path: Path, pipeline: Pipeline) -> Sensitivities:
+    """Assemble the model of a file and derive its frequencies; its root alone is held, whatever the reduction fixes.
+
+    Raises
+    ------
+    InputError
+        When the model has no parameter of the kinds in the file.
+    """
+    table = pipeline.sensitivities
+    materials = {name: material.build() for name, material in pipeline.materials.items()}
+    with naming(path):
+        model = assemble_pipeline(pipeline, read_pipeline_mesh(path, pipeline))
+        return sensitivities(model, modes=table.modes, kinds=table.by, materials=materials, boundary=table.boundary)

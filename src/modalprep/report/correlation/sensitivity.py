@@ -1,0 +1,90 @@
+"""Sensitivities of frequencies: a table for the terminal, and a chart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from rich.console import Console
+from rich.text import Text
+
+from modalprep.correlation.derivatives import Sensitivities
+from modalprep.report.plots import INK, save_figure
+from modalprep.report.tables import hertz, plain_table
+
+ROWS = 30  # most influential parameters that are shown
+COLUMNS = 6  # modes in the terminal
+DRAWN = 30  # modes in the chart
+LONGEST = 34  # characters of a name
+
+
+def sensitivity_table(found: Sensitivities, console: Console) -> None:
+    """Print the relative derivatives, a row for each parameter, the most influential first.
+
+    Examples
+    --------
+    >>> from modalprep.correlation import sensitivities
+    >>> from modalprep.examples import cantilever_model
+    >>> found = sensitivities(cantilever_model(), modes=2, kinds=["modulus"])
+    >>> sensitivity_table(found, Console(width=100, color_system=None))  # doctest: +ELLIPSIS
+    Sensitivity of the frequencies, % per %
+    ...
+    modulus of the material of beam   7e+10 Pa  +0.500  +0.500
+    """
+    order, count = _most_influential(found), min(COLUMNS, len(found.frequency))
+    console.print(Text.assemble(("Sensitivity of the frequencies", "bold"), ", % per %"))
+    table = plain_table()
+    table.add_column("parameter", no_wrap=True)
+    table.add_column("value", justify="right", no_wrap=True)
+    for k in range(count):
+        table.add_column(f"{k + 1}: {hertz(found.frequency[k])}", justify="right", no_wrap=True)
+    for j in order:
+        parameter = found.parameters[j]
+        cells = [f"{value:+.3f}" if abs(value) >= 5e-4 else "." for value in found.relative[:count, j]]
+        table.add_row(_short(parameter.name), f"{parameter.value:.3g} {parameter.unit}", *cells)
+    console.print(table)
+    for text in (*_left_out(found, len(order), count), *(f"note: {note}" for note in found.notes)):
+        console.print(Text(text), soft_wrap=True)
+
+
+def _most_influential(found: Sensitivities) -> list[int]:
+    return np.argsort(-np.abs(found.relative).max(axis=0), kind="stable")[:ROWS].tolist()
+
+
+def _left_out(found: Sensitivities, rows: int, columns: int) -> list[str]:
+    said = []
+    if rows < len(found.parameters):
+        said.append(f"{len(found.parameters) - rows} parameters of less influence are in the CSV file only")
+    if columns < len(found.frequency):
+        said.append(f"modes {columns + 1} to {len(found.frequency)} are in the CSV file only")
+    return said
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST else f"{name[: LONGEST - 3]}..."
+
+
+def sensitivity_plot(found: Sensitivities, path: str | Path) -> Path:
+    """Draw the relative derivatives as a field of parameters by modes; blue lowers and red raises the frequency.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    order, count = _most_influential(found), min(DRAWN, len(found.frequency))
+    values = found.relative[:count, order].T
+    rows, largest = len(order), np.abs(values).max(initial=1e-12)
+    figure = Figure(figsize=(min(14, 4.6 + 0.52 * count), 1.9 + 0.34 * rows), layout="constrained")
+    axes = figure.add_subplot()
+    axes.imshow(values, cmap="RdBu_r", vmin=-largest, vmax=largest, aspect="auto")
+    for i, j in np.argwhere(np.abs(values) >= 5e-3):
+        ink = "white" if abs(values[i, j]) > 0.65 * largest else INK
+        axes.text(j, i, f"{values[i, j]:+.2f}", ha="center", va="center", fontsize=7.5, color=ink)
+    axes.set_yticks(range(rows), [_short(found.parameters[j].name) for j in order])
+    axes.set_xticks(range(count), [f"{k + 1}: {hertz(found.frequency[k])}" for k in range(count)], rotation=90)
+    axes.set_xlabel("mode: Hz")
+    axes.set_title("Change of a frequency in % per % of a parameter", loc="left", fontweight="bold", color=INK)
+    axes.spines[:].set_visible(False)
+    return save_figure(figure, path)
