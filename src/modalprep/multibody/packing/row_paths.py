@@ -50,7 +50,8 @@ def row_paths(arrays: Constraints, links: np.ndarray) -> Paths:
         _fill(arrays, links, groups[k], rows_of, entry)
         lane[rows_of] = WIDTH * k + groups[k].lane + np.arange(len(rows_of))
     first = np.searchsorted([link for link, _ in acts], np.arange(len(links) + 1))
-    return Paths(groups, bundles, lane, first, _entries(arrays, parent, entry, groups, lane))
+    count = sum(moving[rows[0]] for rows in members)
+    return Paths(groups, bundles, lane, first, _entries(arrays, parent, entry, groups, lane), count)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:

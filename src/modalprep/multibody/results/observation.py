@@ -27,6 +27,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.closed_loops.constraints import line
 from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
+from modalprep.multibody.kernels.closed_loops.responses import push_links
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world
 from modalprep.multibody.kernels.joints import along_axis
@@ -85,6 +86,7 @@ def record(eq, columns, times, states, soft, rows):
 def observe(eq, columns, t, y, ydot, row):
     """Write all channels of a state to ``row (width,)``, after `evaluate`; only accelerations are left in the data."""
     model, data = eq.model, eq.data
+    push_links(model, data, eq.work)
     reactions(model, data, columns.reactions)
     row[:SUMS] = 0.0
     row[WORK], row[POWER_IN] = y[-1], ydot[-1]

@@ -103,6 +103,21 @@ def _four(typing: Any, value: Any) -> Any:
     return LANES(types.float64), build
 
 
+@intrinsic
+def _add(typing: Any, value: Any) -> Any:
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        each = [builder.extract_element(args[0], ir.IntType(32)(k)) for k in range(WIDTH)]
+        return builder.fadd(builder.fadd(each[0], each[2]), builder.fadd(each[1], each[3]))
+
+    return types.float64(LANES), build
+
+
+@compile_inline
+def add_lanes(v):
+    """Return the sum of four numbers."""
+    return _add(v)
+
+
 @compile_inline
 def four(value):
     """Return four times the same number."""

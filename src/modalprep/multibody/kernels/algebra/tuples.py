@@ -5,12 +5,20 @@ A spatial vector is a tuple of six numbers (linear, angular).
 
 from __future__ import annotations
 
+import numpy as np
+
 from modalprep.jit import compile_inline
 
 ZERO3 = (0.0, 0.0, 0.0)
 ZERO6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 ZERO8 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 ZERO9 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@compile_inline
+def at(i):
+    """Return an index that is not negative as one that does not count from the end: five instructions less."""
+    return np.uint64(i)
 
 
 @compile_inline

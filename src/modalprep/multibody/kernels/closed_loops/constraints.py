@@ -20,6 +20,7 @@ from modalprep.multibody.kernels.algebra.matrices import UNIT9, product, times
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
+    at,
     axpy3,
     cross,
     dot3,
@@ -86,7 +87,7 @@ GROUP_DATA = np.dtype([
     ("line", np.float64, 36),  # inertial axes: force, torque on a, torque on b
     ("measured", np.float64, 12),  # terms of Phi, Phi', Phi'' by the motion of the ends
 ])  # fmt: skip
-BUNDLE_DATA = np.dtype([("free", np.float64, 4)])  # see `Work.free`
+BUNDLE_DATA = np.dtype([("free", np.float64, 4), ("multiplier", np.float64, 4)])  # see `Work`
 ENTRY_DATA = np.dtype([
     ("force", np.float64, 24),  # articulated force of unit multipliers, link's axes, at its origin
     ("drive", np.float64, 4),  # its force along a joint of one axis
@@ -116,6 +117,7 @@ class Paths(NamedTuple):
     lane: np.ndarray  # (m,) int, 4 group + lane of each row
     first: np.ndarray  # (nl + 1,) int, first entry of each link
     entries: np.ndarray  # (np,) ENTRY, by links, then by bundles
+    moving: int  # groups that something moves, which are the first
 
 
 @by_address
@@ -136,9 +138,9 @@ class Work(NamedTuple):
     multiplier: np.ndarray  # (m,) that of the last `solve`
     free: np.ndarray  # (m,) G u' + Phi'' without G u', less the row's own bias: without multipliers
     S: np.ndarray  # (m, m) G M^-1 G^T
-    factor: np.ndarray  # (m, m) its pivoted factor, upper half
+    factor: np.ndarray  # (m, m + 4) its pivoted factor, upper half, and room for lanes
     inverse: np.ndarray  # (m,) 1 / pivot
-    solution: np.ndarray  # (m,) scratch
+    solution: np.ndarray  # (m + 4,) scratch
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
@@ -168,37 +170,61 @@ def constraint_residual(cons, model, data, y, motion, t, work):
     """Write ``phi``, ``rate``, ``bias`` and the lines of action, after `outward` and `world`; `cons` may be None."""
     if cons is None:
         return
+    _measure(cons, model, data, y, motion, t, work, len(work.groups))
+
+
+@compile_kernel
+def moving_residual(cons, model, data, y, motion, t, work):
+    """Do as `constraint_residual` for the rows that something moves; the others have no multipliers."""
+    if cons is None:
+        return
+    _measure(cons, model, data, y, motion, t, work, work.paths.moving)
+
+
+@compile_kernel
+def _measure(cons, model, data, y, motion, t, work, count):
+    """Measure the first `count` groups."""
+    n = data.links[len(model.links)].omega[2]  # a turning ground sees other accelerations of the ends
     for k in range(len(cons.ends)):
-        if cons.ends[k].link >= 0:
-            p, turn, v, w = _end_state(cons, model, data, work, k)
+        end, own = cons.ends[at(k)], work.ends[at(k)]
+        if end.link >= 0:
+            p, turn, v, w = _end_state(end, model, data, own, work.shape[at(k)])
         else:
-            p, turn, v, w = get3(cons.ends[k].position), UNIT9, ZERO3, ZERO3
-        n = data.links[-1].omega[2]  # accelerations of the ends are not those that a turning ground sees
+            p, turn, v, w = get3(end.position), UNIT9, ZERO3, ZERO3
         v, w = (v[0] - n * p[1], v[1] + n * p[0], v[2]), (w[0], w[1], w[2] + n)
-        put3(work.ends[k].position, p)
-        put9(work.ends[k].rotation, turn)
-        put3(work.ends[k].velocity, v)
-        put3(work.ends[k].spin, w)
-    for i in range(len(cons.rows)):
-        value, rate, acceleration = work.value[i], 0.0, 0.0
-        if cons.rows[i].table >= 0:
-            shift, rate, acceleration = table(cons.tables, cons.rows[i].table, t)
-            value += shift
-        work.phi[i], work.rate[i], work.bias[i], work.push[i] = -value, -rate, -acceleration, rate
-    for k in range(len(work.groups)):
-        if work.paths.groups[k].kind != COUPLER:
-            _lines(work, k)
+        put3(own.position, p)
+        put9(own.rotation, turn)
+        put3(own.velocity, v)
+        put3(own.spin, w)
+    for k in range(count):
+        group, own = work.paths.groups[at(k)], work.groups[at(k)]
+        if group.kind != COUPLER:
+            _lines(group, work.ends[at(group.a)], work.ends[at(group.b)], own)
+        _less_values(cons, work, group, own, t)
     _couplers(cons, y, model.nx, motion, work)
 
 
 @compile_inline
-def _lines(work, k):
-    """Lines of action of the rows of group k, and their terms of Phi, Phi', Phi''."""
-    group, own = work.paths.groups[k], work.groups[k]
-    kind, a, b = group.kind, group.a, group.b
-    r = axpy3(get3(work.ends[b].position), -1.0, get3(work.ends[a].position))
-    v = axpy3(get3(work.ends[b].velocity), -1.0, get3(work.ends[a].velocity))
-    wa, wb, none = get3(work.ends[a].spin), get3(work.ends[b].spin), four(0.0)
+def _less_values(cons, work, group, own, t):
+    """Write what the rows of a group measure, less their values; nothing is measured of couplers yet."""
+    for c in range(group.count):
+        i, lane = at(group.rows[at(c)]), group.lane + c
+        value, rate, acceleration = work.value[i], 0.0, 0.0
+        if cons.rows[i].table >= 0:
+            shift, rate, acceleration = table(cons.tables, cons.rows[i].table, t)
+            value += shift
+        work.phi[i], work.push[i] = own.measured[at(lane)] - value, rate
+        work.rate[i], work.bias[i] = own.measured[at(4 + lane)] - rate, own.measured[at(8 + lane)] - acceleration
+        if group.kind == SLIP:
+            work.push[i] = work.rate[i]
+
+
+@compile_inline
+def _lines(group, a, b, own):
+    """Lines of action of the rows of a group between two ends, and their terms of Phi, Phi', Phi''."""
+    kind, r = group.kind, axpy3(get3(b.position), -1.0, get3(a.position))
+    v, wa, wb = axpy3(get3(b.velocity), -1.0, get3(a.velocity)), get3(a.spin), get3(b.spin)
+    none = four(0.0)
     f, ta, tb, phi, bias = (none, none, none), (none, none, none), (none, none, none), none, none
     if kind == DISTANCE:
         length = np.sqrt(dot3(r, r))
@@ -209,7 +235,7 @@ def _lines(work, k):
         f = (line[0] * own_lane, line[1] * own_lane, line[2] * own_lane)
         phi, bias = four(length), four(g * dot3(across, across))
     else:
-        e = times(get9(work.ends[a].rotation), get_lanes3(group.in_a, 0))
+        e = times(get9(a.rotation), get_lanes3(group.in_a, 0))
         if kind == POINT:
             f, ta, phi = e, cross(e, r), dot3(e, r)
             bias = dot3(e, cross(wa, axpy3(cross(wa, r), -2.0, v)))
@@ -219,7 +245,7 @@ def _lines(work, k):
             ta, tb = (-1.0 * e[0], -1.0 * e[1], -1.0 * e[2]), e
             bias = dot3(e, cross(wb, wa))
         else:
-            h = times(get9(work.ends[b].rotation), get_lanes3(group.in_b, 0))
+            h = times(get9(b.rotation), get_lanes3(group.in_b, 0))
             tb = cross(h, e)
             ta, phi, d = (-1.0 * tb[0], -1.0 * tb[1], -1.0 * tb[2]), dot3(e, h), axpy3(wb, -1.0, wa)
             bias = dot3(cross(d, h), cross(e, d)) + dot3(tb, cross(wb, wa))
@@ -227,13 +253,6 @@ def _lines(work, k):
     put_lanes3(own.line, 12, ta)
     put_lanes3(own.line, 24, tb)
     put_lanes3(own.measured, 0, (phi, dot3(f, v) + dot3(ta, wa) + dot3(tb, wb), bias))
-    for c in range(group.count):
-        i, lane = group.rows[c], group.lane + c
-        work.phi[i] += own.measured[lane]
-        work.rate[i] += own.measured[4 + lane]
-        work.bias[i] += own.measured[8 + lane]
-        if kind == SLIP:
-            work.push[i] = work.rate[i]
 
 
 @compile_inline
@@ -251,14 +270,14 @@ def _couplers(cons, y, nx, motion, work):
 
 
 @compile_inline
-def _end_state(cons, model, data, work, k):
-    """Return the motion of an end as `node_state` does, and write what its acceleration follows from."""
-    link, node = cons.ends[k].link, cons.ends[k].interface
+def _end_state(end, model, data, found, shape):
+    """Return the motion of an end as `node_state` does, and write to `found` what its acceleration follows from."""
+    link, node = end.link, end.interface
     r, turn, v, w, linear, angular = interface_motion(
-        data.modal, model, data, link, node, free_position(model, link, node), work.shape[k]
+        data.modal, model, data, link, node, free_position(model, link, node), shape
     )
-    put3(work.ends[k].arm, r)
-    put6(work.ends[k].bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
+    put3(found.arm, r)
+    put6(found.bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
     own, spin = data.links[link], seen_spin(data, link)
     base = get9(own.orientation)
     position, velocity = times(base, r), times(base, add3(cross(spin, r), v))

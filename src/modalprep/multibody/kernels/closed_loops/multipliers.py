@@ -12,7 +12,8 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.tuples import copy
+from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
+from modalprep.multibody.kernels.algebra.tuples import at, copy
 from modalprep.multibody.kernels.articulated_body import forward
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
 from modalprep.multibody.kernels.closed_loops.responses import push, respond
@@ -31,34 +32,51 @@ def factorize(cons, work):
     Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
     the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
     """
-    n, largest, gap, U = _sort_movable(work), 0.0, violation(work, work.phi), work.factor
+    n, U, order = _sort_movable(work), work.factor, work.order
     for k in range(n):
-        i = work.order[k]
-        if work.compliance[i] == 0.0:
-            largest = max(largest, _mobility(work, i, work.S[i, i]))
+        row, into = work.S[at(order[at(k)])], U[at(k)]
         for j in range(k, n):
-            U[k, j] = work.S[i, work.order[j]]
+            into[at(j)] = row[at(order[at(j)])]
     work.rank[0], least = n, 1.0
     for k in range(n):
-        best, most = k, -1.0
-        for i in range(k, n):  # a row that hardly moves has no sure direction: the largest mobility first
-            left = _mobility(work, work.order[i], U[i, i])
-            if left > most * (1.0 + 1e-9):  # ties: the order given
-                best, most = i, left
-        risen = k < work.held[0] or most > (STRAY * gap) ** 2 * largest
-        square = U[best, best] / work.S[work.order[best], work.order[best]]
-        if not (square > RANK_TOLERANCE and risen):
+        best = _most_mobile(work, k, n)
+        i, d, pivots = at(order[at(best)]), U[at(best), at(best)], U[at(k)]
+        square = d / work.S[i, i]
+        if not (square > RANK_TOLERANCE and (k < work.held[0] or _risen(work, n, _mobility(work, i, d)))):
             work.rank[0] = k
             break
         least = min(least, square)
         if best != k:
             _swap(work, k, best, n)
-        work.inverse[k] = 1.0 / U[k, k]
+        g = 1.0 / d
+        work.inverse[at(k)] = g
         for i in range(k + 1, n):
-            f = work.inverse[k] * U[k, i]
-            for j in range(i, n):
-                U[i, j] -= f * U[k, j]
+            f, row = g * pivots[at(i)], U[at(i)]
+            for j in range(i, n, WIDTH):  # a few numbers after the row's end have room and no meaning
+                put_lanes(row, j, get_lanes(row, j) - f * get_lanes(pivots, j))
     work.sine[0] = np.sqrt(least)
+
+
+@compile_inline
+def _most_mobile(work, k, n):
+    """Return the row from k on that is left most: one that hardly moves has no sure direction."""
+    best, most = k, -1.0
+    for i in range(k, n):
+        left = _mobility(work, at(work.order[at(i)]), work.factor[at(i), at(i)])
+        if left > most * (1.0 + 1e-9):  # ties: the order given
+            best, most = i, left
+    return best
+
+
+@compile_kernel
+def _risen(work, n, left):
+    """Whether what is `left` of a row clearly is no round-off: by more than the loops are open."""
+    largest, gap = 0.0, violation(work, work.phi)
+    for k in range(n):
+        i = work.order[k]
+        if work.compliance[i] == 0.0:
+            largest = max(largest, _mobility(work, i, work.S[i, i]))
+    return left > (STRAY * gap) ** 2 * largest
 
 
 @compile_inline
@@ -66,12 +84,12 @@ def _sort_movable(work):
     """Put the rows that can move first in `order`; returns how many."""
     n, last = 0, len(work.order)
     for i in range(len(work.order)):
-        if work.S[i, i] > work.floor[i]:
-            work.order[n] = i
+        if work.S[at(i), at(i)] > work.floor[at(i)]:
+            work.order[at(n)] = i
             n += 1
         else:
             last -= 1
-            work.order[last] = i
+            work.order[at(last)] = i
     return n
 
 
@@ -133,20 +151,20 @@ def _swap(work, k, i, n):
 def solve(work):
     """Solve ``S multiplier = -wanted``; redundant rows get none."""
     U, x, rank = work.factor, work.solution, work.rank[0]
-    for k in range(len(x)):
-        work.multiplier[k] = 0.0
+    for k in range(rank, len(work.order)):
+        work.multiplier[at(work.order[at(k)])] = 0.0
     for k in range(rank):
-        x[k] = -work.wanted[work.order[k]]
+        x[at(k)] = -work.wanted[at(work.order[at(k)])]
     for k in range(rank):
-        f = work.inverse[k] * x[k]
-        for i in range(k + 1, rank):
-            x[i] -= f * U[k, i]
+        f, row = work.inverse[at(k)] * x[at(k)], U[at(k)]
+        for i in range(k + 1, rank, WIDTH):  # what stands after the rank is not read
+            put_lanes(x, i, get_lanes(x, i) - f * get_lanes(row, i))
     for k in range(rank - 1, -1, -1):
-        b = x[k]
+        b, row = x[at(k)], U[at(k)]
         for i in range(k + 1, rank):
-            b -= U[k, i] * x[i]
-        x[k] = work.inverse[k] * b
-        work.multiplier[work.order[k]] = x[k]
+            b -= row[at(i)] * x[at(i)]
+        x[at(k)] = work.inverse[at(k)] * b
+        work.multiplier[at(work.order[at(k)])] = x[at(k)]
 
 
 @compile_kernel

@@ -13,6 +13,7 @@ from __future__ import annotations
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.algebra.lanes import (
     WIDTH,
+    add_lanes,
     four,
     get_lane6,
     get_lanes,
@@ -28,6 +29,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     ZERO6,
     add3,
     add6,
+    at,
     axpy6,
     cross,
     dot3,
@@ -55,8 +57,9 @@ from modalprep.multibody.kernels.modal import (
 def respond(cons, model, data, work, tau):
     """Write `S` and `free`, after `constraint_residual` and an `inward` with joint forces ``tau (nu,)``."""
     _act_on_ends(cons, model, data, work)
-    for i in range(len(model.links) - 1, -1, -1):
-        begin, end = work.paths.first[i], work.paths.first[i + 1]
+    for k in range(len(model.links) - 1, -1, -1):
+        i = at(k)
+        begin, end = work.paths.first[i], work.paths.first[at(k + 1)]
         if begin == end:
             continue
         condense_rows(data.modal, model, i, begin, end, work)
@@ -72,41 +75,39 @@ def respond(cons, model, data, work, tau):
 def _by_rows(work):
     """Write `S` and `free` as they stand in the bundles."""
     for p in range(len(work.between)):
-        one, free = work.paths.bundles[p], work.bundles[p].free
+        one, free = work.paths.bundles[at(p)], work.bundles[at(p)].free
         for k in range(one.count):
-            work.free[one.rows[k]] = free[k]
-        for q in range(p + 1):
-            other, S = work.paths.bundles[q], work.between[p, q].S
-            for k in range(one.count):
+            i = at(one.rows[at(k)])
+            row, work.free[i] = work.S[i], free[at(k)]
+            for q in range(p + 1):
+                other, S = work.paths.bundles[at(q)], work.between[at(p), at(q)].S
                 for c in range(other.count):
-                    work.S[one.rows[k], other.rows[c]] = S[4 * k + c]
-                    work.S[other.rows[c], one.rows[k]] = S[4 * k + c]
+                    j = at(other.rows[at(c)])
+                    row[j] = work.S[j, i] = S[at(4 * k + c)]
 
 
 @compile_kernel
 def _act_on_ends(cons, model, data, work):
     """Let all rows push their ends."""
-    none, groups = four(0.0), work.paths.groups
+    none = four(0.0)
     for k in range(len(work.bundles)):
-        put_lanes(work.bundles[k].free, 0, none)
+        put_lanes(work.bundles[at(k)].free, 0, none)
         for q in range(k + 1):
-            for c in range(WIDTH):
-                put_lanes(work.between[k, q].S, 4 * c, none)
-    for k in range(len(groups)):
-        _clear(work, groups[k].at_a)
-        _clear(work, groups[k].at_b)
-    for k in range(len(groups)):
-        group, line = groups[k], work.groups[k].line
+            S = work.between[at(k), at(q)].S
+            put_lanes(S, 0, none)
+            put_lanes(S, 4, none)
+            put_lanes(S, 8, none)
+            put_lanes(S, 12, none)
+    for k in range(work.paths.moving):
+        _clear(work, work.paths.groups[at(k)].at_a)
+        _clear(work, work.paths.groups[at(k)].at_b)
+    for k in range(work.paths.moving):
+        group, line = work.paths.groups[at(k)], work.groups[at(k)].line
         if group.bundle >= 0 and group.kind != COUPLER:
-            f, ta, tb, bundle = (
-                get_lanes3(line, 0),
-                get_lanes3(line, 12),
-                get_lanes3(line, 24),
-                work.bundles[group.bundle],
-            )
-            _act_on_end(cons, model, data, work, bundle, group.at_b, group.b, f, tb)
+            f, total = get_lanes3(line, 0), work.bundles[at(group.bundle)].free
+            _act_on_end(cons, model, data, work, total, group.at_b, group.b, f, get_lanes3(line, 24))
             f = (-1.0 * f[0], -1.0 * f[1], -1.0 * f[2])
-            _act_on_end(cons, model, data, work, bundle, group.at_a, group.a, f, ta)
+            _act_on_end(cons, model, data, work, total, group.at_a, group.a, f, get_lanes3(line, 12))
 
 
 @compile_inline
@@ -114,26 +115,26 @@ def _clear(work, p):
     """Take all forces off entry p."""
     none = four(0.0)
     if p >= 0:
-        put_lanes6(work.entries[p].force, (none, none, none, none, none, none))
+        put_lanes6(work.entries[at(p)].force, (none, none, none, none, none, none))
         for a in range(0, work.modal.shape[1], WIDTH):
             put_lanes(work.modal[p], a, none)
 
 
 @compile_inline
-def _act_on_end(cons, model, data, work, bundle, p, end, f, torque):
-    """Let rows of a bundle push an end, at entry p."""
-    link, free = cons.ends[end].link, get_lanes(bundle.free, 0)
+def _act_on_end(cons, model, data, work, total, p, end, f, torque):
+    """Let rows of a bundle, whose `free` is `total`, push an end at entry p."""
+    link, own, free = cons.ends[at(end)].link, work.ends[at(end)], get_lanes(total, 0)
     if p < 0:
-        put_lanes(bundle.free, 0, free + dot3(f, carried(data, get3(cons.ends[end].position), ZERO3)))
+        put_lanes(total, 0, free + dot3(f, carried(data, get3(own.position), ZERO3)))
         return
-    base, force = get9(data.links[link].orientation), work.entries[p].force
+    base, force = get9(data.links[at(link)].orientation), work.entries[at(p)].force
     f, t = transposed_times(base, f), transposed_times(base, torque)
     wrench = (f[0], f[1], f[2], t[0], t[1], t[2])
-    put_lanes(bundle.free, 0, free + dot6(wrench, get6(work.ends[end].bias)))
-    for a in range(model.links[link].modes):
+    put_lanes(total, 0, free + dot6(wrench, get6(own.bias)))
+    for a in range(model.links[at(link)].modes):
         forces = work.modal[p]
         put_lanes(forces, 4 * a, get_lanes(forces, 4 * a) + dot6(wrench, get6(work.shape[end, a])))
-    t = add3(t, cross(get3(work.ends[end].arm), f))
+    t = add3(t, cross(get3(own.arm), f))
     put_lanes6(force, add6(get_lanes6(force), (f[0], f[1], f[2], t[0], t[1], t[2])))
 
 
@@ -147,24 +148,29 @@ def _through_one(model, data, work, i, begin, end, tau):
         speed = g * (tau[link.u] - along_axis(link, get6(own.force)))
     held, turn, arm, bias = (f[0], f[1], f[2], t[0], t[1], t[2]), get9(own.rotation), get3(own.arm), get6(own.bias)
     for p in range(begin, end):
-        entry, force = work.paths.entries[p], get_lanes6(work.entries[p].force)
+        entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
+        force = get_lanes6(mine.force)
         e = along_axis(link, force)
         if entry.factor != 0.0:
             e += entry.factor
-        put_lanes(work.entries[p].drive, 0, e)
+        put_lanes(mine.drive, 0, e)
         _hand_on(model, data, work, i, entry, axpy6(force, -g * e, held), e * speed, turn, arm, bias)
         if g > 0.0:
             for q in range(begin, p + 1):
-                _add_products(work, p, q, g)
+                _add_products(work, entry.bundle, mine.drive, q, g)
 
 
 @compile_inline
-def _add_products(work, p, q, g):
-    """Add ``g drive_p drive_q^T`` to the responses of entry p's rows to those of entry q."""
-    a, b = work.paths.entries[p].bundle, work.paths.entries[q].bundle
-    S, drive, v = work.between[a, b].S, work.entries[p].drive, get_lanes(work.entries[q].drive, 0)
-    for k in range(work.paths.bundles[a].count):
-        put_lanes(S, 4 * k, get_lanes(S, 4 * k) + (g * drive[k]) * v)
+def _add_products(work, a, drive, q, g):
+    """Add ``g drive drive_q^T`` to the responses of the rows of bundle a to those of entry q."""
+    S, v = work.between[at(a), at(work.paths.entries[at(q)].bundle)].S, g * get_lanes(work.entries[at(q)].drive, 0)
+    count = work.paths.bundles[at(a)].count
+    put_lanes(S, 0, get_lanes(S, 0) + drive[0] * v)
+    if count > 1:
+        put_lanes(S, 4, get_lanes(S, 4) + drive[1] * v)
+    if count > 2:
+        put_lanes(S, 8, get_lanes(S, 8) + drive[2] * v)
+        put_lanes(S, 12, get_lanes(S, 12) + drive[3] * v)
 
 
 @compile_kernel
@@ -189,13 +195,13 @@ def _through_several(model, data, work, i, begin, end, tau):
 def _hand_on(model, data, work, i, entry, force, free, turn, arm, bias):
     """Hand to the parent what is left of an entry's force, which counts with the bias of link i in `free`."""
     f, t = times(turn, (force[0], force[1], force[2])), times(turn, (force[3], force[4], force[5]))
-    total = work.bundles[entry.bundle].free
+    total = work.bundles[at(entry.bundle)].free
     free += get_lanes(total, 0) + dot6(force, bias)
     if entry.up < 0:
-        free += dot3(f, get3(data.links[len(model.links)].acceleration))
+        free += dot3(f, get3(data.links[at(len(model.links))].acceleration))
     else:
         add_row_to_modes(data.modal, model, i, f, t, work.modal, entry)
-        t, up = add3(t, cross(arm, f)), work.entries[entry.up].force
+        t, up = add3(t, cross(arm, f)), work.entries[at(entry.up)].force
         force = (f[0], f[1], f[2], t[0], t[1], t[2])
         if entry.adds:
             force = add6(get_lanes6(up), force)
@@ -205,22 +211,63 @@ def _hand_on(model, data, work, i, entry, force, free, turn, arm, bias):
 
 @compile_kernel
 def push(model, data, work):
-    """Add the multipliers to the bias forces of the last `inward`, and to ``work.tau``, for `forward`."""
+    """Add the multipliers to the bias forces of the last `inward` and to ``work.tau``, as far as `forward` reads them.
+
+    Of a link behind a joint of one axis it reads the force along the axis alone; see `push_links`.
+    """
+    for b in range(len(work.bundles)):
+        bundle, own = work.paths.bundles[at(b)], work.bundles[at(b)]
+        for k in range(bundle.count):
+            own.multiplier[at(k)] = work.multiplier[at(bundle.rows[at(k)])]
     for i in range(len(model.links)):
-        begin, end = work.paths.first[i], work.paths.first[i + 1]
+        begin, end, link = work.paths.first[i], work.paths.first[i + 1], model.links[i]
         if begin == end:
             continue
-        total = get6(data.links[i].force)
-        for p in range(begin, end):
-            entry, force = work.paths.entries[p], work.entries[p].force
-            bundle = work.paths.bundles[entry.bundle]
-            for k in range(bundle.count):
-                f = work.multiplier[bundle.rows[k]]
-                total = axpy6(total, -f, get_lane6(force, k))
-                push_bias_of_modes(data.modal, model, i, f, work.modal, p, k)
-                if entry.factor != 0.0:
-                    work.tau[model.links[i].u] += f * entry.factor
-        put6(data.links[i].force, total)
+        if link.joint == REVOLUTE or link.joint == SLIDING:
+            work.tau[at(link.u)] += _along_drives(work, begin, end)
+        else:
+            _push_link(data, work, i, begin, end)
+        if link.modes > 0:
+            _push_modes(model, data, work, i, begin, end)
+
+
+@compile_inline
+def _along_drives(work, begin, end):
+    """Return the force of the multipliers along the joint of one axis that entries drive."""
+    found = four(0.0)
+    for p in range(begin, end):
+        own = work.bundles[at(work.paths.entries[at(p)].bundle)]
+        found = found + get_lanes(own.multiplier, 0) * get_lanes(work.entries[at(p)].drive, 0)
+    return add_lanes(found)
+
+
+@compile_kernel
+def push_links(model, data, work):
+    """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None."""
+    if work is None:
+        return
+    for i in range(len(model.links)):
+        if model.links[i].joint == REVOLUTE or model.links[i].joint == SLIDING:
+            _push_link(data, work, i, work.paths.first[i], work.paths.first[i + 1])
+
+
+@compile_kernel
+def _push_link(data, work, i, begin, end):
+    """Add the multipliers to the bias force of link i."""
+    force = data.links[i].force
+    for p in range(begin, end):
+        own, by = work.bundles[work.paths.entries[p].bundle], work.entries[p].force
+        for c in range(6):
+            force[c] -= add_lanes(get_lanes(own.multiplier, 0) * get_lanes(by, 4 * c))
+
+
+@compile_inline
+def _push_modes(model, data, work, i, begin, end):
+    """Add the multipliers to the bias forces of the modes of link i."""
+    for p in range(begin, end):
+        bundle = work.paths.bundles[work.paths.entries[p].bundle]
+        for k in range(bundle.count):
+            push_bias_of_modes(data.modal, model, i, work.multiplier[bundle.rows[k]], work.modal, p, k)
 
 
 @compile_kernel
