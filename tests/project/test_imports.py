@@ -41,7 +41,7 @@ LAYERS = {
         "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "summary", "scene",
         "analysis", "synthesis", "ensemble", "correlation", "show", "body_page", "page",
     ),
-    "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
+    "pipeline": ("console", "schema", "build", "systems", "film", "run", "batch", "init"),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},

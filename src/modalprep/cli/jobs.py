@@ -12,7 +12,6 @@ from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.schema.pipeline import Pipeline
     from modalprep.pipeline.systems.systems import Simulated
 
 
@@ -122,11 +121,13 @@ def simulate(
         bool, typer.Option("--reference", help="Use the reference implementation with a full mass matrix (slow).")
     ] = False,
     animate: Annotated[
-        Path | None, typer.Option("--animate", help="Also write an animation of the moving system (.gif or .mp4).")
+        Path | None,
+        typer.Option("--animate", help="Also write an animation of the moving system (.gif, .webp or .mp4)."),
     ] = None,
     colour: Annotated[
-        str, typer.Option("--colour", help="Of the animation: displacement, or a recovery such as skin.von_mises.")
-    ] = "displacement",
+        str | None,
+        typer.Option("--colour", help="Of the animation: displacement, or a recovery such as skin.von_mises."),
+    ] = None,
     vtu: Annotated[
         Path | None, typer.Option("--vtu", help="Also write each flexible body as a time series for ParaView (.pvd).")
     ] = None,
@@ -142,7 +143,7 @@ def simulate(
     from modalprep.pipeline.schema.load import load_pipeline
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
-    if colour != "displacement" and not animate:
+    if colour is not None and not animate:
         raise InputError(f"--colour {colour} is that of an animation; add --animate with a file")
     if vtu:
         from modalprep.formats.vtu import check_series
@@ -151,7 +152,7 @@ def simulate(
     file, output = with_settings(file, settings or [], output)
     pipeline = load_pipeline(file)
     if animate:
-        _refuse_animation(animate, file, target, pipeline)
+        _refuse_animation(animate, file, target)
     reporter = Reporter(quiet=as_json or quiet)
     done = simulate_pipeline(
         file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, reference=reference
@@ -159,9 +160,10 @@ def simulate(
     folder = target.parent if target else output_folder(file, output)
     plot_runs(file, pipeline, done, folder, reporter)
     if animate:
-        from modalprep.report.pictures.system_animation import animate_system
+        from modalprep.pipeline.film import draw_film
 
-        reporter.wrote(animate_system(done.system, next(iter(done.runs.values())), animate, colour=colour))
+        drawn = pipeline.film if colour is None else pipeline.film.model_copy(update={"colour": colour})
+        reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
     else:
         film_run(file, pipeline, done, folder, reporter, [])
     if vtu:
@@ -173,16 +175,13 @@ def simulate(
     _end_with(done.failures)
 
 
-def _refuse_animation(animate: Path, file: Path, target: Path | None, pipeline: Pipeline) -> None:
+def _refuse_animation(animate: Path, file: Path, target: Path | None) -> None:
     """Refuse a film that cannot be drawn or would replace what it is made from, before the run."""
-    from modalprep.errors import InputError
     from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
     from modalprep.report.pictures.animation import check_target
 
     check_target(animate)
     refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
-    if pipeline.deployments:
-        raise InputError(f"{file}: [deployments] cannot be animated; leave out --animate")
 
 
 def _series(done: Simulated, target: Path, reporter: Reporter) -> None:
