@@ -7,9 +7,12 @@ import pytest
 from PIL import Image, ImageSequence
 
 import modalprep as mp
+from modalprep.cli import main
 from modalprep.examples import uniform_beam
-from modalprep.report.pictures import system_animation
-from modalprep.report.pictures.system_animation import animate_system, viewpoint
+from modalprep.report.pictures.camera import viewpoint
+from modalprep.report.pictures.system_animation import animate_system, render_motion
+from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
+from modalprep.report.tables import prefixed
 
 needs_drawing = pytest.mark.usefixtures("drawing")
 
@@ -42,7 +45,7 @@ def _height(picture):
 def test_mesh_points_move_with_their_interfaces(swing):
     """The tip's mesh point is the tip, to the second order of the deflection that the picture leaves out."""
     system, run = swing
-    film = system_animation.SystemScene(system, run, 5)
+    film = SystemScene(system, run, 5, FilmStyle())
     tip = np.argmax(system.bodies["arm"].points[:, 0])
     for k in film.rows:
         bend = np.linalg.norm(run["arm.tip.deflection"][k])
@@ -56,10 +59,10 @@ def test_a_diverging_run_is_shown_while_it_means_something():
     )
     system = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(hub,)).conventional()
     run = mp.simulate(system, t_end=5.0, output_step=0.05)
-    film = system_animation.SystemScene(system, run, 10)
+    film = SystemScene(system, run, 10, FilmStyle())
     assert run.status == "diverged"
     assert film.rows[-1] < len(run.time) - 1
-    assert film.largest < 2 * 10.0
+    assert film.largest < 2 * 10.0 * film.factor
 
 
 def test_plane_motions_are_seen_square_with_gravity_down():
@@ -75,10 +78,83 @@ def test_plane_motions_are_seen_square_with_gravity_down():
 def test_what_cannot_be_filmed_is_refused(swing, tmp_path):
     system, run = swing
     other = system.with_(bodies={"leg": system.bodies["arm"]}, joints=(system.joints[0].with_(child="leg"),))
-    with pytest.raises(mp.InputError, match=r"a \.gif or an \.mp4"):
+    with pytest.raises(mp.InputError, match=r"a \.gif, a \.webp or an \.mp4"):
         animate_system(system, run, tmp_path / "run.avi")
     with pytest.raises(mp.InputError, match="seconds = 0 must be positive"):
         animate_system(system, run, tmp_path / "run.gif", seconds=0.0)
     with pytest.raises(mp.InputError, match="no motion of body 'leg'"):
         animate_system(other, run, tmp_path / "run.gif")
+    for style, words in (
+        ({"follow": "leg"}, "follow = 'leg' is no body"),
+        ({"trails": ["arm.tap"]}, "trail 'arm.tap' is no interface of a body; did you mean 'arm.tip'"),
+    ):
+        with pytest.raises(mp.InputError, match=words):
+            animate_system(system, run, tmp_path / "run.gif", style=FilmStyle(**style))
+    with pytest.raises(mp.InputError, match="exaggeration = -1 must be a positive number"):
+        FilmStyle(exaggeration=-1.0)
+    with pytest.raises(mp.InputError, match="positions = 0"):
+        render_motion(system, run, tmp_path / "run.png", positions=0)
     assert not list(tmp_path.iterdir())
+
+
+def test_exaggeration_scales_deflections_about_the_rigid_motion(swing):
+    system, run = swing
+    plain, more = (SystemScene(system, run, 5, FilmStyle(exaggeration=x)) for x in (1.0, 3.0))
+    rigid, k = SystemScene(system, run, 5, FilmStyle(exaggeration=1e-12)), plain.rows[2]
+    for places in ("points", "interfaces"):
+        at = [getattr(scene, places)("arm", k) for scene in (rigid, plain, more)]
+        assert at[2] - at[0] == pytest.approx(3 * (at[1] - at[0]), rel=1e-9, abs=1e-12)  # round-off of 10 m
+    assert np.abs(at[1] - at[0]).max() > 1e-3
+
+
+@needs_drawing
+def test_a_followed_body_stays_in_the_picture(tmp_path):
+    """A free body that flies along x for ten lengths: followed it stays where it is."""
+    fly = mp.Joint(name="fly", type="free", parent="ground", child="arm", velocity=np.array([100.0, 0, 0]))
+    system = mp.System(bodies={"arm": uniform_beam(modes=1)}, joints=(fly,))
+    run = mp.simulate(system, t_end=1.0, output_step=0.5)
+    size = {"frames": 3, "size": (320, 240)}
+    places = {}
+    for follow in ("", "arm"):
+        file = animate_system(system, run, tmp_path / f"fly{follow}.gif", style=FilmStyle(follow=follow), **size)
+        with Image.open(file) as film:
+            places[follow] = [_column(np.array(f.convert("RGB"))) for f in ImageSequence.Iterator(film)]
+    assert np.ptp(places["arm"]) < 2  # pixels
+    assert np.ptp(places[""]) > 100
+
+
+def _column(picture):
+    r, g, b = (picture[:180, :, k].astype(int) for k in range(3))
+    return np.nonzero((r > g + 40) & (g > b + 30))[1].mean()
+
+
+def test_units_take_the_prefix_that_makes_numbers_readable():
+    for unit, largest, found in (
+        ("Pa", 3.1e7, (1e-6, "MPa")), ("m", 4e-5, (1e6, "um")), ("N m", 999.0, (1.0, "N m")),
+        ("m", 1e-3, (1e3, "mm")), ("N", 1e3, (1e-3, "kN")), ("kg", 1e6, (1.0, "kg")), ("m", 1e-15, (1e9, "nm")),
+    ):  # fmt: skip
+        factor, name = prefixed(unit, largest)
+        assert (pytest.approx(factor, rel=1e-12), name) == found
+
+
+@needs_drawing
+def test_the_command_draws_a_finished_run(project, tmp_path, capsys):
+    file, out = str(project / "pipelines" / "deploying-beam.toml"), ["--output", str(tmp_path)]
+    assert main(["film", file, *out]) == 2
+    assert "deploying-beam-run.h5 does not exist" in capsys.readouterr().err
+    assert main(["simulate", file, *out, "--quiet"]) == 0
+    few = ["--set", "film.frames=3", "--set", "film.size=[320, 240]"]
+    film, picture = tmp_path / "film.webp", tmp_path / "picture.png"
+    assert main(["film", file, *out, *few, "-o", str(film)]) == 0
+    assert main(["film", file, *out, *few, "-o", str(picture), "--positions", "2"]) == 0
+    with Image.open(film) as moving:
+        balls = [_orange(np.array(f.convert("RGB"))) for f in ImageSequence.Iterator(moving)]
+    assert len(balls) == 3
+    assert balls[-1] > 1.3 * balls[0]  # more rods of the boom are out
+    with Image.open(picture) as still:
+        assert still.size == (320, 240)
+
+
+def _orange(picture):
+    r, g, b = (picture[:180, :, k].astype(int) for k in range(3))
+    return ((r > g + 40) & (g > b + 30)).sum()

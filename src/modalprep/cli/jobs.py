@@ -151,11 +151,13 @@ def simulate(
         bool, typer.Option("--reference", help="Use the reference implementation with a full mass matrix (slow).")
     ] = False,
     animate: Annotated[
-        Path | None, typer.Option("--animate", help="Also write an animation of the moving system (.gif or .mp4).")
+        Path | None,
+        typer.Option("--animate", help="Also write an animation of the moving system (.gif, .webp or .mp4)."),
     ] = None,
     colour: Annotated[
-        str, typer.Option("--colour", help="Of the animation: displacement, or a recovery such as skin.von_mises.")
-    ] = "displacement",
+        str | None,
+        typer.Option("--colour", help="Of the animation: displacement, or a recovery such as skin.von_mises."),
+    ] = None,
     vtu: Annotated[
         Path | None, typer.Option("--vtu", help="Also write each flexible body as a time series for ParaView (.pvd).")
     ] = None,
@@ -171,7 +173,7 @@ def simulate(
     from modalprep.pipeline.schema.load import load_pipeline
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
-    if colour != "displacement" and not animate:
+    if colour is not None and not animate:
         raise InputError(f"--colour {colour} is that of an animation; add --animate with a file")
     if vtu:
         from modalprep.formats.vtu import check_series
@@ -180,7 +182,7 @@ def simulate(
     file, output = with_settings(file, settings or [], output)
     pipeline = load_pipeline(file)
     if animate:
-        _refuse_animation(animate, file, target, pipeline)
+        _refuse_animation(animate, file, target)
     reporter = Reporter(quiet=as_json or quiet)
     done = simulate_pipeline(
         file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, reference=reference
@@ -189,9 +191,10 @@ def simulate(
     plot_runs(file, pipeline, done, folder, reporter)
     extra = _strength(file, pipeline, done, folder, reporter) if pipeline.srs or pipeline.fatigue else None
     if animate:
-        from modalprep.report.pictures.system_animation import animate_system
+        from modalprep.pipeline.film import draw_film
 
-        reporter.wrote(animate_system(done.system, next(iter(done.runs.values())), animate, colour=colour))
+        drawn = pipeline.film if colour is None else pipeline.film.model_copy(update={"colour": colour})
+        reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
     else:
         film_run(file, pipeline, done, folder, reporter, [])
     if vtu:
@@ -214,16 +217,13 @@ def _strength(file: Path, pipeline: Pipeline, done: Simulated, folder: Path, rep
     return strength(file, pipeline, {}, next(iter(done.runs.values())), folder, reporter)
 
 
-def _refuse_animation(animate: Path, file: Path, target: Path | None, pipeline: Pipeline) -> None:
+def _refuse_animation(animate: Path, file: Path, target: Path | None) -> None:
     """Refuse a film that cannot be drawn or would replace what it is made from, before the run."""
-    from modalprep.errors import InputError
     from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
     from modalprep.report.pictures.animation import check_target
 
     check_target(animate)
     refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
-    if pipeline.deployments:
-        raise InputError(f"{file}: [deployments] cannot be animated; leave out --animate")
 
 
 def _series(done: Simulated, target: Path, reporter: Reporter) -> None:

@@ -235,11 +235,11 @@ def film_run(
     """Draw the film that a pipeline file asks for, or report in one line why not."""
     if pipeline.output.film == "none":
         return
-    from modalprep.report.pictures.system_animation import animate_system
+    from modalprep.pipeline.film import draw_film
 
     try:
         target = folder / f"{path.stem}.{pipeline.output.film}"
-        reporter.wrote(animate_system(simulated.system, next(iter(simulated.runs.values())), target))
+        reporter.wrote(draw_film(pipeline.film, simulated.system, next(iter(simulated.runs.values())), target))
     except RenderError as error:
         _not_drawn(error, notes, reporter)
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.render import render_mode as render_mode
     from modalprep.report.pictures.sheet import contact_sheet as contact_sheet
     from modalprep.report.pictures.system_animation import animate_system as animate_system
+    from modalprep.report.pictures.system_animation import render_motion as render_motion
+    from modalprep.report.pictures.system_scene import FilmStyle as FilmStyle
     from modalprep.report.plots import effective_mass_plot as effective_mass_plot
     from modalprep.report.plots import history_plot as history_plot
 
@@ -29,7 +31,8 @@ _NAMES = {
     "pictures.sheet": "contact_sheet",
     "pictures.animation": "animate_mode",
     "pictures.mesh_picture": "render_findings",
-    "pictures.system_animation": "animate_system",
+    "pictures.system_animation": "animate_system render_motion",
+    "pictures.system_scene": "FilmStyle",
     "plots": "effective_mass_plot history_plot",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

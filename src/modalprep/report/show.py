@@ -84,11 +84,12 @@ def mode_film(shown: FlexibleBody, mode: int, colour: str) -> Film:
     return _film(lambda path: animate_mode(shown, mode, path, colour=colour, size=SIZE))
 
 
-def system_film(system: System, run: Result, **options: Any) -> Film:
+def system_film(system: System, run: Result, style: dict[str, Any], **options: Any) -> Film:
     """Draw a run of a system."""
     from modalprep.report.pictures.system_animation import animate_system
+    from modalprep.report.pictures.system_scene import FilmStyle
 
-    return _film(lambda path: animate_system(system, run, path, **options))
+    return _film(lambda path: animate_system(system, run, path, style=FilmStyle(**style), **options))
 
 
 def _film(write) -> Film:
@@ -99,11 +100,10 @@ def _film(write) -> Film:
 def system(shown: System, state: Result | None, time: float | None) -> Any:
     """Show a system at a time of a run, or at its start."""
     from modalprep.multibody.simulate import start_channels
-    from modalprep.report.pictures.system_animation import SystemScene, refuse_other_system
+    from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
 
     state = start_channels(shown) if state is None else state
-    refuse_other_system(shown, state)
-    scene = SystemScene(shown, _one_time(state, time), 1)
+    scene = SystemScene(shown, _one_time(state, time), 1, FilmStyle())
 
     def stage(off_screen: bool):
         plotter = scene.stage(WINDOW, off_screen=off_screen)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -24,6 +25,7 @@ HELD = (
     "Fixed-interface modes have these frequencies with every fixed interface held; the body, which its root alone "
     "holds, has others."
 )
+PREFIXABLE = ("m", "Pa", "N", "J", "Hz", "W", "rad")  # begin the units that take a prefix
 NOUNS = {
     FIXED: "modes with fixed interfaces",
     FREE: "modes of the floating body",
@@ -272,3 +274,17 @@ def shapes_table(generators: Iterable[Any], console: Console) -> None:
             table.add_row(*map(Text, ("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)))
         table.add_section()
     console.print(table)
+
+
+def prefixed(unit: str, largest: float) -> tuple[float, str]:
+    """Return the factor and the name of the SI unit with the prefix that suits a value.
+
+    Examples
+    --------
+    >>> prefixed("Pa", 2.5e6), prefixed("m", 0.0), prefixed("kg", 1e-3), prefixed("m/s^2", 0.02)
+    ((1e-06, 'MPa'), (1.0, 'm'), (1.0, 'kg'), (1000.0, 'mm/s^2'))
+    """
+    if not largest > 0 or not unit.startswith(PREFIXABLE):
+        return 1.0, unit
+    power = min(3, max(-3, math.floor(math.log10(largest) / 3 + 1e-9)))
+    return 10.0 ** (-3 * power), f"{('n', 'u', 'm', '', 'k', 'M', 'G')[power + 3]}{unit}"

@@ -13,6 +13,7 @@ from modalprep.multibody.results.fields import cell_fields, node_field
 from modalprep.report.pictures.recovered_colour import RecoveredColour
 from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.pictures.system_animation import animate_system
+from modalprep.report.pictures.system_scene import FilmStyle
 
 Recover = mp.fe.Recover
 G = 9.81
@@ -123,7 +124,7 @@ def test_what_cannot_be_written_is_refused(swing, tmp_path):
     with pytest.raises(mp.InputError, match="every = 0"):
         mp.formats.write_vtu_series(body, run, tmp_path / "wing.pvd", name="wing", every=0)
     with pytest.raises(mp.InputError, match=r"did you mean 'skin.von_mises'"):
-        animate_system(system, run, tmp_path / "film.gif", colour="skin.von_mies")
+        animate_system(system, run, tmp_path / "film.gif", style=FilmStyle(colour="skin.von_mies"))
     with pytest.raises(mp.InputError, match="no body recovers it over its mesh"):
         RecoveredColour(system.bodies, run, "base.Fx")  # of an interface
 
@@ -133,7 +134,7 @@ def test_film_is_coloured_by_the_stress(swing, tmp_path):
     """The clamp is bright where the stress is high at the last picture, the free end dark."""
     system, run = swing
     film = tmp_path / "film.gif"
-    animate_system(system, run, film, colour="skin.von_mises", frames=3, seconds=1.0, size=(480, 360))
+    animate_system(system, run, film, style=FilmStyle(colour="skin.von_mises"), frames=3, seconds=1.0, size=(480, 360))
     plain = tmp_path / "plain.gif"
     animate_system(system, run, plain, frames=3, seconds=1.0, size=(480, 360))
     with Image.open(film) as a, Image.open(plain) as b:

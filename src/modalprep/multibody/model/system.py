@@ -130,19 +130,19 @@ class System(Record):
         """
         return draw("system", self, run, time)
 
-    def animate(self, run: Any, *, colour: str = "displacement", seconds: float = 5.0, frames: int = 60) -> Film:
+    def animate(self, run: Any, *, seconds: float = 5.0, frames: int = 60, **style: Any) -> Film:
         """Draw a run as a film.
 
         Parameters
         ----------
         run : Result
             Of this system.
-        colour : str
-            ``displacement``, or a component of a recovery such as ``skin.von_mises``.
         seconds : float
             Duration of the film, s.
         frames : int
             Number of pictures.
+        **style
+            Of `modalprep.report.FilmStyle`, such as ``exaggeration=20`` or ``trails=["arm.tip"]``.
 
         Returns
         -------
@@ -156,7 +156,7 @@ class System(Record):
         RenderError
             When the machine cannot draw.
         """
-        return draw("system_film", self, run, colour=colour, seconds=seconds, frames=frames)
+        return draw("system_film", self, run, style, seconds=seconds, frames=frames)
 
     def _refuse_other_types(self) -> None:
         refuse_other("System: bodies", Mapping, self.bodies)

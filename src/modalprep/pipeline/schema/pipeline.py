@@ -21,6 +21,7 @@ from modalprep.pipeline.schema.fe import (
     StressTable,
     SupportTable,
 )
+from modalprep.pipeline.schema.film import FilmTable
 from modalprep.pipeline.schema.force_elements import ForceElements
 from modalprep.pipeline.schema.properties import AnyMaterial, Section
 from modalprep.pipeline.schema.quantities import in_mesh_unit
@@ -64,7 +65,7 @@ class OutputTable(Table):
     pictures: Literal["kept", "none"] | Annotated[int, Field(ge=0)] = Field(
         "kept", description="mode pictures: kept, none, or a number"
     )
-    film: Literal["none", "gif", "mp4"] = Field("none", description="animation of the simulated system")
+    film: Literal["none", "gif", "webp", "mp4"] = Field("none", description="animation of the simulated system")
     export: list[Literal[*EXPORTS]] = Field([], description="formats of other programs, written beside the modal file")
 
 
@@ -140,6 +141,7 @@ class Pipeline(ForceElements):
     ensemble: EnsembleTable | None = None
     analysis: AnalysisTable | None = None
     plots: list[PlotTable] = Field([])
+    film: FilmTable = Field(FilmTable())
     grid: dict[str, Annotated[list[Any], Field(min_length=1)]] = Field(
         {}, description='for modalprep batch: values of keys such as "reduction.modes"; every combination is a job'
     )
@@ -236,8 +238,6 @@ class Pipeline(ForceElements):
         others = ("analysis", "synthesis", "closures", "couplers", "depletions", "events")
         if found := [name for name in others if self.deployments and getattr(self, name)]:
             raise ValueError(f"[{found[0]}] cannot be combined with [deployments]; leave one out")
-        if self.deployments and self.output.film != "none":
-            raise ValueError("[deployments] cannot be animated; leave out film")
         s = self.simulation
         if self.deployments and s and (s.variables != "joint" or s.chosen_theory != "consistent"):
             raise ValueError("[deployments] are simulated in joint variables and the consistent theory only")

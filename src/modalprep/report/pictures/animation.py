@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 SIZE = (720, 540)  # both even, as required for video
 PERIOD = 1.5  # s
+WEBP = 75  # quality, %
 REPEATS = 4  # periods in a video, which does not repeat
 
 
@@ -65,7 +66,7 @@ def animate_mode(
     >>> from modalprep.examples import uniform_beam
     >>> animate_mode(uniform_beam(modes=1), 1, "beam.avi")
     Traceback (most recent call last):
-    modalprep.errors.InputError: cannot write beam.avi: an animation is a .gif or an .mp4 file
+    modalprep.errors.InputError: cannot write beam.avi: an animation is a .gif, a .webp or an .mp4 file
     """
     path = check_target(path, frames)
     scale = render.shown_scale(body, mode)
@@ -76,8 +77,8 @@ def animate_mode(
 def check_target(path: str | Path, frames: int = 2) -> Path:
     """Refuse an animation that cannot be written."""
     path = Path(path)
-    if path.suffix.lower() not in (".gif", ".mp4"):
-        raise InputError(f"cannot write {path}: an animation is a .gif or an .mp4 file")
+    if path.suffix.lower() not in (".gif", ".webp", ".mp4"):
+        raise InputError(f"cannot write {path}: an animation is a .gif, a .webp or an .mp4 file")
     if frames < 2:
         raise InputError(f"frames = {frames} must be at least 2")
     if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
@@ -89,10 +90,12 @@ def check_target(path: str | Path, frames: int = 2) -> Path:
 
 
 def write_frames(images: list[np.ndarray], path: Path, period: float, repeats: int = 1) -> Path:
-    """Write images (height, width, 3) of a `period` (s) as a GIF that repeats, or `repeats` times as an MP4."""
+    """Write images (height, width, 3) of a `period` (s) as a GIF or WebP that repeats, or `repeats` times as an MP4."""
     with atomic_path(path) as temporary:
         if path.suffix.lower() == ".gif":
             _write_gif(images, temporary, period)
+        elif path.suffix.lower() == ".webp":
+            _write_webp(images, temporary, period)
         else:
             _write_mp4(images * repeats, temporary, len(images) / period)
     return path
@@ -125,6 +128,14 @@ def _write_gif(images: list[np.ndarray], path: Path, period: float) -> None:
     first, *rest = (Image.fromarray(image).quantize(palette=palette, dither=Image.Dither.NONE) for image in images)
     each = round(1000 * period / len(images) / 10) * 10  # ms; the format counts in hundredths of a second
     first.save(path, save_all=True, append_images=rest, duration=max(20, each), loop=0, format="GIF")
+
+
+def _write_webp(images: list[np.ndarray], path: Path, period: float) -> None:
+    from PIL import Image
+
+    first, *rest = (Image.fromarray(image) for image in images)
+    each = max(20, round(1000 * period / len(images)))  # ms
+    first.save(path, save_all=True, append_images=rest, duration=each, loop=0, quality=WEBP, method=4, format="WEBP")
 
 
 def _palette(images: list[np.ndarray]) -> Image.Image:

@@ -52,7 +52,7 @@ there are no recoveries
         if colour not in known:
             there = suggestion(colour, known, "there are") if known else "there are no recoveries"
             raise InputError(f"colour {colour!r} is not displacement, and no body recovers it over its mesh; {there}")
-        self.label = f"{colour}, {known[colour]}"
+        self.unit, self.name_of_colour = known[colour], colour
         self.bodies = {name: body for name, body in bodies.items() if self.name in body.recovery}
         self.motions = {name: body_motion(body, name, result.channels) for name, body in self.bodies.items()}
 

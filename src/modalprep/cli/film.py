@@ -1,0 +1,39 @@
+"""The command that draws a finished run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from modalprep.cli.common import Output, PipelineFile, Settings, app
+
+
+@app.command()
+def film(
+    file: PipelineFile,
+    target: Annotated[
+        Path | None,
+        typer.Option("-o", help="File to write: an animation (.webp, .gif, .mp4), or a picture (.png, .jpg)."),
+    ] = None,
+    run: Annotated[
+        Path | None, typer.Option("--run", help="Result file (.h5); the default is that of the outputs.")
+    ] = None,
+    positions: Annotated[int, typer.Option("--positions", help="Number of positions in a picture.", min=1)] = 6,
+    output: Output = None,
+    settings: Settings = None,
+) -> None:
+    """Draw a finished run of a pipeline file as an animation, or as a picture with several positions.
+
+    The table [film] of the file says how; --set changes it, such as --set film.exaggeration=20.
+    """
+    from modalprep.pipeline.batch.settings import with_settings
+    from modalprep.pipeline.build.build import output_folder
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.film import film_pipeline
+
+    run = run or output_folder(file, output) / f"{file.stem}-run.h5"
+    changed, output = with_settings(file, settings or [], output)
+    reporter = Reporter()
+    reporter.wrote(film_pipeline(changed, target, run, output, reporter, positions))

@@ -1,0 +1,64 @@
+"""Films and pictures of the system of a pipeline file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from modalprep.errors import InputError
+from modalprep.formats.resultfile import read_result
+from modalprep.pipeline.build.build import made_bodies, output_folder
+from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.schema.load import load_pipeline
+from modalprep.pipeline.systems.read import read_system
+from modalprep.report.pictures.animation import check_target
+from modalprep.report.pictures.render import PICTURES
+from modalprep.report.pictures.system_animation import animate_system, render_motion
+
+if TYPE_CHECKING:
+    from modalprep.multibody.deploying.system import DeployingSystem
+    from modalprep.multibody.model.system import System
+    from modalprep.multibody.results.result import Result
+    from modalprep.pipeline.schema.film import FilmTable
+
+
+def film_pipeline(
+    path: Path, target: Path | None, run: Path | None, output: Path | None, reporter: Reporter, positions: int = 6
+) -> Path:
+    """Draw a finished run of a pipeline file; `target` is an animation, or a picture with several positions.
+
+    Raises
+    ------
+    InputError
+        When there is no such run, or it is not of this system.
+    RenderError
+        When the machine cannot draw.
+    """
+    folder, pipeline = output_folder(path, output), load_pipeline(path)
+    if not (pipeline.simulation or run):
+        raise InputError(f"{path} has no [simulation], so there is no run to draw; name one with --run")
+    run, target = run or folder / f"{path.stem}-run.h5", target or folder / f"{path.stem}.webp"
+    if target.suffix.lower() not in PICTURES:
+        check_target(target)
+    refuse_overwriting([target], [run, *needed_files(path), *made_bodies(path, output)])
+    result = read_result(run)
+    return draw_film(pipeline.film, read_system(pipeline, path, output, reporter), result, target, positions)
+
+
+def draw_film(
+    table: FilmTable, system: System | DeployingSystem, result: Result, target: Path, positions: int = 6
+) -> Path:
+    """Draw a run as the table says: an animation, or in a picture by its suffix.
+
+    Raises
+    ------
+    InputError
+        When the result is not of this system, or the table names what is not there.
+    RenderError
+        When the machine cannot draw.
+    """
+    if target.suffix.lower() in PICTURES:
+        return render_motion(system, result, target, style=table.style(), positions=positions, size=tuple(table.size))
+    options = {"seconds": table.seconds, "frames": table.frames, "size": tuple(table.size)}
+    return animate_system(system, result, target, style=table.style(), **options)

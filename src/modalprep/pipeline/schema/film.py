@@ -1,0 +1,36 @@
+"""The table of a pipeline file that says how its motion is drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from modalprep.pipeline.schema.base import Table
+
+if TYPE_CHECKING:
+    from modalprep.report.pictures.system_scene import FilmStyle
+
+Pixels = Annotated[int, Field(ge=100, le=4000, multiple_of=2)]
+
+
+class FilmTable(Table):
+    """How animations of the system are drawn: of [output] film, simulate --animate, and modalprep film."""
+
+    colour: str = Field("displacement", description="displacement, or a recovery over the mesh such as skin.von_mises")
+    exaggeration: float = Field(1.0, gt=0, description="factor of the deflections, which the picture states")
+    trails: list[str] = Field([], description="interfaces, such as arm.tip, that draw their path behind them")
+    follow: str = Field("", description="body that the camera follows; default: the camera stays")
+    title: str = Field("", description="text in the picture")
+    seconds: float = Field(5.0, gt=0, description="duration of the animation, s")
+    frames: int = Field(60, ge=2, le=2000, description="number of its pictures")
+    size: list[Pixels] = Field(
+        [720, 540], min_length=2, max_length=2, description="width and height in pixels, even numbers"
+    )
+
+    def style(self) -> FilmStyle:
+        """Return what the drawing functions take."""
+        from modalprep.report.pictures.system_scene import FilmStyle
+
+        names = ("colour", "exaggeration", "trails", "follow", "title")
+        return FilmStyle(**{name: getattr(self, name) for name in names})
