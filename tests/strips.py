@@ -187,7 +187,7 @@ class Modal:
     motion: np.ndarray
 
 
-def modal(model: mp.fe.FEModel, surface: Surface, modes: int = 16) -> Modal:
+def modal(model: mp.fe.FEModel, surface: Surface, modes: int = 10) -> Modal:
     """Reduce a model; points between the nodes of a beam move with its sections."""
     reduction = mp.craig_bampton(model, modes=modes, truncation=())
     at = surface(*grid(10, 2)).reshape(-1, 3)

@@ -72,12 +72,13 @@ class CurvedEnergy:
     def _add_drilling(self, K: np.ndarray, pull: np.ndarray, moment: np.ndarray, at: Points) -> None:
         """Add the work of drilling moments ``(ne, nq)`` on the second order of `_drilled` to K, and to `pull`."""
         N, axes, slopes = self.shapes, *self.plane(at)
-        o, lever = self.offset, -skew(self.normal)
+        o, lever, n = self.offset, -skew(self.normal), N.shape[1]
+        back = (o[:, None, None, None] * lever).swapaxes(2, 3)
         for k, work in enumerate((moment / 2, -moment / 2)):
             e, p, slope = axes[1 - k], slopes[k], at.gradient[:, :, k]
             mixed = np.einsum("eq,eqi,qj,eqab->eiajb", work, slope, N, -skew(e), optimize=True)
             K[:, :, :3, :, 3:] += mixed
-            arm = np.einsum("e,eica,eicjb->eiajb", o, lever, mixed)
+            arm = (back @ mixed.reshape(-1, n, 3, 3 * n)).reshape(mixed.shape)
             K[:, :, 3:, :, 3:] += arm + arm.transpose(0, 3, 4, 1, 2)
             pull += np.einsum("e,eq,eqi,eqa->eia", o, work, slope, e, optimize=True)
             own = np.einsum("eq,qi,eqab->ieab", work, N, link_geometric_stiffness(p[:, :, None], e[:, :, None]))

@@ -52,10 +52,15 @@ class Forms(NamedTuple):
 
     def slopes(self, x: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the slopes ``(ne, nq, 8, n, 3)`` of the measures by positions and by directors."""
-        lead, index = self.lead, self.index
-        by_x = np.einsum(f"{lead}cij,eja->{index}cia", 2 * self.xx, x)
-        by_x += np.einsum(f"{lead}cij,eja->{index}cia", self.xt, t)
-        return by_x, np.einsum(f"{lead}cij,eia->{index}cja", self.xt, x)
+        by_x = self._times(2 * self.xx, x) + self._times(self.xt, t)
+        return by_x, self._times(self.xt.swapaxes(-1, -2), x)
+
+    def _times(self, form: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Return ``form_ij v_j (ne, nq, 8, n, 3)`` of nodal vectors ``(ne, n, 3)``, by products of whole matrices."""
+        n = form.shape[-1]
+        rows = form.reshape(-1, n) if self.lead == "q" else form.reshape(len(form), -1, n)
+        each = form.shape[:-1] if self.lead == "q" else form.shape[1:-1]
+        return (rows @ vectors).reshape(len(vectors), *each, 3)
 
     def of_tau(self, x: np.ndarray, axes: np.ndarray) -> np.ndarray:
         """Return the strains ``(ne, nq, 8, k)`` of tau along the rows of ``axes (ne, k, 3)``."""
