@@ -95,6 +95,7 @@ def test_good_news_of_the_reduction_is_no_warning():
     few = craig_bampton(cantilever_model(), modes=4, keep=[1], truncation=())
     mixed = of_reduction.pseudo_resonances(few.table, (2 * np.pi * few.table.frequency[1:2] / 2) ** 2)
     assert [kind_of(note) for note in mixed] == ["approximations"]
+    assert [kind_of(note) for note in of_reduction.fewer_modes(239, 1000, "fixed-interface")] == ["notes"]
     assert kind_of("1 quad cell is warped") == "warnings"
 
 
