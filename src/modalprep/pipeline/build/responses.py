@@ -8,6 +8,7 @@ from pathlib import Path
 from modalprep.atomic import write_table
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.formats.responsefile import write_response
 from modalprep.pipeline.build.build import stand_in
 from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.build.sources import refuse_overwriting, source_files
@@ -69,10 +70,12 @@ def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, re
     found = []
     for name, table in pipeline.response.items():
         stem = folder / f"{path.stem}-{name}"
-        curves, peaks, plot = (Path(f"{stem}-{end}") for end in ("response.csv", "peaks.csv", "response.png"))
-        refuse_overwriting([curves, peaks, plot], source_files(path, pipeline))
+        ends = ("response.h5", "response.csv", "peaks.csv", "response.png")
+        file, curves, peaks, plot = (Path(f"{stem}-{end}") for end in ends)
+        refuse_overwriting([file, curves, peaks, plot], source_files(path, pipeline))
         with naming(path), naming(f"[response.{name}]"):
             response = computed(table, body, path.parent)
+        reporter.wrote(write_response(response, file))
         reporter.wrote(write_curves(response, curves))
         reporter.wrote(write_peaks(response, peaks))
         reporter.wrote(response_plot(response, plot))
