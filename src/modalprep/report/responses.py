@@ -34,6 +34,7 @@ MEANING = {
     "random": "Power spectral densities", "transient": "Histories",
 }  # fmt: skip
 NOTHING = 1e-9  # of the largest of a unit: round-off in a direction that nothing drives
+ALIKE = {"N m": "N", "rad/s^2": "m/s^2", "rad": "m"}  # at an arm of 1 m
 
 
 def peak_columns(response: Response) -> list[str]:
@@ -67,8 +68,9 @@ def peak_rows(response: Response) -> list[tuple[str, ...]]:
 def _notable(peaks: list[Peak]) -> list[Peak]:
     top: dict[str, float] = {}
     for peak in peaks:
-        top[peak.unit] = max(top.get(peak.unit, 0.0), peak.largest)
-    return [peak for peak in peaks if peak.largest > NOTHING * top[peak.unit]]
+        unit = ALIKE.get(peak.unit, peak.unit)
+        top[unit] = max(top.get(unit, 0.0), peak.largest)
+    return [peak for peak in peaks if peak.largest > NOTHING * top[ALIKE.get(peak.unit, peak.unit)]]
 
 
 def _cell(key: str, peak: Peak) -> str:
@@ -138,22 +140,31 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
                   label=name, linewidth=1.8, **style)  # fmt: skip
         if response.steady is not None:
             steady = response.steady[:, response.names.index(name)]
-            axes.plot(response.axis, steady, color=style["color"], linewidth=1.0, linestyle=":")
+            label = "steady state" if k == 0 else None
+            axes.plot(response.axis, steady, color=style["color"], linewidth=1.0, linestyle=":", label=label)
     if response.kind != "transient":
         axes.set_xscale("log")
         axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
         axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_yscale("log")
-        largest = max(float(np.abs(response[name]).max()) for name in names)
+        largest = max(float(values.max()) for values in _magnitudes(response, names))
         bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
         axes.set_ylim(bottom, 2 * largest)
+    else:
+        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:.4g}"))
     axes.set_xlim(response.axis[0], response.axis[-1])
     unit = unit.replace("^2", "²")
     power = f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
     axes.set_ylabel(power if response.kind == "random" else unit)
     add_head(axes, "")
     plain_axes(axes, grid="both")
+
+
+def _magnitudes(response: Response, names: list[str]) -> list[np.ndarray]:
+    """Return the curves, those of the steady state included."""
+    steady = [] if response.steady is None else [response.steady[:, response.names.index(name)] for name in names]
+    return [*(np.abs(response[name]) for name in names), *steady]
 
 
 def _smallest(values: np.ndarray) -> float:

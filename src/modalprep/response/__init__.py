@@ -1,4 +1,4 @@
-"""Linear responses of one body whose root is driven: harmonic, sine sweep, random, transient (theory 4.10).
+"""Linear responses of one body whose root is driven: harmonic, sine sweep, random, transient (theory 11.1).
 
 The root interface moves as prescribed, and forces and moments act on the other interfaces. Inputs are named
 ``base.x``, ..., ``base.rz`` (acceleration of the root, m/s^2 and rad/s^2) and ``<interface>.x``, ...,

@@ -1,4 +1,4 @@
-"""Output channels of a body: linear in modal coordinates, modal accelerations and inputs (theory 4.10)."""
+"""Output channels of a body: linear in modal coordinates, modal accelerations and inputs (theory 11.1)."""
 
 from __future__ import annotations
 

@@ -41,7 +41,7 @@ class Fatigue(Record):
 
     References
     ----------
-    Theory 11.2.
+    Theory 12.2.
     """
 
     damage: float
@@ -90,7 +90,7 @@ def rainflow_damage(time: np.ndarray, stress: np.ndarray, curve: SNCurve) -> Fat
     References
     ----------
     ASTM E1049-85, section 5.4.4. M. A. Miner, Cumulative damage in fatigue, Journal of Applied Mechanics 12 (1945).
-    Theory 11.2.
+    Theory 12.2.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def random_damage(
     References
     ----------
     T. Dirlik, Application of Computers in Fatigue Analysis, PhD thesis, University of Warwick, 1985. J. W. Miles,
-    Journal of the Aeronautical Sciences 21 (1954). Theory 11.2.
+    Journal of the Aeronautical Sciences 21 (1954). Theory 12.2.
 
     Examples
     --------
@@ -211,7 +211,7 @@ def signed_von_mises(stress: np.ndarray) -> np.ndarray:
 
     References
     ----------
-    Theory 11.2.
+    Theory 12.2.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Frequencies at which a response is computed: refined around resonances, with weights that integrate (theory 4.10)."""
+"""Frequencies at which a response is computed: refined around resonances, with weights that integrate (theory 11.4)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def integration_grid(
 
     References
     ----------
-    P. J. Davis, P. Rabinowitz, Methods of Numerical Integration, Academic Press 1984, section 2.7; theory 4.10.
+    P. J. Davis, P. Rabinowitz, Methods of Numerical Integration, Academic Press 1984, section 2.7; theory 11.4.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Response to harmonic inputs over frequency (theory 4.10)."""
+"""Response to harmonic inputs over frequency (theory 11.3)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from modalprep.errors import InputError
 from modalprep.response.channels import body_blocks
 from modalprep.response.grid import integration_grid
 from modalprep.response.inputs import Spectrum, as_spectra, uncovered
-from modalprep.response.modal import Damping, ModalEquations, limits_of_validity, modal_equations
+from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
+from modalprep.response.validity import large_deflection, limits_of_validity
 
 
 def harmonic_response(
@@ -51,7 +52,7 @@ def harmonic_response(
 
     References
     ----------
-    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, chapter 11; theory 4.10.
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, chapter 11; theory 11.3.
 
     Examples
     --------
@@ -73,7 +74,8 @@ def harmonic_response(
             values = s if block.mises is None else np.concatenate([s, largest_mises(s, block.mises)[..., None]], axis=2)
             found.add(block, part, values, _figures(values, f), "peak")
     found.refuse_unmet()
-    notes = [*limits_of_validity(body, equations, f[-1]), *uncovered(spectra, f[0], f[-1]), *_undamped(equations, f)]
+    notes = [*limits_of_validity(body, equations, f[-1]), *large_deflection(body, equations, q[..., 0])]
+    notes += [*uncovered(spectra, f[0], f[-1]), *_undamped(equations, f)]
     return Response(
         kind="harmonic", axis=f, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),

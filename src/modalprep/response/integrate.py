@@ -1,4 +1,4 @@
-"""Modal equations over time, exactly where inputs are straight lines between their samples (theory 4.10)."""
+"""Modal equations over time, exactly where inputs are straight lines between their samples (theory 11.5)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Integrator:
 
     Modes that are not coupled and damped below critical have one complex pole each, ``z = q' - conj(l) q`` with
     ``z' = l z + B u``; else the matrix exponential of all modes is taken. Both are exact for inputs that are straight
-    between samples (theory 4.10).
+    between samples (theory 11.5).
     """
 
     equations: ModalEquations

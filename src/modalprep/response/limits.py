@@ -57,7 +57,7 @@ class NotchedInput(Record):
 
     References
     ----------
-    Theory 11.3.
+    Theory 12.3.
     """
 
     frequency: np.ndarray
@@ -115,7 +115,7 @@ def notch(
 
     References
     ----------
-    NASA-HDBK-7004C, Force Limited Vibration Testing, 2012. Theory 11.3.
+    NASA-HDBK-7004C, Force Limited Vibration Testing, 2012. Theory 12.3.
 
     Examples
     --------
@@ -208,7 +208,7 @@ def force_limit(
 
     References
     ----------
-    T. D. Scharton, Force Limited Vibration Testing Monograph, NASA RP-1403, 1997. NASA-HDBK-7004C, 2012. Theory 11.3.
+    T. D. Scharton, Force Limited Vibration Testing Monograph, NASA RP-1403, 1997. NASA-HDBK-7004C, 2012. Theory 12.3.
 
     Examples
     --------
@@ -265,7 +265,7 @@ def quasi_static_limit(
 
     References
     ----------
-    Theory 11.3.
+    Theory 12.3.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Equations of motion of a body in uncoupled modes, driven at its root and on its interfaces (theory 4.10)."""
+"""Equations of motion of a body in uncoupled modes, driven at its root and on its interfaces (theory 11.1)."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ from modalprep.body.recovery import DRIVES
 from modalprep.errors import InputError
 from modalprep.records import Record
 from modalprep.reduction.damping import Ratio, Rayleigh, damping_ratio
-from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, TRUNCATION
+from modalprep.reduction.table import DIRECTIONS
 from modalprep.suggest import suggestion
 from modalprep.vectors import UNIT, skew
 
 BASE = "base"
 Damping = Ratio | Rayleigh | np.ndarray | None
 COUPLED = 1e-12  # relative entry off the diagonal of a damping matrix that couples modes
-SHOWN = 0.95  # effective mass in a driven direction below which a note says so
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -47,7 +46,7 @@ class ModalEquations(Record):
 
     References
     ----------
-    Theory 4.10.
+    Theory 11.1.
     """
 
     inputs: tuple[str, ...]
@@ -115,6 +114,11 @@ def modal_equations(body: FlexibleBody, inputs: Sequence[str], damping: Damping 
     damping : float, {Hz: ratio}, (n,), Rayleigh, or (n, n)
         Instead of the body's own: ratios, or a damping matrix (1/s) in the coordinates of the body.
 
+    Returns
+    -------
+    ModalEquations
+        In modes with unit mass.
+
     Raises
     ------
     InputError
@@ -122,7 +126,7 @@ def modal_equations(body: FlexibleBody, inputs: Sequence[str], damping: Damping 
 
     References
     ----------
-    Theory 4.10.
+    Theory 11.1.
 
     Examples
     --------
@@ -203,55 +207,3 @@ def input_names(interfaces: Sequence[str]) -> list[str]:
             "an interface that is not the root is called 'base', as the input is; rename it for a response"
         )
     return [f"{place}.{d}" for place in (BASE, *interfaces[1:]) for d in DIRECTIONS]
-
-
-def highest_mode(body: FlexibleBody) -> float:
-    """Return the highest frequency (Hz) of the kept normal modes of a body's reduction; without a table, of its modes.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> round(highest_mode(uniform_beam(modes=2)), 2)
-    1.21
-    """
-    table = body.modes
-    normal = [table.kept[k] and kind not in (CONSTRAINT, TRUNCATION) for k, kind in enumerate(table.kind)]
-    found = table.frequency[np.array(normal, dtype=bool)] if any(normal) else body.frequency
-    found = found[np.isfinite(found)]
-    return float(found.max(initial=0.0)) or float(body.frequency.max())
-
-
-def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float) -> list[str]:
-    """Return what a user should know of a response up to a frequency `top` (Hz): modes, mass, recoveries, damping.
-
-    Examples
-    --------
-    >>> from modalprep.examples import uniform_beam
-    >>> beam = uniform_beam(modes=2)
-    >>> limits_of_validity(beam, modal_equations(beam, ["base.y"], 0.01), 9.0)[0]
-    'the response goes up to 9 Hz, but the highest kept mode has 1.209 Hz: beyond it the dropped modes are missing'
-    """
-    notes = []
-    if top > highest_mode(body):
-        notes.append(
-            f"the response goes up to {top:.4g} Hz, but the highest kept mode has {highest_mode(body):.4g} Hz: "
-            "beyond it the dropped modes are missing"
-        )
-    for name, b in zip(equations.inputs, equations.B.T, strict=True):
-        total = _rigid(body)[DIRECTIONS.index(name.removeprefix(f"{BASE}."))] if name.startswith(f"{BASE}.") else 0.0
-        if total > 0 and b @ b < SHOWN * total:
-            notes.append(
-                f"the modes have {100 * (b @ b) / total:.1f} % of the effective mass for {name}; the rest moves with "
-                "the base as if it were rigid"
-            )
-    still = [name for name, x in body.recovery.items() if not x.moves]
-    if still:
-        notes.append(f"mode displacement, without the static response of dropped modes: {', '.join(still)}")
-    if equations.coupled:
-        notes.append("damping couples the modes: the coupled equations are solved")
-    return notes
-
-
-def _rigid(body: FlexibleBody) -> np.ndarray:
-    """Return the mass and the moments of inertia about the root (6,)."""
-    return np.concatenate([np.full(3, body.m), np.trace(body.E0) - np.diag(body.E0)])

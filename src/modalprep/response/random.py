@@ -1,4 +1,4 @@
-"""Response to stationary random inputs: power spectral densities and their integrals (theory 4.10)."""
+"""Response to stationary random inputs: power spectral densities and their integrals (theory 11.4)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from modalprep.errors import InputError
 from modalprep.response.channels import body_blocks
 from modalprep.response.grid import integration_grid
 from modalprep.response.inputs import Spectrum, as_spectra, uncovered
-from modalprep.response.modal import Damping, ModalEquations, limits_of_validity, modal_equations
+from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
+from modalprep.response.validity import large_deflection, limits_of_validity
 
 NEGATIVE = 1e-9  # eigenvalue of a correlation matrix below which it is none
 
@@ -59,7 +60,7 @@ def random_response(
     ----------
     R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, chapter 20. D. J. Segalman,
     C. W. G. Fulcher, G. M. Reese, R. V. Field, An efficient method for calculating RMS von Mises stress in a random
-    vibration environment, J. Sound Vib. 230 (2000) 393-410. S. O. Rice, Bell Syst. Tech. J. 23 (1944) 282. Theory 4.10.
+    vibration environment, J. Sound Vib. 230 (2000) 393-410. S. O. Rice, Bell Syst. Tech. J. 23 (1944) 282. Theory 11.4.
 
     Examples
     --------
@@ -85,6 +86,8 @@ def random_response(
             found.add(block, part, S, _figures(S, f, weight), "three_sigma")
     found.refuse_unmet()
     notes = [*limits_of_validity(body, equations, high), *uncovered(spectra, low, high), *found.notes()]
+    sigma = np.sqrt(np.tensordot(weight, (np.abs(q) ** 2).sum(-1), 1))
+    notes += large_deflection(body, equations, 3 * np.diag(sigma), "deflects in one mode, at three sigma,")
     if any(block.kind == "stress" for block in body.recovery.values()):
         notes.append("three sigma of von Mises stress is three times its root mean square, though it is not Gaussian")
     return Response(

@@ -36,7 +36,7 @@ class Peak(NamedTuple):
 
     References
     ----------
-    Theory 4.10.
+    Theory 11.1.
     """
 
     block: str
@@ -117,7 +117,13 @@ class Response(Record):
     notes: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """Return the curve (nt,) of a channel."""
+        """Return the curve of a channel.
+
+        Returns
+        -------
+        (nt,) float or complex
+            A column of `values`.
+        """
         if name not in self.names:
             raise InputError(f"the response has no curve {name!r}; {suggestion(name, self.names, 'it has')}")
         return self.values[:, self.names.index(name)]

@@ -42,7 +42,7 @@ class ShockSpectrum(Record):
 
     References
     ----------
-    Theory 11.1.
+    Theory 12.1.
     """
 
     frequency: np.ndarray
@@ -106,7 +106,7 @@ def shock_spectrum(
     References
     ----------
     D. O. Smallwood, An improved recursive formula for calculating shock response spectra, Shock and Vibration Bulletin
-    51 (1981). ISO 18431-4. Theory 11.1.
+    51 (1981). ISO 18431-4. Theory 12.1.
 
     Examples
     --------
@@ -167,7 +167,7 @@ def vibration_spectrum(frequency: np.ndarray, psd: np.ndarray, natural: np.ndarr
     References
     ----------
     J. W. Miles, On structural fatigue under random loading, Journal of the Aeronautical Sciences 21 (1954): the second
-    row is ``sqrt(pi/2 f Q S(f))``. Theory 11.1.
+    row is ``sqrt(pi/2 f Q S(f))``. Theory 12.1.
 
     Examples
     --------

@@ -38,7 +38,7 @@ class SNCurve(Record):
 
     References
     ----------
-    O. H. Basquin, The exponential law of endurance tests, Proceedings of ASTM 10 (1910). Theory 11.2.
+    O. H. Basquin, The exponential law of endurance tests, Proceedings of ASTM 10 (1910). Theory 12.2.
 
     Examples
     --------

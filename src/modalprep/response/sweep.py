@@ -1,4 +1,4 @@
-"""Response to a sine sweep at a rate: exact integration, against the steady state (theory 4.10)."""
+"""Response to a sine sweep at a rate: exact integration, against the steady state (theory 11.6)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,10 @@ from modalprep.response.channels import Block, body_blocks
 from modalprep.response.harmonic import largest_mises
 from modalprep.response.inputs import PER_CYCLE, Rate, Spectrum, Sweep, as_spectra, uncovered
 from modalprep.response.integrate import Integrator
-from modalprep.response.modal import Damping, ModalEquations, limits_of_validity, modal_equations
+from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
 from modalprep.response.transient import with_mises
+from modalprep.response.validity import large_deflection, limits_of_validity
 
 MOST_SAMPLES = 20_000_000
 
@@ -64,7 +65,7 @@ def sweep_response(
 
     References
     ----------
-    F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253-261. Theory 4.10.
+    F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253-261. Theory 11.6.
 
     Examples
     --------
@@ -83,7 +84,7 @@ def sweep_response(
         )
     ends = clock.ends()
     blocks = body_blocks(body, equations)
-    largest, times = _march(equations, spectra, clock, ends, samples, blocks)
+    swept, largest, times = _march(equations, spectra, clock, ends, samples, blocks)
     f = np.sqrt(ends[1:] * ends[:-1])
     order = np.argsort(f)
     steady, top = _steady(equations, spectra, f[order], blocks)
@@ -101,6 +102,7 @@ def sweep_response(
     error = (2 * np.pi / samples) ** 2 / 8
     notes = [
         f"straight lines between {samples} samples of a cycle miss the sine by {100 * error:.2g} % of its amplitude",
+        *large_deflection(body, equations, swept),
         *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest), *found.notes(),
     ]  # fmt: skip
     return Response(
@@ -114,9 +116,9 @@ def sweep_response(
 def _march(
     equations: ModalEquations, spectra: Mapping[str, Spectrum], clock: Sweep, ends: np.ndarray, samples: int,
     blocks: list[Block],
-) -> tuple[list[np.ndarray], list[np.ndarray]]:  # fmt: skip
-    """Return, of each block, the largest magnitudes (intervals, p, c) and their times."""
-    integrator = Integrator(equations)
+) -> tuple[np.ndarray, list[np.ndarray], list[np.ndarray]]:  # fmt: skip
+    """Return q at the largest coordinate of each interval, and of each block the largest magnitudes with times."""
+    integrator, swept = Integrator(equations), []
     largest, times = [[] for _ in blocks], [[] for _ in blocks]
     for a, b in pairwise(ends):
         start, end = clock.time(np.array([a, b]))
@@ -124,11 +126,12 @@ def _march(
         t = np.linspace(start, end, count + 1)
         u = _input(spectra, clock, t)
         q, _, qdd = integrator.run((end - start) / count, u)
+        swept.append(q[np.argsort(-np.abs(q).max(axis=1))[:1]])
         for k, block in enumerate(blocks):
             parts = [_held(part, q, qdd, u, t) for part in block.parts(2 * len(t))]
             largest[k].append(np.concatenate([x for x, _ in parts]))
             times[k].append(np.concatenate([x for _, x in parts]))
-    return [np.stack(x) for x in largest], [np.stack(x) for x in times]
+    return np.concatenate(swept), [np.stack(x) for x in largest], [np.stack(x) for x in times]
 
 
 def _input(spectra: Mapping[str, Spectrum], clock: Sweep, t: np.ndarray) -> np.ndarray:

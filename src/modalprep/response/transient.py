@@ -1,4 +1,4 @@
-"""Response to histories of base acceleration and interface forces (theory 4.10)."""
+"""Response to histories of base acceleration and interface forces (theory 11.5)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from modalprep.errors import InputError
 from modalprep.response.channels import Block, body_blocks
 from modalprep.response.inputs import History
 from modalprep.response.integrate import Integrator
-from modalprep.response.modal import Damping, highest_mode, limits_of_validity, modal_equations
+from modalprep.response.modal import Damping, modal_equations
 from modalprep.response.result import Collector, Response
+from modalprep.response.validity import highest_mode, large_deflection, limits_of_validity
 
 PER_PERIOD = 20  # samples in a period of the highest kept mode, unless a step is given
 LONGEST = 5_000_000  # samples
@@ -55,7 +56,7 @@ def transient_response(
 
     References
     ----------
-    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 6.1. Theory 4.10.
+    R. R. Craig, A. J. Kurdila, Fundamentals of Structural Dynamics, 2nd ed., Wiley 2006, section 6.1. Theory 11.5.
 
     Examples
     --------
@@ -80,6 +81,7 @@ def transient_response(
             found.add(block, part, values, _figures(values, t), "peak")
     found.refuse_unmet()
     notes = [*limits_of_validity(body, equations, 0.0), *_sampling(inputs, h, t[-1], body), *found.notes()]
+    notes += large_deflection(body, equations, q)
     return Response(
         kind="transient", axis=t, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(t)), peaks=tuple(found.peaks), inputs=tuple(inputs),

@@ -1,0 +1,90 @@
+"""What a response says against itself: missing modes, mass and recoveries, deflections beyond linear theory."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, TRUNCATION
+from modalprep.response.modal import BASE, ModalEquations
+
+SHOWN = 0.95  # effective mass in a driven direction below which a note says so
+BEYOND = 0.1  # of the body's size: displacements are linear in the modes to about that
+LOOKED_AT = 20  # points of the axis with the largest bounds, at which the displacement of every node is computed
+
+
+def highest_mode(body: FlexibleBody) -> float:
+    """Return the highest frequency (Hz) of the kept normal modes of a body's reduction; without a table, of its modes.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> round(highest_mode(uniform_beam(modes=2)), 2)
+    1.21
+    """
+    table = body.modes
+    normal = [table.kept[k] and kind not in (CONSTRAINT, TRUNCATION) for k, kind in enumerate(table.kind)]
+    found = table.frequency[np.array(normal, dtype=bool)] if any(normal) else body.frequency
+    found = found[np.isfinite(found)]
+    return float(found.max(initial=0.0)) or float(body.frequency.max())
+
+
+def limits_of_validity(body: FlexibleBody, equations: ModalEquations, top: float) -> list[str]:
+    """Return what a user should know of a response up to a frequency `top` (Hz): modes, mass, recoveries, damping.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.response.modal import modal_equations
+    >>> beam = uniform_beam(modes=2)
+    >>> limits_of_validity(beam, modal_equations(beam, ["base.y"], 0.01), 9.0)[0]
+    'the response goes up to 9 Hz, but the highest kept mode has 1.209 Hz: beyond it the dropped modes are missing'
+    """
+    notes = []
+    if top > highest_mode(body):
+        notes.append(
+            f"the response goes up to {top:.4g} Hz, but the highest kept mode has {highest_mode(body):.4g} Hz: "
+            "beyond it the dropped modes are missing"
+        )
+    for name, b in zip(equations.inputs, equations.B.T, strict=True):
+        total = _rigid(body)[DIRECTIONS.index(name.removeprefix(f"{BASE}."))] if name.startswith(f"{BASE}.") else 0.0
+        if total > 0 and b @ b < SHOWN * total:
+            notes.append(
+                f"the modes have {100 * (b @ b) / total:.1f} % of the effective mass for {name}; the rest moves with "
+                "the base as if it were rigid"
+            )
+    still = [name for name, x in body.recovery.items() if not x.moves]
+    if still:
+        notes.append(f"mode displacement, without the static response of dropped modes: {', '.join(still)}")
+    if equations.coupled:
+        notes.append("damping couples the modes: the coupled equations are solved")
+    return notes
+
+
+def _rigid(body: FlexibleBody) -> np.ndarray:
+    """Return the mass and the moments of inertia about the root (6,)."""
+    return np.concatenate([np.full(3, body.m), np.trace(body.E0) - np.diag(body.E0)])
+
+
+def large_deflection(body: FlexibleBody, equations: ModalEquations, q: np.ndarray, what: str = "deflects") -> list[str]:
+    """Say that magnitudes of modal coordinates ``q (nt, n)`` deflect the body by more than a tenth of its size.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.response.modal import modal_equations
+    >>> beam = uniform_beam(modes=1)
+    >>> large_deflection(beam, modal_equations(beam, ["base.y"]), np.array([[8.0]]))
+    ['the body deflects by 4.6 m, 46 % of its size: above 10 % linear theory is not valid']
+    """
+    if not len(body.points) or not body.shape.size:
+        return []
+    shape = body.shape @ equations.basis
+    bound = np.abs(q) @ np.linalg.norm(shape, axis=1).max(axis=0)
+    size = float(np.ptp(body.points, axis=0).max())
+    if not bound.max(initial=0.0) > BEYOND * size > 0:
+        return []
+    top = q[np.argsort(-bound)[:LOOKED_AT]]
+    u = float(np.linalg.norm(np.tensordot(top, shape, (1, 2)), axis=2).max())
+    text = f"the body {what} by {u:.3g} m, {100 * u / size:.0f} % of its size: above 10 % linear theory is not valid"
+    return [text] if u > BEYOND * size else []
