@@ -3,6 +3,7 @@
 import csv
 import json
 
+import h5py
 import numpy as np
 import pytest
 
@@ -128,6 +129,11 @@ def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys):
     (row,) = (r for r in rows(made / "job-launch-peaks.csv") if r["channel"] == "beam.1.start.My")
     assert float(row["three_sigma"]) == pytest.approx(launch.peak("beam.1.start.My").largest, rel=1e-9)
     assert not any(name.startswith("beam") for name in rows(made / "job-launch-response.csv")[0])
+    with h5py.File(made / "job-shaker-response.h5") as file:
+        at = list(file["channels"].asstr()).index("base.force.z")
+        assert file["curves"][:, at] == pytest.approx(shaker["base.force.z"], rel=1e-12)
+        at = list(file["peaks/channel"].asstr()).index("beam.1.start.My")
+        assert file["peaks/margin"][at] == pytest.approx(peak.margin, rel=1e-12)
     sweep = sweep_response(body, {"base.z": G}, 1.0, 3.0, (10.0, "oct/min"))
     (row,) = (r for r in rows(made / "job-sweep-peaks.csv") if r["channel"] == "tip.acceleration.z")
     figures = sweep.peak("tip.acceleration.z").figures

@@ -17,7 +17,7 @@ MAY_IMPORT = {
     "body": BASE | {"linalg", "fe", "reduction"},
     "supplied": BASE | {"linalg", "fe", "reduction", "body"},
     "multibody": BASE | {"body"},
-    "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody"},
+    "formats": BASE | {"linalg", "fe", "body", "reduction", "supplied", "multibody", "response"},
     "ensemble": BASE | {"multibody", "formats"},
     "correlation": BASE | {"body"},
     "response": BASE | {"body", "reduction"},

@@ -1,5 +1,7 @@
 """A cantilever with recoveries, and the same model solved without modes."""
 
+from dataclasses import replace
+
 import numpy as np
 
 import modalprep as mp
@@ -14,10 +16,12 @@ WANTED = {
 }
 
 
-def cantilever(modes, truncation=(), wanted=WANTED, **options):
+def cantilever(modes, truncation=(), wanted=WANTED, rho=3000.0, **options):
     """The spin-up beam of six elements: its model and its body."""
     mesh = beam_mesh(ELEMENTS, LENGTH)
-    model = mp.assemble(mesh, {"beam": spinup_section()}, ENDS)
+    section = spinup_section()
+    section = replace(section, material=replace(section.material, rho=rho))
+    model = mp.assemble(mesh, {"beam": section}, ENDS)
     recovery = mp.fe.model_recovery(model, mesh, wanted)
     reduction = mp.craig_bampton(model, modes=modes, truncation=truncation)
     return model, mp.flexible_body(model, reduction, name="beam", recovery=recovery, **options)

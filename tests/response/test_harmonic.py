@@ -98,6 +98,16 @@ def test_a_full_damping_matrix_couples_the_modes(complete):
     assert ratio[0] == pytest.approx(matrix[0, 0] / (2 * np.sqrt(body.K[0])), rel=0.05)
 
 
+def test_modes_with_another_mass_are_made_orthonormal_first(complete):
+    """A body at half its density, in the modes of the full one, against the beam of half the density."""
+    half = mp.body.with_density_factor(complete[1], 0.5).with_(recovery={})
+    light = cantilever(6 * ELEMENTS, wanted={}, rho=1500.0)[1]
+    options = {"damping": Rayleigh(alpha=0.1, beta=BETA), "refine": False}
+    exact, found = (harmonic_response(x, {"base.y": 1.0, "tip.z": 1.0}, F, **options) for x in (light, half))
+    for name in ("base.force.y", "base.moment.y", "tip.acceleration.y", "tip.displacement.z"):
+        assert found[name] == pytest.approx(exact[name], rel=1e-8)  # round-off of the stiffness
+
+
 def test_the_axis_is_refined_where_the_response_is_sharp(complete):
     """The peak of a single resonance: 1 / (2 zeta) of the base, to zeta^2."""
     zeta = 1e-4

@@ -10,6 +10,7 @@ import numpy as np
 from modalprep.atomic import write_table
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
+from modalprep.formats.responsefile import write_response
 from modalprep.pipeline.build.build import stand_in
 from modalprep.pipeline.build.notches import excess, lowered, notched_input, with_limited
 from modalprep.pipeline.build.reduce import target_damping
@@ -80,11 +81,13 @@ def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, re
     found = []
     for name, table in pipeline.response.items():
         stem = folder / f"{path.stem}-{name}"
-        curves, peaks, plot = (Path(f"{stem}-{end}") for end in ("response.csv", "peaks.csv", "response.png"))
+        ends = ("response.h5", "response.csv", "peaks.csv", "response.png")
+        file, curves, peaks, plot = (Path(f"{stem}-{end}") for end in ends)
         others = [Path(f"{stem}-notched.{end}") for end in ("csv", "png")] if getattr(table, "notch", []) else []
-        refuse_overwriting([curves, peaks, plot, *others], source_files(path, pipeline))
+        refuse_overwriting([file, curves, peaks, plot, *others], source_files(path, pipeline))
         with naming(path), naming(f"[response.{name}]"):
             response, cut = computed(table, body, path.parent)
+        reporter.wrote(write_response(response, file))
         reporter.wrote(write_curves(response, curves))
         reporter.wrote(write_peaks(response, peaks))
         reporter.wrote(response_plot(response, plot))

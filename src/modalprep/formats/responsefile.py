@@ -1,0 +1,62 @@
+"""Responses of a body on disk: HDF5 with every curve and every peak."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from modalprep.formats.hdf5 import writing
+from modalprep.response.result import Response
+from modalprep.suggest import refuse_other
+
+
+def write_response(response: Response, path: str | Path) -> Path:
+    """Write a response to HDF5: ``axis``, ``curves``, ``inputs`` and a dataset for each figure of the peaks.
+
+    Curves are columns in the order of the dataset ``channels``, with their ``units``; those of a harmonic response
+    are complex. Peaks are in the order of ``peaks/channel``.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    OutputError
+        When the folder cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> from modalprep.response import harmonic_response
+    >>> found = harmonic_response(uniform_beam(modes=1), {"base.y": 1.0}, [1.0])
+    >>> with h5py.File(write_response(found, Path(tempfile.mkdtemp()) / "shaker.h5")) as file:
+    ...     file["peaks/channel"].asstr()[0], file["curves"].shape
+    ('base.force.x', (1, 24))
+    """
+    refuse_other("write_response: the response", Response, response)
+    path = Path(path)
+    with writing(path) as file:
+        file.attrs.update(format="modalprep response", format_version=1, units="SI", kind=response.kind)
+        file.attrs["notes"] = "\n".join(response.notes)
+        arrays = {"axis": response.axis, "curves": response.values, "inputs/values": response.input_values}
+        arrays |= {"weight": response.weight, "steady": response.steady} | _figures(response)
+        for name, values in arrays.items():
+            if values is not None:
+                file[name] = values
+        texts = {"channels": response.names, "units": response.units, "inputs/names": response.inputs}
+        texts |= {"peaks/channel": [x.channel for x in response.peaks], "peaks/unit": [x.unit for x in response.peaks]}
+        for name, words in texts.items():
+            file.create_dataset(name, data=list(words), shape=(len(words),), dtype=h5py.string_dtype())
+    return path
+
+
+def _figures(response: Response) -> dict[str, np.ndarray]:
+    """Return each figure of the peaks, and their margins, by the name of its dataset."""
+    names = response.peaks[0].figures if response.peaks else ()
+    found = {f"peaks/{name}": np.array([x.figures[name] for x in response.peaks]) for name in names}
+    return found | {"peaks/margin": np.array([x.margin for x in response.peaks])}
