@@ -203,9 +203,9 @@ def _title(body: FlexibleBody, mode: int | None) -> str:
 
 
 def framed_plotter(
-    body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None, *, text: bool = True
+    body: FlexibleBody, size: tuple[int, int], points: np.ndarray, mode: int | None, *, text: bool | str = True
 ):
-    """Return an empty picture, its camera on the body and the (deformed) points; `text` adds title and axes."""
+    """Return an empty picture, its camera on the body and the (deformed) points; `text` adds a title and axes."""
     problem = drawing_problem()
     if problem:
         raise RenderError(problem)
@@ -221,7 +221,8 @@ def framed_plotter(
     if not text:
         return plotter
     plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
-    plotter.add_text(_title(body, mode), position=(0.025, 0.935), viewport=True, font_size=size[1] // 46, color="black")
+    title = text if isinstance(text, str) else _title(body, mode)
+    plotter.add_text(title, position=(0.025, 0.935), viewport=True, font_size=size[1] // 46, color="black")
     return plotter
 
 
