@@ -181,3 +181,46 @@ def test_sensors_beside_their_points_are_named(modes):
     )  # fmt: skip
     assert "sensors 11 and 12 have the same nearest point" in correlate(pair, modes).notes
     assert choose_sensors(modes, 6).sum() == 6
+
+
+def test_a_written_test_is_read_again(modes, tmp_path):
+    """Axes of their own, missing components, trace lines and damping go through the file."""
+    axes = np.where((np.arange(len(modes.points)) % 2 == 0)[:, None, None], TURN, np.eye(3))
+    known = choose_sensors(modes, 30)
+    shape = np.where(known[:, :, None], np.einsum("pab,pbn->pan", axes, modes.shape), np.nan)
+    some = known.any(axis=1)
+    test = modes.with_(
+        points=modes.points[some], shape=shape[some], labels=10 + np.flatnonzero(some), axes=axes[some],
+        damping=np.full(5, 0.013), lines=np.array([[0, 1], [1, 3]]),
+    )  # fmt: skip
+    found = read_test_modes(mp.correlation.write_test_modes(test, tmp_path / "test.uff"))
+    np.testing.assert_array_equal(found.measured, test.measured)
+    np.testing.assert_array_equal(found.labels, test.labels)
+    np.testing.assert_array_equal(found.lines, test.lines)
+    np.testing.assert_allclose(found.axes, test.axes, atol=1e-12)
+    np.testing.assert_allclose(found.shape, test.shape, atol=DIGITS * np.nanmax(np.abs(test.shape)))
+    np.testing.assert_allclose(found.damping, 0.013, rtol=DIGITS)
+    with pytest.raises(mp.InputError, match="two sensors have one number"):
+        mp.correlation.write_test_modes(test.with_(labels=np.ones_like(test.labels)), tmp_path / "b.uff")
+    with pytest.raises(mp.InputError, match="complex modes are not written"):
+        mp.correlation.write_test_modes(test.with_(shape=1j * test.shape), tmp_path / "b.uff")
+
+
+def test_synthetic_test_of_the_command(tmp_path, capsys):
+    """Twelve sensors with noise of 1 %: read back and compared by the commands, all pairs are found."""
+    body = mp.write_body(uniform_beam(modes=4), tmp_path / "beam.h5")
+    target = tmp_path / "test.uff"
+    assert main(["export", str(body), "--to", "uff", "--sensors", "12", "--noise", "0.01", "-o", str(target)]) == 0
+    assert "sensors (node of the file" in capsys.readouterr().out
+    found = correlate(read_test_modes(target), body_modes(uniform_beam(modes=4)))
+    assert found.test.measured.sum() == 12
+    assert found.pair_mac.min() > 0.99
+    for options, said in (
+        (["--to", "vtu", "--sensors", "9"], "with --to uff"),
+        (["--to", "uff", "--noise", "0.1"], "give --sensors with it"),
+        (["--to", "uff", "--sensors", "2"], "2 sensors: give from 4"),
+        (["--to", "uff", "--sensors", "9", "--noise", "-1"], "must not be negative"),
+    ):
+        assert main(["export", str(body), *options, "-o", str(tmp_path / "other.uff")]) == 2
+        assert said in capsys.readouterr().err
+    assert not (tmp_path / "other.uff").exists()

@@ -14,6 +14,7 @@ from modalprep.suggest import refuse_missing
 
 if TYPE_CHECKING:
     from modalprep.body.checks import CheckReport
+    from modalprep.body.flexible_body import FlexibleBody
     from modalprep.pipeline.console import Reporter
 
 
@@ -156,6 +157,15 @@ def export(
     version: Annotated[
         str | None, typer.Option("--version", help="Version of mbdyn: full (default) or classic.")
     ] = None,
+    sensors: Annotated[
+        int | None,
+        typer.Option(
+            "--sensors", help="With uff: a synthetic test by this many sensors, chosen by effective independence."
+        ),
+    ] = None,
+    noise: Annotated[
+        float, typer.Option("--noise", help="Of the synthetic test: standard deviation over the largest displacement.")
+    ] = 0.0,
     as_json: Json = False,
 ) -> None:
     """Convert a modal file to the format of another program."""
@@ -169,12 +179,36 @@ def export(
     target = target or file.with_suffix(known_export(to).suffix)
     refuse_overwriting([target], [file])
     body = read_body(file)
-    reporter.wrote(export_body(body, to, target, dialect=dialect, version=version))
-    notes = lost_in(body, to)
+    if sensors is None and not noise:
+        reporter.wrote(export_body(body, to, target, dialect=dialect, version=version))
+        notes = lost_in(body, to)
+    else:
+        notes = _synthetic(body, to, sensors, noise, target, reporter)
     for note in notes:
         reporter.say(f"  note: {note}")
     if as_json:
         print_json({"files": [str(f) for f in reporter.files], "notes": notes})
+
+
+def _synthetic(
+    body: FlexibleBody, to: str, sensors: int | None, noise: float, target: Path, reporter: Reporter
+) -> list[str]:
+    """Write a synthetic test; return its sensors as notes."""
+    from modalprep.correlation import body_modes, choose_sensors, synthetic_test, write_test_modes
+    from modalprep.errors import InputError
+
+    if to != "uff" or sensors is None:
+        raise InputError("--sensors and --noise make a synthetic test with --to uff; give --sensors with it")
+    if not 0 <= noise < float("inf"):
+        raise InputError(f"--noise {noise:g} must not be negative")
+    modes = body_modes(body)
+    test = synthetic_test(modes, choose_sensors(modes, sensors), noise=noise)
+    reporter.wrote(write_test_modes(test, target))
+    chosen = (
+        f"{label} {''.join(axis for axis, on in zip('xyz', own, strict=True) if on)}"
+        for label, own in zip(test.labels, test.measured.tolist(), strict=True)
+    )
+    return [f"sensors (node of the file, numbered from 1, and direction): {', '.join(chosen)}"]
 
 
 @app.command("import")

@@ -12,6 +12,9 @@ from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.correlation.mode_set import ModeSet
+    from modalprep.correlation.pairing import Correlation
+    from modalprep.pipeline.console import Reporter
+    from modalprep.report.correlation.drawn import Drawn
 
 
 @app.command()
@@ -19,7 +22,8 @@ def compare(
     file: Annotated[Path, typer.Argument(help="Modal file (HDF5) of the analysis.")],
     test: Annotated[Path, typer.Argument(help="Modes of a test (.uff, .unv), or another modal file.")],
     target: Annotated[
-        Path | None, typer.Option("-o", help="Picture of the MAC (.png); a table (.csv) is written beside it.")
+        Path | None,
+        typer.Option("-o", help="Picture of the MAC (.png); a table (.csv) and a page (.html) are beside it."),
     ] = None,
     boundary: Annotated[
         str, typer.Option("--boundary", help="Modes of the body: clamped at its root, or free.")
@@ -37,6 +41,10 @@ def compare(
             "--tolerance", help="Largest distance of a sensor from its node in m; the default is 5 % of the size."
         ),
     ] = None,
+    film: Annotated[
+        Path | None, typer.Option("--animate", help="Animation (.gif, .mp4) of a pair side by side.")
+    ] = None,
+    pair: Annotated[int | None, typer.Option("--pair", help="Its number in the table; the default is 1.")] = None,
     length_unit: Annotated[
         str | None, typer.Option("--length-unit", help="Of the test file; the default is what the file says, or m.")
     ] = None,
@@ -46,18 +54,21 @@ def compare(
     """Compare modes with those of a test or of another model.
 
     Modes are paired by the MAC at the sensors; their frequencies, damping and orthogonality and the COMAC are compared.
+    The page shows the pairs moving side by side.
     """
     from modalprep.atomic import write_table
     from modalprep.correlation import correlate
     from modalprep.correlation.axes import turned_axes
     from modalprep.pipeline.build.sources import refuse_overwriting
     from modalprep.pipeline.console import Reporter
+    from modalprep.report.correlation.page import write_pairs_page
     from modalprep.report.correlation.pairs import correlation_table, mac_plot
 
     reporter = Reporter(quiet=as_json)
     target = target or file.with_name(f"{file.stem}-against-{test.stem}.png")
-    table = target.with_suffix(".csv")
-    refuse_overwriting([target, table], [file, test])
+    table, page = target.with_suffix(".csv"), target.with_suffix(".html")
+    refuse_overwriting([target, table, page, *([film] if film else [])], [file, test])
+    pair = _pair_of(film, pair)
     analysis = _modes_of_body(file, boundary, modes)
     measured = _measured(test, boundary, length_unit)
     place = {"origin": _three(origin), "rotation": turned_axes(axes), "tolerance": tolerance}
@@ -67,8 +78,45 @@ def compare(
     rows = found.rows()
     if rows:
         reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], table))
+    drawn = _drawn(found, analysis, file, test)
+    reporter.wrote(write_pairs_page(found, drawn, page))
+    if film:
+        _film(film, drawn, pair, reporter)
     if as_json:
         print_json(summary.correlation(found, reporter))
+
+
+def _pair_of(film: Path | None, pair: int | None) -> int:
+    from modalprep.errors import InputError
+    from modalprep.report.pictures.animation import check_target
+
+    if film is not None:
+        check_target(film)
+    elif pair is not None:
+        raise InputError("--pair is the pair of an animation; name its file with --animate, or leave it out")
+    return 1 if pair is None else pair
+
+
+def _drawn(found: Correlation, analysis: ModeSet, file: Path, test: Path) -> Drawn | None:
+    from modalprep.formats.modalfile import read_body
+    from modalprep.report.correlation.drawn import draw_pairs
+
+    if not len(found.pairs):
+        return None
+    return draw_pairs(found, analysis, read_body(file).cells, read_body(test).cells if test.suffix == ".h5" else None)
+
+
+def _film(film: Path, drawn: Drawn | None, pair: int, reporter: Reporter) -> None:
+    from modalprep.errors import InputError, RenderError
+    from modalprep.report.pictures.animation import animate_mode
+
+    count = drawn.n if drawn else 0
+    if not 1 <= pair <= count:
+        raise InputError(f"--pair {pair}: there are {count} pairs; choose another one, or a smaller --mac")
+    try:
+        reporter.wrote(animate_mode(drawn, pair, film, title=drawn.titles[pair - 1]))
+    except RenderError as error:
+        reporter.say(f"  not drawn: {error}")
 
 
 def _modes_of_body(file: Path, boundary: str, count: int | None) -> ModeSet:

@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     from modalprep.correlation.study import Study as Study
     from modalprep.correlation.tracking import Tracks as Tracks
     from modalprep.correlation.tracking import track_modes as track_modes
+    from modalprep.correlation.written import write_test_modes as write_test_modes
 
 _NAMES = {
     "mode_set": "ModeSet body_modes",
     "measured": "read_test_modes",
+    "written": "write_test_modes",
     "criteria": "mac comac cross_orthogonality",
     "pairing": "Correlation correlate",
     "sensors": "choose_sensors expand synthetic_test",

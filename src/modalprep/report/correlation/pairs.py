@@ -43,14 +43,8 @@ def correlation_table(found: Correlation, console: Console) -> None:
             _known(cross, ".3f"), _known(d_test, ".2f"), _known(d_analysis, ".2f"),
         )  # fmt: skip
     console.print(rich)
-    for side, modes, paired in (
-        ("test", found.test, found.pairs[:, 0]),
-        ("analysis", found.analysis, found.pairs[:, 1]),
-    ):
-        alone = [f"{k + 1} ({hertz(modes.frequency[k])} Hz)" for k in range(modes.n) if k not in paired]
-        if alone:
-            console.print(Text(f"{side} modes without a partner: {', '.join(alone)}"))
-    for text in _disagreements(found):
+    worst = [f"{sensor}{component} {value}" for sensor, component, value in worst_components(found, WORST)]
+    for text in (*unpaired(found), *([f"lowest COMAC: {', '.join(worst)}"] if worst else [])):
         console.print(Text(text))
     for note in found.notes:
         console.print(Text(f"note: {note}"), soft_wrap=True)
@@ -60,15 +54,25 @@ def _known(value: float, form: str) -> str:
     return format(value, form) if np.isfinite(value) else "."
 
 
-def _disagreements(found: Correlation) -> list[str]:
-    order = np.argsort(np.nan_to_num(found.comac, nan=1.0), axis=None)[:WORST]
+def unpaired(found: Correlation) -> list[str]:
+    """Return a sentence for each side that has modes without a partner."""
+    said = []
+    sides = ("test", found.test, found.pairs[:, 0]), ("analysis", found.analysis, found.pairs[:, 1])
+    for side, modes, paired in sides:
+        alone = [f"{k + 1} ({hertz(modes.frequency[k])} Hz)" for k in range(modes.n) if k not in paired]
+        said += [f"{side} modes without a partner: {', '.join(alone)}"] if alone else []
+    return said
+
+
+def worst_components(found: Correlation, count: int) -> list[tuple[str, str, str]]:
+    """Return sensor, component and COMAC of those with the lowest COMAC below `DISAGREES`."""
+    order = np.argsort(np.nan_to_num(found.comac, nan=1.0), axis=None)[:count]
     places = np.stack(np.unravel_index(order, found.comac.shape), axis=1).tolist()
-    low = [
-        f"{found.test.labels[p]}{'xyz'[axis]} {found.comac[p, axis]:.2f}"
+    return [
+        (str(found.test.labels[p]), "xyz"[axis], f"{found.comac[p, axis]:.2f}")
         for p, axis in places
         if found.comac[p, axis] < DISAGREES
     ]
-    return [f"lowest COMAC: {', '.join(low)}"] if low else []
 
 
 def mac_plot(found: Correlation, path: str | Path) -> Path:

@@ -31,6 +31,7 @@ def animate_mode(
     colour: str = "displacement",
     frames: int = 24,
     size: tuple[int, int] = SIZE,
+    title: str = "",
 ) -> Path:
     """Write one period of a mode as a GIF that repeats, or a few periods as an MP4.
 
@@ -48,6 +49,8 @@ def animate_mode(
         Of one period.
     size : (int, int)
         Width and height in pixels; even numbers for an .mp4.
+    title : str
+        Instead of name, mode and frequency.
 
     Returns
     -------
@@ -70,7 +73,7 @@ def animate_mode(
     """
     path = check_target(path, frames)
     scale = render.shown_scale(body, mode)
-    images = _frames(body, mode, scale, colour, frames, size)
+    images = _frames(body, mode, scale, colour, frames, size, title or True)
     return write_frames(images, path, PERIOD, REPEATS)
 
 
@@ -102,12 +105,14 @@ def write_frames(images: list[np.ndarray], path: Path, period: float, repeats: i
 
 
 def _frames(
-    body: FlexibleBody, mode: int, scale: float, colour: str, count: int, size: tuple[int, int]
+    body: FlexibleBody, mode: int, scale: float, colour: str, count: int, size: tuple[int, int], text: bool | str
 ) -> list[np.ndarray]:
     """Draw one period from rest, with both extremes in view."""
     amount = node_colour(body, mode, colour)
     swing = scale * body.shape[:, :, mode - 1]
-    plotter = render.framed_plotter(body, size, np.concatenate([body.points + swing, body.points - swing]), mode)
+    plotter = render.framed_plotter(
+        body, size, np.concatenate([body.points + swing, body.points - swing]), mode, text=text
+    )
     try:
         render.add_ghost(plotter, body)
         images = []

@@ -220,10 +220,10 @@ def framed_plotter(
     points: np.ndarray,
     mode: int | None,
     *,
-    text: bool = True,
+    text: bool | str = True,
     off_screen: bool = True,
 ):
-    """Return an empty picture, its camera on the body and the (deformed) points; `text` adds title and axes."""
+    """Return an empty picture, its camera on the body and the (deformed) points; `text` adds a title and axes."""
     if off_screen and (problem := drawing_problem()):
         raise RenderError(problem)
     import pyvista
@@ -238,7 +238,8 @@ def framed_plotter(
     if not text:
         return plotter
     plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
-    plotter.add_text(_title(body, mode), position=(0.025, 0.935), viewport=True, font_size=size[1] // 46, color="black")
+    title = text if isinstance(text, str) else _title(body, mode)
+    plotter.add_text(title, position=(0.025, 0.935), viewport=True, font_size=size[1] // 46, color="black")
     return plotter
 
 
