@@ -35,7 +35,7 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "summary", "scene", "analysis",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "convergence", "summary", "scene", "analysis",
         "synthesis", "ensemble", "correlation", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),

@@ -209,6 +209,7 @@ def _page(pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
         errors=built.error_curves or None,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
+        convergence=built.convergence,
     )
     reporter.wrote(page)
 

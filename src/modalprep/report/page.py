@@ -18,6 +18,7 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.reduction.table import DIRECTIONS, ModeTable
+from modalprep.report.convergence import convergence_section
 from modalprep.report.mac import mac_chart
 from modalprep.report.pictures.motion import unseen_modes
 from modalprep.report.plots import effective_mass_plot, error_plot
@@ -36,6 +37,7 @@ from modalprep.report.tables import (
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.multibody.results.envelopes import Envelope
+    from modalprep.reduction.recoveries.convergence import Convergence
 
 
 def write_page(
@@ -52,6 +54,7 @@ def write_page(
     mass_plot: Path | None = None,
     nodal_mass: np.ndarray | None = None,
     envelopes: Sequence[Envelope] = (),
+    convergence: Convergence | None = None,
 ) -> Path:
     """Write the page: summary, selection, animated mode shapes, MAC, checks, plots, provenance.
 
@@ -74,6 +77,8 @@ def write_page(
         Weights of the nodes where modes are compared; default: equal weights.
     envelopes : sequence of Envelope
         Of the recoveries in a run.
+    convergence : Convergence or None
+        Of the recoveries with the number of modes; without, there is no such section.
 
     Returns
     -------
@@ -103,6 +108,7 @@ def write_page(
         errors_plot=_drawn(error_plot, errors, xlabel=error_axes[0], ylabel=error_axes[1]) if errors else None,
         envelope_columns=ENVELOPE,
         envelopes=envelope_rows(envelopes),
+        convergence=convergence_section(convergence) if convergence else None,
         checks=checks,
         failed=sum(not check.passed for check in checks),
         notes=notes,

@@ -50,6 +50,22 @@ class Convergence(Record):
     acceleration: np.ndarray
     up_to: float
 
+    def notes(self) -> tuple[str, ...]:
+        """Return a sentence on what the kept modes leave.
+
+        Returns
+        -------
+        tuple of str
+            One, or none without recoveries.
+        """
+        left = [f"{100 * d:.3g}% of {name}" for name, d in zip(self.recoveries, self.displacement[:, -1], strict=True)]
+        if not left:
+            return ()
+        return (
+            f"the {len(self.frequency)} kept modes alone leave {', '.join(left)} in statics, under the worst unit load; "
+            "truncation vectors and mode acceleration add it",
+        )
+
 
 def convergence(recovery: ModelRecovery, loads: JudgedLoads, kept: np.ndarray, up_to: float | None) -> Convergence:
     """Return what is left of each recovery when the modes of ``kept (n,)`` are taken one by one.

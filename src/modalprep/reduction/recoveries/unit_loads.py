@@ -16,7 +16,7 @@ from modalprep.reduction.table import DIRECTIONS
 from modalprep.vectors import skew
 
 ACCELERATION = "acceleration"  # the kind of recovery that rests in statics
-NEGLIGIBLE = 1e-4  # of a recovery's largest value under a load, over that under the load that matters most
+NEGLIGIBLE = 1e-2  # of a recovery's largest value under a load, over that under the load that matters most
 
 
 class JudgedLoads(NamedTuple):
