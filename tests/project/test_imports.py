@@ -35,8 +35,8 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "convergence", "summary", "scene", "analysis",
-        "synthesis", "ensemble", "correlation", "page",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "convergence", "summary", "scene",
+        "analysis", "synthesis", "ensemble", "correlation", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "run", "batch", "init"),
 }  # fmt: skip

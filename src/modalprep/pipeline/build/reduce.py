@@ -38,20 +38,15 @@ def reduce_model(
         return _basis(table, model, modes, loads, algebra, recovery)
 
     if table.up_to is None:
-        reduction = basis(table.modes)
-        return reduction.with_(notes=(*reduction.notes, *_left(reduction))), None
+        return basis(table.modes), None
     if table.target_error is not None:
         found = to_target(model, basis, table.target_error, table.up_to, algebra=algebra, recovery=recovery)
     else:
         reduction = basis(table.modes)
         found = reduction, reduction_error(model, reduction, table.up_to, algebra=algebra, recovery=recovery)
     reduction, error = found
-    said = (*_left(reduction), *dropped_in_band(reduction.table, table.up_to), _statement(error))
-    return reduction.with_(notes=(*reduction.notes, *said)), error
-
-
-def _left(reduction: Reduction) -> tuple[str, ...]:
-    return reduction.convergence.notes() if reduction.convergence else ()
+    notes = (*reduction.notes, *dropped_in_band(reduction.table, table.up_to), _statement(error))
+    return reduction.with_(notes=notes), error
 
 
 def _basis(
@@ -62,7 +57,7 @@ def _basis(
     algebra: Algebra,
     recovery: ModelRecovery | None,
 ) -> Reduction:
-    common = {"modes": modes, "algebra": algebra, "recovery": recovery, "up_to": table.up_to}
+    common = {"modes": modes, "algebra": algebra, "recovery": recovery}
     match table.method:
         case "guyan":
             return guyan(model, algebra=algebra)
