@@ -59,8 +59,12 @@ def convergence_rows(found: Convergence) -> list[list[str]]:
     rows = []
     for name, method, share, error in zip(found.recoveries, found.methods, found.share, found.error, strict=True):
         shown = method if share == 1 else f"{method}, {100 * share:.2g} % of its places"
-        rows.append([name, shown, *("0" if value < FLOOR else f"{100 * value:.3g}" for value in error)])
+        rows.append([name, shown, *map(_percent, 100 * error)])
     return rows
+
+
+def _percent(value: float) -> str:
+    return "0" if value < 100 * FLOOR else f"{value:.3g}" if value < 100 else f"{value:.0f}"
 
 
 def convergence_plot(found: Convergence, path: Path) -> Path:
@@ -75,8 +79,9 @@ def convergence_plot(found: Convergence, path: Path) -> Path:
     axes = figure.add_subplot()
     for k, name in enumerate(found.recoveries[:CHART]):
         shown = np.where(found.error[k] > FLOOR, 100 * found.error[k], np.nan)
+        label = f"{name}, none" if np.all(np.isnan(shown)) else name
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
-        axes.plot(found.count, shown, marker="o", markersize=5, linewidth=2.0, label=name, **style)
+        axes.plot(found.count, shown, marker="o", markersize=5, linewidth=2.0, label=label, **style)
     axes.set_yscale("log")
     axes.set_xlim(-0.02 * found.count[-1], 1.02 * found.count[-1])
     axes.xaxis.get_major_locator().set_params(integer=True)

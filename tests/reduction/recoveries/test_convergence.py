@@ -8,7 +8,7 @@ import modalprep as mp
 from modalprep.examples import beam_mesh
 from modalprep.reduction.free_interface_basis import free_interface
 from modalprep.reduction.recoveries import convergence as module
-from modalprep.reduction.recoveries.convergence import convergence
+from modalprep.reduction.recoveries.convergence import recovery_convergence
 
 Recover = mp.fe.Recover
 WANTED = {
@@ -51,7 +51,7 @@ def test_the_errors_are_those_of_bodies_with_the_first_modes(made, method):
     """Reduced anew with modes 1 to k, their own truncation vectors or residual modes, and their own recoveries."""
     reduction = METHODS[method](made, "all")
     whole = body_of(made, reduction)
-    found = convergence(whole, reduction.spans, UP_TO)
+    found = recovery_convergence(whole, reduction.spans, UP_TO)
     assert found.count[[0, -1]].tolist() == [0, MODES]
     assert found.recoveries == tuple(WANTED)
     assert np.all(found.error[:, -1] == 0)
@@ -87,13 +87,13 @@ def loads_of(body, m):
 def test_large_recoveries_are_followed_at_some_of_their_places(made, monkeypatch):
     monkeypatch.setattr(module, "ROWS", 24)
     reduction = METHODS["craig_bampton"](made, "all")
-    found = convergence(body_of(made, reduction), reduction.spans, None)
+    found = recovery_convergence(body_of(made, reduction), reduction.spans, None)
     assert found.share.tolist() == [4 / 16, 4 / 16, 1.0, 1.0]
     assert found.up_to == pytest.approx(reduction.spans.frequency[-1] / 2)
 
 
 def test_there_is_none_without_recoveries_or_modes(made):
     reduction = METHODS["craig_bampton"](made, "all")
-    assert convergence(body_of(made, reduction).with_(recovery={}), reduction.spans, None) is None
-    assert convergence(body_of(made, reduction), None, None) is None
+    assert recovery_convergence(body_of(made, reduction).with_(recovery={}), reduction.spans, None) is None
+    assert recovery_convergence(body_of(made, reduction), None, None) is None
     assert mp.reduction.free_interface(made[0], modes=3).spans is None

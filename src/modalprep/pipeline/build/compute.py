@@ -27,7 +27,7 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import modal_damping
-from modalprep.reduction.recoveries.convergence import convergence
+from modalprep.reduction.recoveries.convergence import recovery_convergence
 
 
 def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
@@ -79,7 +79,7 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         checks,
         (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale)),
         error,
-        convergence(body, reduction.spans, pipeline.reduction.up_to),
+        recovery_convergence(body, reduction.spans, pipeline.reduction.up_to),
     )
 
 

@@ -69,7 +69,7 @@ class Response(NamedTuple):
     qdd: np.ndarray
 
 
-def convergence(body: Any, spans: Any, up_to: float | None) -> Convergence | None:
+def recovery_convergence(body: Any, spans: Any, up_to: float | None = None) -> Convergence | None:
     """Return the convergence of the recoveries of a body in which ``spans`` of a reduction say what its modes are.
 
     Parameters
@@ -77,7 +77,7 @@ def convergence(body: Any, spans: Any, up_to: float | None) -> Convergence | Non
     body : ModalBody
         With recoveries.
     spans : Spans
-        Of its reduction.
+        Of its reduction: `Reduction.spans`.
     up_to : float or None
         Hz; half of the frequency of the highest kept mode by default.
 
@@ -85,6 +85,16 @@ def convergence(body: Any, spans: Any, up_to: float | None) -> Convergence | Non
     -------
     Convergence or None
         None without recoveries or modes.
+
+    References
+    ----------
+    Theory 3.6.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> recovery_convergence(uniform_beam(modes=2), None) is None
+    True
     """
     n = 0 if spans is None else spans.modes.shape[1]
     if not body.recovery or not n:
