@@ -245,6 +245,7 @@ def test_a_singular_matrix_is_refused_each_time(cache):
 def test_bodies_come_back(cache, job):
     """Modal file, checks, notes and measured error; only the name of the pipeline file is that of the second."""
     file = job(modes=3, up_to=20.0)
+    file.write_text(file.read_text() + '\n[recovery.base]\nkind = "reaction"\n')
     plain, first = build(file, None), build(file, cache)
     again = build(file.rename(file.with_name("renamed.toml")), cache)
     assert cache.use.saved_seconds > 0
@@ -253,6 +254,10 @@ def test_bodies_come_back(cache, job):
     assert again.checks == first.checks == plain.checks
     assert again.notes == first.notes == plain.notes
     assert np.array_equal(again.error.dynamic, plain.error.dynamic)
+    assert again.error.recoveries == again.convergence.recoveries == ("base",)
+    assert np.array_equal(again.error.recovery, plain.error.recovery)
+    assert np.array_equal(again.convergence.error, plain.convergence.error)
+    assert again.convergence.methods == plain.convergence.methods
     assert again.body.provenance == plain.body.provenance | {"pipeline": "renamed.toml"}
     assert mp.read_body(again.file).provenance == again.body.provenance
 

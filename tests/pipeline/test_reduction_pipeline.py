@@ -81,6 +81,58 @@ def test_target_error_picks_the_modes(run):
     assert fine > rough
 
 
+RECOVERIES = """
+[recovery.spar]
+kind = "section_force"
+
+[recovery.wall-1]
+kind = "reaction"
+method = "displacement"
+"""
+
+
+def test_modes_are_chosen_by_recoveries(run):
+    keep = 'modes = 12\nkeep = "recovery.wall-1 > 10% or recovery.spar > 50%"\nup_to = 5.0'
+    code, found = run(keep + RECOVERIES)
+    assert code == 0
+    table = modal_file(found).modes
+    assert 0 < table.kept[:12].sum() < 12
+    assert any("in wall-1 (root." in reason for reason in table.reason)
+    (error,) = (note for note in found["notes"] if note.startswith("error against the full model"))
+    assert "recovery spar" in error
+    assert "recovery wall-1" in error
+    page = next(file for file in found["files"] if file.endswith(".html"))
+    text = Path(page).read_text()
+    assert "Convergence of the recoveries</h2>" in text
+    assert "<td>wall-1</td><td>displacement</td>" in text
+
+
+def test_recoveries_have_targets(run):
+    sizes = [
+        len(run(f'modes = 2\nup_to = 20.0\ntarget_error = {{ spar = "{target}" }}' + RECOVERIES)[1]["frequency"])
+        for target in ("20%", "0.1%")
+    ]
+    assert sizes[1] > sizes[0]
+
+
+@pytest.mark.parametrize(
+    ("reduction", "words"),
+    [
+        ('keep = "recovery > 1%"', "there is no [recovery.NAME] table"),
+        ('keep = "recovery.spa > 1%"' + RECOVERIES, "keep: did you mean 'spar'?"),
+        ("up_to = 5.0\ntarget_error = { spa = 0.1 }" + RECOVERIES, "target_error: did you mean 'spar'?"),
+        ('up_to = 5.0\ntarget_error = { spar = "much" }' + RECOVERIES, "'much' is no share"),
+        ("up_to = 5.0\ntarget_error = { spar = 0 }" + RECOVERIES, "target_error"),
+        ("up_to = 5.0\ntarget_error = -1" + RECOVERIES, "target_error"),
+        ("target_error = { spar = 0.1 }" + RECOVERIES, "target_error needs up_to"),
+    ],
+)
+def test_recoveries_that_are_not_there_are_refused(run, reduction, words):
+    code, said = run(reduction)
+    assert code == 2
+    assert words in " ".join(said.split())
+
+
 def test_listed_modes(run):
     _, found = run("modes = 6\nkeep = [1, 3]\ntruncation_vectors = []")
     assert len(found["frequency"]) == 8  # six constraint modes and these two

@@ -246,6 +246,7 @@ def film_run(
 
 def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.pipeline.build.described import page_inputs
+    from modalprep.report.body_page.convergence import convergence_section
     from modalprep.report.body_page.section import FAILED, Verdict
     from modalprep.report.body_page.verdicts import of_errors
     from modalprep.report.page import write_page
@@ -255,6 +256,7 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) 
         built.body, outcome.folder, built.file.stem, pipeline.output.pictures, reporter, outcome.notes
     )
     page, limit = outcome.folder / f"{built.file.stem}.html", pipeline.reduction.target_error
+    convergence = [convergence_section(built.convergence)] if built.convergence else []
     static = of_errors({"static responses": ((), built.error.static)}, limit) if built.error else []
     write_page(
         built.body,
@@ -268,7 +270,7 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) 
         error_limit=limit,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
-        sections=outcome.sections,
+        sections=[*convergence, *outcome.sections],
         inputs=page_inputs(path, built),
         verdicts=[*static, *(Verdict(name="audit of the run", result=FAILED, says=why) for why in outcome.failures)],
     )

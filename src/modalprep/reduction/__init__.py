@@ -7,6 +7,7 @@ from modalprep.lazy import lazy
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
     from modalprep.reduction.basis import Reduction as Reduction
+    from modalprep.reduction.basis import Spans as Spans
     from modalprep.reduction.damping import ComponentDamping as ComponentDamping
     from modalprep.reduction.damping import Rayleigh as Rayleigh
     from modalprep.reduction.damping import component_damping as component_damping
@@ -27,12 +28,15 @@ if TYPE_CHECKING:
     from modalprep.reduction.projected import ProjectedBasis as ProjectedBasis
     from modalprep.reduction.projected import projected_basis as projected_basis
     from modalprep.reduction.projected import reduced_body as reduced_body
+    from modalprep.reduction.recoveries.convergence import Convergence as Convergence
+    from modalprep.reduction.recoveries.convergence import recovery_convergence as recovery_convergence
     from modalprep.reduction.synthesis import SynthesisedModes as SynthesisedModes
     from modalprep.reduction.synthesis import synthesise as synthesise
     from modalprep.reduction.table import ModeTable as ModeTable
 
 _NAMES = {
-    "basis": "Reduction",
+    "basis": "Reduction Spans",
+    "recoveries.convergence": "Convergence recovery_convergence",
     "table": "ModeTable",
     "free_interface_basis": "free_interface improved_guyan",
     "loads": "Load nodal_load",

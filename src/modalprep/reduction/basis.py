@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,11 +15,29 @@ from modalprep.records import Record
 from modalprep.reduction.clamped import Clamped
 from modalprep.reduction.table import ModeTable
 
-if TYPE_CHECKING:
-    from modalprep.reduction.recoveries.convergence import Convergence
-
 DEPENDENT = 1e-14  # share of mass of a combination of unit vectors: round-off
 EIGEN = 1e-6  # residual of a mode of the full model, relative to its inertia force
+
+
+class Spans(NamedTuple):
+    """Vectors that span a basis, in its coordinates.
+
+    Attributes
+    ----------
+    modes : (n, N)
+        The kept candidates, in ascending order of frequency.
+    frequency : (N,)
+        Hz, of the candidates.
+    others : (n, k)
+        Constraint or attachment modes.
+    answers : (n, m)
+        Static responses to the loads of truncation vectors.
+    """
+
+    modes: np.ndarray
+    frequency: np.ndarray
+    others: np.ndarray
+    answers: np.ndarray
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -41,8 +59,8 @@ class Reduction(Record):
     method : str
     notes : tuple of str
         What the user should know about the choice of modes.
-    convergence : Convergence or None
-        Of the recoveries, where they were given.
+    spans : Spans or None
+        What the coordinates span, where recoveries were given.
 
     References
     ----------
@@ -57,7 +75,7 @@ class Reduction(Record):
     table: ModeTable
     method: str
     notes: tuple[str, ...] = ()
-    convergence: Convergence | None = None
+    spans: Spans | None = None
 
     def __repr__(self) -> str:
         """Method, size and frequency range."""
@@ -72,16 +90,21 @@ def reduced(
     table: ModeTable,
     notes: tuple[str, ...],
     rigid: np.ndarray | None = None,
+    spans: Spans | None = None,
 ) -> Reduction:
     """Orthonormalise the span ``W (n_free, k)`` with the root clamped, and collect the unit loads of the body.
 
-    `rigid` (n_free, r) are M-orthonormal rigid-body motions; the default are the mechanisms of `clamped`.
+    `rigid` (n_free, r) are M-orthonormal rigid-body motions; the default are the mechanisms of `clamped`. The vectors
+    of `spans` (n_free, k) are brought into the coordinates of the basis.
     """
     model = clamped.model
     w2, span = ritz(W, clamped.K, clamped.M, clamped.mechanisms if rigid is None else rigid)
     loads = np.concatenate([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])], axis=1)
     loads[:, 12:18] = 0.0  # the root is clamped
     modes = unique_modes(w2, span)
+    if spans is not None:
+        inside = {name: inner(modes, clamped.M @ getattr(spans, name)) for name in ("modes", "others", "answers")}
+        spans = spans._replace(**inside)
     return Reduction(
         basis=model.C @ modes,
         frequency=np.sqrt(w2) / (2 * np.pi),
@@ -91,6 +114,7 @@ def reduced(
         table=table,
         method=method,
         notes=(*notes, *_mechanism_note(clamped)),
+        spans=spans,
     )
 
 

@@ -10,11 +10,10 @@ from modalprep.errors import InputError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.reduction.basis import Reduction, effective_mass, reduced, rigid_totals, unit_loads
+from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
-from modalprep.reduction.recoveries.convergence import convergence
 from modalprep.reduction.recoveries.shares import recovery_shares
 from modalprep.reduction.recoveries.unit_loads import fixed_interface_loads
 from modalprep.reduction.selection import recoveries_named, select
@@ -66,7 +65,6 @@ def craig_bampton(
     truncation: Sequence[str] = ("interfaces", "inertia"),
     loads: Mapping[str, np.ndarray] | None = None,
     recovery: ModelRecovery | None = None,
-    up_to: float | None = None,
     solver: str = "auto",
     algebra: Algebra = DIRECT,
 ) -> Reduction:
@@ -87,9 +85,7 @@ def craig_bampton(
     loads : {name: (n_dof,) or (n_dof, k)}
         Nodal loads (`nodal_load`, `interface_load`); their magnitude does not matter.
     recovery : ModelRecovery or None
-        Quantities that `keep` may name, and whose convergence is followed.
-    up_to : float or None
-        Hz, of the harmonic loads for which that is estimated.
+        Quantities that `keep` may name; the reduction then has `spans`.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
         Functions for factorisation and eigensolution.
@@ -139,8 +135,14 @@ def craig_bampton(
     W = np.concatenate([clamped.constraint_shapes, clamped.expand(kept, X)], axis=1)
     answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
-    found = reduced("craig_bampton", clamped, W, table, notes)
-    return found.with_(convergence=convergence(recovery, judged, table.kept[: len(w2)], up_to)) if judged else found
+    spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted) if judged else None
+    return reduced("craig_bampton", clamped, W, table, notes, spans=spans)
+
+
+def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, wanted: np.ndarray) -> Spans:
+    """Return the kept modes, and what the basis has whatever their number."""
+    answers = clamped.expand(clamped.factor.solve(wanted))
+    return Spans(clamped.expand(kept), np.sqrt(w2) / (2 * np.pi), clamped.constraint_shapes, answers)
 
 
 def _judged(clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, F: Mapping, recovery: ModelRecovery | None):

@@ -8,12 +8,11 @@ from modalprep.errors import InputError, MechanismError
 from modalprep.fe.assembly.model import FEModel
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
-from modalprep.reduction.basis import Reduction, reduced, rigid_totals, unit_loads
+from modalprep.reduction.basis import Reduction, Spans, reduced, rigid_totals, unit_loads
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.craig_bampton import with_constraint_modes
 from modalprep.reduction.notes import completeness, fewer_modes, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
-from modalprep.reduction.recoveries.convergence import convergence
 from modalprep.reduction.recoveries.shares import recovery_shares
 from modalprep.reduction.recoveries.unit_loads import ACCELERATION, floating_loads
 from modalprep.reduction.selection import recoveries_named, select
@@ -30,7 +29,6 @@ def free_interface(
     modes: int,
     keep: str | list[int] = "all",
     recovery: ModelRecovery | None = None,
-    up_to: float | None = None,
     solver: str = "auto",
     algebra: Algebra = DIRECT,
 ) -> Reduction:
@@ -47,9 +45,7 @@ def free_interface(
     keep : str or list of int
         Which of them to keep (`selection.select`); they have no effective mass.
     recovery : ModelRecovery or None
-        Quantities that `keep` may name, and whose convergence is followed; not accelerations, as there is no base.
-    up_to : float or None
-        Hz, of the harmonic loads for which that is estimated.
+        Quantities that `keep` may name, but for accelerations, as there is no base; the reduction then has `spans`.
     solver : {"auto", "pardiso", "superlu"}
     algebra : Algebra
         Functions for factorisation and eigensolution.
@@ -89,13 +85,15 @@ def free_interface(
     candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi), judged)
     kind = f"elastic {FREE}"
     notes = (*fewer_modes(len(w2), modes, kind), *completeness(w2, counted, kind), *more_modes(keep, candidates, modes))
-    followed = convergence(*judged, candidates.kept, up_to) if judged else None
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
     W = np.hstack([Phi, x - Phi @ ((Phi.T @ F) / w2[:, None])])
+    spans = None
+    if recovery is not None:
+        own = (vectors - R @ vectors[clamped.b[:6]] for vectors in (Phi, x))
+        spans = Spans(next(own), np.sqrt(w2) / (2 * np.pi), next(own), R[:, :0])
     W = W - R @ W[clamped.b[:6]]  # the root's DOFs are its rigid-body motion
     attached = [f"unit load {d} on interface {frame.name}" for frame in model.interfaces for d in DIRECTIONS]
-    found = reduced("free_interface", clamped, W, candidates.with_rows(ATTACHMENT, attached), notes)
-    return found.with_(convergence=followed)
+    return reduced("free_interface", clamped, W, candidates.with_rows(ATTACHMENT, attached), notes, spans=spans)
 
 
 def _elastic_modes(

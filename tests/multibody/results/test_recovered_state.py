@@ -10,7 +10,7 @@ from modalprep.body.recovery import at_rest
 
 @pytest.fixture(scope="module")
 def arm():
-    return beam(modes=2, truncation=("interfaces",))
+    return beam(modes=2)  # whose static correction carries the loads on the tip
 
 
 def test_an_event_at_a_section_force(arm):

@@ -96,51 +96,22 @@ def test_shares_are_the_largest_parts_of_the_complete_response():
             for u in set(quantity.units):
                 top = np.abs(complete[:, units == u]).max(axis=(0, 1))
                 parts = np.abs(unit[:, units == u, k, None] * factor[k]).max(axis=(0, 1))
-                real = top > 1e-4 * top.max()
+                real = top > 1e-2 * top.max()
                 largest = max(largest, (parts[real] / top[real]).max(initial=0.0))
             assert found[name][k].value == pytest.approx(largest, rel=1e-9)
 
 
-def test_all_modes_together_are_the_complete_response():
-    """With no mode all of it is left, with every mode nothing but the inertia of the base itself."""
-    wanted = {name: WANTED[name] for name in ("base", "feel", "move")}
-    _, recovery, reduction = cantilever(10_000, elements=3, truncation=(), wanted=wanted, up_to=1.0)
-    found = reduction.convergence
-    assert found.recoveries == tuple(recovery.quantities)
-    assert found.displacement[:, 0] == pytest.approx(1.0, rel=1e-9)
-    base, feel, move = found.displacement[:, -1]
-    assert move < 1e-7  # of a sum of sixteen digits
-    assert 0.01 < base < 0.3
-    assert feel < 0.06  # consistent mass couples the base to the first node
-    assert np.all(np.diff(found.frequency) >= 0)
-    assert np.all(found.acceleration[:, -1] < 1e-5)
-    assert np.all(found.acceleration[:, :3] < found.displacement[:, :3])  # far below the first frequency
-
-
-def test_dropped_modes_are_missing_from_the_convergence():
-    """keep drops most: the displacement of the tip under the base's acceleration lacks them."""
-    _, _, all_of_them = cantilever(truncation=())
-    _, _, some = cantilever(truncation=(), keep="recovery.move > 20%")
-    kept = some.table.kept[:12]
-    assert 0 < kept.sum() < 12
-    assert "recovery share" in some.table.reason[0]
-    assert some.convergence.displacement.shape[1] == kept.sum() + 1
-    left = [found.convergence.displacement[found.convergence.recoveries.index("move")] for found in (some, all_of_them)]
-    assert left[0][-1] > 2 * left[1][-1]
-    assert left[0][-1] < 0.2
-
-
 def test_modes_of_the_floating_body_have_shares_but_not_in_accelerations():
+    """Unit loads on both interfaces, balanced by inertia: of the tip's displacement the lowest bending modes matter."""
     tip = mp.Interface(group="tip", kind="node")
     mesh = beam_mesh(10, LENGTH)
     model = mp.assemble(mesh, {"beam": SECTION}, {"root": mp.Interface(group="root", kind="node"), "tip": tip})
     recovery = mp.fe.model_recovery(model, mesh, WANTED | {"root": Recover(kind="section_force")})
-    reduction = free_interface(model, modes=8, recovery=recovery, keep="recovery.root > 2%")
-    assert set(reduction.convergence.recoveries) == {"root", "base", "move"}
-    moved = free_interface(model, modes=10_000, recovery=recovery).convergence.displacement[2]
-    assert moved[0] == pytest.approx(1.0)
-    assert moved[-1] < 1e-6  # with all modes, and in between monotonous: of two interfaces that are alike
-    assert np.all(np.diff(moved) < 1e-9)
+    table = free_interface(model, modes=8, recovery=recovery, keep="recovery.move > 20%").table
+    assert table.kept[:2].all()
+    assert not table.kept[4:8].any()
+    assert "recovery share" in table.reason[0]
+    assert "load on " in table.reason[0]
     with pytest.raises(mp.InputError, match="these modes have no recovery.feel"):
         free_interface(model, modes=8, recovery=recovery, keep="recovery.feel > 2%")
 

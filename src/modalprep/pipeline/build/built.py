@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from modalprep.reduction.error import ReductionError
     from modalprep.reduction.recoveries.convergence import Convergence
 
+ROUND_OFF = 1e-16  # of errors on a logarithmic axis
+
 
 class Tables(NamedTuple):
     """Tables of the page of a body: of its model, and of the energies of its modes by group."""
@@ -53,7 +55,9 @@ class Built:
         if len(self.error.sweep):
             found["compliance at the interfaces"] = (self.error.sweep, self.error.dynamic)
         pairs = zip(self.error.recoveries, self.error.recovery, strict=True)
-        return found | {f"recovery {name}": (self.error.recovery_at, values) for name, values in pairs}
+        above = self.error.recovery_at > 0
+        at = self.error.recovery_at[above]
+        return found | {f"recovery {name}": (at, np.maximum(values[above], ROUND_OFF)) for name, values in pairs}
 
 
 def body_key(cache: Cache, name: str, inputs: dict[str, str]) -> str:

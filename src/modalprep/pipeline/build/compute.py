@@ -29,6 +29,7 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import modal_damping
+from modalprep.reduction.recoveries.convergence import recovery_convergence
 
 
 def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
@@ -76,7 +77,8 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
     notes = (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale))
-    return Built(body, file, checks, notes, error, tables, reduction.convergence)
+    followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to)
+    return Built(body, file, checks, notes, error, tables, followed)
 
 
 def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:

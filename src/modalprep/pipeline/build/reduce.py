@@ -57,7 +57,7 @@ def _basis(
     algebra: Algebra,
     recovery: ModelRecovery | None,
 ) -> Reduction:
-    common = {"modes": modes, "algebra": algebra, "recovery": recovery, "up_to": table.up_to}
+    common = {"modes": modes, "algebra": algebra, "recovery": recovery}
     match table.method:
         case "guyan":
             return guyan(model, algebra=algebra)

@@ -1,35 +1,44 @@
-"""Convergence of recovered quantities with the number of modes, by mode displacement and acceleration (theory 3.6)."""
+"""Convergence of the recovered quantities of a body with the number of its modes (theory 3.6)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
-from modalprep.fe.recovery.recover import ModelRecovery
+from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
-from modalprep.reduction.recoveries.unit_loads import Contributions, JudgedLoads
+from modalprep.reduction.dropped import dropped_flexibility, unit_forces
+from modalprep.reduction.recoveries.unit_loads import NEGLIGIBLE, body_loads
+from modalprep.reduction.truncation import ENERGY
 
-AT_ONCE = 2_000_000  # numbers of a recovery under all loads that are followed at a time
+POINTS = 6  # frequencies at which the harmonic response is compared, at most
+COUNTS = 9  # numbers of modes, at most
+ROWS = 20_000  # numbers of a recovery that are followed; of larger ones evenly chosen places
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Convergence(Record):
-    """What the first 0, 1, 2, ... kept modes leave of each recovery, relative to its complete static response.
+    """How far each recovery with the first 0, 1, ... kept modes is from that of the body with all of them.
 
     Attributes
     ----------
     recoveries : tuple of str, length r
     methods : tuple of str, length r
-        ``acceleration`` or ``displacement``: what the recovery has in the body.
-    frequency : (n,)
-        Hz, of the kept candidates in ascending order.
-    displacement : (r, n + 1)
-        Of static loads by the modes alone. Truncation vectors and mode acceleration add what is left.
-    acceleration : (r, n + 1)
-        Of harmonic loads of frequency `up_to` by mode acceleration, estimated; NaN where that is not known.
+        ``acceleration`` or ``displacement``, as in the body.
+    share : (r,)
+        Of the places that were followed: 1, less for large recoveries.
+    count : (k,) int
+        Numbers of modes, the last all of them.
+    frequency : (k,)
+        Hz, of the highest of these modes; 0 without any.
+    error : (r, k)
+        Largest difference under harmonic unit loads below `up_to`, over the largest value under that load. Truncation
+        vectors and constraint modes are there whatever the number of modes.
     up_to : float
-        Hz; NaN without.
+        Hz.
 
     References
     ----------
@@ -37,77 +46,151 @@ class Convergence(Record):
 
     Examples
     --------
-    >>> found = Convergence(recoveries=("strut",), methods=("acceleration",), frequency=np.array([3.0]),
-    ...     displacement=np.array([[1.0, 0.1]]), acceleration=np.full((1, 2), np.nan), up_to=np.nan)
-    >>> found.displacement.shape == (len(found.recoveries), len(found.frequency) + 1)
+    >>> found = Convergence(recoveries=("strut",), methods=("acceleration",), share=np.ones(1), count=np.arange(2),
+    ...     frequency=np.array([0.0, 3.0]), error=np.array([[1.0, 0.0]]), up_to=2.0)
+    >>> found.error.shape == (len(found.recoveries), len(found.count))
     True
     """
 
     recoveries: tuple[str, ...]
     methods: tuple[str, ...]
+    share: np.ndarray
+    count: np.ndarray
     frequency: np.ndarray
-    displacement: np.ndarray
-    acceleration: np.ndarray
+    error: np.ndarray
     up_to: float
 
 
-def convergence(recovery: ModelRecovery, loads: JudgedLoads, kept: np.ndarray, up_to: float | None) -> Convergence:
-    """Return what is left of each recovery when the modes of ``kept (n,)`` are taken one by one.
+class Response(NamedTuple):
+    """Harmonic response of a body with some of its directions: fields over its n coordinates, one load per column."""
 
-    Dropped candidates are never taken. By mode acceleration the modes beyond those taken lack
-    ``w^2 / (w_k^2 - w^2)`` of their static part, those beyond the candidates at most that of the highest candidate.
+    u: np.ndarray  # by mode acceleration
+    bare: np.ndarray  # by mode displacement
+    qdd: np.ndarray
+
+
+def recovery_convergence(body: Any, spans: Any, up_to: float | None = None) -> Convergence | None:
+    """Return the convergence of the recoveries of a body in which ``spans`` of a reduction say what its modes are.
+
+    Parameters
+    ----------
+    body : ModalBody
+        With recoveries.
+    spans : Spans
+        Of its reduction: `Reduction.spans`.
+    up_to : float or None
+        Hz; half of the frequency of the highest kept mode by default.
+
+    Returns
+    -------
+    Convergence or None
+        None without recoveries or modes.
+
+    References
+    ----------
+    Theory 3.6.
+
+    Examples
+    --------
+    >>> from modalprep.examples import uniform_beam
+    >>> recovery_convergence(uniform_beam(modes=2), None) is None
+    True
     """
-    frequency = np.sqrt(loads.w2) / (2 * np.pi)
-    some = np.flatnonzero(kept)
-    parts = {name: Contributions.of(q, loads) for name, q in recovery.quantities.items()}
-    r, n = len(parts), len(some)
-    factor = np.full((r, n + 1), np.nan)
-    amplified = None if up_to is None or not len(loads.w2) else _dynamic(loads.w2, 2 * np.pi * up_to)
-    if amplified is not None:
-        own = [_left(found, some, *amplified) for found in parts.values()]
-        factor = np.array(own).reshape(r, n + 1)
-    ones = np.ones(len(loads.w2))
+    n = 0 if spans is None else spans.modes.shape[1]
+    if not body.recovery or not n:
+        return None
+    up_to = float(spans.frequency[-1] / 2 if up_to is None else up_to)
+    loads, count, omega = body_loads(body), counts(n), _between(body.K, 2 * np.pi * up_to)
+    whole = [_response(body, np.eye(body.n), np.sqrt(body.K), loads, w) for w in omega]
+    error = np.zeros((len(body.recovery), len(count)))
+    blocks = {name: _thinned(block) for name, block in body.recovery.items()}
+    for k, number in enumerate(count[:-1]):
+        Y, w = _directions(body.K, spans, number)
+        some = [_response(body, Y, w, loads, at) for at in omega]
+        for i, block in enumerate(blocks.values()):
+            error[i, k] = max(_difference(block, a, b, loads) for a, b in zip(some, whole, strict=True))
     return Convergence(
-        recoveries=tuple(parts),
-        methods=tuple(recovery.wanted[name].method for name in parts),
-        frequency=frequency[some],
-        displacement=np.array([_left(found, some, ones, 1.0) for found in parts.values()]).reshape(r, n + 1),
-        acceleration=factor,
-        up_to=np.nan if up_to is None else float(up_to),
+        recoveries=tuple(blocks),
+        methods=tuple("displacement" if block.loads is None else "acceleration" for block in blocks.values()),
+        share=np.array([len(b.q) / len(body.recovery[name].q) for name, b in blocks.items()]),
+        count=np.array(count),
+        frequency=np.array([0.0, *spans.frequency])[count],
+        error=error,
+        up_to=up_to,
     )
 
 
-def _dynamic(w2: np.ndarray, w: float) -> tuple[np.ndarray, float] | None:
-    """Return ``w^2 / (w_k^2 - w^2)`` of the candidates, and its bound beyond them; None where they end below w."""
-    if w2[-1] <= w**2:
-        return None
-    with np.errstate(divide="ignore"):
-        return w**2 / (w2 - w**2), w**2 / (w2[-1] - w**2)
+def counts(n: int) -> list[int]:
+    """Return the numbers of modes that are compared, from none to all n.
+
+    Examples
+    --------
+    >>> counts(3), counts(60)
+    ([0, 1, 2, 3], [0, 1, 2, 4, 8, 15, 30, 45, 60])
+    """
+    if n < COUNTS:
+        return list(range(n + 1))
+    return sorted({0, round(0.75 * n), *(round(n / 2**k) for k in range(COUNTS - 2))})
 
 
-def _left(found: Contributions, some: np.ndarray, weight: np.ndarray, beyond: float) -> np.ndarray:
-    """Return the largest remainder ``(n + 1,)`` after each of the modes `some`, over the complete response."""
-    p, c, m = found.complete.shape
-    scales, total = found.scales(), np.zeros(len(some) + 1)
-    step = max(1, AT_ONCE // max(1, c * m))
-    for first in range(0, p, step):
-        here = slice(first, first + step)
-        modal, rest = found.modal[here], np.zeros_like(found.complete[here])
-        for k in range(modal.shape[2]):
-            rest += modal[:, :, k, None] * found.factor[k]
-        rest = beyond * (found.complete[here] - rest)  # of modes that are no candidates
-        for k in range(modal.shape[2]):
-            rest += weight[k] * (modal[:, :, k, None] * found.factor[k])
-        total[0] = max(total[0], _largest(rest, found, scales))
-        for place, k in enumerate(some, start=1):
-            rest -= weight[k] * (modal[:, :, k, None] * found.factor[k])
-            total[place] = max(total[place], _largest(rest, found, scales))
-    return total
+def _between(K: np.ndarray, up_to: float) -> list[float]:
+    """Return circular frequencies: 0, halfway between neighbouring resonances below `up_to`, or half of it."""
+    w = np.sqrt(K[K > 0])
+    inside = w[: np.count_nonzero(w < up_to) + 1]
+    gaps = np.flatnonzero(np.diff(inside) > 1e-2 * inside[1:])
+    some = gaps[np.unique(np.linspace(0, len(gaps) - 1, min(POINTS, len(gaps))).astype(int))] if len(gaps) else gaps
+    found = [float(x) for x in (inside[some] + inside[some + 1]) / 2]
+    return [0.0, *(found or [up_to / 2])]
 
 
-def _largest(rest: np.ndarray, found: Contributions, scales: np.ndarray) -> float:
-    sizes = [
-        np.max(np.abs(rest[:, own]).max(axis=(0, 1), initial=0.0) / scale, initial=0.0)
-        for (_, own), scale in zip(found.groups, scales, strict=True)
-    ]
-    return float(max(sizes, default=0.0))
+def _directions(K: np.ndarray, spans: Any, number: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return directions ``(n, r)`` and circular frequencies of a body with the first modes, of unit modal mass."""
+    loose = np.eye(len(K))[:, K <= 0]
+    first, answers = spans.modes[:, :number], spans.answers
+    rest = answers - first @ (first.T @ answers)
+    energy, left = (np.einsum("n,nm,nm->m", K, x, x) for x in (answers, rest))
+    W = np.hstack([spans.others, first, rest[:, left > ENERGY * energy.max(initial=0.0)]])
+    w2, Y = ritz(W[:, np.any(W, axis=0)], csr_array(np.diag(K)), csr_array(np.eye(len(K))), loose)
+    return Y, np.sqrt(w2)
+
+
+def _response(body: Any, Y: np.ndarray, w: np.ndarray, loads: np.ndarray, omega: float) -> Response:
+    forces = unit_forces(body) @ loads
+    gap = (w**2 - omega**2)[:, None]
+    p = np.divide(Y.T @ forces, gap, out=np.zeros((len(w), loads.shape[1])), where=gap != 0)
+    strained = Y @ np.where(w[:, None] > 0, p, 0.0)
+    qdd = -(omega**2) * (Y @ p)
+    flexibility = dropped_flexibility(body.K, Y, w)
+    return Response(strained + flexibility @ (forces - qdd), strained, qdd)
+
+
+def _difference(block: Any, some: Response, whole: Response, loads: np.ndarray) -> float:
+    a, b = _values(block, some, loads), _values(block, whole, loads)
+    units = np.array(block.units if len(block.units) > len(block.components) else block.units * len(block.places))
+    units, worst = units.reshape(len(block.places), -1), 0.0
+    for unit in set(units.ravel().tolist()):
+        size, off = (np.abs(x[units == unit]).max(axis=0, initial=0.0) for x in (b, a - b))
+        real = size > NEGLIGIBLE * size.max(initial=0.0)
+        worst = max(worst, float(np.max(off[real] / size[real], initial=0.0)))
+    return worst
+
+
+def _values(block: Any, found: Response, loads: np.ndarray) -> np.ndarray:
+    values = block.q @ (found.bare if block.loads is None else found.u)
+    if block.qdd is not None:
+        values = values + block.qdd @ found.qdd
+    return values if block.loads is None else values + block.loads @ loads
+
+
+def _thinned(block: Any) -> Any:
+    """Return a recovery at evenly chosen places where it has too many numbers."""
+    p, c, _ = block.q.shape
+    some = np.unique(np.linspace(0, p - 1, max(1, ROWS // c)).astype(int)) if p * c > ROWS else np.arange(p)
+    if len(some) == p:
+        return block
+    arrays = {name: getattr(block, name) for name in ("q", "qdd", "loads", "position", "node", "cell")}
+    units = block.units if len(block.units) == c else tuple(np.reshape(block.units, (p, c))[some].ravel().tolist())
+    return block.with_(
+        places=tuple(block.places[i] for i in some), units=units,
+        **{name: array[some] for name, array in arrays.items() if array is not None},
+    )  # fmt: skip

@@ -13,7 +13,7 @@ from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.reduction.basis import Reduction, unit_loads
 from modalprep.reduction.dropped import DroppedModes, dropped_modes
 from modalprep.reduction.participation import model_size
-from modalprep.reduction.recoveries.unit_loads import ACCELERATION, NEGLIGIBLE, unit_drives
+from modalprep.reduction.recoveries.unit_loads import ACCELERATION, NEGLIGIBLE, unit_columns
 
 DRIVES = 12
 
@@ -45,7 +45,7 @@ class RecoveryReference:
         """Return a reference without frequencies."""
         if recovery is None or not recovery.quantities:
             return cls(ModelRecovery({}, {}), np.zeros((0, 0)), np.zeros((0, 0)), [], [])
-        loads = _loads(model)
+        loads = unit_columns(model.rigid.m, model_size(model), len(model.interfaces))
         units = np.hstack([model.inertia_loads, unit_loads(model, [f.dofs for f in model.interfaces])])
         return cls(recovery, loads, units @ loads, [], [])
 
@@ -74,15 +74,6 @@ class RecoveryReference:
                 corrected = self.recovery.wanted[name].method == "acceleration" or quantity.kind == ACCELERATION
                 found[i, k] = _difference(quantity, quantity.values(own if corrected else bare), full[name])
         return found
-
-
-def _loads(model: FEModel) -> np.ndarray:
-    """Return accelerations along and about x, y, z, and forces and moments on every interface but the root."""
-    size, n = model_size(model), 6 * (len(model.interfaces) - 1)
-    found = np.zeros((DRIVES + 6 + n, 6 + n))
-    found[:DRIVES, :6] = unit_drives() / (model.rigid.m * np.repeat([1.0, size], 3))
-    found[DRIVES + 6 :, 6:] = np.diag(np.tile(np.repeat([1.0, size], 3), n // 6))
-    return found
 
 
 def _reduced_fields(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from modalprep.reduction.table import DIRECTIONS
 from modalprep.vectors import skew
 
 ACCELERATION = "acceleration"  # the kind of recovery that rests in statics
-NEGLIGIBLE = 1e-4  # of a recovery's largest value under a load, over that under the load that matters most
+NEGLIGIBLE = 1e-2  # of a recovery's largest value under a load, over that under the load that matters most
 
 
 class JudgedLoads(NamedTuple):
@@ -56,6 +56,27 @@ def unit_drives() -> np.ndarray:
     found[:3, :3] = np.eye(3)
     found[3:, 3:] = skew(np.eye(3)).reshape(3, 9).T
     return found
+
+
+def unit_columns(m: float, size: float, interfaces: int) -> np.ndarray:
+    """Return accelerations along and about x, y, z, and loads on the interfaces but the root ``(12 + 6 n_if, k)``.
+
+    Examples
+    --------
+    >>> unit_columns(2.0, 10.0, 2)[[0, 20], [0, 8]], unit_columns(2.0, 10.0, 2).shape
+    (array([0.5, 1. ]), (24, 12))
+    """
+    n = 6 * (interfaces - 1)
+    found = np.zeros((18 + n, 6 + n))
+    found[:12, :6] = unit_drives() / (m * np.repeat([1.0, size], 3))
+    found[18:, 6:] = np.diag(np.tile(np.repeat([1.0, size], 3), interfaces - 1))
+    return found
+
+
+def body_loads(body: Any) -> np.ndarray:
+    """Return the `unit_columns` of a body."""
+    size = float(np.ptp(body.points, axis=0).max(initial=0.0)) or 1.0
+    return unit_columns(body.m, size, len(body.interface_name))
 
 
 def fixed_interface_loads(

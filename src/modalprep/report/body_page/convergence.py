@@ -1,0 +1,102 @@
+"""Section of the page on the convergence of recoveries with the number of modes: a table and a chart."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from modalprep.reduction.recoveries.convergence import Convergence
+from modalprep.report.body_page.section import Section, chart, paragraph
+from modalprep.report.body_page.table import Table
+from modalprep.report.plots import CURVES, LINES, plain_axes, save_figure
+from modalprep.report.tables import hertz
+
+CHART = 12  # recoveries in the chart, at most
+FLOOR = 1e-9  # an error below counts as none
+
+
+def convergence_section(found: Convergence) -> Section:
+    """Return the section: the error of each recovery with the first modes, as a table and a chart.
+
+    Examples
+    --------
+    >>> found = Convergence(recoveries=("strut",), methods=("acceleration",), share=np.ones(1), count=np.arange(3),
+    ...     frequency=np.array([0.0, 3.0, 9.0]), error=np.array([[1.0, 0.1, 0.0]]), up_to=2.0)
+    >>> convergence_section(found).title
+    'Convergence of the recoveries'
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        drawn = chart(convergence_plot(found, Path(folder) / "chart.png"), "Errors over the number of modes")
+    html = paragraph(_said(found)) + convergence_table(found).html() + drawn
+    if len(found.recoveries) > CHART:
+        html += paragraph(f"The chart leaves out {len(found.recoveries) - CHART} more recoveries, which the table has.")
+    return Section(title="Convergence of the recoveries", anchor="convergence", html=html)
+
+
+SAYS = (
+    "Error of each recovery, in %, with the first of the kept modes against all of them: the largest difference over the "
+    "largest value under harmonic loads below {0} Hz, accelerations of the root and loads on the other interfaces, the "
+    "worst of them. Constraint modes and truncation vectors are there whatever the number of modes. Errors against the "
+    "full model are in the notes, where up_to is given."
+)
+
+
+def _said(found: Convergence) -> str:
+    more = " Of large recoveries evenly chosen places are followed." if np.any(found.share < 1) else ""
+    return SAYS.format(hertz(found.up_to)) + more
+
+
+def convergence_table(found: Convergence) -> Table:
+    """Return the table: a column for each number of modes, with the frequency up to which they reach."""
+    reach = [f" (up to {hertz(f)} Hz)" if n else "" for n, f in zip(found.count, found.frequency, strict=True)]
+    heads = [f"{n} modes{to}" for n, to in zip(found.count, reach, strict=True)]
+    rows = convergence_rows(found)
+    return Table(
+        name="convergence-table", columns=("recovery", "method", *heads), rows=rows, forms=dict.fromkeys(heads, ".3g")
+    )
+
+
+def convergence_rows(found: Convergence) -> list[list[Any]]:
+    """Return a row for each recovery: its name, the method, the error in % with each number of modes.
+
+    Examples
+    --------
+    >>> found = Convergence(recoveries=("strut",), methods=("displacement",), share=np.ones(1), count=np.arange(2),
+    ...     frequency=np.array([0.0, 3.0]), error=np.array([[1.0, 0.0123]]), up_to=2.0)
+    >>> convergence_rows(found)
+    [['strut', 'displacement', 100.0, 1.23]]
+    """
+    rows = []
+    for name, method, share, error in zip(found.recoveries, found.methods, found.share, found.error, strict=True):
+        shown = method if share == 1 else f"{method}, {100 * share:.2g} % of its places"
+        rows.append([name, shown, *(0.0 if value < FLOOR else 100 * float(value) for value in error)])
+    return rows
+
+
+def convergence_plot(found: Convergence, path: Path) -> Path:
+    """Draw the error of each recovery over the number of modes.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    axes = figure.add_subplot()
+    for k, name in enumerate(found.recoveries[:CHART]):
+        shown = np.where(found.error[k] > FLOOR, 100 * found.error[k], np.nan)
+        label = f"{name}, none" if np.all(np.isnan(shown)) else name
+        style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
+        axes.plot(found.count, shown, marker="o", markersize=5, linewidth=2.0, label=label, **style)
+    axes.set_yscale("log")
+    axes.set_xlim(-0.02 * found.count[-1], 1.02 * found.count[-1])
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.set_xlabel("kept modes, in ascending order of frequency")
+    axes.set_ylabel("error, % of the response with all of them")
+    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9.5)
+    plain_axes(axes, grid="both")
+    return save_figure(figure, path)
