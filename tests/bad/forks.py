@@ -15,6 +15,9 @@ import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipe
 import modalprep.pipeline.systems.systems
 import modalprep.report.page, modalprep.report.plots, pyvista
 from modalprep.cli import main
+if {draws}:
+    from modalprep.report.pictures.render import drawing_problem
+    drawing_problem()  # tried in a process of its own
 
 def child(order):
     for number, name in ((1, os.devnull), (2, order["error"])):
@@ -77,10 +80,11 @@ class Forks:
 
 
 @contextmanager
-def forks(folder):
-    """Start the process that forks; what it writes about itself goes into a folder."""
+def forks(folder, *, draws=False):
+    """Start the process that forks; what it writes about itself goes into a folder. `draws`: pictures of meshes too."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    with subprocess.Popen([sys.executable, "-c", SERVER], env=os.environ | THREADS, **pipes) as process:
+    command = [sys.executable, "-c", SERVER.replace("{draws}", str(draws))]
+    with subprocess.Popen(command, env=os.environ | THREADS, **pipes) as process:
         try:
             yield Forks(process, folder)
         finally:

@@ -29,6 +29,11 @@ def file(tmp_path_factory):
     return good.write_good(tmp_path_factory.mktemp("edits")) / "body.h5"
 
 
+@pytest.fixture(scope="module")
+def original(file):
+    return mp.read_body(file)
+
+
 def everything(file):
     """Return the paths of all groups and datasets."""
     names = ["/"]
@@ -132,8 +137,8 @@ def _moved(draw, item):
 
 @bounded(100)
 @given(data=st.data())
-def test_one_edit(file, data):
-    original, edited = mp.read_body(file), file.with_name("edited.h5")
+def test_one_edit(file, original, data):
+    edited = file.with_name("edited.h5")
     edited.write_bytes(file.read_bytes())
     name = data.draw(st.sampled_from(everything(file)))
     with h5py.File(edited, "a") as h5:
@@ -150,8 +155,8 @@ def test_one_edit(file, data):
 
 @bounded(100)
 @given(data=st.data())
-def test_changed_bytes(file, data):
-    original, edited = mp.read_body(file), file.with_name("edited.h5")
+def test_changed_bytes(file, original, data):
+    edited = file.with_name("edited.h5")
     edited.write_bytes(data.draw(of_bytes(file.read_bytes())))
     read_as_written_or_refused(edited, original)
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 from PIL import Image
 
 import modalprep as mp
@@ -110,11 +109,11 @@ def test_body_without_inertia_in_a_direction_is_reported(cantilever, drawn, tmp_
 
 
 def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
-    def half(figure, file, **_):
+    def half(canvas, file):
         file.write_bytes(b"half a picture")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(Figure, "savefig", half)
+    monkeypatch.setattr(plots.FigureCanvasAgg, "print_png", half)
     with pytest.raises(mp.InputError, match="No space left"):
         plots.effective_mass_plot(cantilever.modes, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []

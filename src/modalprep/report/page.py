@@ -6,12 +6,13 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from functools import cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, StrictUndefined
+from jinja2 import Environment, StrictUndefined, Template
 from markupsafe import Markup
 
 from modalprep.atomic import atomic_path
@@ -133,9 +134,8 @@ def _values(chart: dict[str, Any]) -> dict[str, Any]:
 
 
 def _frame(body: FlexibleBody, sections: Sequence[Section], verdicts: Sequence[Verdict], data: dict[str, Any]) -> str:
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     date = datetime.now(UTC).isoformat(timespec="seconds")
-    return environment.from_string(_file("page.html")).render(
+    return _template().render(
         body=body,
         table=body.modes,
         date=date,
@@ -145,6 +145,12 @@ def _frame(body: FlexibleBody, sections: Sequence[Section], verdicts: Sequence[V
         style=Markup(_file("page.css") + _file("body_page/paper.css") + _margins(body.name, date)),
         script=Markup(_file("page.js") + _file("viewer.js")),
     )
+
+
+@cache
+def _template() -> Template:
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    return environment.from_string(_file("page.html"))
 
 
 def _margins(name: str, date: str) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from modalprep.atomic import atomic_path
@@ -66,7 +67,8 @@ def draw_effective_mass(axes: Axes, table: ModeTable) -> None:
 
 def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, colour: str, label: str) -> None:
     """Add one vector's piece to the six bars, with its row number where there is room."""
-    axes.barh(range(6), share, left=left, height=0.72, color=colour, edgecolor="white", linewidth=0.6)
+    places = np.flatnonzero(share)
+    axes.barh(places, share[places], left=left[places], height=0.72, color=colour, edgecolor="white", linewidth=0.6)
     ink = "white" if colour in ("#0072B2", "#009E73", "#D55E00") else INK
     for place in np.flatnonzero(share > 1.2 * len(label) + 0.4):
         middle = left[place] + share[place] / 2
@@ -310,5 +312,9 @@ def plain_axes(axes: Axes, grid: str) -> None:
 def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write a chart; the file is written completely or not at all."""
     with atomic_path(path) as temporary:
-        figure.savefig(temporary, dpi=DPI)
+        if temporary.suffix.lower() == ".png":  # `savefig` would draw twice, once for the layout alone
+            figure.set_dpi(DPI)
+            FigureCanvasAgg(figure).print_png(temporary)
+        else:
+            figure.savefig(temporary, dpi=DPI)
     return Path(path)

@@ -39,9 +39,9 @@ def convergence_section(found: Convergence) -> Section:
 
 SAYS = (
     "Error of each recovery, in %, with the first of the kept modes against all of them: the largest difference over "
-    "the largest value under harmonic loads below {0} Hz, accelerations of the root and loads on the other interfaces, the "
-    "worst of them. Constraint modes and truncation vectors are there whatever the number of modes. Errors against the "
-    "full model are in the notes, where up_to is given."
+    "the largest value under harmonic loads below {0} Hz, accelerations of the root and loads on the other interfaces, "
+    "the worst of them. Constraint modes and truncation vectors are there whatever the number of modes. Errors against "
+    "the full model are in the notes, where up_to is given."
 )
 
 
