@@ -16,7 +16,7 @@ HOMES = {
 }
 PUBLIC = {name.rpartition(".")[2] for name in public_homes()}
 # Of fields that assembly and recovery read, not users.
-INTERNAL = {"GeometricStiffness", "MassTensor", "SharedNode", "RigidInertia", "RotatingMass", "StrainEnergy"}
+INTERNAL = {"GeometricStiffness", "Groups", "MassTensor", "SharedNode", "RigidInertia", "RotatingMass", "StrainEnergy"}
 # An equation: letters, a sign of equality, and something multiplied, divided, added or to a power.
 FORMULA = re.compile(r"``[^`\"']*[^=]=[^=`\"']*[\^+*/~][^`\"']*``")
 
