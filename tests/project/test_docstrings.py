@@ -19,6 +19,7 @@ PUBLIC = {name.rpartition(".")[2] for name in public_homes()}
 INTERNAL = {
     "Elements",
     "GeometricStiffness",
+    "Groups",
     "MassTensor",
     "SharedNode",
     "RigidInertia",

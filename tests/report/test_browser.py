@@ -8,6 +8,7 @@ import pytest
 from PIL import Image
 from report.browser import CHROMIUM, FLAGS, needs_browser, run_page
 from report.conftest import make_table
+from report.page_of_all import whole_page
 
 from modalprep.examples import uniform_beam
 from modalprep.report.mac import auto_mac
@@ -257,6 +258,21 @@ def test_nothing_sticks_out_of_the_page(cantilever, pages, tmp_path):
     page, folder = pages(long, pictures={1: file}, mesh_picture=file, errors={"e": ([1, 2], [3, 4])})
     out = run_page(page, folder, probe)
     assert (out["faults"], out["wide"], out["cut"], out["small"]) == ([], 0, [], 0)
+
+
+def test_narrow_page_folds_its_contents_and_scrolls_tables_inside_their_frames(block, tmp_path):
+    probe = """
+    const contents = document.querySelector("#contents details");
+    out.width = innerWidth; out.open = contents.open;
+    out.wide = document.documentElement.scrollWidth - document.documentElement.clientWidth;
+    out.framed = [...document.querySelectorAll("main table")].filter(t => t.scrollWidth > innerWidth)
+      .every(t => t.closest(".frame").scrollWidth > t.closest(".frame").clientWidth);
+    document.querySelector("#contents summary").click(); await wait(50); out.opened = contents.open;
+    document.querySelector("#contents a").click(); await wait(50); out.folded = !contents.open;
+    """
+    out = run_page(whole_page(block, tmp_path), tmp_path, probe, flags=("--window-size=500,900",))
+    assert out.pop("width") <= 500
+    assert out == {"faults": [], "open": False, "wide": 0, "framed": True, "opened": True, "folded": True}
 
 
 def test_hostile_names_are_only_shown(cantilever, pages):

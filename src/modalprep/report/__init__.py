@@ -6,6 +6,7 @@ from modalprep.lazy import lazy
 
 TYPE_CHECKING = False  # as `typing` has it, which takes longer to import than all of this
 if TYPE_CHECKING:
+    from modalprep.report.body_page.inputs import Inputs as Inputs
     from modalprep.report.body_page.section import Section as Section
     from modalprep.report.body_page.section import Verdict as Verdict
     from modalprep.report.body_page.section import chart as chart
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
 _NAMES = {
     "page": "write_page",
+    "body_page.inputs": "Inputs",
     "body_page.section": "Section Verdict chart paragraph",
     "body_page.table": "Table",
     "pictures.render": "render_mode render_mesh",
