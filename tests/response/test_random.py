@@ -118,7 +118,7 @@ def test_slopes_of_a_test_specification():
 
 
 def test_many_channels_have_peaks_only(body, monkeypatch):
-    monkeypatch.setattr("modalprep.response.result.MOST", 10)
+    monkeypatch.setattr("modalprep.response.channels.MOST", 10)
     monkeypatch.setattr("modalprep.response.channels.AT_ONCE", 1000)
     found = random_response(body, {"base.y": 1.0}, band=(0.1, 5.0), damping=ZETA)
     name = f"beam.{ELEMENTS}.end.Vy"

@@ -179,3 +179,11 @@ def test_bad_histories_are_one_message(body):
         transient_response(body, {"base.y": table}, step=1e-9)
     with pytest.raises(mp.InputError, match="has no samples"):
         transient_response(body, {"base.y": table}, step=2.0)
+
+
+def test_a_sweep_leaves_out_recoveries_of_many_channels(body, monkeypatch):
+    monkeypatch.setattr("modalprep.response.channels.MOST", 10)
+    found = sweep_response(body, {"base.y": 1.0}, 0.5, 0.7, (20.0, "oct/min"), damping=ZETA)
+    assert "wall.root.Fy" in found.names
+    assert not any(peak.block == "beam" for peak in found.peaks)
+    assert "beam has too many channels for a sweep, which leaves it out" in found.notes

@@ -15,6 +15,7 @@ from modalprep.response.modal import BASE, ModalEquations
 from modalprep.vectors import UNIT, skew
 
 AXES = ("x", "y", "z")
+MOST = 1000  # channels of a recovery with a curve each; larger ones have their extremes only
 AT_ONCE = 4_000_000  # numbers in memory
 LEVI_CIVITA = np.stack([-skew(e) for e in UNIT])  # [i, a, b] of (x cross y)_i = e_iab x_a y_b
 
@@ -65,6 +66,11 @@ class Block(NamedTuple):
     def full_components(self) -> tuple[str, ...]:
         """The components, of stress with von Mises stress."""
         return self.components if self.mises is None else (*self.components, VON_MISES)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether it has too many channels for a curve each."""
+        return len(self.places) * len(self.components) > MOST
 
     def labels(self) -> list[tuple[str, str, str]]:
         """Return place, component and unit of each channel, place by place; of stress with von Mises stress."""

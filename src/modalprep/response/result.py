@@ -11,12 +11,11 @@ import numpy as np
 from modalprep.body.recovery import VON_MISES
 from modalprep.errors import InputError
 from modalprep.records import Record
-from modalprep.response.channels import Block, channel_name
+from modalprep.response.channels import MOST, Block, channel_name
 from modalprep.suggest import suggestion
 
 PARTS = ("force", "moment", "acceleration", "angular_acceleration", "displacement", "rotation")  # of interfaces
 FULL = 200_000_000  # numbers of all curves in memory
-MOST = 1000  # channels of a recovery with a curve each; larger ones have their extremes only
 
 
 class Peak(NamedTuple):
@@ -201,7 +200,7 @@ class Collector:
 
     def keeps(self, block: Block, name: str) -> bool:
         """Whether a channel has a curve."""
-        if len(block.places) * len(block.components) > MOST:
+        if block.is_large:
             self.large[block.name] = len(block.places) * len(block.components)
             return False
         hits = {given for given in self.chosen if name == given or name.startswith(f"{given}.")}

@@ -83,35 +83,38 @@ def sweep_response(
         raise InputError(
             f"the sweep has {clock.cycles:.3g} cycles, too many for {samples} samples in each; sweep faster"
         )
+    every = body_blocks(body, equations)
+    blocks = [block for block in every if not block.is_large]
     ends = clock.ends()
-    blocks = body_blocks(body, equations)
-    swept, largest, times = _march(equations, spectra, clock, ends, samples, blocks)
     f = np.sqrt(ends[1:] * ends[:-1])
-    order = np.argsort(f)
-    steady, top = _steady(equations, spectra, f[order], blocks)
+    rising = np.argsort(f)
+    swept, largest, times = _march(equations, spectra, clock, ends, samples, blocks)
+    steady, top = _steady(equations, spectra, f[rising], blocks)
     found = Collector(tuple(channels))
     for k, block in enumerate(blocks):
-        values = largest[k][order]
-        at = np.argmax(values, axis=0)
-        peak = np.take_along_axis(values, at[None], 0)[0]
-        figures = {
-            "peak": peak, "at_hz": f[order][at], "steady": top[k],
-            "at_s": np.take_along_axis(times[k][order], at[None], 0)[0],
-        }  # fmt: skip
-        found.add(block, block, values, figures, "peak", steady[k])
+        figures = _figures(largest[k], times[k], f) | {"steady": top[k]}
+        found.add(block, block, largest[k][rising], figures, "peak", steady[k])
     found.refuse_unmet()
     error = (2 * np.pi / samples) ** 2 / 8
     notes = [
         f"straight lines between {samples} samples of a cycle miss the sine by {100 * error:.2g} % of its amplitude",
         *large_deflection(body, equations, swept),
-        *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest), *found.notes(),
+        *limits_of_validity(body, equations, highest), *uncovered(spectra, lowest, highest),
+        *(f"{block.name} has too many channels for a sweep, which leaves it out" for block in every if block.is_large),
     ]  # fmt: skip
     return Response(
-        kind="sweep", axis=f[order], names=tuple(found.names), units=tuple(found.units),
+        kind="sweep", axis=f[rising], names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=np.stack([x.at(f[order]) for x in spectra.values()], axis=1),
+        input_values=np.stack([x.at(f[rising]) for x in spectra.values()], axis=1),
         steady=found.stacked(found.steady, len(f)), notes=tuple(notes),
     )  # fmt: skip
+
+
+def _figures(largest: np.ndarray, times: np.ndarray, f: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the largest of all intervals (p, c), its frequency and its time."""
+    at = np.argmax(largest, axis=0)
+    peak, time = (np.take_along_axis(x, at[None], 0)[0] for x in (largest, times))
+    return {"peak": peak, "at_hz": f[at], "at_s": time}
 
 
 def _march(
