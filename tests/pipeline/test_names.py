@@ -26,11 +26,11 @@ from modalprep.pipeline.schema import (
     changing,
     constraints,
     environment,
-    events,
     fe,
     force_elements,
     properties,
     reduction,
+    response,
 )
 from modalprep.reduction import Load, Rayleigh
 
@@ -57,7 +57,7 @@ PAIRS = {
     "matrices": (read_matrices, fe.MatricesTable, set(), set()),
     "load": (Load, reduction.LoadTable, set(), set()),
     "rayleigh": (Rayleigh, reduction.RayleighTable, set(), set()),
-    "event": (mp.Event, events.EventTable, set(), set()),
+    "event": (mp.Event, changing.EventTable, set(), set()),
     "control": (feedback, environment.ControlTable, set(), {"force", "torque"}),
     "axial spring": (AxialSpring, force_elements.AxialSpringTable, set(), set()),
     "rotational spring": (RotationalSpring, force_elements.RotationalSpringTable, set(), set()),
@@ -72,7 +72,15 @@ PAIRS = {
     "jet": (ExpelledGas, changing.JetTable, {"source"}, {"depletion"}),
     "deployment": (Deployment, changing.DeploymentTable, set(), set()),
 }
-LABELS = {"name", "type"}
+DRIVEN = {"base", "forces"}  # where Python has inputs by name
+for function, table, only_function, only_table in (
+    (mp.response.harmonic_response, response.HarmonicTable, set(), {"lowest", "highest", "points", "spacing"}),
+    (mp.response.sweep_response, response.SweepTable, set(), set()),
+    (mp.response.random_response, response.RandomTable, {"band"}, {"lowest", "highest", "coherence"}),
+    (mp.response.transient_response, response.TransientTable, set(), set()),
+):
+    PAIRS[function.__name__] = (function, table, {"body", "inputs"} | only_function, DRIVEN | only_table)
+LABELS = {"name", "type", "kind"}
 
 
 def names(record):

@@ -106,6 +106,9 @@ def test_modes_with_another_mass_are_made_orthonormal_first(complete):
     exact, found = (harmonic_response(x, {"base.y": 1.0, "tip.z": 1.0}, F, **options) for x in (light, half))
     for name in ("base.force.y", "base.moment.y", "tip.acceleration.y", "tip.displacement.z"):
         assert found[name] == pytest.approx(exact[name], rel=1e-8)  # round-off of the stiffness
+    damped = harmonic_response(half.with_(D=BETA * half.K), {"base.y": 1.0}, F, refine=False)
+    exact = harmonic_response(light, {"base.y": 1.0}, F, damping=Rayleigh(alpha=0.0, beta=BETA), refine=False)
+    assert damped["base.force.y"] == pytest.approx(exact["base.force.y"], rel=1e-8)
 
 
 def test_the_axis_is_refined_where_the_response_is_sharp(complete):

@@ -194,16 +194,19 @@ class Sweep:
 
     Examples
     --------
-    >>> up = Sweep(10.0, 40.0, (2.0, "oct/min"), down=False)
+    >>> up = Sweep(10.0, 40.0, (2.0, "oct/min"), "up")
     >>> up.duration, round(up.cycles, 3)
     (60.0, 1298.426)
     """
 
-    def __init__(self, lowest: float, highest: float, rate: Rate, down: bool) -> None:
+    def __init__(self, lowest: float, highest: float, rate: Rate, direction: str) -> None:
         if not (0 < lowest < highest and rate[0] > 0):
             raise InputError(f"a sweep from {lowest:g} to {highest:g} Hz at {rate[0]:g} {rate[1]} is none; give others")
         if rate[1] not in ("oct/min", "Hz/s"):
             raise InputError(f"a sweep at {rate[0]:g} {rate[1]} is not known; give its rate in 'oct/min' or 'Hz/s'")
+        if direction not in ("up", "down"):
+            raise InputError(f"a sweep goes 'up' or 'down', not {direction!r}")
+        down = direction == "down"
         self.first, self.last = (highest, lowest) if down else (lowest, highest)
         self.octaves = rate[1] == "oct/min"
         self.speed = (-1 if down else 1) * (rate[0] / 60 * np.log(2) if self.octaves else rate[0])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
@@ -28,7 +29,7 @@ def sweep_response(
     highest: float,
     rate: Rate,
     *,
-    down: bool = False,
+    direction: Literal["up", "down"] = "up",
     samples: int = PER_CYCLE,
     damping: Damping = None,
     channels: Sequence[str] = (),
@@ -43,8 +44,8 @@ def sweep_response(
         Hz.
     rate : (float, 'oct/min' or 'Hz/s')
         Of the frequency.
-    down : bool
-        Whether the sweep begins at the highest frequency.
+    direction : 'up' or 'down'
+        Down begins at the highest frequency.
     samples : int
         In a cycle; inputs are straight lines between them.
     damping : float, {Hz: ratio}, (n,), Rayleigh, or (n, n)
@@ -77,7 +78,7 @@ def sweep_response(
     """
     spectra = as_spectra(inputs)
     equations = modal_equations(body, tuple(spectra), damping)
-    clock = Sweep(lowest, highest, rate, down)
+    clock = Sweep(lowest, highest, rate, direction)
     if clock.cycles * samples > MOST_SAMPLES:
         raise InputError(
             f"the sweep has {clock.cycles:.3g} cycles, too many for {samples} samples in each; sweep faster"

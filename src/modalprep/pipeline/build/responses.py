@@ -131,8 +131,8 @@ def _driven_by(
     if isinstance(table, HarmonicTable):
         return harmonic_response(body, inputs, axis, refine=table.refine, **options)
     if isinstance(table, SweepTable):
-        band, down = (table.lowest, table.highest), table.direction == "down"
-        return sweep_response(body, inputs, *band, table.speed, down=down, samples=table.samples, **options)
+        options |= {"direction": table.direction, "samples": table.samples}
+        return sweep_response(body, inputs, table.lowest, table.highest, table.speed, **options)
     if isinstance(table, TransientTable):
         return transient_response(body, inputs, step=table.step, duration=table.duration, **options)
     return random_response(body, inputs, correlation=table.correlated(), band=table.band, **options)

@@ -187,7 +187,7 @@ class SweepTable(OverFrequency):
 
     @model_validator(mode="after")
     def _sweeps(self) -> SweepTable:
-        Sweep(self.lowest, self.highest, self.speed, self.direction == "down")
+        Sweep(self.lowest, self.highest, self.speed, self.direction)
         return self
 
     @property
