@@ -24,13 +24,14 @@ from modalprep.multibody import (
 )
 from modalprep.pipeline.schema import (
     changing,
-    constraints,
     environment,
     fe,
     force_elements,
     properties,
     reduction,
     response,
+    strength,
+    system,
 )
 from modalprep.reduction import Load, Rayleigh
 
@@ -62,8 +63,8 @@ PAIRS = {
     "axial spring": (AxialSpring, force_elements.AxialSpringTable, set(), set()),
     "rotational spring": (RotationalSpring, force_elements.RotationalSpringTable, set(), set()),
     "bushing": (Bushing, force_elements.BushingTable, set(), set()),
-    "closure": (Closure, constraints.ClosureTable, set(), set()),
-    "coupler": (Coupler, constraints.CouplerTable, set(), set()),
+    "closure": (Closure, system.ClosureTable, set(), set()),
+    "coupler": (Coupler, system.CouplerTable, set(), set()),
     "planet": (CentralGravity, environment.CentralTable, set(), set()),
     "orbit": (Orbit, environment.OrbitTable, set(), {"altitude", "mu"}),
     "dipole": (Dipole, environment.DipoleTable, set(), set()),
@@ -74,12 +75,22 @@ PAIRS = {
 }
 DRIVEN = {"base", "forces"}  # where Python has inputs by name
 for function, table, only_function, only_table in (
-    (mp.response.harmonic_response, response.HarmonicTable, set(), {"lowest", "highest", "points", "spacing"}),
+    (mp.response.harmonic_response, response.HarmonicTable, set(), {"lowest", "highest", "points", "spacing", "notch"}),
     (mp.response.sweep_response, response.SweepTable, set(), set()),
-    (mp.response.random_response, response.RandomTable, {"band"}, {"lowest", "highest", "coherence"}),
+    (mp.response.random_response, response.RandomTable, {"band"}, {"lowest", "highest", "coherence", "notch"}),
     (mp.response.transient_response, response.TransientTable, set(), set()),
 ):
     PAIRS[function.__name__] = (function, table, {"body", "inputs"} | only_function, DRIVEN | only_table)
+SOURCE = {"response", "channels"}
+PAIRS |= {
+    "shock spectrum": (
+        mp.response.shock_spectrum, strength.ShockTable, {"time", "acceleration", "frequency"},
+        SOURCE | {"lowest", "highest", "points"},
+    ),
+    "S-N curve": (
+        mp.response.SNCurve, strength.FatigueTable, set(), SOURCE | {"scale", "repeats", "duration", "method"},
+    ),
+}  # fmt: skip
 LABELS = {"name", "type", "kind"}
 
 

@@ -102,13 +102,13 @@ def _shocks(
     found: Strength, name: str, table: ShockTable, source: Result | Response, target: Path, reporter: Reporter
 ) -> None:
     time, channels = channels_of(table, source)
-    options = {"Q": table.Q, "kind": table.quantity, "start": table.start}
+    options = {"Q": table.Q, "kind": table.kind, "start": table.start}
     spectra = {key: shock_spectrum(time, values, table.axis, **options) for key, values in channels.items()}
     columns = {"frequency (Hz)": table.axis}
     for key, one in spectra.items():
         columns |= {f"{key} {side}": getattr(one, side) for side in ("maximax", "positive", "negative")}
     reporter.wrote(write_table(columns, zip(*columns.values(), strict=True), target))
-    units = dict.fromkeys(spectra, SHOCK_UNITS[table.quantity])
+    units = dict.fromkeys(spectra, SHOCK_UNITS[table.kind])
     found.plots[name] = reporter.wrote(shock_plot(spectra, units, target.with_suffix(".png")))
     found.shocks[name] = spectra
     said = {note: key for key, one in reversed(spectra.items()) for note in one.notes}

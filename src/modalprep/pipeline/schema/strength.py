@@ -77,7 +77,7 @@ class ShockTable(OfChannels):
     highest: Frequency = Field(gt=0, description="of the oscillators, Hz")
     points: Annotated[int, Field(ge=2, le=10_000)] = 100
     Q: Annotated[float, Field(gt=0.5)] = Field(10.0, description="amplification, 1 / (2 damping ratio)")
-    quantity: Literal[*KINDS] = Field("absolute_acceleration", description="of the oscillators")
+    kind: Literal[*KINDS] = Field("absolute_acceleration", description="of the oscillators")
     start: Literal[*STARTS] = Field("rest", description="steady: the first value has acted for ever")
 
     @model_validator(mode="after")
