@@ -156,7 +156,7 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
         np.zeros(m) if value is None else value.copy(),
         np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0),
         np.zeros(m),
-        np.zeros(ne, END_DATA).view(np.recarray),
+        _ends_at_rest(arrays),
         *(np.zeros(m) for _ in range(9)),
         np.zeros((m, m)),
         np.zeros((m, m + WIDTH)),
@@ -176,6 +176,14 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
         np.zeros(6 * WIDTH),
         np.zeros((ne, N, 6)),
     )
+
+
+def _ends_at_rest(arrays: Constraints) -> np.ndarray:
+    """Return what is written of the ends, those on the ground at their places."""
+    found = np.zeros(len(arrays.ends), END_DATA).view(np.recarray)
+    ground = arrays.ends["link"] < 0
+    found.position[ground], found.rotation[ground] = arrays.ends["position"][ground], np.eye(3).ravel()
+    return found
 
 
 def _rows(k: int, closure: Closure | Coupler) -> list[Row]:

@@ -15,10 +15,11 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     ENTRY,
     GROUP,
     POINT,
+    SLIP,
     Constraints,
     Paths,
 )
-from modalprep.multibody.kernels.data import FREE, SPHERICAL
+from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.packing.tree import rows
 
 PARALLEL = 1e-12  # of unit vectors: far below the lever of a row that `packing.constraints.IMMOBILE` lets move
@@ -50,8 +51,8 @@ def row_paths(arrays: Constraints, links: np.ndarray) -> Paths:
         _fill(arrays, links, groups[k], rows_of, entry)
         lane[rows_of] = WIDTH * k + groups[k].lane + np.arange(len(rows_of))
     first = np.searchsorted([link for link, _ in acts], np.arange(len(links) + 1))
-    count = sum(moving[rows[0]] for rows in members)
-    return Paths(groups, bundles, lane, first, _entries(arrays, parent, entry, groups, lane), count)
+    counts = sum(moving[rows[0]] for rows in members), int((arrays.rows["kind"] == SLIP).sum())
+    return Paths(groups, bundles, lane, first, _entries(arrays, links, parent, entry, groups, lane), *counts)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:
@@ -84,16 +85,19 @@ def _fill(arrays: Constraints, links: np.ndarray, group, members: list[int], ent
         group.in_a[lanes] = 1.0  # its line has no direction of its own
 
 
-def _entries(arrays: Constraints, parent: list[int], entry: dict, groups: np.ndarray, lane: np.ndarray) -> np.ndarray:
+def _entries(
+    arrays: Constraints, links, parent: list[int], entry: dict, groups: np.ndarray, lane: np.ndarray
+) -> np.ndarray:
     """Return what the bundles do at each link."""
     factors = np.zeros(len(entry))
     for term in arrays.terms[arrays.terms["x"] >= 0]:
         factors[entry[int(term.link), int(groups[lane[term.row] // WIDTH].bundle)]] += term.factor
+    speeds = np.where(np.isin(links["joint"], (REVOLUTE, SLIDING)), links["u"], -1).tolist()
     reached = {*groups["at_a"].tolist(), *groups["at_b"].tolist()}
     found = {}
     for (link, k), p in reversed(entry.items()):  # the order in which they hand on
         up = entry.get((parent[link], k), -1)
-        found[p] = (k, up, up in reached, factors[p])
+        found[p] = (k, link, speeds[link], up, up in reached, factors[p])
         reached.add(up)
     return rows(ENTRY, [found[p] for p in range(len(found))])
 

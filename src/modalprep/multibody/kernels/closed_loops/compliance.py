@@ -73,8 +73,8 @@ def _yields(cons):
 def implicit_accelerations(cons, model, data, work, places, tau, udot):
     """Write the accelerations of an implicit step and let the rows act on them, after `aim` and `inward`; see there.
 
-    Where `places` is False, constraints hold their accelerations as in `constraint_accelerations`. Without constraints
-    it is `forward`.
+    Rows with compliance resist less. Where `places` is False, constraints hold their accelerations as in
+    `constraint_accelerations`. Without constraints it is `forward`.
     """
     if cons is None:
         forward(model, data, tau, udot)
@@ -82,6 +82,7 @@ def implicit_accelerations(cons, model, data, work, places, tau, udot):
     respond(cons, model, data, work, tau)
     for i in range(len(cons.rows)):
         work.wanted[i] = work.free[i] + work.bias[i]
+        work.S[i, i] += work.compliance[i]
     if places or _yields(cons):
         forward(model, data, tau, udot)
         spread(model, data, udot)

@@ -78,6 +78,8 @@ BUNDLE = np.dtype([("count", np.int64), ("rows", np.int64, 4)])
 # One bundle at one link that its multipliers act on.
 ENTRY = np.dtype([
     ("bundle", np.int64),
+    ("link", np.int64),
+    ("u", np.int64),  # speed of its joint, if that has one axis; else -1
     ("up", np.int64),  # entry of the parent; -1: the ground
     ("adds", np.int64),  # whether another one or an end was there before
     ("factor", np.float64),  # of couplers at their joints, else 0
@@ -118,6 +120,7 @@ class Paths(NamedTuple):
     first: np.ndarray  # (nl + 1,) int, first entry of each link
     entries: np.ndarray  # (np,) ENTRY, by links, then by bundles
     moving: int  # groups that something moves, which are the first
+    slides: int  # rows that slide
 
 
 @by_address
@@ -187,6 +190,8 @@ def _measure(cons, model, data, y, motion, t, work, count):
     n = data.links[len(model.links)].omega[2]  # a turning ground sees other accelerations of the ends
     for k in range(len(cons.ends)):
         end, own = cons.ends[at(k)], work.ends[at(k)]
+        if end.link < 0 and n == 0.0:
+            continue
         if end.link >= 0:
             p, turn, v, w = _end_state(end, model, data, own, work.shape[at(k)])
         else:
@@ -272,7 +277,7 @@ def _couplers(cons, y, nx, motion, work):
 @compile_inline
 def _end_state(end, model, data, found, shape):
     """Return the motion of an end as `node_state` does, and write to `found` what its acceleration follows from."""
-    link, node = end.link, end.interface
+    link, node = at(end.link), end.interface
     r, turn, v, w, linear, angular = interface_motion(
         data.modal, model, data, link, node, free_position(model, link, node), shape
     )

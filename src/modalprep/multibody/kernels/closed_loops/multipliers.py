@@ -136,15 +136,18 @@ def hold_rank(work):
 @compile_kernel
 def _swap(work, k, i, n):
     """Exchange rows and columns k < i of the upper half of the factor."""
-    U = work.factor
-    work.order[k], work.order[i] = work.order[i], work.order[k]
-    U[k, k], U[i, i] = U[i, i], U[k, k]
-    for c in range(k):
-        U[c, k], U[c, i] = U[c, i], U[c, k]
-    for c in range(k + 1, i):
-        U[k, c], U[c, i] = U[c, i], U[k, c]
-    for c in range(i + 1, n):
-        U[k, c], U[i, c] = U[i, c], U[k, c]
+    U, order, a, b = work.factor, work.order, at(k), at(i)
+    order[a], order[b] = order[b], order[a]
+    U[a, a], U[b, b] = U[b, b], U[a, a]
+    for j in range(k):
+        c = at(j)
+        U[c, a], U[c, b] = U[c, b], U[c, a]
+    for j in range(k + 1, i):
+        c = at(j)
+        U[a, c], U[c, b] = U[c, b], U[a, c]
+    for j in range(i + 1, n):
+        c = at(j)
+        U[a, c], U[b, c] = U[b, c], U[a, c]
 
 
 @compile_kernel
@@ -180,24 +183,20 @@ def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
         forward(model, data, tau, udot)
         return
     respond(cons, model, data, work, tau)
-    for i in range(len(cons.rows)):
-        acceleration = work.free[i] + work.bias[i]
-        work.wanted[i] = acceleration + 2.0 * alpha * work.rate[i] + beta * beta * work.phi[i]
+    for k in range(len(cons.rows)):
+        i = at(k)
+        work.wanted[i] = work.free[i] + work.bias[i] + 2.0 * alpha * work.rate[i] + beta * beta * work.phi[i]
         work.compliance[i] = 0.0
     act(cons, model, data, work, tau, udot)
 
 
-@compile_kernel
+@compile_inline
 def act(cons, model, data, work, tau, udot):
-    """Write the accelerations with multipliers that take `wanted` off the rows, after `respond`.
-
-    Rows with compliance take it off by as much as they resist.
-    """
-    for i in range(len(cons.rows)):
-        work.S[i, i] += work.compliance[i]
+    """Write the accelerations with multipliers that take `wanted` off the rows, after `respond`."""
     factorize(cons, work)
     solve(work)
-    _apply_friction(cons, work)
+    if work.paths.slides > 0:
+        _apply_friction(cons, work)
     copy(tau, work.tau)
     push(model, data, work)
     forward(model, data, work.tau, udot)
@@ -210,12 +209,9 @@ def _apply_friction(cons, work):
 
     Where it never does (a jam) the multipliers are not finite.
     """
-    slides = False
     for i in range(len(cons.rows)):
         if cons.rows[i].kind == SLIP:
-            slides, work.goal[i] = True, 0.0
-    if not slides:
-        return
+            work.goal[i] = 0.0
     change, size = np.inf, 0.0
     for _ in range(MOST_FRICTION_STEPS):
         change, size = 0.0, 0.0

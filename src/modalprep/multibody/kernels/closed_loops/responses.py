@@ -71,7 +71,7 @@ def respond(cons, model, data, work, tau):
     _by_rows(work)
 
 
-@compile_kernel
+@compile_inline
 def _by_rows(work):
     """Write `S` and `free` as they stand in the bundles."""
     for p in range(len(work.between)):
@@ -86,7 +86,7 @@ def _by_rows(work):
                     row[j] = work.S[j, i] = S[at(4 * k + c)]
 
 
-@compile_kernel
+@compile_inline
 def _act_on_ends(cons, model, data, work):
     """Let all rows push their ends."""
     none = four(0.0)
@@ -219,55 +219,43 @@ def push(model, data, work):
         bundle, own = work.paths.bundles[at(b)], work.bundles[at(b)]
         for k in range(bundle.count):
             own.multiplier[at(k)] = work.multiplier[at(bundle.rows[at(k)])]
-    for i in range(len(model.links)):
-        begin, end, link = work.paths.first[i], work.paths.first[i + 1], model.links[i]
-        if begin == end:
-            continue
-        if link.joint == REVOLUTE or link.joint == SLIDING:
-            work.tau[at(link.u)] += _along_drives(work, begin, end)
+    for p in range(len(work.entries)):
+        entry, own = work.paths.entries[at(p)], work.entries[at(p)]
+        multiplier = get_lanes(work.bundles[at(entry.bundle)].multiplier, 0)
+        if entry.u >= 0:
+            work.tau[at(entry.u)] += add_lanes(multiplier * get_lanes(own.drive, 0))
         else:
-            _push_link(data, work, i, begin, end)
-        if link.modes > 0:
-            _push_modes(model, data, work, i, begin, end)
-
-
-@compile_inline
-def _along_drives(work, begin, end):
-    """Return the force of the multipliers along the joint of one axis that entries drive."""
-    found = four(0.0)
-    for p in range(begin, end):
-        own = work.bundles[at(work.paths.entries[at(p)].bundle)]
-        found = found + get_lanes(own.multiplier, 0) * get_lanes(work.entries[at(p)].drive, 0)
-    return add_lanes(found)
+            _push_link(data.links[entry.link].force, own.force, multiplier)
+        _push_modes(model, data, work, p)
 
 
 @compile_kernel
-def push_links(model, data, work):
+def push_links(data, work):
     """Add the multipliers to the bias forces that `push` left as they were, for what joints carry; work may be None."""
     if work is None:
         return
-    for i in range(len(model.links)):
-        if model.links[i].joint == REVOLUTE or model.links[i].joint == SLIDING:
-            _push_link(data, work, i, work.paths.first[i], work.paths.first[i + 1])
-
-
-@compile_kernel
-def _push_link(data, work, i, begin, end):
-    """Add the multipliers to the bias force of link i."""
-    force = data.links[i].force
-    for p in range(begin, end):
-        own, by = work.bundles[work.paths.entries[p].bundle], work.entries[p].force
-        for c in range(6):
-            force[c] -= add_lanes(get_lanes(own.multiplier, 0) * get_lanes(by, 4 * c))
+    for p in range(len(work.entries)):
+        entry = work.paths.entries[p]
+        if entry.u >= 0:
+            multiplier = get_lanes(work.bundles[entry.bundle].multiplier, 0)
+            _push_link(data.links[entry.link].force, work.entries[p].force, multiplier)
 
 
 @compile_inline
-def _push_modes(model, data, work, i, begin, end):
-    """Add the multipliers to the bias forces of the modes of link i."""
-    for p in range(begin, end):
-        bundle = work.paths.bundles[work.paths.entries[p].bundle]
+def _push_link(force, own, multiplier):
+    """Add the multipliers of an entry to the bias force of its link."""
+    for c in range(6):
+        force[c] -= add_lanes(multiplier * get_lanes(own, 4 * c))
+
+
+@compile_inline
+def _push_modes(model, data, work, p):
+    """Add the multipliers of entry p to the bias forces of its link's modes."""
+    entry = work.paths.entries[at(p)]
+    if model.links[at(entry.link)].modes > 0:
+        bundle = work.paths.bundles[entry.bundle]
         for k in range(bundle.count):
-            push_bias_of_modes(data.modal, model, i, work.multiplier[bundle.rows[k]], work.modal, p, k)
+            push_bias_of_modes(data.modal, model, entry.link, work.multiplier[bundle.rows[k]], work.modal, p, k)
 
 
 @compile_kernel
