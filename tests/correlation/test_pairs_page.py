@@ -121,7 +121,7 @@ def test_a_pair_that_is_picked_moves(page, tmp_path):
     ("arguments", "said"),
     [
         (["--pair", "2"], "--pair is the pair of an animation"),
-        (["--animate", "a.avi"], "an animation is a .gif or an .mp4 file"),
+        (["--animate", "a.avi"], "cannot write a.avi: an animation is a"),
         (["--animate", "FOLDER/a.gif", "--pair", "9"], "--pair 9: there are 4 pairs"),
     ],
 )

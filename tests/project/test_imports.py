@@ -40,7 +40,7 @@ LAYERS = {
     ),
     "report": (
         "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "strength", "summary",
-        "scene", "analysis", "synthesis", "ensemble", "correlation", "show", "body_page", "page",
+        "scene", "analysis", "synthesis", "ensemble", "show", "body_page", "correlation", "page",
     ),
     "pipeline": ("console", "schema", "build", "systems", "strength", "film", "run", "batch", "init"),
 }  # fmt: skip

@@ -138,7 +138,7 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
 def _sensitivities(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.atomic import write_table
     from modalprep.pipeline.build.sensitivity import pipeline_sensitivities
-    from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_table
+    from modalprep.report.correlation.sensitivity import sensitivity_plot, sensitivity_section, sensitivity_table
 
     found = outcome.sensitivities = pipeline_sensitivities(path, pipeline)
     sensitivity_table(found, reporter.console)
@@ -149,7 +149,7 @@ def _sensitivities(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: R
     )
     reporter.wrote(write_table(rows[0], [list(row.values()) for row in rows], table))
     reporter.wrote(sensitivity_plot(found, chart))
-    outcome.plots.append(("Sensitivity of the frequencies", chart))
+    outcome.sections.append(sensitivity_section(found, chart))
 
 
 def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+from markupsafe import Markup
 from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.derivatives import Sensitivities
+from modalprep.report.body_page.section import Section, chart, paragraph
+from modalprep.report.body_page.table import Table
 from modalprep.report.plots import INK, save_figure
 from modalprep.report.tables import hertz, plain_table
 
@@ -88,3 +91,19 @@ def sensitivity_plot(found: Sensitivities, path: str | Path) -> Path:
     axes.set_title("Change of a frequency in % per % of a parameter", loc="left", fontweight="bold", color=INK)
     axes.spines[:].set_visible(False)
     return save_figure(figure, path)
+
+
+def sensitivity_section(found: Sensitivities, picture: Path) -> Section:
+    """Return the section of the report page: the chart, the relative derivatives, and what is to be said of them."""
+    modes = [f"{k}: {hertz(frequency)} Hz" for k, frequency in enumerate(found.frequency, start=1)]
+    table = Table(
+        name="sensitivities",
+        columns=("parameter", "value", "unit", *modes),
+        rows=[(p.name, p.value, p.unit, *own) for p, own in zip(found.parameters, found.relative.T, strict=True)],
+        caption="Change of a frequency in % per % of a parameter",
+        forms=dict.fromkeys(modes, "+.3f"),
+    )
+    said = "Exact derivatives of the frequencies of the finite-element model, in % per %, by one parameter at a time."
+    notes = [paragraph(f"{note[0].upper()}{note[1:]}.") for note in found.notes]
+    html = paragraph(said) + chart(picture, "change of each frequency by each parameter") + table.html()
+    return Section(title="Sensitivity of the frequencies", anchor="sensitivities", html=html + Markup("").join(notes))
