@@ -42,7 +42,7 @@ LAYERS = {
         "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "strength", "summary",
         "scene", "analysis", "synthesis", "ensemble", "show", "body_page", "correlation", "page",
     ),
-    "pipeline": ("console", "schema", "build", "systems", "strength", "film", "run", "batch", "init"),
+    "pipeline": ("console", "schema", "build", "systems", "responses", "film", "run", "batch", "init"),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from modalprep.pipeline.batch.batch import Batch
     from modalprep.pipeline.batch.job import Job
     from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.schema.pipeline import Pipeline
-    from modalprep.pipeline.strength import Strength
     from modalprep.pipeline.systems.systems import Simulated
 
 
@@ -208,7 +208,7 @@ def simulate(
 
 def _strength(file: Path, pipeline: Pipeline, done: Simulated, folder: Path, reporter: Reporter) -> Strength:
     """Compute shock spectra and damage of the run; those of responses are left to the command run."""
-    from modalprep.pipeline.strength import strength
+    from modalprep.pipeline.responses.strength import strength
 
     tables = {**pipeline.srs, **pipeline.fatigue}
     left = [name for name, table in tables.items() if table.response is not None]

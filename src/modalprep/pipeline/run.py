@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from modalprep.correlation.derivatives import Sensitivities
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
-    from modalprep.pipeline.build.responses import Responded
     from modalprep.pipeline.build.synthesis import Synthesised
-    from modalprep.pipeline.strength import Strength
+    from modalprep.pipeline.responses.respond import Responded
+    from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.systems.analysis import Analysed
     from modalprep.pipeline.systems.systems import Simulated
     from modalprep.report.body_page.section import Section
@@ -79,7 +79,7 @@ def run_pipeline(
 
         refuse_before_work(pipeline, path)
     if pipeline.response:
-        from modalprep.pipeline.build.responses import refuse_responses
+        from modalprep.pipeline.responses.respond import refuse_responses
 
         refuse_responses(pipeline, path)
     outcome = Outcome(folder=output_folder(path, output))
@@ -125,7 +125,7 @@ def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, 
     outcome.mass_plot = effective_mass_plot(body.modes, outcome.folder / f"{path.stem}-effective-mass.png")
     reporter.wrote(outcome.mass_plot)
     if pipeline.response:
-        from modalprep.pipeline.build.responses import respond
+        from modalprep.pipeline.responses.respond import respond
         from modalprep.report.body_page.responses import response_section
 
         outcome.responses = respond(path, pipeline, body, outcome.folder, reporter)
@@ -197,7 +197,7 @@ def _simulation(path: Path, pipeline: Pipeline, output: Path | None, outcome: Ou
 
 
 def _strength(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) -> None:
-    from modalprep.pipeline.strength import strength
+    from modalprep.pipeline.responses.strength import strength
     from modalprep.report.body_page.responses import fatigue_section, shock_section
 
     run = next(iter(outcome.simulated.runs.values())) if outcome.simulated else None

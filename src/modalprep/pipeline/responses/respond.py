@@ -12,14 +12,14 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.responsefile import write_response
 from modalprep.pipeline.build.build import stand_in
-from modalprep.pipeline.build.notches import excess, lowered, notched_input, with_limited
 from modalprep.pipeline.build.reduce import target_damping
 from modalprep.pipeline.build.sources import refuse_overwriting, source_files
 from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.responses.notches import excess, lowered, notched_input, with_limited
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.schema.response import HarmonicTable, Limited, RandomTable, SweepTable, TransientTable
-from modalprep.pipeline.schema.response import Response as ResponseTable
+from modalprep.pipeline.schema.responses.response import HarmonicTable, Limited, RandomTable, SweepTable, TransientTable
+from modalprep.pipeline.schema.responses.response import Response as ResponseTable
 from modalprep.report.responses import peak_table, response_plot
 from modalprep.report.strength import notch_plot, notch_table
 from modalprep.response.harmonic import harmonic_response

@@ -11,8 +11,8 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.pipeline.schema.quantities import level
-from modalprep.pipeline.schema.response import Limited
-from modalprep.pipeline.schema.strength import NotchTable
+from modalprep.pipeline.schema.responses.response import Limited
+from modalprep.pipeline.schema.responses.strength import NotchTable
 from modalprep.pipeline.schema.time import spectrum_of
 from modalprep.response.inputs import Spectrum
 from modalprep.response.limits import NotchedInput, force_limit, notch, quasi_static_limit

@@ -17,7 +17,7 @@ from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
-from modalprep.pipeline.schema.strength import FatigueTable, OfChannels, ShockTable
+from modalprep.pipeline.schema.responses.strength import FatigueTable, OfChannels, ShockTable
 from modalprep.report.strength import fatigue_table, shock_plot
 from modalprep.response.fatigue import Fatigue, rainflow_damage, random_damage
 from modalprep.response.result import Response

@@ -13,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.pipeline.schema.base import Table, naming
 from modalprep.pipeline.schema.quantities import Angle, Duration, Frequency, level
 from modalprep.pipeline.schema.reduction import DAMPING, Damping
-from modalprep.pipeline.schema.strength import NotchTable
+from modalprep.pipeline.schema.responses.strength import NotchTable
 from modalprep.pipeline.schema.time import Curve, Level, points_of_file, spectrum_of
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.response.inputs import PER_CYCLE, History, Rate, Spectrum, Sweep

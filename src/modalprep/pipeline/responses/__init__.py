@@ -1,0 +1,1 @@
+"""What a pipeline file asks of the responses of its body: spectra, notches, shock, fatigue."""

@@ -1,0 +1,1 @@
+"""Tables of responses, and of shock spectra and damage."""
