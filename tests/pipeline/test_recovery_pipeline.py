@@ -95,6 +95,16 @@ def test_report_has_the_table(job, tmp_path):
     assert "<td>job.beam</td><td>Vz</td>" in page
 
 
+def test_an_event_of_a_file_sees_a_recovery(job, tmp_path):
+    """The run ends where the reaction is 0.9 of the weight."""
+    limit = 0.9 * WEIGHT * LENGTH
+    event = f'[events.near]\nwhen = "job.recovery.wall.root.Fz - {limit}"\nterminal = true\n\n[simulation]\n'
+    assert main(["simulate", str(job("[simulation]\n", event, t_end=1.0))]) == 0
+    run = mp.read_result(tmp_path / "output" / "job" / "job-run.h5")
+    assert 0 < run.time[-1] < 1.0
+    assert run["job.recovery.wall.root.Fz"][-1] == pytest.approx(limit, rel=1e-6)  # of the time that was located
+
+
 def test_json_has_the_worst_places(job, capsys):
     import json
 

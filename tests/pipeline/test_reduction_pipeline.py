@@ -105,6 +105,7 @@ def test_modes_are_chosen_by_recoveries(run):
     text = Path(page).read_text()
     assert "Convergence of the recoveries</h2>" in text
     assert "<td>wall-1</td><td>displacement</td>" in text
+    assert main(["check", str(Path(page).parents[2] / "job.toml")]) == 0  # which reduces it again
 
 
 def test_recoveries_have_targets(run):

@@ -14,7 +14,7 @@ from modalprep.reduction.basis import Reduction, Spans, effective_mass, reduced,
 from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.notes import completeness, fewer_modes, interface_boundaries, more_modes, pseudo_resonances
 from modalprep.reduction.participation import fixed_coupling, interface_shares, model_size, static_share
-from modalprep.reduction.recoveries.shares import recovery_shares
+from modalprep.reduction.recoveries.shares import Share, recovery_shares
 from modalprep.reduction.recoveries.unit_loads import fixed_interface_loads
 from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import CONSTRAINT, DIRECTIONS, FIXED, TRUNCATION, ModeTable
@@ -121,8 +121,8 @@ def craig_bampton(
     F = _interior_loads(clamped, loads or {})
     wanted = _named(F, truncation)
     w2, Phi, counted = algebra.lowest_modes(clamped.K_ii, clamped.M_ii, modes, factor=clamped.factor, solver=solver)
-    judged = _judged(clamped, w2, Phi, F, recovery)
-    table = _candidates(clamped, w2, Phi, keep, np.hstack(list(F.values())), judged and (recovery, judged))
+    recovered = _recovered(clamped, w2, Phi, F, recovery, keep)
+    table = _candidates(clamped, w2, Phi, keep, np.hstack(list(F.values())), recovered)
     kept = Phi[:, table.kept]
     w2_t, X = truncation_vectors(clamped, wanted, w2[table.kept], kept)
     notes = (
@@ -135,7 +135,7 @@ def craig_bampton(
     W = np.concatenate([clamped.constraint_shapes, clamped.expand(kept, X)], axis=1)
     answers, frequency = ["static response of dropped modes"] * len(w2_t), np.sqrt(w2_t) / (2 * np.pi)
     table = with_constraint_modes(table, model).with_rows(TRUNCATION, answers, frequency, effective_mass(clamped, X)[0])
-    spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted) if judged else None
+    spans = _spans(clamped, w2[table.kept[: len(w2)]], kept, wanted) if recovery else None
     return reduced("craig_bampton", clamped, W, table, notes, spans=spans)
 
 
@@ -145,16 +145,18 @@ def _spans(clamped: Clamped, w2: np.ndarray, kept: np.ndarray, wanted: np.ndarra
     return Spans(clamped.expand(kept), np.sqrt(w2) / (2 * np.pi), clamped.constraint_shapes, answers)
 
 
-def _judged(clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, F: Mapping, recovery: ModelRecovery | None):
-    """Return the loads under which modes are judged by recoveries; None without any."""
-    if recovery is None or not recovery.quantities:
+def _recovered(
+    clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, F: Mapping, recovery: ModelRecovery | None, keep: str | list[int]
+) -> dict[str, list[Share]] | None:
+    """Return the shares of the modes in the recoveries; None where `keep` does not use them or there are none."""
+    if recovery is None or not recovery.quantities or not recoveries_named(keep)[0]:
         return None
     users = {name: f for name, f in F.items() if name not in BUILT_IN}
-    return fixed_interface_loads(clamped, w2, Phi, users)
+    return recovery_shares(recovery, fixed_interface_loads(clamped, w2, Phi, users))
 
 
 def _candidates(
-    clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray, judged: tuple | None
+    clamped: Clamped, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], F: np.ndarray, recovered: dict | None
 ) -> ModeTable:
     """Select the modes; values that cost much are computed only if `keep` uses them."""
     frequency = np.sqrt(w2) / (2 * np.pi)
@@ -163,7 +165,6 @@ def _candidates(
     static = static_share(F, clamped.factor.solve(F), w2, Phi) if "static" in str(keep) else None
     coupled = any(name in str(keep) for name in ("controllability", "observability"))
     shares = interface_shares(fixed_coupling(clamped, Phi), w2) if coupled else ()
-    recovered = recovery_shares(*judged) if judged and recoveries_named(keep)[0] else None
     controllability, observability = shares or (None, None)
     kept, reason = select(keep, frequency, table.fraction, static, controllability, observability, recovered)
     return table.with_(kept=kept, reason=reason)

@@ -14,7 +14,7 @@ from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.linalg.algebra import DIRECT, Algebra
 from modalprep.records import Record
 from modalprep.reduction.basis import Reduction, unit_loads
-from modalprep.reduction.recoveries.error import RecoveryReference
+from modalprep.reduction.recoveries.error import RecoveryReference, between_resonances
 from modalprep.reduction.table import BODY
 from modalprep.suggest import refuse_other, refuse_unknown
 
@@ -154,7 +154,7 @@ class _Reference:
         full = np.sqrt(np.maximum(w2, 0)) / (2 * np.pi)
         F = _loads(model)
         inside = full[full < up_to]
-        sweep = _between(full[: len(inside) + 1], points)
+        sweep = between_resonances(full[: len(inside) + 1], points)
 
         def solver(s: float) -> Callable[[np.ndarray], np.ndarray]:
             factor = algebra.factorise((K - (2 * np.pi * s) ** 2 * M).tocsr(), definite=s == 0)
@@ -201,13 +201,6 @@ def _loads(model: FEModel) -> np.ndarray:
     loads = model.inertia_loads
     size = np.sqrt(np.einsum("ij,ij->j", loads, loads))
     return loads[:, size > 1e-9 * size.max()]
-
-
-def _between(frequency: np.ndarray, points: int) -> np.ndarray:
-    """Return frequencies halfway between neighbouring resonances, at most `points`, evenly chosen."""
-    gaps = np.flatnonzero(np.diff(frequency) > 1e-2 * frequency[1:]) if len(frequency) > 1 else np.zeros(0, dtype=int)
-    chosen = gaps[np.unique(np.linspace(0, len(gaps) - 1, min(points, len(gaps))).astype(int))] if len(gaps) else gaps
-    return (frequency[chosen] + frequency[chosen + 1]) / 2
 
 
 def _norm(A: np.ndarray, scale: np.ndarray) -> float:

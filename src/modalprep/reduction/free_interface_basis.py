@@ -13,7 +13,7 @@ from modalprep.reduction.clamped import Clamped, clamp
 from modalprep.reduction.craig_bampton import with_constraint_modes
 from modalprep.reduction.notes import completeness, fewer_modes, more_modes
 from modalprep.reduction.participation import free_coupling, interface_shares, model_size, static_share
-from modalprep.reduction.recoveries.shares import recovery_shares
+from modalprep.reduction.recoveries.shares import Share, recovery_shares
 from modalprep.reduction.recoveries.unit_loads import ACCELERATION, floating_loads
 from modalprep.reduction.selection import recoveries_named, select
 from modalprep.reduction.table import ATTACHMENT, DIRECTIONS, FREE, ModeTable
@@ -81,8 +81,8 @@ def free_interface(
     R = model.rigid_body()[model.free]
     w2, Phi, counted = _elastic_modes(clamped, R, modes, solver, algebra)
     F, x = _relieved(clamped, R)
-    judged = _judged(clamped, w2, Phi, F, x, recovery)
-    candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi), judged)
+    recovered = _recovered(clamped, w2, Phi, F, x, recovery, keep)
+    candidates = _candidates(model, w2, Phi, keep, static_share(F, x, w2, Phi), recovered)
     kind = f"elastic {FREE}"
     notes = (*fewer_modes(len(w2), modes, kind), *completeness(w2, counted, kind), *more_modes(keep, candidates, modes))
     w2, Phi = w2[candidates.kept], Phi[:, candidates.kept]
@@ -126,18 +126,20 @@ def _relieved(clamped: Clamped, R: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return F, x - R @ np.linalg.solve(R.T @ MR, MR.T @ x)
 
 
-def _judged(clamped: Clamped, w2, Phi, F, x, recovery: ModelRecovery | None) -> tuple | None:
-    """Return the recoveries but those of accelerations, and the loads under which modes are judged by them."""
-    quantities = {} if recovery is None else recovery.quantities
-    some = {name: quantity for name, quantity in quantities.items() if quantity.kind != ACCELERATION}
-    return (ModelRecovery(recovery.wanted, some), floating_loads(clamped, w2, Phi, F, x)) if some else None
+def _recovered(
+    clamped: Clamped, w2, Phi, F, x, recovery: ModelRecovery | None, keep: str | list[int]
+) -> dict[str, list[Share]] | None:
+    """Return the shares of the modes in the recoveries but accelerations; None where `keep` does not use them."""
+    if recovery is None or not recoveries_named(keep)[0]:
+        return None
+    some = {name: quantity for name, quantity in recovery.quantities.items() if quantity.kind != ACCELERATION}
+    return recovery_shares(ModelRecovery(recovery.wanted, some), floating_loads(clamped, w2, Phi, F, x))
 
 
 def _candidates(
-    model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static, judged: tuple | None
+    model: FEModel, w2: np.ndarray, Phi: np.ndarray, keep: str | list[int], static, recovered: dict | None
 ) -> ModeTable:
     frequency, n = np.sqrt(w2) / (2 * np.pi), len(w2)
-    recovered = recovery_shares(*judged) if judged and recoveries_named(keep)[0] else None
     shares = interface_shares(free_coupling(model, Phi), w2)
     kept, reason = select(keep, frequency, None, static, *shares, recovered)
     return ModeTable(

@@ -55,7 +55,7 @@ def test_the_errors_are_those_of_bodies_with_the_first_modes(made, method):
     assert found.count[[0, -1]].tolist() == [0, MODES]
     assert found.recoveries == tuple(WANTED)
     assert np.all(found.error[:, -1] == 0)
-    omega = module._between(whole.K, 2 * np.pi * UP_TO)
+    omega = module.harmonic_frequencies(whole.K, 2 * np.pi * UP_TO)
     for k in (1, 3):
         some = body_of(made, METHODS[method](made, list(range(1, found.count[k] + 1))))
         for i, name in enumerate(WANTED):

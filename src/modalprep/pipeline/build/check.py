@@ -10,7 +10,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.verify import check_buckling, check_geometric_stiffness, check_projection
 from modalprep.errors import InputError
 from modalprep.formats.modalfile import read_body
-from modalprep.pipeline.build.model import assemble_pipeline, read_pipeline_mesh
+from modalprep.pipeline.build.model import assemble_pipeline, pipeline_recovery, read_pipeline_mesh
 from modalprep.pipeline.build.reduce import reduce_model
 from modalprep.pipeline.build.supplied import read_supplied
 from modalprep.pipeline.console import Reporter
@@ -55,7 +55,8 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
         mesh = read_pipeline_mesh(path, pipeline)
         model = assemble_pipeline(pipeline, mesh)
         done(1)
-        reduction, _ = reduce_model(pipeline, mesh, model)
+        recovery = pipeline_recovery(pipeline, mesh, model)
+        reduction, _ = reduce_model(pipeline, mesh, model, recovery=recovery)
         done(2)
         taken = pipeline.reduction.second_order_mass
         body = flexible_body(model, reduction, name=pipeline.name or path.stem, second_order_mass=taken)

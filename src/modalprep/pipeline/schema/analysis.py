@@ -82,7 +82,9 @@ class AnalysisTable(Table):
     modes: Annotated[int, Field(ge=0)] = Field(20, description="modes of the system to list")
     inputs: list[str] = Field([], description="'joint', 'joint.2', 'body.interface.force.x', '... .torque.x'")
     outputs: list[str] = Field(
-        [], description="'joint.angle', 'body.modal.1', 'body.interface.position.x', also velocity, acceleration, ..."
+        [],
+        description="'joint.angle', 'body.modal.1', 'body.interface.position.x', also velocity, acceleration, ...; "
+        "'body.recovery.name.place.component'",
     )
     state_space: list[Literal[*WRITERS]] = Field([], description="files to write A, B, C, D to")
     response: ResponseTable | None = Field(None, description="of the outputs to harmonic inputs")

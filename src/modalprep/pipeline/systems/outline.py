@@ -28,7 +28,10 @@ from modalprep.pipeline.schema.system import SimulationTable
 from modalprep.pipeline.systems.read import in_theory, system_of
 from modalprep.suggest import matching
 
-OF_MODES = ("modal", "stress", "recovery", "mass")  # channels of a body that its stand-in does not have
+OF_MODES = (  # channels of a body that its stand-in does not have
+    "modal", "stress", "mass", "recovery", "interface_loads", "modal_rate", "modal_acceleration", "frame_acceleration",
+    "frame_angular_velocity", "frame_angular_acceleration",
+)  # fmt: skip
 
 
 def refuse_before_work(pipeline: Pipeline, path: Path) -> None:

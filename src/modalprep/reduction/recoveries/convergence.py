@@ -11,7 +11,8 @@ from scipy.sparse import csr_array
 from modalprep.linalg.ritz import ritz
 from modalprep.records import Record
 from modalprep.reduction.dropped import dropped_flexibility, unit_forces
-from modalprep.reduction.recoveries.unit_loads import NEGLIGIBLE, body_loads
+from modalprep.reduction.recoveries.error import between_resonances, largest_difference
+from modalprep.reduction.recoveries.unit_loads import body_loads
 from modalprep.reduction.truncation import ENERGY
 
 POINTS = 6  # frequencies at which the harmonic response is compared, at most
@@ -100,7 +101,7 @@ def recovery_convergence(body: Any, spans: Any, up_to: float | None = None) -> C
     if not body.recovery or not n:
         return None
     up_to = float(spans.frequency[-1] / 2 if up_to is None else up_to)
-    loads, count, omega = body_loads(body), counts(n), _between(body.K, 2 * np.pi * up_to)
+    loads, count, omega = body_loads(body), counts(n), harmonic_frequencies(body.K, 2 * np.pi * up_to)
     whole = [_response(body, np.eye(body.n), np.sqrt(body.K), loads, w) for w in omega]
     error = np.zeros((len(body.recovery), len(count)))
     blocks = {name: _thinned(block) for name, block in body.recovery.items()}
@@ -108,7 +109,10 @@ def recovery_convergence(body: Any, spans: Any, up_to: float | None = None) -> C
         Y, w = _directions(body.K, spans, number)
         some = [_response(body, Y, w, loads, at) for at in omega]
         for i, block in enumerate(blocks.values()):
-            error[i, k] = max(_difference(block, a, b, loads) for a, b in zip(some, whole, strict=True))
+            error[i, k] = max(
+                largest_difference(block.units, _values(block, a, loads), _values(block, b, loads))
+                for a, b in zip(some, whole, strict=True)
+            )
     return Convergence(
         recoveries=tuple(blocks),
         methods=tuple("displacement" if block.loads is None else "acceleration" for block in blocks.values()),
@@ -133,14 +137,11 @@ def counts(n: int) -> list[int]:
     return sorted({0, round(0.75 * n), *(round(n / 2**k) for k in range(COUNTS - 2))})
 
 
-def _between(K: np.ndarray, up_to: float) -> list[float]:
-    """Return circular frequencies: 0, halfway between neighbouring resonances below `up_to`, or half of it."""
+def harmonic_frequencies(K: np.ndarray, up_to: float) -> list[float]:
+    """Return circular frequencies: 0, and halfway between resonances below `up_to` (1/s), or half of that."""
     w = np.sqrt(K[K > 0])
     inside = w[: np.count_nonzero(w < up_to) + 1]
-    gaps = np.flatnonzero(np.diff(inside) > 1e-2 * inside[1:])
-    some = gaps[np.unique(np.linspace(0, len(gaps) - 1, min(POINTS, len(gaps))).astype(int))] if len(gaps) else gaps
-    found = [float(x) for x in (inside[some] + inside[some + 1]) / 2]
-    return [0.0, *(found or [up_to / 2])]
+    return [0.0, *(between_resonances(inside, POINTS).tolist() or [up_to / 2])]
 
 
 def _directions(K: np.ndarray, spans: Any, number: int) -> tuple[np.ndarray, np.ndarray]:
@@ -162,17 +163,6 @@ def _response(body: Any, Y: np.ndarray, w: np.ndarray, loads: np.ndarray, omega:
     qdd = -(omega**2) * (Y @ p)
     flexibility = dropped_flexibility(body.K, Y, w)
     return Response(strained + flexibility @ (forces - qdd), strained, qdd)
-
-
-def _difference(block: Any, some: Response, whole: Response, loads: np.ndarray) -> float:
-    a, b = _values(block, some, loads), _values(block, whole, loads)
-    units = np.array(block.units if len(block.units) > len(block.components) else block.units * len(block.places))
-    units, worst = units.reshape(len(block.places), -1), 0.0
-    for unit in set(units.ravel().tolist()):
-        size, off = (np.abs(x[units == unit]).max(axis=0, initial=0.0) for x in (b, a - b))
-        real = size > NEGLIGIBLE * size.max(initial=0.0)
-        worst = max(worst, float(np.max(off[real] / size[real], initial=0.0)))
-    return worst
 
 
 def _values(block: Any, found: Response, loads: np.ndarray) -> np.ndarray:

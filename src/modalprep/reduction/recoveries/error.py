@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from modalprep.fe.assembly.model import FEModel
-from modalprep.fe.recovery.fields import Fields, Quantity
+from modalprep.fe.recovery.fields import Fields
 from modalprep.fe.recovery.recover import ModelRecovery
 from modalprep.reduction.basis import Reduction, unit_loads
 from modalprep.reduction.dropped import DroppedModes, dropped_modes
@@ -72,7 +72,9 @@ class RecoveryReference:
             own, bare = _reduced_fields(reduction, dropped, self.loads, omega)
             for i, (name, quantity) in enumerate(self.recovery.quantities.items()):
                 corrected = self.recovery.wanted[name].method == "acceleration" or quantity.kind == ACCELERATION
-                found[i, k] = _difference(quantity, quantity.values(own if corrected else bare), full[name])
+                found[i, k] = largest_difference(
+                    quantity.units, quantity.values(own if corrected else bare), full[name]
+                )
         return found
 
 
@@ -90,11 +92,33 @@ def _reduced_fields(
     return Fields(u, reduction.basis @ qdd, loads[:DRIVES]), Fields.static(strained)
 
 
-def _difference(quantity: Quantity, found: np.ndarray, full: np.ndarray) -> float:
-    worst = 0.0
-    for unit in dict.fromkeys(quantity.units):
-        own = np.array(quantity.units) == unit
-        size, off = (np.abs(x[:, own]).max(axis=(0, 1), initial=0.0) for x in (full, found - full))
+def largest_difference(units: tuple[str, ...], found: np.ndarray, full: np.ndarray) -> float:
+    """Return the largest difference of values (p, c, m) over the largest with the same unit, the worst of m loads.
+
+    Loads under which the values stay below `NEGLIGIBLE` of their largest do not count; ``units`` are c or p c.
+
+    Examples
+    --------
+    >>> full = np.array([[[2.0, 1e-9], [40.0, 1.0]]])
+    >>> largest_difference(("N", "N m"), full + 0.5, full)
+    0.5
+    """
+    own, worst = np.broadcast_to(np.reshape(units, (-1, full.shape[1])), full.shape[:2]), 0.0
+    for unit in set(units):
+        size, off = (np.abs(x[own == unit]).max(axis=0, initial=0.0) for x in (full, found - full))
         real = size > NEGLIGIBLE * size.max(initial=0.0)
         worst = max(worst, float(np.max(off[real] / size[real], initial=0.0)))
     return worst
+
+
+def between_resonances(frequency: np.ndarray, points: int) -> np.ndarray:
+    """Return frequencies halfway between neighbouring resonances, at most `points`, evenly chosen.
+
+    Examples
+    --------
+    >>> between_resonances(np.array([1.0, 2.0, 2.001, 4.0]), 6)
+    array([1.5   , 3.0005])
+    """
+    gaps = np.flatnonzero(np.diff(frequency) > 1e-2 * frequency[1:]) if len(frequency) > 1 else np.zeros(0, dtype=int)
+    chosen = gaps[np.unique(np.linspace(0, len(gaps) - 1, min(points, len(gaps))).astype(int))] if len(gaps) else gaps
+    return (frequency[chosen] + frequency[chosen + 1]) / 2
