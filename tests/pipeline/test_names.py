@@ -29,10 +29,9 @@ from modalprep.pipeline.schema import (
     force_elements,
     properties,
     reduction,
-    response,
-    strength,
     system,
 )
+from modalprep.pipeline.schema.responses import response, strength
 from modalprep.reduction import Load, Rayleigh
 
 # Record or function, table, and what only one of them has: names come from the table's own key, functions of time and

@@ -42,7 +42,10 @@ LAYERS = {
         "tables", "pictures", "check_tables", "schema_tables", "mac", "plots", "responses", "strength", "summary",
         "scene", "analysis", "synthesis", "ensemble", "show", "body_page", "correlation", "page",
     ),
-    "pipeline": ("console", "schema", "build", "systems", "responses", "film", "run", "batch", "init"),
+    "pipeline": (
+        "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
+        "schema.responses", "schema", "build", "systems", "responses", "film", "run", "batch", "init",
+    ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
     "skfem": {"fe"},

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from rich.console import Console
@@ -33,6 +35,7 @@ MEANING = {
     "harmonic": "Amplitudes", "sweep": "Largest magnitudes of the sweep; steady state dotted",
     "random": "Power spectral densities", "transient": "Histories",
 }  # fmt: skip
+LEFT = ("channel", "from", "ruled by")  # columns of texts
 NOTHING = 1e-9  # of the largest of a unit: round-off in a direction that nothing drives
 ALIKE = {"N m": "N", "rad/s^2": "m/s^2", "rad": "m"}  # at an arm of 1 m
 
@@ -91,11 +94,26 @@ def peak_table(name: str, response: Response, console: Console) -> None:
     ...
     """
     console.print(Text.assemble("Response ", (name, "bold"), f" ({response.kind})"))
+    rows = peak_rows(response)
+    print_rows(peak_columns(response), rows, console, [row[-1].startswith("-") for row in rows])
+
+
+def print_rows(heads: Sequence[str], rows: Sequence[Sequence[str]], console: Console, bad: Sequence[bool]) -> None:
+    """Print rows of texts; bad ones are red.
+
+    Examples
+    --------
+    >>> print_rows(["channel", "damage"], [["a", "2"]], Console(width=20, color_system=None), [True])
+      channel  damage
+      ───────────────
+      a             2
+    <BLANKLINE>
+    """
     table = plain_table()
-    for head in peak_columns(response):
-        table.add_column(head, justify="left" if head == "channel" else "right")
-    for row in peak_rows(response):
-        table.add_row(*row, style="red" if row[-1].startswith("-") else None)
+    for head in heads:
+        table.add_column(head, justify="left" if head in LEFT else "right")
+    for row, fails in zip(rows, bad, strict=True):
+        table.add_row(*row, style="red" if fails else None)
     console.print(Padding(table, (0, 0, 1, 2)), soft_wrap=False)
 
 
@@ -144,10 +162,8 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
             axes.plot(response.axis, steady, color=style["color"], linewidth=1.0, linestyle=":", label=label)
     if response.kind != "transient":
         axes.set_xscale("log")
-        axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.set_yscale("log")
+        plain_decades(axes.xaxis)
         largest = max(float(values.max()) for values in _magnitudes(response, names))
         bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
         axes.set_ylim(bottom, 2 * largest)
@@ -159,6 +175,13 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
     axes.set_ylabel(power if response.kind == "random" else unit)
     add_head(axes, "")
     plain_axes(axes, grid="both")
+
+
+def plain_decades(axis: Axis) -> None:
+    """Label a logarithmic axis with 1, 2 and 5 of each decade, as plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _magnitudes(response: Response, names: list[str]) -> list[np.ndarray]:

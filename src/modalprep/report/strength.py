@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 from rich.console import Console
-from rich.padding import Padding
 from rich.text import Text
 
 from modalprep.report.plots import CURVES, GREY, LINES, add_head, plain_axes, save_figure
-from modalprep.report.tables import hertz, plain_table
+from modalprep.report.responses import plain_decades, print_rows
+from modalprep.report.tables import hertz
 from modalprep.response.fatigue import Fatigue
 from modalprep.response.limits import NotchedInput
 from modalprep.response.shock import ShockSpectrum
@@ -51,7 +50,7 @@ def notch_table(name: str, cut: NotchedInput, console: Console) -> None:
         console.print(Text(f"Response {name} needs no notch: all limits are kept."))
         return
     console.print(Text.assemble("Notches of response ", (name, "bold")))
-    _print(NOTCH, notch_rows(cut), console, [False] * len(cut.notches))
+    print_rows(NOTCH, notch_rows(cut), console, [False] * len(cut.notches))
 
 
 def fatigue_rows(found: Mapping[str, Fatigue]) -> list[tuple[str, ...]]:
@@ -83,16 +82,7 @@ def fatigue_table(name: str, found: Mapping[str, Fatigue], console: Console) -> 
     ...
     """
     console.print(Text.assemble("Fatigue ", (name, "bold")))
-    _print(FATIGUE, fatigue_rows(found), console, [x.damage >= 1 for x in found.values()])
-
-
-def _print(heads: Sequence[str], rows: Sequence[Sequence[str]], console: Console, bad: Sequence[bool]) -> None:
-    table = plain_table()
-    for head in heads:
-        table.add_column(head, justify="left" if head in (heads[0], "ruled by") else "right")
-    for row, fails in zip(rows, bad, strict=True):
-        table.add_row(*row, style="red" if fails else None)
-    console.print(Padding(table, (0, 0, 1, 2)), soft_wrap=False)
+    print_rows(FATIGUE, fatigue_rows(found), console, [x.damage >= 1 for x in found.values()])
 
 
 def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path:
@@ -126,10 +116,7 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
     below.set_ylim(FLOOR * max(largest, 1.0), 2 * max(largest, 1.0))
     for axes in (above, below):
         _logarithmic(axes, cut.frequency)
-    for axis in (above.yaxis, below.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        axis.set_minor_formatter(NullFormatter())
+        plain_decades(axes.yaxis)
     return save_figure(figure, path)
 
 
@@ -173,9 +160,7 @@ def shock_plot(found: Mapping[str, ShockSpectrum], units: Mapping[str, str], pat
 def _logarithmic(axes: Axes, frequency: np.ndarray, title: str = "") -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.xaxis.set_minor_formatter(NullFormatter())
+    plain_decades(axes.xaxis)
     axes.set_xlim(frequency[0], frequency[-1])
     add_head(axes, title)
     plain_axes(axes, grid="both")
