@@ -153,8 +153,9 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
         axes.yaxis.set_major_formatter(StrMethodFormatter("{x:.4g}"))
     axes.set_xlim(response.axis[0], response.axis[-1])
     unit = unit.replace("^2", "²")
-    power = f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
-    axes.set_ylabel(power if response.kind == "random" else unit)
+    if response.kind == "random":
+        unit = f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
+    axes.set_ylabel(f"{names[0]} ({unit})" if len(names) == 1 else unit)  # a single curve has no legend
     add_head(axes, "")
     plain_axes(axes, grid="both")
 
