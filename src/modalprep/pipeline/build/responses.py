@@ -20,7 +20,7 @@ from modalprep.pipeline.schema.response import Response as ResponseTable
 from modalprep.report.responses import peak_table, response_plot
 from modalprep.response.harmonic import harmonic_response
 from modalprep.response.modal import BASE, input_names
-from modalprep.response.random import correlation_factor, random_response
+from modalprep.response.random import correlation_factor, find_band, random_response
 from modalprep.response.result import Response
 from modalprep.response.sweep import sweep_response
 from modalprep.response.transient import transient_response
@@ -57,6 +57,7 @@ def refuse_responses(pipeline: Pipeline, path: Path) -> None:
                 raise InputError(f"there is no channel {wrong!r}; {suggestion(wrong, heads, 'they begin with')}")
             if isinstance(table, RandomTable):
                 correlation_factor(table.correlated(), len(inputs))
+                find_band(inputs, table.band)
 
 
 def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, reporter: Reporter) -> list[Responded]:

@@ -222,7 +222,7 @@ class SweepTable(OverFrequency):
 
     @model_validator(mode="after")
     def _sweeps(self) -> SweepTable:
-        Sweep(self.lowest, self.highest, self.speed, self.direction)
+        Sweep(self.lowest, self.highest, self.speed, self.direction).refuse_long(self.samples)
         return self
 
     @property
