@@ -169,6 +169,8 @@ def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys):
         ("[response.launch]", '[response."la/unch"]', "has '/' in its name"),
         ('kind = "random"', 'kind = "random"\ncorrelation = "full"', "contradict each other"),
         ("10 oct/min", "10 oct/s", "give its rate in 'oct/min' or 'Hz/s'"),
+        ("10 oct/min", "1e-6 Hz/s", "too many; sweep faster"),
+        ('file = "force.csv"', "frequency = [2, 3], values = [-1, 1]", "has a negative density"),
         ("10 oct/min", "fast", "rate = 'fast' is none"),
         ('"10 ms", "20 ms"', '"10 ms"', "t has 2 values and values 3"),
         ('"10 ms", "20 ms"', '"10 ms", "5 ms"', "must ascend"),

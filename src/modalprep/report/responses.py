@@ -31,6 +31,7 @@ WORDS = {
 }  # fmt: skip
 SUFFIX = {"at_hz": "Hz", "apparent_hz": "Hz", "phase_deg": "°", "at_s": "s", "lowest_at_s": "s"}
 PANELS, DRAWN = 4, 6  # of a plot, and curves in each
+FEW = 10  # points that are marked
 MEANING = {
     "harmonic": "Amplitudes", "sweep": "Largest magnitudes of the sweep; steady state dotted",
     "random": "Power spectral densities", "transient": "Histories",
@@ -155,7 +156,7 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
     for k, name in enumerate(names):
         style = {"color": CURVES[k % len(CURVES)], "linestyle": LINES[k // len(CURVES) % len(LINES)]}
         axes.plot(response.axis, np.abs(response[name]) if response.kind != "transient" else response[name],
-                  label=name, linewidth=1.8, **style)  # fmt: skip
+                  label=name, linewidth=1.8, marker="o" if len(response.axis) < FEW else "", **style)  # fmt: skip
         if response.steady is not None:
             steady = response.steady[:, response.names.index(name)]
             label = "steady state" if k == 0 else None
@@ -169,10 +170,13 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
         axes.set_ylim(bottom, 2 * largest)
     else:
         axes.yaxis.set_major_formatter(StrMethodFormatter("{x:.4g}"))
-    axes.set_xlim(response.axis[0], response.axis[-1])
+    shown = response.axis if response.kind == "transient" else response.axis[response.axis > 0]
+    if len(shown) > 1:
+        axes.set_xlim(shown[0], shown[-1])
     unit = unit.replace("^2", "²")
-    power = f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
-    axes.set_ylabel(power if response.kind == "random" else unit)
+    if response.kind == "random":
+        unit = f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
+    axes.set_ylabel(f"{names[0]} ({unit})" if len(names) == 1 else unit)  # a single curve has no legend
     add_head(axes, "")
     plain_axes(axes, grid="both")
 

@@ -13,6 +13,7 @@ from modalprep.records import Record
 
 DECIBEL = " dB/oct"
 PER_CYCLE = 100  # samples: straight lines between them miss a sine by (2 pi / 100)^2 / 8 = 5e-4 of its amplitude
+MOST_SAMPLES = 20_000_000
 BINS = 60  # of the axis, in an octave
 Rate = tuple[float, Literal["oct/min", "Hz/s"]]
 
@@ -212,6 +213,11 @@ class Sweep:
         self.speed = (-1 if down else 1) * (rate[0] / 60 * np.log(2) if self.octaves else rate[0])
         self.duration = float(self.time(np.array(self.last)))
         self.cycles = abs(float(self.phase(np.array(self.duration)))) / (2 * np.pi)
+
+    def refuse_long(self, samples: int) -> None:
+        """Refuse a sweep with too many samples, so many in each cycle."""
+        if self.cycles * samples > MOST_SAMPLES:
+            raise InputError(f"the sweep has {self.cycles:.3g} cycles of {samples} samples, too many; sweep faster")
 
     def time(self, f: np.ndarray) -> np.ndarray:
         """Return when the frequency is f (Hz)."""

@@ -71,11 +71,11 @@ def random_response(
     """
     spectra = as_spectra(inputs)
     equations = modal_equations(body, tuple(spectra), damping)
-    low, high = _band(spectra, band)
+    low, high = find_band(spectra, band)
     _refuse_undamped(equations, low, high)
     corners = np.concatenate([x.frequency for x in spectra.values() if x.frequency is not None] or [np.zeros(0)])
     f, weight = integration_grid(low, high, corners, *equations.resonances)
-    density = np.stack([_density(name, x).at(f) for name, x in spectra.items()], axis=1)
+    density = np.stack([x.at(f) for x in spectra.values()], axis=1)
     u = np.sqrt(density)[..., None] * correlation_factor(correlation, len(spectra))
     q = equations.solve(f, u)
     qdd = -((2 * np.pi * f[:, None, None]) ** 2) * q
@@ -95,13 +95,6 @@ def random_response(
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
         input_values=density, weight=weight, notes=tuple(notes),
     )  # fmt: skip
-
-
-def _density(name: str, given: Spectrum) -> Spectrum:
-    """Refuse what is no density."""
-    if np.any(given.value < 0) or given.phase is not None:
-        raise InputError(f"the input {name} of a random response has a negative density, or a phase; correct it")
-    return given
 
 
 def correlation_factor(given: str | np.ndarray, k: int) -> np.ndarray:
@@ -133,7 +126,22 @@ def correlation_factor(given: str | np.ndarray, k: int) -> np.ndarray:
     return vectors * np.sqrt(np.maximum(values, 0.0))
 
 
-def _band(spectra: Mapping[str, Spectrum], band: tuple[float, float] | None) -> tuple[float, float]:
+def find_band(spectra: Mapping[str, Spectrum], band: tuple[float, float] | None) -> tuple[float, float]:
+    """Return the band of densities (Hz): the given one, or that of all tables.
+
+    Raises
+    ------
+    InputError
+        When there is none, or an input is no density.
+
+    Examples
+    --------
+    >>> find_band({"base.x": Spectrum(frequency=np.array([20.0, 2000.0]), value=np.ones(2))}, None)
+    (20.0, 2000.0)
+    """
+    for name, x in spectra.items():
+        if np.any(x.value < 0) or x.phase is not None:
+            raise InputError(f"the input {name} of a random response has a negative density, or a phase; correct it")
     tables = [x.band for x in spectra.values() if x.frequency is not None]
     if band is None and not tables:
         raise InputError("a random response to constant densities needs a band of frequencies")

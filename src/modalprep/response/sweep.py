@@ -9,7 +9,6 @@ from typing import Literal
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.errors import InputError
 from modalprep.response.channels import Block, body_blocks
 from modalprep.response.harmonic import largest_mises
 from modalprep.response.inputs import PER_CYCLE, Rate, Spectrum, Sweep, as_spectra, uncovered
@@ -18,8 +17,6 @@ from modalprep.response.modal import Damping, ModalEquations, modal_equations
 from modalprep.response.result import Collector, Response
 from modalprep.response.transient import with_mises
 from modalprep.response.validity import large_deflection, limits_of_validity
-
-MOST_SAMPLES = 20_000_000
 
 
 def sweep_response(
@@ -79,10 +76,7 @@ def sweep_response(
     spectra = as_spectra(inputs)
     equations = modal_equations(body, tuple(spectra), damping)
     clock = Sweep(lowest, highest, rate, direction)
-    if clock.cycles * samples > MOST_SAMPLES:
-        raise InputError(
-            f"the sweep has {clock.cycles:.3g} cycles, too many for {samples} samples in each; sweep faster"
-        )
+    clock.refuse_long(samples)
     every = body_blocks(body, equations)
     blocks = [block for block in every if not block.is_large]
     ends = clock.ends()

@@ -16,7 +16,7 @@ from modalprep.response.result import Collector, Response
 from modalprep.response.validity import highest_mode, large_deflection, limits_of_validity
 
 PER_PERIOD = 20  # samples in a period of the highest kept mode, unless a step is given
-LONGEST = 5_000_000  # samples
+MANY, LONGEST = 100_000, 5_000_000  # samples: unless a step is given, and at most
 ON_GRID = 1e-6  # of a step
 
 
@@ -36,7 +36,8 @@ def transient_response(
     inputs : {name: History}
         m/s^2, rad/s^2, N or N m, of ``base.x`` and so on.
     step : float
-        s; default a part of the smallest step of the tables, with 20 samples in a period of the highest kept mode.
+        s; default a part of the smallest step of the tables, with 20 samples in the shortest period of the body; if
+        these are more than 100 000, of the normal modes alone.
     duration : float
         s; default to the end of the longest table.
     damping : float, {Hz: ratio}, (n,), Rayleigh, or (n, n)
@@ -70,7 +71,7 @@ def transient_response(
         raise InputError("a response needs an input, such as 'base.x'")
     equations = modal_equations(body, tuple(inputs), damping)
     end = duration or max(float(x.time[-1]) for x in inputs.values())
-    h = step or _step(inputs, highest_mode(body))
+    h = step or _step(inputs, end, body)
     t = h * np.arange(_count(end, h) + 1)
     u = np.stack([x.at(t) for x in inputs.values()], axis=1)
     q, _, qdd = Integrator(equations).run(h, u)
@@ -97,10 +98,12 @@ def with_mises(block: Block, s: np.ndarray) -> np.ndarray:
     return np.concatenate([s, np.sqrt(square)], axis=2)
 
 
-def _step(inputs: Mapping[str, History], top: float) -> float:
-    """Return a part of the smallest step of the tables, fine enough for the highest kept mode."""
+def _step(inputs: Mapping[str, History], end: float, body: FlexibleBody) -> float:
+    """Return a part of the smallest step of the tables, fine enough for all modes, or else for the normal ones."""
     smallest = min(float(np.diff(x.time).min()) for x in inputs.values())
-    return smallest / max(1, int(np.ceil(smallest * PER_PERIOD * top)))
+    tops = (float(body.frequency.max()), highest_mode(body))
+    steps = [smallest / max(1, int(np.ceil(smallest * PER_PERIOD * top))) for top in tops]
+    return steps[0] if end <= MANY * steps[0] else steps[1]
 
 
 def _count(end: float, h: float) -> int:

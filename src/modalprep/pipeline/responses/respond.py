@@ -26,7 +26,7 @@ from modalprep.response.harmonic import harmonic_response
 from modalprep.response.inputs import Spectrum
 from modalprep.response.limits import NotchedInput
 from modalprep.response.modal import BASE, input_names
-from modalprep.response.random import correlation_factor, random_response
+from modalprep.response.random import correlation_factor, find_band, random_response
 from modalprep.response.result import Response
 from modalprep.response.sweep import sweep_response
 from modalprep.response.transient import transient_response
@@ -68,6 +68,7 @@ def refuse_responses(pipeline: Pipeline, path: Path) -> None:
                 raise InputError(f"there is no channel {wrong!r}; {suggestion(wrong, heads, 'they begin with')}")
             if isinstance(table, RandomTable):
                 correlation_factor(table.correlated(), len(inputs))
+                find_band(inputs, table.band)
 
 
 def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, reporter: Reporter) -> list[Responded]:

@@ -187,7 +187,7 @@ class SweepTable(OverFrequency):
 
     @model_validator(mode="after")
     def _sweeps(self) -> SweepTable:
-        Sweep(self.lowest, self.highest, self.speed, self.direction)
+        Sweep(self.lowest, self.highest, self.speed, self.direction).refuse_long(self.samples)
         return self
 
     @property
@@ -239,7 +239,7 @@ class TransientTable(Driven):
     kind: Literal["transient"]
     base: HistoriesTable = Field(HistoriesTable(), description="acceleration of the root: m/s^2, rad/s^2")
     forces: dict[str, HistoriesTable] = Field({}, description="by interface, force and moment: N, N m")
-    step: Duration | None = Field(None, gt=0, description="s; default by the tables and the highest kept mode")
+    step: Duration | None = Field(None, gt=0, description="s; default by the tables and the shortest period")
     duration: Duration | None = Field(None, gt=0, description="s; default to the end of the longest table")
 
     def inputs(self, folder: Path) -> dict[str, History]:
