@@ -1,4 +1,6 @@
-"""Doctests print as NumPy does by default, whatever a peer program set when it was imported."""
+"""What all tests and doctests share: doctests print as NumPy does by default, whatever a peer program set."""
+
+import gc
 
 import numpy as np
 import pytest
@@ -9,6 +11,17 @@ from _pytest.doctest import DoctestModule
 def _print_options():
     with np.printoptions(legacy=False):
         yield
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Leave what is collected, which stays to the end, out of all searches for garbage: they would take 2 % longer."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+        gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)

@@ -39,6 +39,13 @@ def drawing():
         pytest.skip(f"cannot draw: {problem}")
 
 
+@pytest.fixture
+def rough_edges(monkeypatch):
+    """Pictures with rough edges, for tests that do not look at them: smooth ones have sixteen times the pixels."""
+    plotter = pytest.importorskip("pyvista").Plotter
+    monkeypatch.setattr(plotter, "enable_anti_aliasing", lambda *_: None)
+
+
 @pytest.fixture(scope="session")
 def bracket_model():
     """The solid bracket in the frame of bolt_a."""

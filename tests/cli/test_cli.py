@@ -14,6 +14,7 @@ import modalprep as mp
 from modalprep.cli import main
 from modalprep.cli.commands import app
 from modalprep.examples import uniform_beam
+from modalprep.report.pictures.animation import animate_mode
 
 HEAVY = {
     "numpy",
@@ -153,8 +154,9 @@ def test_wrong_usage(arguments, capsys):
     assert len(error.splitlines()) == 1
 
 
-@pytest.mark.usefixtures("drawing")
-def test_render(body, tmp_path):
+@pytest.mark.usefixtures("drawing", "rough_edges")
+def test_render(body, tmp_path, monkeypatch):
+    monkeypatch.setitem(animate_mode.__kwdefaults__, "frames", 3)  # of 24
     for name, options in (("m.png", []), ("m.gif", ["--animate"]), ("mesh.png", ["--mode", "0"])):
         assert main(["render", str(body), "-o", str(tmp_path / name), *options]) == 0
         assert (tmp_path / name).stat().st_size > 1000

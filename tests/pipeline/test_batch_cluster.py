@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import time
-from contextlib import ExitStack
 
 import numpy as np
 import pytest
@@ -42,11 +41,11 @@ def module(name, *arguments):
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
-@pytest.fixture
-def scheduler(tmp_path):
-    """Address of a scheduler without workers."""
+@pytest.fixture(scope="module")
+def scheduler(tmp_path_factory):
+    """Address of a scheduler, without workers but those of a test."""
     pytest.importorskip("distributed")
-    file = tmp_path / "scheduler.json"
+    file = tmp_path_factory.mktemp("scheduler") / "scheduler.json"
     process = module("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--no-dashboard", "--scheduler-file", file)
     try:
         until(lambda: file.is_file() and file.read_text().rstrip().endswith("}"), 60)
@@ -56,20 +55,31 @@ def scheduler(tmp_path):
         process.wait()
 
 
+@pytest.fixture(scope="module")
+def started_workers(scheduler):
+    """All worker processes so far, ended with the last test."""
+    processes = []
+    yield processes
+    end(processes)
+
+
 @pytest.fixture
-def workers(scheduler, tmp_path):
-    """Two workers of one thread, each killed by a single signal (no nanny)."""
+def workers(scheduler, started_workers, tmp_path_factory):
+    """Two workers of one thread, each killed by a single signal (no nanny); those that still run are used again."""
     from distributed import Client
 
-    own = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path / "dask"]
-    with ExitStack() as stack:
-        found = [module("dask_worker", scheduler, *own) for _ in range(2)]
-        for process in found:
-            stack.callback(process.wait)
-            stack.callback(process.kill)
-        with Client(scheduler, timeout="60s", set_as_default=False) as client:
-            client.wait_for_workers(2, timeout=60)
-        yield found
+    own = ["--nthreads", 1, "--no-nanny", "--no-dashboard", "--local-directory", tmp_path_factory.mktemp("dask")]
+    alive = [process for process in started_workers if process.poll() is None]
+    started_workers += [module("dask_worker", scheduler, *own) for _ in range(2 - len(alive))]
+    with Client(scheduler, timeout="60s", set_as_default=False) as client:
+        until(lambda: len(client.scheduler_info()["workers"]) == 2, 60)
+    return [process for process in started_workers if process.poll() is None]
+
+
+def end(processes):
+    for process in processes:
+        process.kill()
+        process.wait()
 
 
 def until(condition, seconds):
@@ -77,27 +87,6 @@ def until(condition, seconds):
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.02)
-
-
-@pytest.mark.slow
-def test_a_worker_killed_midway(project, tmp_path, scheduler, workers):
-    """Its jobs go to the other one, and all of them are done."""
-    from distributed import Client
-
-    file, output = write_grid(project, tmp_path / "beam.toml", reduction__modes=MODES), tmp_path / "output"
-    with started(file, "--scheduler", scheduler, "--json") as process:
-        until(lambda: len({record["worker"] for record in manifests(output).values()}) == 2, 120)
-        with Client(scheduler, timeout="60s", set_as_default=False) as client:
-            pids = client.run(os.getpid)
-            held = {pids[address]: jobs for address, jobs in client.processing().items()}
-        assert held[workers[0].pid]  # it has something to lose
-        workers[0].kill()
-        printed, error = process.communicate(timeout=120)
-        assert process.returncode == 0, printed + error
-    rows = json.loads(printed)["jobs"]
-    assert [row["status"] for row in rows] == ["done"] * len(MODES)
-    pids = [int(row["worker"].rpartition(":")[2]) for row in rows]
-    assert set(pids) == {process.pid for process in workers}
 
 
 @pytest.mark.slow
@@ -125,6 +114,27 @@ def test_an_assembly_in_components(project, tmp_path, scheduler, workers):
     np.testing.assert_allclose(found, exact, rtol=1e-6)
 
 
+@pytest.mark.slow
+def test_a_worker_killed_midway(project, tmp_path, scheduler, workers):
+    """Its jobs go to the other one, and all of them are done."""
+    from distributed import Client
+
+    file, output = write_grid(project, tmp_path / "beam.toml", reduction__modes=MODES), tmp_path / "output"
+    with started(file, "--scheduler", scheduler, "--json") as process:
+        until(lambda: len({record["worker"] for record in manifests(output).values()}) == 2, 120)
+        with Client(scheduler, timeout="60s", set_as_default=False) as client:
+            pids = client.run(os.getpid)
+            held = {pids[address]: jobs for address, jobs in client.processing().items()}
+        assert held[workers[0].pid]  # it has something to lose
+        workers[0].kill()
+        printed, error = process.communicate(timeout=120)
+        assert process.returncode == 0, printed + error
+    rows = json.loads(printed)["jobs"]
+    assert [row["status"] for row in rows] == ["done"] * len(MODES)
+    pids = [int(row["worker"].rpartition(":")[2]) for row in rows]
+    assert set(pids) == {process.pid for process in workers}
+
+
 def test_no_scheduler(project, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("modalprep.workers.ANSWER", "1s")
     file = write_grid(project, tmp_path / "beam.toml", reduction__modes=[2])
@@ -134,7 +144,12 @@ def test_no_scheduler(project, tmp_path, capsys, monkeypatch):
     assert error.count("\n") == 1
 
 
-def test_no_workers(project, tmp_path, capsys, scheduler):
+def test_no_workers(project, tmp_path, capsys, scheduler, started_workers):
+    from distributed import Client
+
+    end(started_workers)
+    with Client(scheduler, timeout="60s", set_as_default=False) as client:
+        until(lambda: not client.scheduler_info()["workers"], 60)
     file = write_grid(project, tmp_path / "beam.toml", reduction__modes=[2])
     assert main(["batch", str(file), "--scheduler", scheduler]) == 2
     assert "has no workers; start some with: dask worker" in capsys.readouterr().err

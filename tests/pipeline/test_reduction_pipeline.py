@@ -9,6 +9,8 @@ import pytest
 import modalprep as mp
 from modalprep.cli import main
 
+pytestmark = pytest.mark.usefixtures("rough_edges")  # pictures are not looked at here
+
 TOML = """
 [mesh]
 file = "{mesh}"

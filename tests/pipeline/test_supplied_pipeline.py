@@ -10,6 +10,8 @@ from modalprep.cli import main
 from modalprep.examples import uniform_beam
 from modalprep.formats import export_body, import_body
 
+pytestmark = pytest.mark.usefixtures("rough_edges")  # pictures are not looked at here
+
 SUPPLIED = """
 [body]
 file = "arm.op4"

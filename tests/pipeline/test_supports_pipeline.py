@@ -8,6 +8,8 @@ import pytest
 import modalprep as mp
 from modalprep.cli import main
 
+pytestmark = pytest.mark.usefixtures("rough_edges")  # pictures are not looked at here
+
 N, LENGTH = 12, 2000.0  # mm
 DECK = (
     "".join(f"GRID,{i + 1},,{LENGTH * i / N:.6f},0.,0.\n" for i in range(N + 1))

@@ -6,6 +6,8 @@ import pytest
 
 from modalprep.cli import main
 
+pytestmark = pytest.mark.usefixtures("rough_edges")  # pictures are not looked at here
+
 TOML = """
 [mesh]
 file = "plate.msh"
