@@ -282,6 +282,17 @@ def test_a_pendulum_on_a_rod_of_changing_length():
     assert run.stats["energy_error"] < 1e-8
 
 
+def test_joints_carry_what_multipliers_leave():
+    """A uniform bar on two supports, the hinge one of them: each carries half of its weight."""
+    bar = link("bar", 2.0, (0.5, 0), 0.2, end=(1, 0))
+    hinge = mp.Joint(name="hinge", type="revolute", parent="ground", child="bar")
+    support = Closure(name="support", type="point_on_plane", a="ground", b="bar.end", axis=np.array([0, 1.0, 0]))
+    system = mp.System(bodies={"bar": bar}, joints=(hinge,), closures=(support,), gravity=GRAVITY)
+    run = mp.simulate(system, t_end=0.01, output_step=0.01)
+    for name in ("hinge", "support"):
+        np.testing.assert_allclose(run[f"{name}.force"], [[0, 9.81, 0]] * 2, atol=1e-12)
+
+
 def test_a_prescribed_position_leaves_free_components():
     mass = link("mass", 2.0, (0, 0), 0.1)
     joint = mp.Joint(name="free", type="free", parent="ground", child="mass")

@@ -77,10 +77,8 @@ GROUP = np.dtype([
 BUNDLE = np.dtype([("count", np.int64), ("rows", np.int64, 4)])
 # One bundle at one link that its multipliers act on.
 ENTRY = np.dtype([
-    ("bundle", np.int64),
-    ("link", np.int64),
-    ("u", np.int64),  # speed of its joint, if that has one axis; else -1
-    ("up", np.int64),  # entry of the parent; -1: the ground
+    ("bundle", np.int64), ("link", np.int64),
+    ("u", np.int64), ("up", np.int64),  # speed of its joint of one axis, else -1; entry of the parent; -1: the ground
     ("adds", np.int64),  # whether another one or an end was there before
     ("factor", np.float64),  # of couplers at their joints, else 0
 ])  # fmt: skip
@@ -120,7 +118,7 @@ class Paths(NamedTuple):
     first: np.ndarray  # (nl + 1,) int, first entry of each link
     entries: np.ndarray  # (np,) ENTRY, by links, then by bundles
     moving: int  # groups that something moves, which are the first
-    slides: int  # rows that slide
+    slides: int  # rows of friction
 
 
 @by_address
@@ -278,9 +276,8 @@ def _couplers(cons, y, nx, motion, work):
 def _end_state(end, model, data, found, shape):
     """Return the motion of an end as `node_state` does, and write to `found` what its acceleration follows from."""
     link, node = at(end.link), end.interface
-    r, turn, v, w, linear, angular = interface_motion(
-        data.modal, model, data, link, node, free_position(model, link, node), shape
-    )
+    place = free_position(model, link, node)
+    r, turn, v, w, linear, angular = interface_motion(data.modal, model, data, link, node, place, shape)
     put3(found.arm, r)
     put6(found.bias, (linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]))
     own, spin = data.links[link], seen_spin(data, link)

@@ -176,8 +176,8 @@ def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
 
     After `constraint_residual` and `inward`, in place of `forward`, whose arguments `tau` and `udot` are. alpha = beta
     = 0 with projection after steps; Baumgarte (1972) with both at some 5 to 50 1/s. Leaves the multipliers in `work`,
-    and the data as a `forward` with them does, so that `reactions` and `node_acceleration` hold. Without constraints
-    (None) it is `forward`.
+    and the data as a `forward` with them does, so that `node_acceleration` holds, and `reactions` after `push_links`.
+    Without constraints (None) it is `forward`.
     """
     if cons is None:
         forward(model, data, tau, udot)
