@@ -44,7 +44,7 @@ def warm(folder, tmp_path_factory):
 COMMANDS = {
     "run": ["run", "job.toml"],
     "simulate": ["simulate", "job.toml"],
-    "batch": ["batch", "grid.toml", "--no-cache"],
+    "batch": ["batch", "grid.toml", "--no-cache", "-j", "1"],
 }
 ALONE = ("run", "simulate")  # tests/pipeline/test_batch_fault_injection.py kills batches
 

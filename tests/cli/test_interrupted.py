@@ -70,7 +70,7 @@ def all_whole(folder) -> bool:
 def test_killed_at_any_moment(pipeline, tmp_path):
     """While each kind of file is written, and just after; then once more into the same folder."""
     disturbed, again = 0, tmp_path / "mesh.png"
-    with forks(tmp_path) as server:
+    with forks(tmp_path, draws=True) as server:
         for moment in (".part.h5", "beam.h5", ".part.png", "mesh.png", ".part.html"):
             output = tmp_path / moment.strip(".")
             code, _, _ = server.run("run", pipeline, "--output", output, moment=moment, folder=output)
