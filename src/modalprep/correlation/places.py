@@ -12,6 +12,7 @@ from modalprep.correlation.mode_set import ModeSet
 from modalprep.errors import InputError
 
 FAR = 0.05  # of the size of the analysis: a sensor farther from all nodes does not belong to it
+DIGITS = 1e-6  # of the coordinates: smaller distances come from the digits of a file
 COVERED = 0.3  # of the size of the analysis, by sensors that are taken to fit in another unit or other axes
 UNITS = {"in mm": 1e-3, "in cm": 1e-2, "in in": 0.0254, "in ft": 0.3048, "a thousand times as large": 1e3}
 
@@ -79,7 +80,7 @@ def _advice(points: np.ndarray, tree: cKDTree, allowed: float, size: float) -> s
 def said_of_places(test: ModeSet, node: np.ndarray, distance: np.ndarray) -> list[str]:
     """Return notes on sensors beside their point, on one point, or with axes of their own."""
     notes = []
-    if distance.max():
+    if distance.max() > DIGITS * np.abs(test.points).max():
         notes.append(f"the largest distance of a sensor from its point is {distance.max():.3g} m")
     order = np.argsort(node, kind="stable")
     shared = [(test.labels[i], test.labels[j]) for i, j in itertools.pairwise(order.tolist()) if node[i] == node[j]]

@@ -45,7 +45,7 @@ def sensitivity_table(found: Sensitivities, console: Console) -> None:
     for j in order:
         parameter = found.parameters[j]
         cells = [f"{value:+.3f}" if abs(value) >= 5e-4 else "." for value in found.relative[:count, j]]
-        table.add_row(_short(parameter.name), f"{parameter.value:.3g} {parameter.unit}", *cells)
+        table.add_row(_short(parameter.name), f"{parameter.value:.4g} {parameter.unit}", *cells)
     console.print(table)
     for text in (*_left_out(found, len(order), count), *(f"note: {note}" for note in found.notes)):
         console.print(Text(text), soft_wrap=True)
