@@ -24,7 +24,7 @@ def film(
     output: Output = None,
     settings: Settings = None,
 ) -> None:
-    """Draw a finished run of a pipeline file as an animation, or as a picture with several positions.
+    """Draw a finished run as an animation, or as a picture with several positions.
 
     The table [film] of the file says how; --set changes it, such as --set film.exaggeration=20.
     """
