@@ -24,9 +24,10 @@ def film(
     output: Output = None,
     settings: Settings = None,
 ) -> None:
-    """Draw a finished run as an animation, or as a picture with several positions.
+    """Draw a finished run as an animation or a picture.
 
-    The table [film] of the file says how; --set changes it, such as --set film.exaggeration=20.
+    A picture shows several positions. The table [film] of the file says how the motion is drawn; --set changes it, such
+    as --set film.exaggeration=20.
     """
     from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.build.build import output_folder
