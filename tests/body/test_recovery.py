@@ -179,3 +179,11 @@ def test_histories_have_von_mises_of_stress(body):
     found = body.with_(recovery={"skin": x}).recovered(at_rest(np.ones((1, body.n)), 2))
     xx, yy, xy = (found[f"skin.a.{c}"] for c in x.components)
     assert found["skin.a.von_mises"] == pytest.approx(np.sqrt(xx**2 - xx * yy + yy**2 + 3 * xy**2), rel=1e-12)
+
+
+def test_displacements_that_a_frame_leaves_out_are_said(body):
+    kept = {"x": block(body), "feet": block(body, kind="displacement", qdd=None, loads=None)}
+    other = mp.body.reroot(body.with_(recovery=kept), "tip")
+    assert list(other.recovery) == ["x"]
+    assert other.provenance["recoveries left out"] == "feet: displacements relative to another frame"
+    assert "recoveries left out" not in mp.body.reroot(body.with_(recovery={"x": kept["x"]}), "tip").provenance

@@ -22,6 +22,7 @@ from scipy.sparse import csr_array
 
 from modalprep.body.flexible_body import AXES, ORIGIN, FlexibleBody
 from modalprep.body.mass import cross_moment, rigid_mass_matrix
+from modalprep.body.recovery_matrices import recovery_in_frame
 from modalprep.errors import InputError
 from modalprep.linalg.modes import unique_signs
 from modalprep.linalg.ritz import ritz
@@ -229,8 +230,7 @@ def reroot(body: FlexibleBody, interface: str) -> FlexibleBody:
     if interface not in body.interface_name:
         hint = suggestion(interface, body.interface_name, "it has")
         raise InputError(f"body {body.name!r} has no interface {interface!r}; {hint}")
-    k = body.interface_name.index(interface)
-    at = body.interface_position[k]
+    at = body.interface_position[k := body.interface_name.index(interface)]
 
     def follow(field: Moments) -> np.ndarray:
         turn = field.psi[k]
@@ -268,7 +268,7 @@ def _following(body: FlexibleBody, follow: Follow) -> FlexibleBody:
             T = _mass_growth(body, a, first, P, turn)
             changed["T"] = np.einsum("ijk,ix,jy,kz->xyz", T, Y, Y, Y, optimize=True)
     changed["stress"] = {name: at.in_basis(Y) for name, at in body.stress.items()}
-    changed["recovery"] = {key: x.following(a).in_basis(Y) for key, x in body.recovery.items() if x.strained}
+    changed |= recovery_in_frame(body.recovery, body.provenance, a, Y)
     return body.with_(**changed, K=w2, D=np.einsum("ni,n,ni->i", Y, body.D, Y), frequency=np.sqrt(w2) / (2 * np.pi))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from modalprep.body.recovery import ACCELERATION, DISPLACEMENT, DRIVES, Recovery
@@ -60,3 +62,34 @@ def _block(quantity: Quantity, wanted: Recover, matrices: dict[str, np.ndarray])
         allowable=wanted.allowable,
         **matrices,
     )
+
+
+def recovery_in_frame(
+    recovery: Mapping[str, Recovery], provenance: Mapping[str, str], a: np.ndarray, Y: np.ndarray
+) -> dict[str, dict]:
+    """Return the recoveries and the provenance of a body in a frame that follows the deformation.
+
+    Displacements are relative to the former frame; they are left out, and the provenance says so.
+
+    Parameters
+    ----------
+    a : (6, n)
+        Rigid motion of the former frame in the new one for each modal coordinate.
+    Y : (n, m)
+        The new modes.
+
+    Returns
+    -------
+    dict
+        ``recovery`` and ``provenance``.
+
+    Examples
+    --------
+    >>> at = Recovery(kind="displacement", places=("7",), components=("x",), units=("m",), q=np.ones((1, 1, 1)))
+    >>> recovery_in_frame({"feet": at}, {}, np.zeros((6, 1)), np.eye(1))["provenance"]
+    {'recoveries left out': 'feet: displacements relative to another frame'}
+    """
+    kept = {key: x.following(a).in_basis(Y) for key, x in recovery.items() if x.strained}
+    lost = ", ".join(key for key in recovery if key not in kept)
+    said = {"recoveries left out": f"{lost}: displacements relative to another frame"} if lost else {}
+    return {"recovery": kept, "provenance": {**provenance, **said}}
