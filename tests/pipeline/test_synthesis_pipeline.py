@@ -14,6 +14,7 @@ from modalprep.cli import main
 from modalprep.examples import beam_mesh, spinup_section
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import system_damping
+from modalprep.reduction.recoveries.shares import Share
 from modalprep.reduction.selection import VALUES, select
 from modalprep.reduction.synthesis import synthesise
 from modalprep.report.synthesis import draw_modes
@@ -182,8 +183,10 @@ def test_pages_show_what_is_shipped(project):
     """The block of loads is valid, the block of synthesis is the shipped file's."""
     docs = project / "docs"
     pages = (docs / "reference" / "choosing-modes.md", docs / "how-to" / "synthesis.md")
-    loads, synthesis = (tomllib.loads(*re.findall(r"```toml\n(.*?)```", page.read_text(), re.DOTALL)) for page in pages)
+    found = [[tomllib.loads(x) for x in re.findall(r"```toml\n(.*?)```", p.read_text(), re.DOTALL)] for p in pages]
+    (recovery, loads), (synthesis,) = found
     assert "loads" in loads
+    Pipeline.model_validate({"mesh": {"file": "a.msh"}, **recovery})
     Pipeline.model_validate({"mesh": {"file": "a.msh"}, **loads})
     shipped = tomllib.loads((project / "pipelines" / "two-beams.toml").read_text())
     assert synthesis == {key: shipped[key] for key in synthesis}
@@ -194,6 +197,7 @@ def test_page_has_every_selection_variable(project):
     rows = dict(re.findall(r"^\| `(\w+)` \| [^|]+ \| `([^`|]+)` \|$", text, re.MULTILINE))
     assert set(VALUES) <= set(rows)
     six = [np.ones(2)] * 3
+    shares = {"struts": [Share(0.5, "struts", "7", "base.x")] * 2}
     for word in VALUES:
-        select(rows[word], np.ones(2), np.ones((2, 6)), *six)
+        select(rows[word], np.ones(2), np.ones((2, 6)), *six, shares)
         assert word in rows[word]

@@ -110,7 +110,7 @@ def test_wrong_requests_leave_nothing(cantilever, tmp_path):
     for mode in (0, 6):
         with pytest.raises(mp.InputError, match=f"no mode {mode}; its modes are 1 to 5"):
             render.render_mode(cantilever, mode, tmp_path / "m.png")
-    with pytest.raises(mp.InputError, match=r"animation is a \.gif or an \.mp4"):
+    with pytest.raises(mp.InputError, match=r"animation is a \.gif, a \.webp or an \.mp4"):
         animate_mode(cantilever, 1, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []
 

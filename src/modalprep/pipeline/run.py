@@ -255,9 +255,9 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) 
     mesh_picture, pictures = draw_body(
         built.body, outcome.folder, built.file.stem, pipeline.output.pictures, reporter, outcome.notes
     )
-    page, limit = outcome.folder / f"{built.file.stem}.html", pipeline.reduction.target_error
+    page, limits = outcome.folder / f"{built.file.stem}.html", pipeline.reduction.limits
     convergence = [convergence_section(built.convergence)] if built.convergence else []
-    static = of_errors({"static responses": ((), built.error.static)}, limit) if built.error else []
+    static = of_errors({"static responses": ((), built.error.static)}, limits) if built.error else []
     write_page(
         built.body,
         page,
@@ -267,7 +267,7 @@ def _page(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter) 
         checks=built.checks,
         notes=outcome.notes,
         errors=built.error_curves or None,
-        error_limit=limit,
+        error_limits=limits,
         mass_plot=outcome.mass_plot,
         envelopes=outcome.simulated.envelopes if outcome.simulated else (),
         sections=[*convergence, *outcome.sections],

@@ -46,7 +46,7 @@ def write_page(
     sections: Sequence[Section] = (),
     inputs: Inputs | None = None,
     verdicts: Sequence[Verdict] = (),
-    error_limit: float | None = None,
+    error_limits: Mapping[str, float] | None = None,
 ) -> Path:
     """Write the page: a box of PASS or FAIL, contents, inputs, modes, MAC, recoveries, errors, checks, provenance.
 
@@ -75,8 +75,8 @@ def write_page(
         What the body was made of.
     verdicts : sequence of Verdict
         Further requirements for the box at the top, such as the audit of a run.
-    error_limit : float, optional
-        Of all `errors`.
+    error_limits : {label: float}, optional
+        Of `errors`; others are not checked.
 
     Returns
     -------
@@ -114,7 +114,7 @@ def write_page(
     said = [
         *of_checks(checks),
         *of_envelopes(envelopes),
-        *of_errors(errors, error_limit),
+        *of_errors(errors, error_limits or {}),
         *verdicts,
         *_of_sections(sections),
     ]

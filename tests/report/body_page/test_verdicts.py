@@ -40,7 +40,7 @@ def test_box_passes_only_what_was_checked(cantilever, tmp_path):
     [
         ({"checks": [GOOD, BAD]}, "#check-2", "modal mass"),
         ({"checks": [GOOD], "envelopes": [envelope(6.0)]}, "#recovered", "margin of a.strut N"),
-        ({"errors": {"e": ([1.0, 2.0], [1e-9, 1e-3])}, "error_limit": 1e-4}, "#errors", "error of e"),
+        ({"errors": {"e": ([1.0, 2.0], [1e-9, 1e-3])}, "error_limits": {"e": 1e-4}}, "#errors", "error of e"),
         ({"sections": [Section(title="Sine", anchor="sine", html=paragraph("x"),
                                verdicts=[Verdict(name="notch", result="FAILED")])]}, "#sine", "notch"),
     ],
@@ -65,7 +65,7 @@ def test_what_is_beyond_a_limit_that_is_not_required_is_not_checked(cantilever, 
 
 
 def test_margins_and_errors_within_their_limits_pass(cantilever, tmp_path):
-    said = box(cantilever, tmp_path, envelopes=[envelope(4.0)], errors={"e": ([1.0], [1e-9])}, error_limit=1e-4)
+    said = box(cantilever, tmp_path, envelopes=[envelope(4.0)], errors={"e": ([1.0], [1e-9])}, error_limits={"e": 1e-4})
     assert "2 checks passed, 0 failed, 0 not checked" in said
 
 

@@ -143,4 +143,3 @@ def test_command_line(tmp_path):
     file.write_text(BOOM.format(key='deployed_length = "0.6 + t"', more='output = ["boom.rods", "boom1.tip.position"]'))
     assert main(["simulate", str(file), "--output", str(tmp_path)]) == 0
     assert mp.formats.read_csv(tmp_path / "boom" / "boom-run.csv")["boom.rods"][-1] == 4
-    assert main(["simulate", str(file), "--animate", str(tmp_path / "film.gif")]) == 2

@@ -103,6 +103,16 @@ class ReductionTable(Table):
         return self
 
     @property
+    def limits(self) -> dict[str, float]:
+        """The target error by the name of each error that is measured (`Built.error_curves`, and static responses)."""
+        if self.target_error is None:
+            return {}
+        targets = self.target_error if isinstance(self.target_error, dict) else {BODY: self.target_error}
+        body = dict.fromkeys(("frequencies", "compliance at the interfaces", "static responses"), targets.get(BODY))
+        found = body | {f"recovery {name}": limit for name, limit in targets.items() if name != BODY}
+        return {name: limit for name, limit in found.items() if limit is not None}
+
+    @property
     def recoveries(self) -> dict[str, tuple[str, ...]]:
         """The recoveries that each key names."""
         targets = self.target_error if isinstance(self.target_error, dict) else {}

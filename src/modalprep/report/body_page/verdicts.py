@@ -47,19 +47,19 @@ def of_envelopes(envelopes: Iterable[Envelope]) -> list[Verdict]:
     return found
 
 
-def of_errors(curves: Mapping[str, tuple[Any, Any]] | None, limit: float | None) -> list[Verdict]:
-    """Return the verdict of each error against the full model; without a limit they are not checked.
+def of_errors(curves: Mapping[str, tuple[Any, Any]] | None, limits: Mapping[str, float]) -> list[Verdict]:
+    """Return the verdict of each error against the full model; those without a limit are not checked.
 
     Examples
     --------
-    >>> of_errors({"frequencies": ([1.0, 2.0], [1e-6, 1e-3])}, 1e-2)[0].result
+    >>> of_errors({"frequencies": ([1.0, 2.0], [1e-6, 1e-3])}, {"frequencies": 1e-2})[0].result
     'passed'
     """
     if not curves:
         return [Verdict(name="error against the full model", result=UNCHECKED, says=NOT_MEASURED)]
     found = []
     for label, (_, values) in curves.items():
-        worst = float(np.max(values, initial=0.0))
+        worst, limit = float(np.max(values, initial=0.0)), limits.get(label)
         result = UNCHECKED if limit is None else PASSED if worst <= limit else FAILED
         asked = "no limit is given: target_error sets one" if limit is None else f"limit {limit:.0e}"
         name = f"error of {label}"
