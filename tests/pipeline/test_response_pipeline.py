@@ -9,6 +9,7 @@ import pytest
 
 import modalprep as mp
 from modalprep.cli import main
+from modalprep.pipeline.responses import respond
 from modalprep.response import (
     History,
     Spectrum,
@@ -82,6 +83,7 @@ base.z = "1 g"
 [response.separation]
 kind = "transient"
 duration = "0.5 s"
+step = "0.1 ms"
 base.x = {{ t = ["0 s", "10 ms", "20 ms"], values = [0, "2 g", 0], unit = "g" }}
 """
 
@@ -103,7 +105,7 @@ def rows(path):
         return list(csv.DictReader(file))
 
 
-def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys):
+def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys, monkeypatch):
     assert main(["run", str(job()), "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     made = tmp_path / "output" / "job"
@@ -139,9 +141,12 @@ def test_files_page_and_json_have_what_python_computes(job, tmp_path, capsys):
     figures = sweep.peak("tip.acceleration.z").figures
     assert [float(row[key]) for key in figures] == pytest.approx(list(figures.values()), rel=1e-9)
     push = History(time=np.array([0, 0.01, 0.02]), value=np.array([0, 2 * G, 0]))
-    push = transient_response(body, {"base.x": push}, duration=0.5)
-    curve = [float(r["base.force.x (N)"]) for r in rows(made / "job-separation-response.csv")]
-    assert curve == pytest.approx(push["base.force.x"], rel=1e-9, abs=1e-6)
+    push = transient_response(body, {"base.x": push}, duration=0.5, step=1e-4)
+    monkeypatch.setattr(respond, "ROWS", 1000)
+    respond.write_curves(push, tmp_path / "few.csv")
+    for file, each in ((made / "job-separation-response.csv", 1), (tmp_path / "few.csv", 6)):
+        curve = [float(r["base.force.x (N)"]) for r in rows(file)]
+        assert curve == pytest.approx(push["base.force.x"][::each], rel=1e-9, abs=1e-6)
     page = (made / "job.html").read_text()
     for words in ("<h2>Response shaker</h2>", "<h2>Response launch</h2>", "base.force.z</td>"):
         assert words in page

@@ -137,11 +137,25 @@ def test_units_take_the_prefix_that_makes_numbers_readable():
         assert (pytest.approx(factor, rel=1e-12), name) == found
 
 
+BOOM = """
+[deployments.boom]
+length = 2.0
+segments = 4
+mass_per_length = 1.0
+EI = 100.0
+deployed_length = "0.6 + t"
+
+[simulation]
+t_end = 1.0
+"""
+
+
 @needs_drawing
-def test_the_command_draws_a_finished_run(project, tmp_path, capsys):
-    file, out = str(project / "pipelines" / "deploying-beam.toml"), ["--output", str(tmp_path)]
+def test_the_command_draws_a_finished_run(tmp_path, capsys):
+    (tmp_path / "boom.toml").write_text(BOOM)
+    file, out = str(tmp_path / "boom.toml"), ["--output", str(tmp_path)]
     assert main(["film", file, *out]) == 2
-    assert "deploying-beam-run.h5 does not exist" in capsys.readouterr().err
+    assert "boom-run.h5 does not exist" in capsys.readouterr().err
     assert main(["simulate", file, *out, "--quiet"]) == 0
     few = ["--set", "film.frames=3", "--set", "film.size=[320, 240]"]
     film, picture = tmp_path / "film.webp", tmp_path / "picture.png"

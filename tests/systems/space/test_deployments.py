@@ -138,7 +138,7 @@ def test_bad_tables(tmp_path, capsys, key, more, words):
 
 
 def test_command_line(tmp_path):
-    """`modalprep simulate` writes what is asked for; a film is refused."""
+    """`modalprep simulate` writes what is asked for."""
     file = tmp_path / "boom.toml"
     file.write_text(BOOM.format(key='deployed_length = "0.6 + t"', more='output = ["boom.rods", "boom1.tip.position"]'))
     assert main(["simulate", str(file), "--output", str(tmp_path)]) == 0

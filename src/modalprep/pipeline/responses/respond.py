@@ -32,6 +32,8 @@ from modalprep.response.sweep import sweep_response
 from modalprep.response.transient import transient_response
 from modalprep.suggest import suggestion
 
+ROWS = 10_000  # of a CSV file
+
 
 @dataclass(frozen=True)
 class Responded:
@@ -90,6 +92,8 @@ def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, re
             response, cut = computed(table, body, path.parent)
         reporter.wrote(write_response(response, file))
         reporter.wrote(write_curves(response, curves))
+        if sampling(response) > 1:
+            reporter.say(f"  (with one of {sampling(response)} samples; all {len(response.axis)} are in {file.name})")
         reporter.wrote(write_peaks(response, peaks))
         reporter.wrote(response_plot(response, plot))
         peak_table(name, response, reporter.console)
@@ -140,9 +144,18 @@ def _driven_by(
 
 
 def write_curves(response: Response, path: Path) -> Path:
-    """Write the curves as a CSV file: amplitudes and phases of harmonic ones, densities, or values."""
-    columns = response.columns()
+    """Write the curves as a CSV file: amplitudes and phases of harmonic ones, densities, or values.
+
+    Of a long transient every second, third, ... sample is written, so that there are at most `ROWS`.
+    """
+    each = sampling(response)
+    columns = {name: values[::each] for name, values in response.columns().items()}
     return write_table(columns, zip(*columns.values(), strict=True), path)
+
+
+def sampling(response: Response) -> int:
+    """Return of how many samples one is written to the CSV file."""
+    return -(-len(response.axis) // ROWS) if response.kind == "transient" else 1
 
 
 def write_peaks(response: Response, path: Path) -> Path:
