@@ -25,6 +25,7 @@ from modalprep.suggest import suggestion
 
 SHOWN = 2.0  # deflection in body sizes up to which a diverging run is shown
 GROUND_COLOUR, PATH, TRAIL = "#5b7486", "#c3ccd4", "#0072B2"
+LINE = 28  # height of a line of text, pixels
 SHADE = {"smooth_shading": True, "ambient": 0.25, **QUIET}
 
 
@@ -226,10 +227,10 @@ class SystemScene:
         return drawn if "scalars" in style else None
 
     def _move(self, plotter, k: int) -> None:
-        """Let the camera follow."""
+        """Let the camera follow, and see all depths."""
         if self.style.follow:
             plotter.camera.position, plotter.camera.focal_point = (at + self._shift(k) for at in self.camera)
-            plotter.reset_camera_clipping_range()
+        plotter.reset_camera_clipping_range()
 
     def _bar(self, plotter, coloured) -> None:
         name = self.recovered.name_of_colour if self.recovered else "deflection"
@@ -243,7 +244,8 @@ class SystemScene:
         head = [self.style.title] if self.style.title else []
         tail = [f"deflections x {self.style.exaggeration:g}"] if self.style.exaggeration != 1 else []
         lines = [*head, f"t = {begin}{self.result.time[k]:.2f} s", *tail]
-        where = {"position": (0.025, 0.965 - 0.045 * len(lines)), "viewport": True, "render": False}
+        top = 0.98 - LINE * len(lines) / plotter.window_size[1]
+        where = {"position": (0.025, top), "viewport": True, "render": False}
         plotter.add_text("\n".join(lines), name="time", font_size=12, color="black", **where)
 
 
