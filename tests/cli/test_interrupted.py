@@ -117,3 +117,24 @@ def test_interrupts_are_handled_before_other_imports():
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     light = {"modalprep", "modalprep.lazy", "modalprep.cli", "importlib", "warnings"}
     assert not {name for name in done.stdout.split() if "._" not in name and name[0] != "_"} - light
+
+
+LATE = """
+import os, signal, time, warnings
+from modalprep.cli.interrupt import repeated_interrupts
+warnings.warn("before", stacklevel=1)
+with repeated_interrupts():
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(5)
+    except KeyboardInterrupt:
+        warnings.warn("after", stacklevel=1)
+"""
+
+
+def test_a_library_that_is_cut_short_does_not_warn():
+    """Matplotlib warns when an import within it fails, also by Ctrl-C."""
+    done = subprocess.run([sys.executable, "-c", f"{CTRL_C}\n{LATE}"], capture_output=True, text=True, check=False)
+    assert "UserWarning: before" in done.stderr
+    assert "after" not in done.stderr.replace('warn("after"', "")
+    assert "KeyboardInterrupt" in done.stderr

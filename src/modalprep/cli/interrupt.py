@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -15,6 +16,8 @@ PAUSE = 0.1  # s, after which an interrupt without effect is repeated
 @contextmanager
 def repeated_interrupts() -> Iterator[None]:
     """Repeat an interrupt until it ends the block, which then raises KeyboardInterrupt whatever else happened.
+
+    From the interrupt on nothing warns.
 
     It has no effect in a thread, or where SIGINT is ignored or has another handler.
 
@@ -31,6 +34,7 @@ def repeated_interrupts() -> Iterator[None]:
     def interrupt(number: int, frame: Any) -> None:
         nonlocal arrived
         arrived = True
+        warnings.simplefilter("ignore")  # of libraries whose import is cut short
         signal.setitimer(signal.ITIMER_REAL, PAUSE)
         if not over and (number == signal.SIGINT or not _interrupt_in_progress()):
             raise KeyboardInterrupt
@@ -42,7 +46,8 @@ def repeated_interrupts() -> Iterator[None]:
     hook, sys.unraisablehook = sys.unraisablehook, unraisable
     handlers = {number: signal.signal(number, interrupt) for number in (signal.SIGALRM, signal.SIGINT)}
     try:
-        yield
+        with warnings.catch_warnings():
+            yield
     finally:
         over = True
         signal.setitimer(signal.ITIMER_REAL, 0)
