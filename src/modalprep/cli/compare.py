@@ -42,7 +42,7 @@ def compare(
         ),
     ] = None,
     film: Annotated[
-        Path | None, typer.Option("--animate", help="Animation (.gif, .mp4) of a pair side by side.")
+        Path | None, typer.Option("--animate", help="Animation (.gif, .webp, .mp4) of a pair side by side.")
     ] = None,
     pair: Annotated[int | None, typer.Option("--pair", help="Its number in the table; the default is 1.")] = None,
     length_unit: Annotated[

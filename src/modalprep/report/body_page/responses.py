@@ -51,10 +51,11 @@ def _anchor(name: str) -> str:
 
 
 def _notches(anchor: str, cut: NotchedInput, plot: Path) -> Markup:
+    drawn = chart(plot, "Input and limited responses, before and after notching")
     if not cut.notches:
-        return paragraph("No response reaches its limit; the input has no notch.")
+        return paragraph("No response reaches its limit; the input has no notch.") + drawn
     table = Table(name=f"{anchor}-notches", columns=NOTCH, rows=notch_rows(cut), caption=NOTCHED)
-    return table.html() + chart(plot, "Input and limited responses, before and after notching")
+    return table.html() + drawn
 
 
 def _margins(name: str, response: Response) -> list[Verdict]:
