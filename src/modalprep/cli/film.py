@@ -30,11 +30,9 @@ def film(
     as --set film.exaggeration=20.
     """
     from modalprep.pipeline.batch.settings import with_settings
-    from modalprep.pipeline.build.build import output_folder
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.film import film_pipeline
 
-    run = run or output_folder(file, output) / f"{file.stem}-run.h5"
     changed, output = with_settings(file, settings or [], output)
     reporter = Reporter()
     reporter.wrote(film_pipeline(changed, target, run, output, reporter, positions))
