@@ -13,8 +13,8 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.read import read_system
 from modalprep.report.pictures.animation import check_target
-from modalprep.report.pictures.render import PICTURES
 from modalprep.report.pictures.system_animation import animate_system, render_motion
+from modalprep.report.pictures.written import PICTURES
 
 if TYPE_CHECKING:
     from modalprep.multibody.deploying.system import DeployingSystem

@@ -286,7 +286,8 @@ def draw_body(
     -------
     The mesh picture, and the picture of each mode (counted from 1).
     """
-    from modalprep.report.pictures.render import render_mesh, render_mode
+    from modalprep.report.pictures.modes import render_modes
+    from modalprep.report.pictures.render import render_mesh
 
     count = _count(wanted, body.n)
     if not count:
@@ -296,8 +297,7 @@ def draw_body(
     with reporter.progress("pictures", len(pictures)) as done:
         try:
             render_mesh(body, mesh_picture)
-            for mode, picture in pictures.items():
-                render_mode(body, mode, picture)
+            for mode, _ in zip(pictures, render_modes(body, pictures), strict=True):
                 done(mode)
         except RenderError as error:
             _not_drawn(error, notes, reporter)

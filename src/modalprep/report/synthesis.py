@@ -13,7 +13,7 @@ from rich.text import Text
 
 from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report import plots
-from modalprep.report.pictures import render
+from modalprep.report.pictures.modes import render_modes
 from modalprep.report.tables import hertz, percent, plain_table
 
 
@@ -128,4 +128,4 @@ def draw_modes(modes: SynthesisedModes, name: str, folder: Path, count: int) -> 
     """
     body = assembled(modes, name)
     chosen = range(modes.rigid + 1, min(modes.rigid + count, body.n) + 1)
-    return [render.render_mode(body, mode, folder / f"{name}-system-mode-{mode:02d}.png") for mode in chosen]
+    return list(render_modes(body, {mode: folder / f"{name}-system-mode-{mode:02d}.png" for mode in chosen}))

@@ -39,7 +39,7 @@ def first_message(error: ValidationError) -> str:
 class Table(BaseModel):
     """A TOML table that refuses keys it does not know."""
 
-    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True)
+    model_config = ConfigDict(extra="forbid", allow_inf_nan=False, strict=True, defer_build=True)
 
     @model_validator(mode="before")
     @classmethod

@@ -13,6 +13,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
 from modalprep.report.pictures import marks, render
 from modalprep.report.pictures.colour import node_colour
+from modalprep.report.pictures.written import shot
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -119,7 +120,7 @@ def _frames(
         for phase in np.linspace(0, 2 * np.pi, count, endpoint=False):
             q = np.sin(phase)
             render.add_deformed(plotter, body, mode, scale, amount * abs(q), q)
-            images.append(render.shot(plotter))
+            images.append(shot(plotter))
         return images
     finally:
         plotter.close()

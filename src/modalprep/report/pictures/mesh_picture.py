@@ -12,6 +12,7 @@ import numpy as np
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.report.pictures import render
 from modalprep.report.pictures.marks import BALL, spheres
+from modalprep.report.pictures.written import save_picture
 
 EDGE = "#3c4f5b"  # darker than in other pictures, to show the elements
 COLOURS = {"error": "#d62728", "warning": "#f07f00"}
@@ -76,7 +77,7 @@ def render_findings(
         _add_finding(plotter, body, cells, finding, towards)
     plotter.reset_camera_clipping_range()
     _add_legend(plotter, findings, size)
-    return render.save_picture(plotter, path)
+    return save_picture(plotter, path)
 
 
 def _body(name: str, points: np.ndarray, cells: Mapping[str, np.ndarray]) -> Body:

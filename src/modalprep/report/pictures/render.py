@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
 from modalprep.report.pictures.colour import WORDS, node_colour
 from modalprep.report.pictures.marks import QUIET, add_bar, add_interfaces, spheres
 from modalprep.report.pictures.motion import largest_displacement
+from modalprep.report.pictures.written import save_picture
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 EGL = "vtkEGLRenderWindow"
@@ -49,7 +49,7 @@ ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri l
 SHARE = 0.12  # largest displacement shown, of the body's size
 TUBE = 0.007  # radius of a beam, of the body's size
 BODY_COLOUR, EDGE, GHOST = "#a9c7dd", "#5b7486", "#8a949e"
-PICTURES = (".png", ".jpg", ".jpeg")
+SAMPLES = 8  # of each pixel
 
 
 @cache
@@ -147,14 +147,26 @@ def render_mode(
 
 def mode_scene(body: FlexibleBody, mode: int, colour: str, size: tuple[int, int], *, off_screen: bool = True):
     """Return a plotter with mode `mode` as `render_mode` draws it."""
-    scale = shown_scale(body, mode)
-    amount = node_colour(body, mode, colour)
-    bent = body.points + scale * body.shape[:, :, mode - 1]
-    plotter = framed_plotter(body, size, bent, mode, off_screen=off_screen)
+    scale, amount = shown_scale(body, mode), node_colour(body, mode, colour)
+    plotter = framed_plotter(body, size, _bent(body, mode, scale), mode, off_screen=off_screen)
     add_ghost(plotter, body)
     add_deformed(plotter, body, mode, scale, amount)
     add_bar(plotter, WORDS[colour])
     return plotter
+
+
+def show_mode(plotter, body: FlexibleBody, mode: int, colour: str) -> None:
+    """Let a plotter of `mode_scene` show another mode of the body."""
+    scale, amount = shown_scale(body, mode), node_colour(body, mode, colour)
+    depth = plotter.camera.clipping_range  # so deep that the lines of the ghost are seen through the body
+    _frame(plotter, body, _bent(body, mode, scale), mode)
+    plotter.camera.clipping_range = depth
+    _add_title(plotter, _title(body, mode))
+    add_deformed(plotter, body, mode, scale, amount)
+
+
+def _bent(body: FlexibleBody, mode: int, scale: float) -> np.ndarray:
+    return body.points + scale * body.shape[:, :, mode - 1]
 
 
 def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
@@ -183,7 +195,7 @@ def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = 
     skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * _size(body))
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
-        drawn = plotter.add_mesh(edges(body, body.points), color=EDGE, line_width=1)
+        drawn = plotter.add_mesh(edges(body, body.points), color=EDGE, line_width=1, opacity=0.5)
         # a smaller offset than VTK's default, with which edges behind a silhouette become visible
         drawn.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(1.0, 2.0)
     if beams is not None:
@@ -226,21 +238,34 @@ def framed_plotter(
     """Return an empty picture, its camera on the body and the (deformed) points; `text` adds a title and axes."""
     if off_screen and (problem := drawing_problem()):
         raise RenderError(problem)
-    import pyvista
+    plotter = empty_plotter(size, off_screen=off_screen)
+    _frame(plotter, body, points, mode)
+    if text:
+        plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
+        _add_title(plotter, text if isinstance(text, str) else _title(body, mode))
+    return plotter
 
-    from modalprep.report.pictures.camera import aim
+
+def empty_plotter(size: tuple[int, int], *, off_screen: bool = True):
+    """Return a plotter whose pictures are white and have smooth edges, by as many samples as the machine can take."""
+    import pyvista
 
     plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
     plotter.set_background("white")
-    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_anti_aliasing("msaa", multi_samples=SAMPLES)
+    return plotter
+
+
+def _frame(plotter, body: FlexibleBody, points: np.ndarray, mode: int | None) -> None:
+    from modalprep.report.pictures.camera import aim
+
     shape = None if mode is None else body.shape[:, :, mode - 1]
     aim(plotter, np.concatenate([body.points, body.interface_position, points]), body.points, shape)
-    if not text:
-        return plotter
-    plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
-    title = text if isinstance(text, str) else _title(body, mode)
-    plotter.add_text(title, position=(0.025, 0.935), viewport=True, font_size=size[1] // 46, color="black")
-    return plotter
+
+
+def _add_title(plotter, title: str) -> None:
+    style = {"font_size": plotter.window_size[1] // 46, "color": "black", "render": False}
+    plotter.add_text(title, name="title", position=(0.025, 0.935), viewport=True, **style)
 
 
 def add_ghost(plotter, body: FlexibleBody) -> None:
@@ -278,25 +303,3 @@ def add_deformed(
     if beams is not None:
         plotter.add_mesh(beams, name="beams", **style)
     add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)
-
-
-def shot(plotter) -> np.ndarray:
-    """Return the picture (height, width, 3) of all that a plotter holds, drawn once."""
-    plotter.render()  # of the first picture nothing: `screenshot` draws that itself
-    return np.array(plotter.screenshot(return_img=True))
-
-
-def save_picture(plotter, path: str | Path) -> Path:
-    """Write the picture of a plotter and close it; the file is written completely or not at all."""
-    from PIL import Image
-
-    path = Path(path)
-    try:
-        if path.suffix.lower() not in PICTURES:
-            raise InputError(f"cannot write {path}: a picture is one of {', '.join(PICTURES)}")
-        image = plotter.screenshot(return_img=True)
-    finally:
-        plotter.close()
-    with atomic_path(path) as temporary:
-        Image.fromarray(image).save(temporary)
-    return path

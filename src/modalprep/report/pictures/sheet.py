@@ -11,6 +11,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.report.pictures import render
 from modalprep.report.pictures.colour import WORDS, node_colour, refuse_colour
+from modalprep.report.pictures.written import PICTURES, shot
 from modalprep.report.tables import hertz
 
 TILE = (480, 360)
@@ -54,8 +55,8 @@ def contact_sheet(
     from PIL import Image, ImageDraw
 
     path = Path(path)
-    if path.suffix.lower() not in render.PICTURES:
-        raise InputError(f"cannot write {path}: a picture is one of {', '.join(render.PICTURES)}")
+    if path.suffix.lower() not in PICTURES:
+        raise InputError(f"cannot write {path}: a picture is one of {', '.join(PICTURES)}")
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to draw; it is rigid")
     refuse_colour(body, colour)
@@ -90,7 +91,7 @@ def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     try:
         render.add_ghost(plotter, body)
         render.add_deformed(plotter, body, mode, scale, amount, names=False)
-        return render.shot(plotter)
+        return shot(plotter)
     finally:
         plotter.close()
 

@@ -12,8 +12,9 @@ from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
-from modalprep.report.pictures.render import drawing_problem, save_picture, shot
+from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
+from modalprep.report.pictures.written import save_picture, shot
 
 FAINT = 0.12  # opacity of the oldest of several positions in one picture
 

@@ -19,7 +19,7 @@ from modalprep.records import Record
 from modalprep.report.pictures.camera import look, viewpoint
 from modalprep.report.pictures.marks import BALL, MARK, QUIET, spheres
 from modalprep.report.pictures.recovered_colour import RecoveredColour
-from modalprep.report.pictures.render import BODY_COLOUR, TUBE
+from modalprep.report.pictures.render import BODY_COLOUR, TUBE, empty_plotter
 from modalprep.report.tables import prefixed
 from modalprep.suggest import suggestion
 
@@ -153,11 +153,7 @@ class SystemScene:
 
     def stage(self, size: tuple[int, int], *, off_screen: bool = True):
         """Return a plotter that sees the whole motion, with the parts that do not move."""
-        import pyvista
-
-        plotter = pyvista.Plotter(off_screen=off_screen, window_size=size)
-        plotter.set_background("white")
-        plotter.enable_anti_aliasing("ssaa")
+        plotter = empty_plotter(size, off_screen=off_screen)
         seen = self._seen()
         look(plotter, seen, *viewpoint(seen, self.system.gravity))
         self.camera = np.array(plotter.camera.position), np.array(plotter.camera.focal_point)
