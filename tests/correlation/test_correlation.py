@@ -220,7 +220,7 @@ def test_a_mode_that_leaves_the_list_is_followed_and_another_one_begins():
         for number, own in zip(found.number[k,].tolist(), family, strict=True):
             assert name.setdefault(number, own) == own
     assert found.count == len(name) == 5
-    assert not found.guesses
+    assert not found.low_mac
 
 
 def test_modes_that_depend_on_the_way_are_conflicts():
@@ -238,8 +238,8 @@ def test_modes_that_depend_on_the_way_are_conflicts():
     ring = {(0, 0): 0.0, (1, 0): 30.0, (1, 1): 60.0, (0, 1): 90.0}
     found = track_modes({place: turned(np.radians(angle)) for place, angle in ring.items()})
     assert len(found.conflicts) == 2
-    assert not found.guesses  # cos^2 30 = 0.75
-    assert len(track_modes({(0,): turned(0.0), (1,): turned(0.75)}).guesses) == 2
+    assert not found.low_mac  # cos^2 30 = 0.75
+    assert len(track_modes({(0,): turned(0.0), (1,): turned(0.75)}).low_mac) == 2
 
 
 def rectangular_beam(b, h):

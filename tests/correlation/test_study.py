@@ -1,4 +1,4 @@
-"""Modes followed over the grid of a batch: table, CSV file, chart, and what is in doubt."""
+"""Modes followed over the grid of a batch: table, CSV file, chart, and what is uncertain."""
 
 import csv
 import json
@@ -43,14 +43,14 @@ def test_modes_of_a_batch_keep_their_number_through_crossings(grid, capsys):
         scaled = [[float(r["frequency_Hz"]) / float(r[key]) ** 0.5 for r in own] for key in ("Iy", "Iz")]
         assert min(np.ptp(values) / np.mean(values) for values in scaled) < 5e-3  # shear: (h / L)^2
         crossings += len({row["place"] for row in own}) > 1
-        assert all(float(row["mac"]) > 0.99 and not row["doubt"] for row in own)
+        assert all(float(row["mac"]) > 0.99 and not row["uncertain"] for row in own)
     assert crossings >= 2
     assert tracked["notes"] == []
     assert (grid.parent / "output" / "beam-modes.png").stat().st_size > 10_000
 
 
-def test_doubts_are_said(grid, capsys):
-    """Bodies of other shapes under the same places: guesses."""
+def test_uncertain_numbers_are_said(grid, capsys):
+    """Bodies of other shapes under the same places: the MAC is low."""
     from modalprep.correlation import Study, body_modes, track_modes
     from modalprep.examples import uniform_beam
 
@@ -58,9 +58,9 @@ def test_doubts_are_said(grid, capsys):
     mixed = modes.with_(shape=modes.shape @ np.array([[1.0, 0.9], [-0.9, 1.0]]))
     cases = {(0,): modes, (1,): mixed}
     study = Study(name="arm", parameters=("E",), levels=((1, 2),), modes=cases, tracks=track_modes(cases))
-    assert len(study.doubts()) == 2
-    assert "mode 1 at E = 2 is a guess: its MAC with its neighbour is 0.5" in study.doubts()[0]
-    assert {row["doubt"] for row in study.rows()} == {"", "guess"}
+    assert len(study.uncertainties()) == 2
+    assert "mode 1 at E = 2 has a low MAC with its neighbour, 0.5" in study.uncertainties()[0]
+    assert {row["uncertain"] for row in study.rows()} == {"", "low MAC"}
 
 
 @pytest.mark.parametrize(

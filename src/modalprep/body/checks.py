@@ -44,6 +44,16 @@ class Check:
         """Whether the value is finite and within the limit."""
         return bool(self.value <= self.limit)
 
+    @property
+    def result(self) -> str:
+        """``passed``, ``failed``, or ``note`` of a value beyond a limit that is not required."""
+        return "passed" if self.within else "failed" if self.required else "note"
+
+    def row(self) -> dict[str, Any]:
+        """Return the check as plain JSON; a value that is not finite becomes null."""
+        value = self.value if np.isfinite(self.value) else None
+        return vars(self) | {"passed": self.passed, "result": self.result, "value": value}
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class CheckReport(Record):
@@ -87,7 +97,7 @@ class CheckReport(Record):
         dict
             Plain JSON, by the names of the fields.
         """
-        rows = [vars(c) | {"passed": c.passed, "value": c.value if np.isfinite(c.value) else None} for c in self.checks]
+        rows = [c.row() for c in self.checks]
         return {"subject": self.subject, "passed": self.passed, "checks": rows, "notes": list(self.notes)}
 
 

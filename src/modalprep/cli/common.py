@@ -33,3 +33,11 @@ ModalFile = Annotated[Path, typer.Argument(help="Modal file (HDF5).")]
 def print_json(data: dict[str, Any]) -> None:
     """Print one JSON object."""
     print(json.dumps(data, indent=1))
+
+
+def end_with(failures: tuple[str, ...]) -> None:
+    """End with exit code 1 and the sentences of audits that failed and requirements that are not met."""
+    from modalprep.errors import AccuracyError
+
+    if failures:
+        raise AccuracyError("; ".join(failures))

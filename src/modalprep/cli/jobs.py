@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, Output, Pdf, PipelineFile, Quiet, Settings, app, print_json
+from modalprep.cli.common import Json, Output, Pdf, PipelineFile, Quiet, Settings, app, end_with, print_json
 from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.batch.batch import Batch
     from modalprep.pipeline.batch.job import Job
     from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.responses.strength import Strength
-    from modalprep.pipeline.schema.pipeline import Pipeline
-    from modalprep.pipeline.systems.systems import Simulated
 
 
 @app.command()
@@ -32,7 +29,8 @@ def run(
 ) -> None:
     """Build the body of a pipeline file, analyse and simulate it.
 
-    Each part is done when the file asks for it. The body comes with a report page and pictures.
+    Each part is done when the file asks for it. The body comes with a report page and pictures. The exit code is 1 when
+    an audit fails, a margin is negative or a damage is 1 or more.
     """
     from modalprep.errors import InputError
     from modalprep.pipeline.batch.settings import with_settings
@@ -57,7 +55,7 @@ def run(
         reporter.say(f"outputs are in {outcome.folder}")
     if show:
         _open(page, reporter)
-    _end_with(outcome.failures)
+    end_with(outcome.failures + outcome.exceeded)
 
 
 def _open(page: Path, reporter: Reporter) -> None:
@@ -139,105 +137,6 @@ def _tracked(planned: Batch, track: str | None) -> list[list[Job]]:
 
 
 @app.command()
-def simulate(
-    file: PipelineFile,
-    target: Annotated[
-        Path | None, typer.Option("-o", help="Result file (.h5); the CSV file is written beside it.")
-    ] = None,
-    output: Output = None,
-    settings: Settings = None,
-    geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
-    reference: Annotated[
-        bool, typer.Option("--reference", help="Use the reference implementation with a full mass matrix (slow).")
-    ] = False,
-    animate: Annotated[
-        Path | None,
-        typer.Option("--animate", help="Also write an animation of the moving system (.gif, .webp or .mp4)."),
-    ] = None,
-    colour: Annotated[
-        str | None,
-        typer.Option("--colour", help="Of the animation: displacement, or a recovery such as skin.von_mises."),
-    ] = None,
-    vtu: Annotated[
-        Path | None, typer.Option("--vtu", help="Also write each flexible body as a time series for ParaView (.pvd).")
-    ] = None,
-    quiet: Quiet = False,
-    as_json: Json = False,
-) -> None:
-    """Simulate the system of a pipeline file with the order-n solver."""
-    from modalprep.errors import InputError
-    from modalprep.pipeline.batch.settings import with_settings
-    from modalprep.pipeline.build.build import output_folder
-    from modalprep.pipeline.console import Reporter
-    from modalprep.pipeline.run import film_run, plot_runs
-    from modalprep.pipeline.schema.load import load_pipeline
-    from modalprep.pipeline.systems.systems import simulate_pipeline
-
-    if colour is not None and not animate:
-        raise InputError(f"--colour {colour} is that of an animation; add --animate with a file")
-    if vtu:
-        from modalprep.formats.vtu import check_series
-
-        check_series(vtu)
-    file, output = with_settings(file, settings or [], output)
-    pipeline = load_pipeline(file)
-    if animate:
-        _refuse_animation(animate, file, target)
-    reporter = Reporter(quiet=as_json or quiet)
-    done = simulate_pipeline(
-        file, output, reporter, target=target, geometric_stiffness=geometric_stiffness, reference=reference
-    )
-    folder = target.parent if target else output_folder(file, output)
-    plot_runs(file, pipeline, done, folder, reporter)
-    extra = _strength(file, pipeline, done, folder, reporter) if pipeline.srs or pipeline.fatigue else None
-    if animate:
-        from modalprep.pipeline.film import draw_film
-
-        drawn = pipeline.film if colour is None else pipeline.film.model_copy(update={"colour": colour})
-        reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
-    else:
-        film_run(file, pipeline, done, folder, reporter, [])
-    if vtu:
-        _series(done, vtu, reporter)
-    if as_json:
-        print_json(summary.simulation(done, reporter, extra))
-    else:
-        reporter.say(f"outputs are in {folder}")
-    _end_with(done.failures)
-
-
-def _strength(file: Path, pipeline: Pipeline, done: Simulated, folder: Path, reporter: Reporter) -> Strength:
-    """Compute shock spectra and damage of the run; those of responses are left to the command run."""
-    from modalprep.pipeline.responses.strength import strength
-
-    tables = {**pipeline.srs, **pipeline.fatigue}
-    left = [name for name, table in tables.items() if table.response is not None]
-    if left:
-        reporter.say(f"  note: {', '.join(left)}: of a response, which modalprep run computes")
-    return strength(file, pipeline, {}, next(iter(done.runs.values())), folder, reporter)
-
-
-def _refuse_animation(animate: Path, file: Path, target: Path | None) -> None:
-    """Refuse a film that cannot be drawn or would replace what it is made from, before the run."""
-    from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
-    from modalprep.report.pictures.animation import check_target
-
-    check_target(animate)
-    refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
-
-
-def _series(done: Simulated, target: Path, reporter: Reporter) -> None:
-    """Write the flexible bodies of a run as time series, each in a file of its name if there are several."""
-    from modalprep.formats.vtu import write_vtu_series
-
-    run = next(iter(done.runs.values()))
-    bodies = {name: body for name, body in done.system.bodies.items() if body.n and body.cells}
-    for name, body in bodies.items():
-        file = target if len(bodies) == 1 else target.with_name(f"{target.stem}-{name}{target.suffix}")
-        reporter.wrote(write_vtu_series(body, run, file, name=name))
-
-
-@app.command()
 def analyse(
     file: PipelineFile,
     output: Output = None,
@@ -259,15 +158,7 @@ def analyse(
     found = analyse_pipeline(file, output, reporter)
     if as_json:
         print_json(found.summary() | {"files": [str(f) for f in reporter.files]})
-    _end_with(found.failures)
-
-
-def _end_with(failures: tuple[str, ...]) -> None:
-    """End with exit code 1 and the sentences of an audit that failed."""
-    from modalprep.errors import AccuracyError
-
-    if failures:
-        raise AccuracyError("; ".join(failures))
+    end_with(found.failures)
 
 
 @app.command()

@@ -13,6 +13,8 @@ from modalprep.correlation.tracking import UNSURE, Indices, Tracks, unseen
 from modalprep.notebook import html_table
 from modalprep.records import Record
 
+LOW_MAC, PATH_DEPENDENT = "low MAC", "path-dependent"  # why a number is uncertain
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Study(Record):
@@ -60,24 +62,25 @@ class Study(Record):
         Returns
         -------
         list of dict
-            "doubt" says where the number is a guess, or depends on the way through the study.
+            "uncertain" is ``low MAC`` where the MAC with the neighbour is below 0.6, ``path-dependent`` where the
+            number depends on the way through the study, else empty.
         """
         found, torn = [], self._torn()
         for place in sorted(self.modes):
             modes, number, sure = self.modes[place], self.tracks.number[place], self.tracks.certainty[place]
             for k in range(modes.n):
-                doubt = "guess" if sure[k] < UNSURE else "depends on the way" if (place, int(number[k])) in torn else ""
+                why = LOW_MAC if sure[k] < UNSURE else PATH_DEPENDENT if (place, int(number[k])) in torn else ""
                 found.append(self.values(place) | {
                     "mode": int(number[k]) + 1, "place": k + 1, "frequency_Hz": float(modes.frequency[k]),
-                    "damping_percent": 100 * float(modes.damping[k]), "mac": float(sure[k]), "doubt": doubt,
+                    "damping_percent": 100 * float(modes.damping[k]), "mac": float(sure[k]), "uncertain": why,
                 })  # fmt: skip
         return found
 
     def _torn(self) -> set[tuple[Indices, int]]:
         return {end for p, q, i, j in self.tracks.conflicts for end in ((p, i), (q, j))}
 
-    def doubts(self) -> list[str]:
-        """Return a sentence for each mode whose number is a guess, and for each that depends on the way.
+    def uncertainties(self) -> list[str]:
+        """Return a sentence for each mode whose number has a low MAC, and for each whose number depends on the way.
 
         Returns
         -------
@@ -86,9 +89,9 @@ class Study(Record):
         blind = {place: unseen(modes) for place, modes in self.modes.items()}
         hidden = sorted({int(self.tracks.number[p][k]) + 1 for p, own in blind.items() for k in np.flatnonzero(own)})
         said = [
-            f"mode {self.tracks.number[place][k] + 1} at {self._at(place)} is a guess: its MAC with its neighbour is "
+            f"mode {self.tracks.number[place][k] + 1} at {self._at(place)} has a low MAC with its neighbour, "
             f"{self.tracks.certainty[place][k]:.2f}; take smaller steps there"
-            for place, k in self.tracks.guesses
+            for place, k in self.tracks.low_mac
             if not blind[place][k]
         ]
         if hidden:
@@ -121,15 +124,16 @@ class Study(Record):
             found.append({
                 "mode": mode, "cases": len(own), "lowest_Hz": min(frequency), "highest_Hz": max(frequency),
                 "first_place": min(place), "last_place": max(place), "mac": min(row["mac"] for row in own),
-                "doubts": sum(bool(row["doubt"]) for row in own),
+                "uncertain": sum(bool(row["uncertain"]) for row in own),
             })  # fmt: skip
         return found
 
     def __repr__(self) -> str:
         """Parameters, cases and modes."""
-        doubts = len(self.tracks.guesses) + len(self.tracks.conflicts)
+        uncertain = len(self.tracks.low_mac) + len(self.tracks.conflicts)
         by = ", ".join(self.parameters)
-        return f"Study({self.name!r} by {by}: {self.tracks.count} modes in {len(self.modes)} cases, {doubts} doubts)"
+        cases = f"{self.tracks.count} modes in {len(self.modes)} cases"
+        return f"Study({self.name!r} by {by}: {cases}, {uncertain} numbers uncertain)"
 
     def _repr_html_(self) -> str:
         """Return the modes as an HTML table."""

@@ -29,7 +29,7 @@ class Tracks(Record):
     number : {place: (n,) int}
         Number of each mode, from 0; those of the first case are 0, 1, ..., modes that appear later have further ones.
     certainty : {place: (n,) float}
-        Largest MAC with a neighbour from which the number comes; below 0.6 it is a guess. 1 where a number begins.
+        Largest MAC with a neighbour from which the number comes; below 0.6 it is uncertain. 1 where a number begins.
     conflicts : tuple of (place, place, int, int)
         Neighbours between which a mode is most like itself under another number: which of the two it is depends on the
         way through the study. The two numbers follow the places.
@@ -40,7 +40,7 @@ class Tracks(Record):
     >>> from modalprep.examples import uniform_beam
     >>> modes = body_modes(uniform_beam(modes=4))
     >>> track_modes({(0,): modes, (1,): modes.select(np.array([1, 0]))})
-    Tracks(4 modes in 2 cases, 0 guesses, 0 conflicts)
+    Tracks(4 modes in 2 cases, 0 with a low MAC, 0 conflicts)
     """
 
     number: Mapping[Indices, np.ndarray]
@@ -53,14 +53,14 @@ class Tracks(Record):
         return 1 + max(int(found.max(initial=-1)) for found in self.number.values())
 
     @property
-    def guesses(self) -> list[tuple[Indices, int]]:
-        """Place and row of each mode whose number is a guess."""
+    def low_mac(self) -> list[tuple[Indices, int]]:
+        """Place and row of each mode whose number is uncertain, as its MAC with its neighbour is below 0.6."""
         return [(p, int(k)) for p, sure in self.certainty.items() for k in np.flatnonzero(sure < UNSURE)]
 
     def __repr__(self) -> str:
-        """Numbers of modes, cases and doubts."""
-        doubts = f"{len(self.guesses)} guesses, {len(self.conflicts)} conflicts"
-        return f"Tracks({self.count} modes in {len(self.number)} cases, {doubts})"
+        """Numbers of modes, cases and uncertain numbers."""
+        uncertain = f"{len(self.low_mac)} with a low MAC, {len(self.conflicts)} conflicts"
+        return f"Tracks({self.count} modes in {len(self.number)} cases, {uncertain})"
 
 
 def track_modes(grid: Mapping[Indices, ModeSet]) -> Tracks:

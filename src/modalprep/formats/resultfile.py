@@ -13,7 +13,7 @@ from modalprep.atomic import write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.results.envelopes import Envelope
-from modalprep.multibody.results.result import Result
+from modalprep.multibody.results.result import STATS, Result
 from modalprep.suggest import refuse_other
 
 
@@ -67,8 +67,15 @@ def read_result(path: str | Path) -> Result:
             status=str(file.attrs["status"]),
             message=str(file.attrs["message"]),
             notes=tuple(str(file.attrs.get("notes", "")).splitlines()),
-            stats={key: value for key, value in file.attrs.items() if isinstance(value, np.floating)},
+            stats=_stats(file.attrs),
         )
+
+
+def _stats(attributes: h5py.AttributeManager) -> dict[str, str | int | float]:
+    """Return the entries of `STATS`; the method of older files, a number, is left out."""
+    known = {name: attributes[name] for name in STATS if name in attributes}
+    texts = {name for name, value in known.items() if isinstance(value, str)}
+    return {name: STATS[name](value) for name, value in known.items() if (STATS[name] is str) == (name in texts)}
 
 
 def _histories(data: h5py.Dataset, count: int) -> np.ndarray:

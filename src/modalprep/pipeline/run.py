@@ -46,6 +46,16 @@ class Outcome:
         """Why analyses and runs failed their audit; empty when they did not."""
         return tuple(why for part in (self.analysed, self.simulated) if part for why in part.failures)
 
+    @property
+    def exceeded(self) -> tuple[str, ...]:
+        """The margins that are negative and the damages of 1 and more, as one sentence; empty when there are none."""
+        from modalprep.report.body_page.verdicts import exceeded, of_damage, of_envelopes, of_response
+
+        margins = [of_response(found.name, found.response) for found in self.responses]
+        damages = [of_damage(*found) for found in self.strength.fatigue.items()] if self.strength else []
+        extremes = of_envelopes(self.simulated.envelopes) if self.simulated else []
+        return exceeded([*extremes, *(verdict for part in margins for verdict in part), *damages])
+
 
 def run_pipeline(
     path: Path, output: Path | None, reporter: Reporter, cache: Cache | None = None, *, pictures: bool = True
@@ -66,8 +76,8 @@ def run_pipeline(
     Raises
     ------
     InputError, AccuracyError, SimulationError
-        With one message each; files written before remain intact. An audit that fails raises nothing: see
-        `Outcome.failures`, with which the command ends.
+        With one message each; files written before remain intact. An audit that fails raises nothing, nor does a
+        negative margin: see `Outcome.failures` and `Outcome.exceeded`, with which the command ends.
     """
     from modalprep.pipeline.build.build import output_folder
 

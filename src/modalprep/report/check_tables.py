@@ -99,8 +99,24 @@ def check_table(report, console: Console) -> None:
     console.print(rich, soft_wrap=False)
     for note in report.notes:
         console.print(Text(note), soft_wrap=True)
-    failed, count = len(report.failed), len(report.checks)
-    console.print(Text(f"{failed} of {count} checks failed." if failed else f"All {count} checks passed."))
+    console.print(Text(check_counts(report)))
+
+
+def check_counts(report) -> str:
+    """Return how many checks failed or passed; those beyond their limit that are not required count apart.
+
+    Examples
+    --------
+    >>> from modalprep.body.checks import Check, CheckReport
+    >>> good, rebuilt = Check("mass", 1e-12, 1e-9, ""), Check("rebuilt terms", 0.2, 0.01, "", required=False)
+    >>> check_counts(CheckReport(subject="beam.h5", checks=(good, good, rebuilt)))
+    'All 2 checks passed; 1 is a note: rebuilt terms.'
+    """
+    notes = [check.name for check in report.checks if check.passed and not check.within]
+    failed, count = len(report.failed), len(report.checks) - len(notes)
+    said = f"{failed} of {count} checks failed" if failed else f"All {count} checks passed"
+    apart = f"; {len(notes)} {'is a note' if len(notes) == 1 else 'are notes'}: {', '.join(notes)}" if notes else ""
+    return f"{said}{apart}."
 
 
 def _quality_cells(row) -> list[str]:

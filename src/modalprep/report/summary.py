@@ -14,7 +14,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         "files": [str(f) for f in reporter.files],
         "frequency": built.body.frequency.tolist() if built else [],
         "mass": built.body.m if built else None,
-        "checks": [vars(c) | {"passed": c.passed} for c in built.checks] if built else [],
+        "checks": [check.row() for check in built.checks] if built else [],
         "sensitivities": plain(outcome.sensitivities.rows()) if outcome.sensitivities else [],
         "system": outcome.synthesised.summary() if outcome.synthesised else {},
         "analysis": outcome.analysed.summary() if outcome.analysed else {},
@@ -24,6 +24,7 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
         **(strength(outcome.strength) if outcome.strength else {}),
         "notes": outcome.notes,
         "failures": list(outcome.failures),
+        "exceeded": list(outcome.exceeded),
     }
 
 
@@ -35,13 +36,14 @@ def runs(simulated: Any) -> dict[str, Any]:
     }
 
 
-def simulation(simulated: Any, reporter: Any, extra: Any = None) -> dict[str, Any]:
-    """Return the runs of a simulation, its shock spectra and damage, its files, and why its audit failed."""
-    files = [str(f) for f in reporter.files]
+def simulation(outcome: Any, reporter: Any) -> dict[str, Any]:
+    """Return the runs of a simulation, its shock spectra and damage, its files, and what failed."""
+    simulated, extra, files = outcome.simulated, outcome.strength, [str(f) for f in reporter.files]
     found = {"ensemble": ensemble(simulated.ensemble)} if simulated.ensemble is not None else {}
     found |= {"envelopes": envelopes(simulated)} if simulated.envelopes else {}
     found |= strength(extra) | {"notes": extra.notes} if extra else {}
-    return {"runs": runs(simulated), **found, "files": files, "failures": list(simulated.failures)}
+    failed = {"failures": list(simulated.failures), "exceeded": list(outcome.exceeded)}
+    return {"runs": runs(simulated), **found, "files": files, **failed}
 
 
 def envelopes(simulated: Any) -> list[dict[str, Any]]:

@@ -79,7 +79,7 @@ def harmonic_response(
     return Response(
         kind="harmonic", axis=f, names=tuple(found.names), units=tuple(found.units),
         values=found.stacked(found.curves, len(f)), peaks=tuple(found.peaks), inputs=tuple(spectra),
-        input_values=u, notes=(*notes, *found.notes()),
+        input_values=u, notes=(*notes, *found.notes()), chosen=found.chosen,
     )  # fmt: skip
 
 

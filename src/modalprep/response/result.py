@@ -89,6 +89,8 @@ class Response(Record):
         Of a sweep: magnitudes of the harmonic response at the same frequencies.
     notes : tuple of str
         What was left out or approximated.
+    chosen : tuple of str
+        The channels that were asked for, or their beginnings; none is all.
 
     Raises
     ------
@@ -114,6 +116,7 @@ class Response(Record):
     weight: np.ndarray | None = None
     steady: np.ndarray | None = None
     notes: tuple[str, ...] = ()
+    chosen: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the curve of a channel.
@@ -168,6 +171,8 @@ class Response(Record):
     def worst(self) -> list[Peak]:
         """Return the largest peak of each component: of each vector of an interface, of all places of a recovery.
 
+        Of the channels that were chosen, and of those with a margin, whether chosen or not.
+
         Returns
         -------
         list of Peak
@@ -175,6 +180,8 @@ class Response(Record):
         """
         found: dict[tuple[str, ...], Peak] = {}
         for peak in self.peaks:
+            if np.isnan(peak.margin) and not is_chosen(peak.channel, self.chosen):
+                continue
             key = (peak.block, peak.component or peak.place, peak.unit, peak.place if peak.place in PARTS else "")
             if key not in found or peak.largest > found[key].largest:
                 found[key] = peak
@@ -184,6 +191,17 @@ class Response(Record):
         """Kind, number of channels and range."""
         unit = "s" if self.kind == "transient" else "Hz"
         return f"Response({self.kind}, {len(self.peaks)} channels, {self.axis[0]:.4g}..{self.axis[-1]:.4g} {unit})"
+
+
+def is_chosen(name: str, chosen: tuple[str, ...]) -> bool:
+    """Whether a channel is one of the chosen or begins with one; all are where none is chosen.
+
+    Examples
+    --------
+    >>> is_chosen("tip.force.x", ("tip.force",)), is_chosen("tip.force.x", ("tip.fo",)), is_chosen("tip.force.x", ())
+    (True, False, True)
+    """
+    return not chosen or any(name == given or name.startswith(f"{given}.") for given in chosen)
 
 
 class Collector:
@@ -203,7 +221,7 @@ class Collector:
         if block.is_large:
             self.large[block.name] = len(block.places) * len(block.components)
             return False
-        hits = {given for given in self.chosen if name == given or name.startswith(f"{given}.")}
+        hits = {given for given in self.chosen if is_chosen(name, (given,))}
         self.met |= hits
         return bool(hits) or not self.chosen
 
@@ -240,5 +258,5 @@ class Collector:
         """Refuse chosen channels that are not there."""
         known = [peak.channel for peak in self.peaks]
         for name in self.chosen:
-            if name not in self.met and not any(x == name or x.startswith(f"{name}.") for x in known):
+            if name not in self.met and not any(is_chosen(x, (name,)) for x in known):
                 raise InputError(f"response: there is no channel {name!r}; {suggestion(name, known[:60], 'there are')}")

@@ -14,7 +14,6 @@ from modalprep.multibody.evaluation.energy import energy
 from modalprep.multibody.evaluation.evaluate import Equations, build_equations, load
 from modalprep.multibody.evaluation.evaluator import start_state
 from modalprep.multibody.evaluation.loading import Loading
-from modalprep.multibody.integration.method_selection import METHODS
 from modalprep.multibody.integration.run import Integration
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.data import PRESCRIBED, SLIDING, SPHERICAL, WELD, Data
@@ -88,16 +87,12 @@ class Phase:
         self.t, self.counts = outcome.t, outcome.stats
         count = min(recorder.count, int(np.sum(self.integration.watch.times <= self.t * (1 + 1e-14))))
         self.settings.histories.add(recorder.channels.index, recorder.rows[:count])
-        self.method = self._method()
+        self.method = str(outcome.stats["method"])  # for the next phase
         for name, times in outcome.events.items():
             if len(times) and times[-1] == outcome.t and outcome.t < planned.t:
                 k, kind = name.split(".")
                 return outcome.status, outcome.message, Change(outcome.t, int(k), kind)
         return outcome.status, outcome.message, planned if planned.k >= 0 else None
-
-    def _method(self) -> str:
-        """Return the name of the chosen method, for the next phase."""
-        return next(name for name, method in METHODS.items() if method == self.integration.choice.method)
 
     def rows(self, name: str) -> tuple[list[int], list[int]]:
         """Return the indices in y of coordinates and speeds of a joint."""

@@ -102,7 +102,7 @@ class Run:
         self.samples = [None if d.deployed_length is None else samples(d, times[-1]) for d in system.deployments]
         self.histories = Histories(system, times)
         self.settings = RunSettings(system, times, self.histories, tolerances, method)
-        self.stats: dict[str, float] = {}
+        self.stats: dict[str, str | int | float] = {}
         self.events: dict[str, list[float]] = {}
         stages = [first_stage(d) for d in system.deployments]
         hinges = [_start_values(d, stage) for d, stage in zip(system.deployments, stages, strict=True)]
@@ -183,9 +183,11 @@ class Run:
         self.events.setdefault(f"{d.name}.{name}", []).append(self.phase.t)
 
     def _add_counts(self) -> None:
+        """Add up the counts of the phases; the method is that of the last, the stiffness ratio the largest."""
         for name, value in self.phase.counts.items():
-            known = self.stats.get(name, 0.0)
-            self.stats[name] = max(known, value) if name in ("stiffness_ratio", "method") else known + value
+            known = self.stats.get(name, 0)
+            largest = name == "stiffness_ratio"
+            self.stats[name] = value if name == "method" else max(known, value) if largest else known + value
 
 
 def _insert(phase: Phase, d: Deployment, stage: Stage) -> tuple[Stage, dict]:

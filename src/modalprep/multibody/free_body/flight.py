@@ -63,7 +63,8 @@ def simulate_free_system(
     channels |= stress_channels({name: body}, channels)
     channels |= recovery_channels(system, motion.time, channels)
     largest = max(np.abs(part - part[0] * (key == "gravity")).max() for key, part in energy.items())
-    stats = {"steps": float(motion.steps), "energy_error": float(np.abs(total - total[0]).max() / (largest or 1.0))}
+    error = float(np.abs(total - total[0]).max() / (largest or 1.0))
+    stats = {"method": "explicit", "steps": int(motion.steps), "energy_error": error}
     message = f"free flight in {variables} variables, explicit method of order 8"
     notes = large_deflections({name: body}, motion.time, {name: motion.q})
     return Result(time=motion.time, channels=channels, status="done", message=message, stats=stats, notes=notes)

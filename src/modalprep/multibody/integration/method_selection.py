@@ -45,6 +45,11 @@ class Choice(NamedTuple):
     spent: int = 0  # evaluations then
     before: str = ""  # the methods before it (the end of a sentence)
 
+    @property
+    def name(self) -> str:
+        """The method by its name in `METHODS`."""
+        return next(name for name, method in METHODS.items() if method == self.method)
+
 
 def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float) -> Choice:
     """Return the method asked for, or for "auto" the one to begin with.

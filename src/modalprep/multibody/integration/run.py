@@ -45,7 +45,7 @@ class Outcome:
     message: str
     events: dict[str, np.ndarray]
     impacts: dict[str, tuple[Impact, ...]]
-    stats: dict[str, float]
+    stats: dict[str, str | int | float]
     t: float
 
 
@@ -285,7 +285,7 @@ class Integration:
             status, f"{message} ({NAMES[self.choice.method]}{self.choice.why})", times, impacts, self._stats(), t
         )
 
-    def _stats(self) -> dict[str, float]:
-        counts = {name: float(self.steps.count[name][0]) for name in ("steps", "evaluations", "rejected", "halved")}
-        ratio = {} if self.choice.ratio is None else {"stiffness_ratio": self.choice.ratio}
-        return counts | ratio | {"method": float(self.choice.method)}
+    def _stats(self) -> dict[str, str | int | float]:
+        counts = {name: int(self.steps.count[name][0]) for name in ("steps", "evaluations", "rejected", "halved")}
+        ratio = {} if self.choice.ratio is None else {"stiffness_ratio": float(self.choice.ratio)}
+        return {"method": self.choice.name} | counts | ratio

@@ -45,7 +45,7 @@ class Recorder:
         record(self.equations, self.channels.columns, times, states, self.soft, self.rows[here])
         self.count = here.stop
 
-    def result(self, status: str, message: str, stats: dict[str, float]) -> Result:
+    def result(self, status: str, message: str, stats: dict[str, str | int | float]) -> Result:
         """Close the energy balance and return the result; its channels are views of the recorded rows."""
         found = histories(self.channels, self.rows[: self.count], self.time[: self.count])
         return audited(self.time[: self.count], found, status, message, stats)
@@ -83,7 +83,7 @@ def _axes(system: System, channels: dict[str, np.ndarray]) -> dict[str, np.ndarr
 
 
 def audited(
-    time: np.ndarray, channels: dict[str, np.ndarray], status: str, message: str, stats: dict[str, float]
+    time: np.ndarray, channels: dict[str, np.ndarray], status: str, message: str, stats: dict[str, str | int | float]
 ) -> Result:
     """Return the result with its energy balance: ``energy.error``, and the largest relative error in the stats."""
     parts = [channels[name] for name in ENERGIES]

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from modalprep.multibody.evaluation.impact import Impact
 
 
+STATS = {  # type of each entry of `Result.stats`
+    "method": str, "steps": int, "evaluations": int, "rejected": int, "halved": int, "stiffness_ratio": float,
+    "energy_error": float,
+}  # fmt: skip
 NUMBERED = (".modal", ".modal_rate", ".modal_acceleration")  # channels whose components are numbers
 
 
@@ -56,10 +60,11 @@ class Result(Record):
         ``done``, or ``diverged`` when a deflection grew beyond the validity of the modal body.
     message : str
         A message for the user.
-    stats : dict of float
-        Steps, evaluations of the equations, rejected and halved steps, ``stiffness_ratio`` (of the
-        method "auto": steps that stability would require of the explicit method), and the energy error relative to the
-        largest energy.
+    stats : dict
+        How the run went. ``method`` (str): the method at its end, as `simulate` takes it. ``steps``, ``evaluations``
+        of the equations, ``rejected`` and ``halved`` steps (int). ``stiffness_ratio`` (float): with the method "auto",
+        the steps that stability would require of the explicit method. ``energy_error`` (float): largest error of the
+        energy balance over its largest part.
     events : dict of (k,) float
         Times (s) of every event's zero crossings.
     impacts : dict of tuple of Impact
@@ -79,7 +84,7 @@ class Result(Record):
     channels: dict[str, np.ndarray]
     status: str
     message: str
-    stats: dict[str, float] = field(default_factory=dict)
+    stats: dict[str, str | int | float] = field(default_factory=dict)
     events: dict[str, np.ndarray] = field(default_factory=dict)
     impacts: dict[str, tuple[Impact, ...]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()

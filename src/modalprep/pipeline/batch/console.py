@@ -100,7 +100,7 @@ def clock(seconds: float) -> str:
 
 
 def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
-    """Print a row per job: grid values, status, time, time saved by the cache; then a line per cause of failure.
+    """Print a row per job: grid values, status, time, time saved by the cache; then a line per failure or bad margin.
 
     Examples
     --------
@@ -120,6 +120,8 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
         if row["cause"]:
             cause = row["cause"].removeprefix(row["pipeline"]).lstrip(":, ")
             console.print(f"{row['job']} failed: {cause}", markup=False, soft_wrap=True)
+        for sentence in row.get("exceeded", ()):
+            console.print(f"{row['job']}: {sentence}", markup=False, soft_wrap=True)
 
 
 def _ending(row: dict[str, Any]) -> list[Text]:

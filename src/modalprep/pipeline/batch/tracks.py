@@ -77,7 +77,7 @@ def follow(jobs: Sequence[Job], boundary: str, reporter: Reporter) -> dict[str, 
         "grid": str(jobs[0].cell.file),
         "boundary": boundary,
         "modes": study.summary(),
-        "notes": [*missing, *study.doubts()],
+        "notes": [*missing, *study.uncertainties()],
         "files": [str(file) for file in files],
     }
 

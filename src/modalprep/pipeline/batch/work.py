@@ -74,6 +74,7 @@ def _logged(job: Job, cache: Cache | None) -> Record:
         outcome = run_pipeline(job.file, job.output, reporter, cache)
         record = {"job": job.name, "pipeline": str(job.file), "status": DONE, "cause": "", "inputs": inputs}
         record |= {"outputs": output_digests(job, reporter.files), "notes": outcome.notes}
+        record["exceeded"] = list(outcome.exceeded)
         return record | failure(job, "; ".join(outcome.failures)) if outcome.failures else record
     except ModalprepError as error:
         print(_message(error))

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from markupsafe import Markup
 
-from modalprep.report.body_page.section import FAILED, PASSED, Section, Verdict, chart, paragraph
+from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
+from modalprep.report.body_page.verdicts import of_damage, of_response
 from modalprep.report.responses import MEANING, peak_columns, peak_rows
 from modalprep.report.strength import FATIGUE, NOTCH, fatigue_rows, notch_rows
 from modalprep.response.fatigue import Fatigue
@@ -43,7 +44,7 @@ def response_section(
     table = Table(name=f"{anchor}-peaks", columns=peak_columns(response), rows=peak_rows(response))
     html = paragraph(said) + table.html() + chart(plot, f"{MEANING[response.kind]} of the largest channels")
     html += _notches(anchor, cut, notch_plot) if cut is not None and notch_plot is not None else ""
-    return Section(title=f"Response {name}", anchor=anchor, html=html, verdicts=_margins(name, response))
+    return Section(title=f"Response {name}", anchor=anchor, html=html, verdicts=of_response(name, response))
 
 
 def _anchor(name: str) -> str:
@@ -58,14 +59,6 @@ def _notches(anchor: str, cut: NotchedInput, plot: Path) -> Markup:
     return table.html() + drawn
 
 
-def _margins(name: str, response: Response) -> list[Verdict]:
-    return [
-        Verdict(name=f"margin of {peak.channel} in response {name}", result=PASSED if peak.margin >= 0 else FAILED,
-                says=f"{peak.margin:+.3g}")
-        for peak in response.worst() if peak.margin == peak.margin
-    ]  # fmt: skip
-
-
 def shock_section(name: str, plot: Path) -> Section:
     """Return the section of shock response spectra."""
     says = "The largest responses of damped oscillators that stand where the channel is recorded, over their frequency."
@@ -78,9 +71,5 @@ def fatigue_section(name: str, damage: Mapping[str, Fatigue]) -> Section:
     anchor = f"fatigue-{_anchor(name)}"
     table = Table(name=anchor, columns=FATIGUE, rows=fatigue_rows(damage))
     says = "Miner's sum of each channel; 1 is failure. The life is that under the same load for ever."
-    worst = max(damage, key=lambda key: damage[key].damage)
-    verdict = Verdict(
-        name=f"fatigue {name}", result=PASSED if damage[worst].damage < 1 else FAILED,
-        says=f"largest damage {damage[worst].damage:.3g} of 1, at {worst}",
-    )  # fmt: skip
+    verdict = of_damage(name, damage)
     return Section(title=f"Fatigue {name}", anchor=anchor, html=paragraph(says) + table.html(), verdicts=[verdict])

@@ -14,8 +14,11 @@ from modalprep.report.body_page.table import Table, part
 if TYPE_CHECKING:
     from modalprep.body.checks import Check
     from modalprep.multibody.results.envelopes import Envelope
+    from modalprep.response.fatigue import Fatigue
+    from modalprep.response.result import Response
 
 NOT_MEASURED = "it was not measured; up_to under [reduction] asks for it"
+NAMED = 3  # requirements in one sentence
 COLUMNS = ("check", "value", "limit", "result", "meaning")
 
 
@@ -65,6 +68,40 @@ def of_errors(curves: Mapping[str, tuple[Any, Any]] | None, limits: Mapping[str,
         name = f"error of {label}"
         found.append(Verdict(name=name, result=result, says=f"{worst:.1e}, {asked}", anchor="errors"))
     return found
+
+
+def of_response(name: str, response: Response) -> list[Verdict]:
+    """Return the verdicts of the margins of a response."""
+    return [
+        Verdict(name=f"margin of {peak.channel} in response {name}", result=PASSED if peak.margin >= 0 else FAILED,
+                says=f"{peak.margin:+.3g}")
+        for peak in response.worst() if peak.margin == peak.margin
+    ]  # fmt: skip
+
+
+def of_damage(name: str, damage: Mapping[str, Fatigue]) -> Verdict:
+    """Return the verdict of the largest damage of channels, which must be below 1."""
+    worst = max(damage, key=lambda key: damage[key].damage)
+    result = PASSED if damage[worst].damage < 1 else FAILED
+    return Verdict(
+        name=f"fatigue {name}", result=result, says=f"largest damage {damage[worst].damage:.3g} of 1, at {worst}"
+    )
+
+
+def exceeded(verdicts: Iterable[Verdict]) -> tuple[str, ...]:
+    """Return a sentence of the margins and damages that failed, with which a command ends; nothing where none did.
+
+    Examples
+    --------
+    >>> exceeded([Verdict(name="margin of strut N", result=FAILED, says="-0.2 at 3")])
+    ('1 requirement is not met: margin of strut N (-0.2 at 3)',)
+    """
+    failed = [f"{verdict.name} ({verdict.says})" for verdict in verdicts if verdict.result == FAILED]
+    if not failed:
+        return ()
+    count = "1 requirement is" if len(failed) == 1 else f"{len(failed)} requirements are"
+    more = f" and {len(failed) - NAMED} more" if len(failed) > NAMED else ""
+    return (f"{count} not met: {', '.join(failed[:NAMED])}{more}",)
 
 
 def check_table(checks: Sequence[Check]) -> Table:

@@ -15,15 +15,15 @@ from modalprep.correlation.study import Study
 from modalprep.report.plots import CURVES, INK, LINES, plain_axes, save_figure
 from modalprep.report.tables import hertz, plain_table
 
-SAID = 8  # doubts in the terminal
+SAID = 8  # uncertain numbers in the terminal
 PANELS = 12
 LOGARITHMIC = 20  # highest over lowest frequency from which the axis is logarithmic
 APART = 0.035  # of the height of a panel, between the labels of curves
-DOUBT = "#b3261e"
+PATH_RING = "#b3261e"
 
 
 def track_table(study: Study, console: Console) -> None:
-    """Print a row for each mode, and where its number is in doubt.
+    """Print a row for each mode, and where its number is uncertain.
 
     Examples
     --------
@@ -46,20 +46,21 @@ def track_table(study: Study, console: Console) -> None:
         places = sorted({row["first_place"], row["last_place"]})
         table.add_row(
             str(row["mode"]), str(row["cases"]), hertz(row["lowest_Hz"]), hertz(row["highest_Hz"]),
-            " to ".join(map(str, places)), f"{row['mac']:.2f}", style="yellow" if row["doubts"] else None,
+            " to ".join(map(str, places)), f"{row['mac']:.2f}", style="yellow" if row["uncertain"] else None,
         )  # fmt: skip
     console.print(table)
-    doubts = study.doubts()
-    for text in doubts[:SAID]:
+    said = study.uncertainties()
+    for text in said[:SAID]:
         console.print(Text(f"note: {text}"), soft_wrap=True)
-    if len(doubts) > SAID:
-        console.print(Text(f"note: {len(doubts) - SAID} more doubts are in the CSV file"), soft_wrap=True)
+    if len(said) > SAID:
+        console.print(Text(f"note: {len(said) - SAID} more uncertain numbers are in the CSV file"), soft_wrap=True)
 
 
 def track_plot(study: Study, path: str | Path) -> Path:
     """Draw the frequencies over the parameter with most values, in a panel for each combination of the others.
 
-    A mode has one colour and number everywhere. A hollow mark is a guess, a red ring a mode that depends on the way.
+    A mode has one colour and number everywhere. A hollow mark has a low MAC with its neighbour; the number
+    of a ringed one depends on the way through the study.
 
     Returns
     -------
@@ -83,7 +84,7 @@ def track_plot(study: Study, path: str | Path) -> Path:
     figure.supylabel("frequency (Hz)", fontsize=10)
     figure.supxlabel(study.parameters[along], fontsize=10)
     left_out = f"; {len(panels) - PANELS} of {len(panels)} panels are left out" if len(panels) > PANELS else ""
-    marks = "hollow: a guess, ringed: depends on the way" if study.doubts() else "no doubts"
+    marks = "hollow: low MAC, ringed: path-dependent" if study.uncertainties() else "none uncertain"
     head = f"Modes of {study.name}, followed by their shapes ({marks}{left_out})"
     figure.suptitle(head, x=0.01, ha="left", fontsize=12, fontweight="bold", color=INK)
     for axes in grid.flat[len(shown) :]:
@@ -105,7 +106,7 @@ def _panel(axes: Axes, study: Study, along: int, fixed: dict[int, int]) -> dict[
     levels, torn, ends = study.levels[along], study._torn(), {}
     numeric = all(isinstance(value, int | float) and not isinstance(value, bool) for value in levels)
     at = np.asarray(levels, dtype=float) if numeric else np.arange(len(levels))
-    guesses = {(place, int(study.tracks.number[place][k])) for place, k in study.tracks.guesses}
+    hollow = {(place, int(study.tracks.number[place][k])) for place, k in study.tracks.low_mac}
     for mode in range(study.tracks.count):
         style = {"color": CURVES[mode % 6], "linestyle": LINES[mode // 6 % 4], "linewidth": 1.8}
         curve = np.full(len(levels), np.nan)
@@ -114,10 +115,10 @@ def _panel(axes: Axes, study: Study, along: int, fixed: dict[int, int]) -> dict[
             row = np.flatnonzero(study.tracks.number.get(place, np.zeros(0)) == mode)
             if len(row):
                 curve[k] = study.modes[place].frequency[row[0]]
-                face = "white" if (place, mode) in guesses else style["color"]
+                face = "white" if (place, mode) in hollow else style["color"]
                 axes.plot(at[k], curve[k], "o", markersize=4.5, color=style["color"], markerfacecolor=face, zorder=3)
                 if (place, mode) in torn:
-                    axes.plot(at[k], curve[k], "o", markersize=10, color=DOUBT, markerfacecolor="none", zorder=2)
+                    axes.plot(at[k], curve[k], "o", markersize=10, color=PATH_RING, markerfacecolor="none", zorder=2)
                 ends[mode] = at[k], curve[k]
         axes.plot(at, curve, **style)
     if not numeric:

@@ -1,0 +1,135 @@
+"""The command that simulates a system."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from modalprep.cli.common import Json, Output, PipelineFile, Quiet, Settings, app, end_with, print_json
+from modalprep.report import summary
+
+if TYPE_CHECKING:
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.responses.strength import Strength
+    from modalprep.pipeline.run import Outcome
+    from modalprep.pipeline.schema.pipeline import Pipeline
+    from modalprep.pipeline.systems.systems import Simulated
+
+Target = Annotated[Path | None, typer.Option("-o", help="Result file (.h5); the CSV file is written beside it.")]
+Animate = Annotated[
+    Path | None, typer.Option("--animate", help="Also write an animation of the moving system (.gif, .webp or .mp4).")
+]
+Colour = Annotated[
+    str | None, typer.Option("--colour", help="Of the animation: displacement, or a recovery such as skin.von_mises.")
+]
+Vtu = Annotated[
+    Path | None, typer.Option("--vtu", help="Also write each flexible body as a time series for ParaView (.pvd).")
+]
+Reference = Annotated[
+    bool, typer.Option("--reference", help="Use the reference implementation with a full mass matrix (slow).")
+]
+
+
+@app.command()
+def simulate(
+    file: PipelineFile,
+    target: Target = None,
+    output: Output = None,
+    settings: Settings = None,
+    geometric_stiffness: Annotated[bool, typer.Option(help="Use the bodies' geometric stiffness.")] = True,
+    reference: Reference = False,
+    animate: Animate = None,
+    colour: Colour = None,
+    vtu: Vtu = None,
+    quiet: Quiet = False,
+    as_json: Json = False,
+) -> None:
+    """Simulate the system of a pipeline file with the order-n solver.
+
+    The exit code is 1 when the audit of the run fails, a margin is negative or a damage is 1 or more.
+    """
+    from modalprep.pipeline.batch.settings import with_settings
+    from modalprep.pipeline.build.build import output_folder
+    from modalprep.pipeline.console import Reporter
+    from modalprep.pipeline.run import Outcome, plot_runs
+    from modalprep.pipeline.schema.load import load_pipeline
+    from modalprep.pipeline.systems.systems import simulate_pipeline
+
+    file, output = with_settings(file, settings or [], output)
+    pipeline, reporter = load_pipeline(file), Reporter(quiet=as_json or quiet)
+    _refuse_pictures(animate, colour, vtu, file, target)
+    how = {"geometric_stiffness": geometric_stiffness, "reference": reference}
+    done = simulate_pipeline(file, output, reporter, target=target, **how)
+    outcome = Outcome(target.parent if target else output_folder(file, output), simulated=done)
+    plot_runs(file, pipeline, done, outcome.folder, reporter)
+    if pipeline.srs or pipeline.fatigue:
+        outcome.strength = _strength(file, pipeline, done, outcome.folder, reporter)
+    _pictures(file, pipeline, outcome, (animate, colour, vtu), reporter)
+    if as_json:
+        print_json(summary.simulation(outcome, reporter))
+    else:
+        reporter.say(f"outputs are in {outcome.folder}")
+    end_with(outcome.failures + outcome.exceeded)
+
+
+def _refuse_pictures(
+    animate: Path | None, colour: str | None, vtu: Path | None, file: Path, target: Path | None
+) -> None:
+    """Refuse a film or a series that cannot be written or would replace what it is made from, before the run."""
+    from modalprep.errors import InputError
+    from modalprep.formats.vtu import check_series
+    from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
+    from modalprep.report.pictures.animation import check_target
+
+    if colour is not None and not animate:
+        raise InputError(f"--colour {colour} is that of an animation; add --animate with a file")
+    if vtu:
+        check_series(vtu)
+    if animate:
+        check_target(animate)
+        refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
+
+
+def _pictures(
+    file: Path,
+    pipeline: Pipeline,
+    outcome: Outcome,
+    wanted: tuple[Path | None, str | None, Path | None],
+    reporter: Reporter,
+) -> None:
+    """Draw the film that the options or the file ask for, and write the series."""
+    from modalprep.pipeline.film import draw_film
+    from modalprep.pipeline.run import film_run
+
+    (animate, colour, vtu), done = wanted, outcome.simulated
+    if animate:
+        drawn = pipeline.film if colour is None else pipeline.film.model_copy(update={"colour": colour})
+        reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
+    else:
+        film_run(file, pipeline, done, outcome.folder, reporter, [])
+    if vtu:
+        _series(done, vtu, reporter)
+
+
+def _strength(file: Path, pipeline: Pipeline, done: Simulated, folder: Path, reporter: Reporter) -> Strength:
+    """Compute shock spectra and damage of the run; those of responses are left to the command run."""
+    from modalprep.pipeline.responses.strength import strength
+
+    tables = {**pipeline.srs, **pipeline.fatigue}
+    left = [name for name, table in tables.items() if table.response is not None]
+    if left:
+        reporter.say(f"  note: {', '.join(left)}: of a response, which modalprep run computes")
+    return strength(file, pipeline, {}, next(iter(done.runs.values())), folder, reporter)
+
+
+def _series(done: Simulated, target: Path, reporter: Reporter) -> None:
+    """Write the flexible bodies of a run as time series, each in a file of its name if there are several."""
+    from modalprep.formats.vtu import write_vtu_series
+
+    run = next(iter(done.runs.values()))
+    bodies = {name: body for name, body in done.system.bodies.items() if body.n and body.cells}
+    for name, body in bodies.items():
+        file = target if len(bodies) == 1 else target.with_name(f"{target.stem}-{name}{target.suffix}")
+        reporter.wrote(write_vtu_series(body, run, file, name=name))

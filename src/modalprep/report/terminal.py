@@ -1,0 +1,104 @@
+"""Tables and sentences in the width of a terminal, their words whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rich import box
+from rich.console import Console
+from rich.measure import Measurement
+from rich.padding import Padding
+from rich.table import Column, Table
+from rich.text import Text
+
+GAP = 2  # spaces between columns
+INSET = 2  # of the further cells of a row that is written as lines
+
+
+def plain_table() -> Table:
+    """Return a table without frame and columns, its head bold over a line."""
+    return Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
+
+
+def print_table(table: Table, console: Console, *, indent: int = 0) -> None:
+    """Print a `plain_table`; where its words are wider than the console, print each row as lines of head and cell.
+
+    Examples
+    --------
+    >>> table = plain_table()
+    >>> for head in ("kind", "reason"):
+    ...     table.add_column(head)
+    >>> table.add_row("truncation", "static response")
+    >>> print_table(table, Console(width=20, color_system=None))
+    kind        reason
+    ────────────────────
+    truncation  static
+                response
+    >>> print_table(table, Console(width=18, color_system=None))
+    kind: truncation
+      reason: static
+              response
+    """
+    widths = fitted([_widths(column, console) for column in table.columns], console.width - indent)
+    if widths is None:
+        _print_lines(table, console)
+        return
+    for column, width in zip(table.columns, widths, strict=True):
+        column.width, column.ratio, column.overflow = width, None, "fold"
+    console.print(Padding(table, (0, 0, 0, indent), expand=False), soft_wrap=False)
+
+
+def fitted(ranges: Sequence[tuple[int, int]], width: int) -> list[int] | None:
+    """Return the widths of columns between the least and the most of each, or None where they do not fit.
+
+    Examples
+    --------
+    >>> fitted([(2, 4), (3, 30), (5, 50)], 40), fitted([(2, 4), (3, 30)], 6)
+    ([4, 16, 16], None)
+    """
+    room = width - GAP * (len(ranges) - 1)
+    found = [least for least, _ in ranges]
+    while (spare := room - sum(found)) > 0:
+        open_ones = [k for k, (_, most) in enumerate(ranges) if found[k] < most]
+        if not open_ones:
+            break
+        narrowest = min(open_ones, key=lambda k: found[k])
+        above = [found[k] for k in open_ones if found[k] > found[narrowest]]
+        step = min([ranges[narrowest][1], *above]) - found[narrowest]
+        found[narrowest] += max(1, min(step, spare // len(open_ones)))
+    return found if spare >= 0 else None
+
+
+def _widths(column: Column, console: Console) -> tuple[int, int]:
+    """Return the least width of a column, that of its longest word or of a cell that must not wrap, and its most."""
+    sizes = [Measurement.get(console, console.options, cell) for cell in (column.header, *column.cells)]
+    most = max(size.maximum for size in sizes)
+    return (most if column.no_wrap else max(size.minimum for size in sizes)), most
+
+
+def _print_lines(table: Table, console: Console) -> None:
+    heads = [Text(str(column.header).strip()) for column in table.columns]
+    for cells, row in zip(zip(*(column.cells for column in table.columns), strict=True), table.rows, strict=True):
+        inset = 0
+        for head, cell in zip(heads, cells, strict=True):
+            text = cell if isinstance(cell, Text) else Text(str(cell))
+            if not text.plain.strip():
+                continue
+            name = Text.assemble((head.plain, "bold"), ": ") if head.plain else Text("")
+            line = Table.grid()
+            line.add_column(no_wrap=True)
+            line.add_column(overflow="fold")
+            line.add_row(name, text, style=row.style)
+            console.print(Padding(line, (0, 0, 0, inset), expand=False), soft_wrap=False)
+            inset = INSET
+
+
+def print_text(text: str | Text, console: Console) -> None:
+    """Print a sentence: on a terminal in lines of whole words, in a log as one line.
+
+    Examples
+    --------
+    >>> print_text("a sentence that goes on", Console(width=10, color_system=None))
+    a sentence that goes on
+    """
+    console.print(text, soft_wrap=not console.is_terminal, overflow="ignore", crop=False)
