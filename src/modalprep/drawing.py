@@ -13,27 +13,28 @@ from modalprep.errors import InputError
 
 
 class Film:
-    """An animation that a notebook plays; `data` has the bytes of the GIF.
+    """An animation that a notebook plays; `data` has the bytes of the file, `kind` is ``webp`` or ``gif``.
 
     Examples
     --------
-    >>> Film(b"GIF89a")._repr_html_()
+    >>> Film(b"GIF89a", "gif")._repr_html_()
     '<img src="data:image/gif;base64,R0lGODlh" alt="animation">'
     """
 
-    def __init__(self, data: bytes) -> None:
+    def __init__(self, data: bytes, kind: str) -> None:
         self.data = data
+        self.kind = kind
 
     def __repr__(self) -> str:
-        """Size of the file."""
-        return f"Film({len(self.data)} bytes)"
+        """Kind and size of the file."""
+        return f"Film({self.kind}, {len(self.data)} bytes)"
 
     def _repr_html_(self) -> str:
         text = base64.b64encode(self.data).decode("ascii")
-        return f'<img src="data:image/gif;base64,{text}" alt="animation">'
+        return f'<img src="data:image/{self.kind};base64,{text}" alt="animation">'
 
     def save(self, path: str | Path) -> Path:
-        """Write the GIF.
+        """Write the file.
 
         Returns
         -------
@@ -43,11 +44,11 @@ class Film:
         Raises
         ------
         InputError
-            When the file is no .gif.
+            When the file is of another kind.
         """
         path = Path(path)
-        if path.suffix.lower() != ".gif":
-            raise InputError(f"cannot write {path}: the film is a .gif; write others by animate_mode or animate_system")
+        if path.suffix.lower() != f".{self.kind}":
+            raise InputError(f"cannot write {path}: this film is a .{self.kind}; animate() takes kind='gif' or 'webp'")
         with atomic_path(path) as temporary:
             temporary.write_bytes(self.data)
         return path

@@ -20,7 +20,7 @@ out.violations = found.violations.map(v => [v.id, v.nodes.length, v.nodes[0].htm
 """
 
 
-def violations(page, folder, *, dark: bool) -> dict:
+def violations(page, folder, *, dark: bool, profile=None) -> dict:
     """Return the rules that a page violates, how many it passes, and whether its colours were dark."""
     bundle = BUNDLE.read_text(encoding="utf-8")
-    return run_page(page, folder, PROBE, library=bundle, flags=DARK if dark else ())
+    return run_page(page, folder, PROBE, library=bundle, flags=DARK if dark else (), profile=profile)

@@ -27,7 +27,9 @@ const wait = ms => new Promise(done => setTimeout(done, ms));
 </script></body>"""
 
 
-def run_page(page, folder, probe: str, *, before: str = "", library: str = "", flags: tuple[str, ...] = ()) -> dict:
+def run_page(
+    page, folder, probe: str, *, before: str = "", library: str = "", flags: tuple[str, ...] = (), profile=None
+) -> dict:
     """Load a page, run JavaScript that fills `out` behind its own scripts, and return `out` with the `faults`.
 
     Parameters
@@ -38,6 +40,8 @@ def run_page(page, folder, probe: str, *, before: str = "", library: str = "", f
         A script that the probe uses.
     flags : tuple of str
         Further options of the browser.
+    profile : Path, optional
+        Folder of the browser's own files, by default inside `folder`, which has the probed page.
     """
     text = page.read_text(encoding="utf-8")
     text = text.replace("<head>", FIRST % before + f"<script>{library}</script>", 1).replace("</body>", LAST % probe, 1)
@@ -46,7 +50,7 @@ def run_page(page, folder, probe: str, *, before: str = "", library: str = "", f
     command = [
         CHROMIUM,
         *FLAGS,
-        f"--user-data-dir={folder / 'profile'}",
+        f"--user-data-dir={profile or folder / 'profile'}",
         "--virtual-time-budget=8000",
         "--dump-dom",
         *flags,

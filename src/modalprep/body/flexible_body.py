@@ -267,28 +267,31 @@ class FlexibleBody(Record):
         """
         return draw("body", self, mode, colour)
 
-    def animate(self, mode: int, *, colour: str = "displacement") -> Film:
+    def animate(self, mode: int, *, kind: str = "webp", **options: Any) -> Film:
         """Draw one period of a mode.
 
         Parameters
         ----------
         mode : int
             Counted from 1.
-        colour : {"displacement", "energy"}
+        kind : {"webp", "gif"}
+            Of the file; a GIF is several times as large.
+        **options
+            Of `modalprep.report.animate_mode`, such as ``colour="energy"`` or ``size=(480, 360)``.
 
         Returns
         -------
         modalprep.Film
-            A GIF, which a notebook plays and ``save`` writes.
+            An animation, which a notebook plays and ``save`` writes.
 
         Raises
         ------
         InputError
-            When there is no such mode or colour.
+            When there is no such mode, colour or kind.
         RenderError
             When the machine cannot draw.
         """
-        return draw("mode_film", self, mode, colour)
+        return draw("mode_film", self, mode, kind, **options)
 
     def __repr__(self) -> str:
         """Name, size, mass and frequency range."""

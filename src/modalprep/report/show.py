@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,9 +13,10 @@ import numpy as np
 
 from modalprep.drawing import Film
 from modalprep.errors import InputError, RenderError
-from modalprep.report.pictures.animation import SIZE, animate_mode
+from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.mesh_picture import Body
 from modalprep.report.pictures.render import drawing_problem, mesh_scene, mode_scene
+from modalprep.suggest import refuse_unknown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from modalprep.reduction.table import ModeTable
 
 WINDOW = (1000, 750)
+FILMS = ("webp", "gif")
 
 
 def histories(run: Result, channels: Sequence[str], axes: Axes | None, **options: Any) -> Axes:
@@ -79,22 +81,23 @@ def body(shown: FlexibleBody, mode: int | None, colour: str) -> Any:
     return _show(lambda off: mode_scene(shown, mode, colour, WINDOW, off_screen=off))
 
 
-def mode_film(shown: FlexibleBody, mode: int, colour: str) -> Film:
+def mode_film(shown: FlexibleBody, mode: int, kind: str, **options: Any) -> Film:
     """Draw one period of a mode."""
-    return _film(lambda path: animate_mode(shown, mode, path, colour=colour, size=SIZE))
+    return _film(lambda path: animate_mode(shown, mode, path, **options), kind)
 
 
-def system_film(system: System, run: Result, style: dict[str, Any], **options: Any) -> Film:
+def system_film(system: System, run: Result, kind: str, style: dict[str, Any], **options: Any) -> Film:
     """Draw a run of a system."""
     from modalprep.report.pictures.system_animation import animate_system
     from modalprep.report.pictures.system_scene import FilmStyle
 
-    return _film(lambda path: animate_system(system, run, path, style=FilmStyle(**style), **options))
+    return _film(lambda path: animate_system(system, run, path, style=FilmStyle(**style), **options), kind)
 
 
-def _film(write) -> Film:
+def _film(write: Callable[[Path], Path], kind: str) -> Film:
+    refuse_unknown(kind, FILMS, "animate: kind")
     with tempfile.TemporaryDirectory() as folder:
-        return Film(write(Path(folder) / "film.gif").read_bytes())
+        return Film(write(Path(folder) / f"film.{kind}").read_bytes(), kind)
 
 
 def system(shown: System, state: Result | None, time: float | None) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import tempfile
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -121,14 +122,15 @@ def _describe(draw: Callable) -> Generator:
 GENERATORS: dict[str, Generator] = {g.name: g for g in map(_describe, shapes.SHAPES)}
 
 
-def make_mesh(name: str, path: str | Path, /, **params: float | int | str) -> Mesh:
-    """Generate the mesh of a parametric shape, write it (.msh 4.1) and return it as read back.
+def make_mesh(name: str, path: str | Path | None = None, /, **params: float | int | str) -> Mesh:
+    """Generate the mesh of a parametric shape; with a path, write it (.msh 4.1) and return it as read back.
 
     Parameters
     ----------
     name : str
         A key of `GENERATORS`.
-    path : str or Path
+    path : str or Path, optional
+        Without it no file is left.
     **params
         The shape's parameters, numbers or their text; SI, angles in degrees.
 
@@ -151,6 +153,9 @@ def make_mesh(name: str, path: str | Path, /, **params: float | int | str) -> Me
     >>> GENERATORS["plate"].parameters["width"].default
     0.5
     """
+    if path is None:
+        with tempfile.TemporaryDirectory() as folder:
+            return make_mesh(name, Path(folder) / f"{name}.msh", **params)
     path, name = Path(path), name.replace("_", "-")
     if name not in GENERATORS:
         raise InputError(f"unknown shape {name!r}; {suggestion(name, GENERATORS, 'known are')}")

@@ -130,33 +130,37 @@ class System(Record):
         """
         return draw("system", self, run, time)
 
-    def animate(self, run: Any, *, seconds: float = 5.0, frames: int = 60, **style: Any) -> Film:
+    def animate(
+        self, run: Any, *, kind: str = "webp", seconds: float = 5.0, frames: int = 60, size=(720, 540), **style: Any
+    ) -> Film:
         """Draw a run as a film.
 
         Parameters
         ----------
         run : Result
             Of this system.
-        seconds : float
-            Duration of the film, s.
-        frames : int
-            Number of pictures.
+        kind : {"webp", "gif"}
+            Of the file; a GIF is several times as large.
+        seconds, frames : float, int
+            Duration of the film (s), and number of its pictures.
+        size : (int, int)
+            Width and height in pixels.
         **style
             Of `modalprep.report.FilmStyle`, such as ``exaggeration=20`` or ``trails=["arm.tip"]``.
 
         Returns
         -------
         modalprep.Film
-            A GIF, which a notebook plays and ``save`` writes.
+            An animation, which a notebook plays and ``save`` writes.
 
         Raises
         ------
         InputError
-            When the run is of another system, or no body recovers the colour.
+            When the run is of another system, no body recovers the colour, or the kind is unknown.
         RenderError
             When the machine cannot draw.
         """
-        return draw("system_film", self, run, style, seconds=seconds, frames=frames)
+        return draw("system_film", self, run, kind, style, seconds=seconds, frames=frames, size=size)
 
     def _refuse_other_types(self) -> None:
         refuse_other("System: bodies", Mapping, self.bodies)

@@ -1,4 +1,4 @@
-"""Animation of a mode as a GIF or an MP4."""
+"""Animation of a mode as a GIF, a WebP or an MP4."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def animate_mode(
     size: tuple[int, int] = SIZE,
     title: str = "",
 ) -> Path:
-    """Write one period of a mode as a GIF that repeats, or a few periods as an MP4.
+    """Write one period of a mode as a GIF or WebP that repeats, or a few periods as an MP4.
 
     The colour is the current displacement or density of strain energy. The file is written completely or not at all.
 
@@ -44,7 +44,7 @@ def animate_mode(
     mode : int
         Counted from 1.
     path : path
-        A .gif, or an .mp4 where the package imageio-ffmpeg is installed.
+        A .gif, a .webp, or an .mp4 where the package imageio-ffmpeg is installed.
     colour : {"displacement", "energy"}
     frames : int
         Of one period.
