@@ -40,5 +40,10 @@ $(VENV)/.installed-docs: $(VENV)/.installed
 	@$(PIP) install --editable '.[docs]'
 	@touch $@
 
+# Both at once, which the checks of .ci/run do: another installation takes half a minute.
+$(VENV)/.installed-all: $(VENV)/.installed
+	@$(PIP) install --editable '.[test,docs]'
+	@touch $(VENV)/.installed-test $(VENV)/.installed-docs $@
+
 clean:
 	rm -rf $(VENV)

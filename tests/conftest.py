@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from PIL import Image
+from size import FULL
 
 import modalprep as mp
 from modalprep.report.pictures.render import drawing_problem
@@ -44,6 +46,31 @@ def rough_edges(monkeypatch):
     """Pictures with rough edges, for tests that do not look at them: smooth ones have sixteen times the pixels."""
     plotter = pytest.importorskip("pyvista").Plotter
     monkeypatch.setattr(plotter, "enable_anti_aliasing", lambda *_: None)
+
+
+@pytest.fixture
+def charts():
+    """Charts are drawn, for tests that look at them."""
+
+
+@pytest.fixture(autouse=True)
+def _blank_charts(request, monkeypatch):
+    """Charts are laid out and written without ink: text takes half of the time of small pipeline files.
+
+    They are drawn at the full size, for the documents, and where a test uses `charts`; doctests draw each kind of them.
+    """
+    if not FULL and "charts" not in request.fixturenames and request.path.parent.name != "project":
+        monkeypatch.setattr("modalprep.report.figures.FigureCanvasAgg", Blank)
+
+
+class Blank:
+    """A canvas that leaves the figure away."""
+
+    def __init__(self, figure):
+        self.size = tuple(round(length) for length in 10 * figure.get_size_inches())
+
+    def print_png(self, file):
+        Image.new("RGB", self.size, "white").save(file)
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,12 @@
 """What killed and undisturbed runs leave in their folders: whole files, and the same bytes in the end."""
 
 import json
-import os
 import re
 import tomllib
 
 import h5py
 from PIL import Image
 
-KILLS = -(-int(os.environ.get("MODALPREP_KILLS", "6")) // 3)  # of `run`, as many of `simulate` and of `batch`
 TIME = re.compile(rb"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d+)?\+00:00")
 OWN = ("started", "seconds", "worker", "cache", "pipeline", "folder", "manifest")  # of each run, in its manifest
 

@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 
 SERVER = """
 import glob, json, os, resource, signal, sys, time
@@ -15,9 +16,13 @@ import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipe
 import modalprep.pipeline.systems.systems
 import modalprep.report.page, modalprep.report.plots, pyvista
 from modalprep.cli import main
+sys.path.insert(0, {tests!r})
+from batches import Inline
+modalprep.pipeline.batch.batch.Processes = Inline  # others would import all that again
 if {draws}:
     from modalprep.report.pictures.render import drawing_problem
     drawing_problem()  # tried in a process of its own
+    pyvista.Plotter.enable_anti_aliasing = lambda *_: None  # smooth edges have sixteen times the pixels
 
 def child(order):
     for number, name in ((1, os.devnull), (2, order["error"])):
@@ -56,6 +61,7 @@ for line in sys.stdin:
         os.unlink(left)
     print("DONE", os.waitstatus_to_exitcode(status), time.monotonic() - start, flush=True)
 """
+TESTS = str(Path(__file__).parents[1])
 THREADS = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "MKL", "OPENBLAS")}
 
 
@@ -83,7 +89,7 @@ class Forks:
 def forks(folder, *, draws=False):
     """Start the process that forks; what it writes about itself goes into a folder. `draws`: pictures of meshes too."""
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    command = [sys.executable, "-c", SERVER.replace("{draws}", str(draws))]
+    command = [sys.executable, "-c", SERVER.replace("{draws}", str(draws)).replace("{tests!r}", repr(TESTS))]
     with subprocess.Popen(command, env=os.environ | THREADS, **pipes) as process:
         try:
             yield Forks(process, folder)

@@ -1,6 +1,6 @@
 """Damaged input at random: exit code 0, 1 or 2 with one message; never a traceback, a hang, NaN or half a file.
 
-`MODALPREP_FUZZ=100` makes a hundred times as many cases as by default, and others each time.
+`MODALPREP_FULL=100` makes a hundred times as many cases as the full size has, and others each time.
 """
 
 import _thread
@@ -22,6 +22,7 @@ from bad import good
 from bad.mutations import of_bytes, of_tables, places
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from size import FULL, cases
 
 import modalprep as mp
 from modalprep.cli import main
@@ -29,7 +30,6 @@ from modalprep.errors import InputError
 from modalprep.fe.external.files import read_matrices
 from modalprep.pipeline.schema.load import load_pipeline
 
-MORE = float(os.environ.get("MODALPREP_FUZZ", "1"))
 PATIENCE = 300.0  # s; the slowest case takes some seconds, and a minute or two where it compiles another variant
 SHIPPED = Path(__file__).parents[2] / "pipelines"
 NOT_FINITE = re.compile(r"(?<![\w.])[-+]?(nan|inf|infinity)(?![\w.])", re.IGNORECASE)
@@ -56,11 +56,11 @@ FILES = ("file", "pipeline", "stiffness", "mass", "nodes", "dof")
 SYSTEMS = ("double-pendulum", "double-four-bar", "slider-crank", "spinning-spacecraft")
 
 
-def bounded(cases):
+def bounded(count):
     """Settings of a test with so many cases, always the same ones unless there are to be more."""
     return settings(
-        max_examples=max(1, round(cases * MORE)),
-        derandomize=MORE == 1,
+        max_examples=cases(count),
+        derandomize=FULL <= 1,
         deadline=None,
         database=None,
         suppress_health_check=list(HealthCheck),

@@ -1,6 +1,6 @@
 """Random legal values of pipeline files: a right result, or one sentence; never a hang, a warning, NaN or half a file.
 
-`MODALPREP_FUZZ=10` makes ten times as many cases as by default, and others each time.
+`MODALPREP_FULL=10` makes ten times as many cases as the full size has, and others each time.
 """
 
 import io

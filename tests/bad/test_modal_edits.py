@@ -1,6 +1,6 @@
 """Random edits of modal files: what is read is the body that was written, to 1e-6, or nothing is.
 
-`MODALPREP_FUZZ=5` makes 500 files of each kind, and others each time.
+`MODALPREP_FULL=5` makes 500 files of each kind, and others each time.
 """
 
 from contextlib import suppress

@@ -1,6 +1,6 @@
 """Killed at any time, disk full, folders that cannot be written: final files are whole or absent, and a run goes on.
 
-`MODALPREP_KILLS=60` sets the number of kills, a third of them in test_batch_fault_injection.py.
+A command is killed some times, and twenty times at the full size (`MODALPREP_FULL=1`).
 """
 
 import json
@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 from bad import good
 from bad.forks import forks
-from outputs import KILLS, all_whole, contents
+from outputs import all_whole, contents
+from size import KILLS
 
 NOBODY = 65534
 JOB = good.BEAM + good.HINGE + '[[plots]]\ny = "hinge.angle"\n'

@@ -11,6 +11,7 @@ import pytest
 from bad import good
 from bad.forks import forks
 from PIL import Image
+from size import some
 
 import modalprep as mp
 
@@ -100,7 +101,7 @@ def test_interrupted_by_the_user(pipeline, tmp_path, moment):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.01, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.3])
+@pytest.mark.parametrize("seconds", some([0.01, 0.1, 0.2, 0.4, 0.6, 0.8, 1.0, 1.3], 4))
 def test_interrupted_while_importing(pipeline, tmp_path, seconds):
     """NumPy, SciPy, numba and VTK are loaded, or whatever comes then: Ctrl-C is the same at all times."""
     command = [sys.executable, "-c", READY, "run", str(pipeline), "--output", str(tmp_path)]

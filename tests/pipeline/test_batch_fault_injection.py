@@ -1,6 +1,6 @@
 """A batch that is killed at any moment goes on where it was; nothing outlives it.
 
-`MODALPREP_KILLS=60` kills so many times instead of the few of every day, two thirds of them in test_faults.py.
+It is killed some times, and twenty times at the full size (`MODALPREP_FULL=1`).
 """
 
 import os
@@ -9,8 +9,9 @@ import signal
 import time
 
 import pytest
-from batches import manifests, outlived, same_body, started, write_grid
-from outputs import KILLS, all_whole, differing
+from batches import INLINE, manifests, outlived, same_body, started, write_grid
+from outputs import all_whole, differing
+from size import KILLS, some
 
 from modalprep.pipeline.batch.batch import plan_batch
 from modalprep.workers import THREADS
@@ -26,8 +27,8 @@ def grid(project, tmp_path_factory):
 
 
 def finish(grid, output, *options):
-    """Run what is left, by one worker: another would take longer to start."""
-    with started(grid, "-j", 1, "--output", output, *options, env=ALONE) as process:
+    """Run what is left in one process: others would take longer to start."""
+    with started(grid, "-j", 1, "--output", output, *options, entry=INLINE, env=ALONE) as process:
         printed, error = process.communicate()
         assert process.returncode == 0, printed + error
     return output
@@ -128,7 +129,7 @@ def test_workers_end_with_the_batch(project, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seconds", [0.2, 0.5, 1.0])
+@pytest.mark.parametrize("seconds", some([0.2, 0.5, 1.0], 2))
 def test_interrupted_while_the_workers_start(grid, tmp_path, seconds):
     """They import for a second, and would say where they were."""
     with started(grid, "-j", 2, "--output", tmp_path, preexec_fn=heed_ctrl_c) as process:

@@ -41,7 +41,7 @@ def test_python_blocks_run_in_order(page, project, tmp_path, monkeypatch, capsys
     assert "modalprep 2 SI" in printed
     assert "fixed-interface" in printed
     assert scope["run"].stats["energy_error"] < 1e-4
-    assert scope["run"].time[-1] == 0.01  # of the run with the control law
+    assert scope["run"].time[-1] == 0.004  # of the run with the control law
 
 
 def test_matrices_block_runs(page, tmp_path, bracket_model):

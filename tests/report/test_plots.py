@@ -5,7 +5,9 @@ import pytest
 from PIL import Image
 
 import modalprep as mp
-from modalprep.report import plots
+from modalprep.report import figures, plots
+
+pytestmark = pytest.mark.usefixtures("charts")
 
 TIME = np.linspace(0, 20, 401)
 STEADY = -0.574 * np.exp(-(((TIME - 6.76) / 3) ** 2))
@@ -113,7 +115,7 @@ def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
         file.write_bytes(b"half a picture")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(plots.FigureCanvasAgg, "print_png", half)
+    monkeypatch.setattr(figures.FigureCanvasAgg, "print_png", half)
     with pytest.raises(mp.InputError, match="No space left"):
         plots.effective_mass_plot(cantilever.modes, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []

@@ -9,7 +9,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from modalprep.atomic import write_table
+from modalprep.atomic import write_columns, write_table
 from modalprep.errors import InputError
 from modalprep.formats.hdf5 import reading, writing
 from modalprep.multibody.results.envelopes import Envelope
@@ -94,7 +94,7 @@ def write_csv(result: Result, path: str | Path, channels: Sequence[str] = ()) ->
     """
     refuse_other("write_csv: the result", Result, result)
     columns = {"time": result.time} | result.table(channels)
-    return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
+    return write_columns(columns, path)
 
 
 def write_envelopes(envelopes: Sequence[Envelope], path: str | Path) -> Path:

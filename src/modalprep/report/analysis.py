@@ -13,10 +13,11 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from modalprep.atomic import write_table
+from modalprep.atomic import write_columns, write_table
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report import plots
+from modalprep.report.figures import save_figure
 from modalprep.report.tables import hertz, percent
 
 
@@ -79,7 +80,7 @@ def response_plot(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path
     plots.add_head(amplitude, "Frequency response")
     for axes in (amplitude, phase):
         plots.plain_axes(axes, grid="both")
-    return plots.save_figure(figure, path)
+    return save_figure(figure, path)
 
 
 def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, path: str | Path) -> Path:
@@ -87,7 +88,7 @@ def write_response(linear: StateSpace, frequency: np.ndarray, H: np.ndarray, pat
     columns = {"frequency": frequency}
     for label, values in _pairs(linear, H):
         columns |= {f"{label} re": values.real, f"{label} im": values.imag}
-    return write_table(columns, zip(*(column.tolist() for column in columns.values()), strict=True), path)
+    return write_columns(columns, path)
 
 
 def sweep_plot(
@@ -125,7 +126,7 @@ def sweep_plot(
     plots.add_head(upper, "Modes over time" if label == "time (s)" else f"Modes over {label}")
     for axes in (upper, lower):
         plots.plain_axes(axes, grid="both")
-    return plots.save_figure(figure, path)
+    return save_figure(figure, path)
 
 
 def write_sweep(sweep: Mapping[float, SystemModes], count: int, path: str | Path) -> Path:

@@ -17,6 +17,7 @@ from modalprep.atomic import write_table
 from modalprep.ensemble.record import PERCENTILES, Ensemble, statistics_head
 from modalprep.multibody.results.result import Result
 from modalprep.report import plots
+from modalprep.report.figures import save_figure
 
 BAND, STEP = 0.2, 0.16  # opacity of the widest band, and what each one inside adds
 
@@ -76,7 +77,7 @@ def band_plot(
     plots.add_head(axes, title or f"{channel} of {len(ensemble)} cases{drawn}")
     plots.plain_axes(axes, grid="both")
     axes.ticklabel_format(axis="y", style="sci", scilimits=(-4, 8), useOffset=False)
-    return plots.save_figure(figure, path)
+    return save_figure(figure, path)
 
 
 def _bands(axes: Axes, ensemble: Ensemble, name: str, levels: Sequence[float], colour: str, *, several: bool) -> None:

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
 from modalprep.reduction.table import DIRECTIONS, ModeTable
+from modalprep.report.figures import save_figure
 
 # colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
@@ -22,7 +21,6 @@ CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 LINES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (5, 2, 1, 2)))
 INK, GREY = "#1d2733", "#5c6b7a"
 ROOM, EXIT = 0.07, 0.36  # margins of the curves: if all stay in the frame, if one leaves it
-DPI = 180
 
 
 def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
@@ -307,14 +305,3 @@ def plain_axes(axes: Axes, grid: str) -> None:
     axes.tick_params(color=GREY, labelcolor=INK)
     axes.grid(axis=grid, color="#e3e7eb", linewidth=0.8)
     axes.set_axisbelow(True)
-
-
-def save_figure(figure: Figure, path: str | Path) -> Path:
-    """Write a chart; the file is written completely or not at all."""
-    with atomic_path(path) as temporary:
-        if temporary.suffix.lower() == ".png":  # `savefig` would draw twice, once for the layout alone
-            figure.set_dpi(DPI)
-            FigureCanvasAgg(figure).print_png(temporary)
-        else:
-            figure.savefig(temporary, dpi=DPI)
-    return Path(path)

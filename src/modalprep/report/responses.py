@@ -14,7 +14,8 @@ from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
-from modalprep.report.plots import CURVES, LINES, add_head, plain_axes, save_figure
+from modalprep.report.figures import save_figure
+from modalprep.report.plots import CURVES, LINES, add_head, plain_axes
 from modalprep.report.tables import hertz, plain_table
 from modalprep.response.result import Peak, Response
 

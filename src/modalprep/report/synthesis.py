@@ -13,6 +13,7 @@ from rich.text import Text
 
 from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report import plots
+from modalprep.report.figures import save_figure
 from modalprep.report.pictures.modes import render_modes
 from modalprep.report.tables import hertz, percent, plain_table
 
@@ -93,7 +94,7 @@ def strain_plot(modes: SynthesisedModes, fractions: Mapping[str, np.ndarray], pa
     axes.set_ylabel("strain energy (%)")
     axes.legend(loc="lower left", bbox_to_anchor=(0, 1.0), ncols=6, frameon=False)
     plots.plain_axes(axes, grid="y")
-    return plots.save_figure(figure, path)
+    return save_figure(figure, path)
 
 
 def assembled(modes: SynthesisedModes, name: str) -> Assembled:

@@ -24,7 +24,7 @@ def against_solids():
         width = WIDTH.get(shape, 0.1)
         surface = SURFACES[shape](width)
         if shape not in solid:  # two through the thickness change Kg by up to .4 per cent
-            solid[shape] = modal(solids(surface, [(ALUMINIUM, width / 10)], (50, 8), each=1), surface)
+            solid[shape] = modal(solids(surface, [(ALUMINIUM, width / 10)], (50, 6), each=1), surface)
         if (shape, kind, cells) not in found:
             section = mp.Shell(material=ALUMINIUM, thickness=width / 10)
             own = modal(shells(surface, section, cells, kind), surface)
@@ -89,8 +89,8 @@ def test_laminates_are_layered_solids(shape, stack, limit):
     share = {"sandwich": ((STIFF, 0.3), (ALUMINIUM, 0.4), (STIFF, 0.3)), "bimetal": ((ALUMINIUM, 0.5), (STIFF, 0.5))}
     layers = [(material, s * width / 10) for material, s in share[stack]]
     surface = SURFACES[shape](width)
-    solid = modal(solids(surface, layers, (40, 6), each=1), surface)
-    own = modal(shells(surface, laminate(*layers), (60, 12)), surface)
+    solid = modal(solids(surface, layers, (40, 4), each=1), surface)
+    own = modal(shells(surface, laminate(*layers), (60, 8)), surface)
     assert max(differences(own, solid).values()) < limit
 
 
@@ -103,8 +103,8 @@ def test_bending_stress_of_an_unsymmetric_laminate():
     found = []
     for thickness in (0.01, 0.005):
         layers, surface = [(ALUMINIUM, thickness / 2), (STIFF, thickness / 2)], SURFACES["straight"](0.1)
-        solid = modal(solids(surface, layers, (40, 6), each=1), surface)
-        found.append(max(differences(modal(shells(surface, laminate(*layers), (40, 8)), surface), solid).values()))
+        solid = modal(solids(surface, layers, (30, 4), each=1), surface)
+        found.append(max(differences(modal(shells(surface, laminate(*layers), (30, 6)), surface), solid).values()))
     assert found[0] < 0.045
     assert found[1] < 0.6 * found[0]
 
@@ -124,7 +124,7 @@ def test_eccentric_shell_is_a_shell_elsewhere(kind, plies):
 def test_beams_are_stocky_solids(shape):
     """Source: HEX20 solids of 60 x 30 mm. Beams lack the held ends of solids: 1.6 per cent, 1.9 of the arch."""
     surface = SURFACES[shape](0.06)
-    solid = modal(solids(surface, [(ALUMINIUM, 0.03)], (50, 4)), surface)
+    solid = modal(solids(surface, [(ALUMINIUM, 0.03)], (30, 2)), surface)
     own = modal(beams(surface, 0.06, 0.03), surface)
     assert max(differences(own, solid).values()) < 0.02
 
@@ -337,7 +337,7 @@ def test_shaft_keeps_its_torsion_under_spin_about_its_axis():
 def test_spinning_beams_are_solids():
     """Source: HEX20 solids of 60 x 30 mm; 2 per cent of the largest shift, as Kg of the same beams."""
     surface = SURFACES["straight"](0.06)
-    solid = modal(solids(surface, [(ALUMINIUM, 0.03)], (40, 4)), surface).body
+    solid = modal(solids(surface, [(ALUMINIUM, 0.03)], (30, 2)), surface).body
     own = modal(beams(surface, 0.06, 0.03), surface).body
     a, b = shifts(own, spin=100.0), shifts(solid, spin=100.0)
     assert np.abs(a - b).max() < 0.02 * np.abs(b).max()

@@ -1,6 +1,6 @@
 """Random spatial mechanisms of known mobility, over- and justly constrained: equations, energy, redundant conditions.
 
-`MODALPREP_FUZZ=10` makes ten times as many mechanisms, and others each time.
+`MODALPREP_FULL=10` makes ten times as many mechanisms as the full size has, and others each time.
 """
 
 import numpy as np

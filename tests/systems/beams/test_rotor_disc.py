@@ -7,6 +7,7 @@ rotor with four degrees of freedom.
 
 import numpy as np
 import pytest
+from size import some
 
 import modalprep as mp
 from modalprep.body.rigid import rigid_body
@@ -84,7 +85,7 @@ def test_whirl_of_one_body_is_that_of_shaft_and_disc(case, rate):
     np.testing.assert_allclose(found, expected, rtol=1e-9)  # measured 3e-13: nothing bends under this spin
 
 
-@pytest.mark.parametrize("rate", [10.0, 30.0, 100.0])
+@pytest.mark.parametrize("rate", some([10.0, 30.0, 100.0], 2))
 @pytest.mark.parametrize("case", CASES)
 def test_disc_on_an_arm(case, rate):
     """Spin across the shaft, which stretches: its inertia changes in first order, so that both bodies need T."""

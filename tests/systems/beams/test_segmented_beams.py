@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from analytic import cantilever_roots
 from beam_series import blade, spin_up_lag
+from size import some
 from systems.elastic_rod import rod_tip
 from systems.exact_beams import exudyn_ends
 from systems.planar_chain import Chain
@@ -49,7 +50,7 @@ ELASTICA = [  # P L^2/EI, deflection and shortening over L: elliptic integrals, 
 ]
 
 
-@pytest.mark.parametrize(("load", "deflection", "shortening"), ELASTICA)
+@pytest.mark.parametrize(("load", "deflection", "shortening"), some(ELASTICA, 3))
 def test_elastica(tmp_path, load, deflection, shortening):
     """Order two against the differential equation, which gives the printed digits; extrapolated, order four is left."""
     exact = rod_tip(1.0, (0, -load, 0), bending=(1.0, 1.0, 1.0))[:2]
@@ -107,7 +108,7 @@ PRINCETON = {
 }
 
 
-@pytest.mark.parametrize("beta", PRINCETON)
+@pytest.mark.parametrize("beta", some(PRINCETON, 3))
 def test_princeton_beam(tmp_path, beta):
     """Bending in two planes and twist; the load stands oblique to the section: the rod's differential equations."""
     E, h, thickness = 71.7e9, 12.3777e-3, 3.2024e-3

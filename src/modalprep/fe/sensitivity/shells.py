@@ -97,7 +97,7 @@ def _next(*fields: np.ndarray) -> tuple[np.ndarray, ...]:
 
 def _edge_rows(cells: FlatCells, along: np.ndarray, sheared: np.ndarray) -> np.ndarray:
     """Curvatures and shear ``(ne, nq, 5, n)`` of edge functions of size 1, with a shear strain along the sides."""
-    x, y = np.moveaxis(cells.bubbles()[1], 3, 0)  # (ne, nq, n)
+    x, y = np.moveaxis(cells.bubbles[1], 3, 0)  # (ne, nq, n)
     c, s = along[:, None, :, 0], along[:, None, :, 1]
     shear = _triangle_shear(cells, along) if cells.xy.shape[1] == 3 else _quad_shear(cells)
     return np.stack([x * c, y * s, y * c + x * s, *(sheared[:, None] * part for part in shear)], axis=2)

@@ -13,6 +13,7 @@ import numpy as np
 LEVELS = 9  # steps of a column: h, h/2, ... h/256
 SHORTER = 9  # trials of the largest step, each an eighth of the previous one
 GOOD = 1e-13  # error relative to the largest entry of a column, at which no smaller step is tried
+FAIR = 1e-9  # where half a step does not halve such an error, it is round-off, which smaller steps only enlarge
 
 
 def jacobian(function: Callable, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -49,14 +50,14 @@ def _column(function: Callable, step: np.ndarray, size: float) -> tuple[np.ndarr
     longest, row = _largest_step(slope)
     best, error = row[0], np.full(len(row[0]), np.inf)
     for level in range(1, LEVELS):
-        new = [slope(0.5**level * longest)]
+        new, before = [slope(0.5**level * longest)], error.max(initial=0.0)
         for k, old in enumerate(row):
             new.append(new[k] + (new[k] - old) / (4.0 ** (k + 1) - 1))
             guess = np.maximum(np.abs(new[-1] - new[-2]), np.abs(new[-1] - old))
             better = guess < error
             best, error = np.where(better, new[-1], best), np.where(better, guess, error)
-        row = new
-        if error.max(initial=0.0) <= GOOD * np.abs(best).max(initial=0.0):
+        row, left, largest = new, error.max(initial=0.0), np.abs(best).max(initial=0.0)
+        if left <= GOOD * largest or (before <= FAIR * largest and left > before / 2):
             break
     return best, error
 

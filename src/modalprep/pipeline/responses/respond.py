@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from modalprep.atomic import write_table
+from modalprep.atomic import write_columns, write_table
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.formats.responsefile import write_response
@@ -105,7 +105,7 @@ def respond(path: Path, pipeline: Pipeline, body: FlexibleBody, folder: Path, re
 def report_notches(name: str, cut: NotchedInput, stem: Path, unit: str, reporter: Reporter) -> Path:
     """Write the notched input as a CSV file and its plot, and print the notches; return the plot."""
     columns = {"frequency (Hz)": cut.frequency, "given": cut.given, "notched": cut.notched, "depth (dB)": cut.depth}
-    reporter.wrote(write_table(columns, zip(*columns.values(), strict=True), Path(f"{stem}-notched.csv")))
+    reporter.wrote(write_columns(columns, Path(f"{stem}-notched.csv")))
     notch_table(name, cut, reporter.console)
     return reporter.wrote(notch_plot(cut, Path(f"{stem}-notched.png"), unit))
 
@@ -150,7 +150,7 @@ def write_curves(response: Response, path: Path) -> Path:
     """
     each = sampling(response)
     columns = {name: values[::each] for name, values in response.columns().items()}
-    return write_table(columns, zip(*columns.values(), strict=True), path)
+    return write_columns(columns, path)
 
 
 def sampling(response: Response) -> int:

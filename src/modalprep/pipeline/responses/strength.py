@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from modalprep.atomic import write_table
+from modalprep.atomic import write_columns, write_table
 from modalprep.body.stress import VON_MISES
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
@@ -107,7 +107,7 @@ def _shocks(
     columns = {"frequency (Hz)": table.axis}
     for key, one in spectra.items():
         columns |= {f"{key} {side}": getattr(one, side) for side in ("maximax", "positive", "negative")}
-    reporter.wrote(write_table(columns, zip(*columns.values(), strict=True), target))
+    reporter.wrote(write_columns(columns, target))
     units = dict.fromkeys(spectra, SHOCK_UNITS[table.kind])
     found.plots[name] = reporter.wrote(shock_plot(spectra, units, target.with_suffix(".png")))
     found.shocks[name] = spectra

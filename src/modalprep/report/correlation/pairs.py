@@ -10,7 +10,8 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.pairing import Correlation
-from modalprep.report.plots import INK, save_figure
+from modalprep.report.figures import save_figure
+from modalprep.report.plots import INK
 from modalprep.report.tables import hertz, plain_table
 
 WRITTEN = 20  # maximum number of modes of a side with values written in the cells

@@ -13,7 +13,8 @@ from rich.text import Text
 from modalprep.correlation.derivatives import Sensitivities
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.plots import INK, save_figure
+from modalprep.report.figures import save_figure
+from modalprep.report.plots import INK
 from modalprep.report.tables import hertz, plain_table
 
 ROWS = 30  # most influential parameters that are shown

@@ -12,7 +12,8 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.study import Study
-from modalprep.report.plots import CURVES, INK, LINES, plain_axes, save_figure
+from modalprep.report.figures import save_figure
+from modalprep.report.plots import CURVES, INK, LINES, plain_axes
 from modalprep.report.tables import hertz, plain_table
 
 SAID = 8  # uncertain numbers in the terminal

@@ -51,6 +51,7 @@ class FlatCells:
         length = np.linalg.norm(edge, axis=2)
         return length, edge / length[..., None]
 
+    @cached_property
     def bubbles(self) -> tuple[np.ndarray, np.ndarray]:
         """Edge functions ``P (nq, n)``, 1 at the middle of their side, and gradients ``(ne, nq, n, 2)``."""
         own = rule(self.kind, self.degree)
@@ -123,7 +124,7 @@ def slopes(cells: FlatCells) -> np.ndarray:
     for i in range(3):
         Z[:, :, :, i, :, i] = np.swapaxes(grad, 2, 3)
     Z = Z.reshape(*dx.shape, 2, 3, 6 * n)
-    Z[:, :, :, 2] += np.swapaxes(cells.bubbles()[1], 2, 3) @ linked(cells)[:, None]
+    Z[:, :, :, 2] += np.swapaxes(cells.bubbles[1], 2, 3) @ linked(cells)[:, None]
     return Z
 
 
@@ -163,6 +164,11 @@ def side_weights(cells: FlatCells, pull: np.ndarray, bow: float) -> np.ndarray:
     size = bow / 16 * length * (pull[..., 1] * along[..., 0] - pull[..., 0] * along[..., 1])
     for k in range(n):
         mean, change = n + 2 * k, 3 * n + 2 * k
-        W[:, k, mean + 1], W[:, k, mean] = pull[:, k, 0], -pull[:, k, 1]
-        W[:, mean, change + 1], W[:, mean + 1, change] = size[:, k], -size[:, k]
-    return W + W.transpose(0, 2, 1)
+        for a, b, work in (
+            (k, mean + 1, pull[:, k, 0]),
+            (k, mean, -pull[:, k, 1]),
+            (mean, change + 1, size[:, k]),
+            (mean + 1, change, -size[:, k]),
+        ):
+            W[:, a, b] = W[:, b, a] = work
+    return W

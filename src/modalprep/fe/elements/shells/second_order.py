@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from modalprep.fe.elements.corotation import Corotational
@@ -30,11 +32,16 @@ class ShellInside(Corotational):
     @property
     def axes_rotation(self) -> np.ndarray:
         """(ne, 3, 6n) rotation of the element's axes per local DOF."""
-        return mean_rotation(FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind]))
+        return mean_rotation(self._cells)
+
+    @cached_property
+    def _cells(self) -> FlatCells:
+        """Shapes and gradients, which every prestress of the block needs again."""
+        return FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
 
     def inner_fields(self) -> tuple[np.ndarray, np.ndarray]:
         """Slopes of u (6: ``u_i,a``), rotations t (3) and their slopes (6); rows of `side_fields`."""
-        cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
+        cells = self._cells
         t, slope = nodal_rotations(cells)
         rows = (slopes(cells), t, slope)
         ne, nq, nl = len(self.xy), t.shape[1], t.shape[-1]
@@ -47,7 +54,7 @@ class ShellInside(Corotational):
         (`side_weights`); moments ``M_ab (2 u_i,a b_i,b + (tz t_a),b)``; transverse shears
         ``Q_a (2 u_i,a b_i + tz t_a)``; of unsymmetric sections second moments ``L_ab b_i,a b_i,b``.
         """
-        cells = FlatCells(self.kind, self.xy, STIFFNESS_DEGREE[self.kind])
+        cells = self._cells
         N, M, Q, L = self._stress_resultants(d, cells.mapped[1])
         G, u, t, slope = np.zeros((*N.shape[:2], 15, 15)), *np.split(np.arange(15), (6, 9))
         for a in range(2):
@@ -64,7 +71,7 @@ class ShellInside(Corotational):
                 G[..., t[a], slope[3 * b + 2]], G[..., t[2], slope[3 * b + a]] = m / 2, m / 2
                 for c in range(2 if L is not None else 0):
                     G[..., slope[3 * a + c], slope[3 * b + c]] = L[..., a, b] / 2
-        pull = np.einsum("eqab,eqkb->eka", N, cells.bubbles()[1], optimize=True)
+        pull = np.einsum("eqab,eqkb->eka", N, cells.bubbles[1], optimize=True)
         bow = OPT_ALPHA if self.kind == "triangle" and self.section.membrane == "opt" else 0.0
         return G + np.swapaxes(G, 2, 3), side_weights(cells, pull, bow)
 

@@ -1,0 +1,44 @@
+"""Files of charts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterSciNotation
+
+from modalprep.atomic import atomic_path
+
+DPI = 180
+RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def save_figure(figure: Figure, path: str | Path) -> Path:
+    """Write a chart; the file is written completely or not at all."""
+    for axes in figure.axes:
+        _plain_powers(axes)
+    with atomic_path(path) as temporary:
+        if temporary.suffix.lower() == ".png":  # `savefig` would draw twice, once for the layout alone
+            figure.set_dpi(DPI)
+            FigureCanvasAgg(figure).print_png(temporary)
+        else:
+            figure.savefig(temporary, dpi=DPI)
+    return Path(path)
+
+
+def _plain_powers(axes: Axes) -> None:
+    """Write powers of ten as plain text, which looks the same: formulas take as long as all the rest of a chart."""
+    for axis in (axes.xaxis, axes.yaxis):
+        if isinstance(axis.get_major_formatter(), LogFormatterSciNotation):
+            axis.set_major_formatter(_PlainPowers())
+        if isinstance(axis.get_minor_formatter(), LogFormatterSciNotation):
+            axis.set_minor_formatter(_PlainPowers())
+
+
+class _PlainPowers(LogFormatterSciNotation):
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        text = super().__call__(x, pos).removeprefix(r"$\mathdefault{").removesuffix("}$")
+        base, _, power = text.removesuffix("}").partition("^{")
+        return base.replace(r"\times", " \N{MULTIPLICATION SIGN} ") + power.translate(RAISED)
