@@ -31,13 +31,14 @@ from modalprep.multibody.kernels.joints import normalise
 
 EXPLICIT, ROSENBROCK, ALPHA = range(3)
 ERROR_ORDER = (8.0, 3.0, 2.0)  # of the error estimate, in h
-MOST_GROWTH = (6.0, 20.0, 2.0)
+MOST_GROWTH = (6.0, 100.0, 2.0)
 # in sizes of a body: deflections count by it at least, beside moving joints and where nothing else moves
-LEAST_DEFLECTION, LEAST_ALONE = (0.01, 0.5, 0.01), (0.01, 0.05, 0.01)
+LEAST_DEFLECTION, LEAST_ALONE = (0.01, 0.27, 0.01), (0.01, 0.05, 0.01)
 RUNNING, REACHED, FULL, STOPPED, DIVERGED, COLLAPSED, RAISED = range(7)
 SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
 # of a PI controller, over the order: Hairer and Wanner (1996), IV.2; little P where steps have to grow by decades
-PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 0.9, 0.7)
+PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 1.0, 0.7)
+LEAST_BEFORE = (1e-8, 0.1, 1e-8)  # error of the step before: a smaller one says that steps grow, not how they go on
 SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
 UNKNOWN = 1e-6  # s, first step of what has no size
 PROBES = 4  # places of a step at which events are looked for
@@ -68,6 +69,7 @@ def begin(eq, run, method, t, stop):
     """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
     normalise(eq.model, run.y)
     run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
+    run.clock[0].slow_share, run.clock[0].share_step = 1.0, 0.0
     run.clock[0].least_deflection = _least_deflection(eq.model, method)
     copy(run.y, run.old)
     run.rows[:] = 0.0
@@ -246,8 +248,8 @@ def _next_size(run, method, h, error):
         run.clock[0].next_step = min(run.clock[0].fixed_step, 2.0 * run.clock[0].next_step)
         return
     error, before = max(error, 1e-8), run.clock[0].error
-    order = ERROR_ORDER[method]
-    growth = SAFETY[method] * error ** (-INTEGRAL[method] / order) * abs(before) ** (PROPORTIONAL[method] / order)
+    order, past = ERROR_ORDER[method], max(LEAST_BEFORE[method], abs(before))
+    growth = SAFETY[method] * error ** (-INTEGRAL[method] / order) * past ** (PROPORTIONAL[method] / order)
     most = 1.0 if before < 0.0 else MOST_GROWTH[method]
     run.clock[0].next_step = h * min(most, max(LEAST_GROWTH, growth))
     run.clock[0].error = error

@@ -11,8 +11,9 @@ axes of stiff springs and bushings, for which generalized-alpha is the method.
 The error of a step is that of its coordinates and of its slow speeds. An error of a speed matters by the error of place
 that it leads to: of a slow motion that grows with time, of a vibration it is in the coordinates already. So vibrations
 are taken off the error of the speeds, by the filter of Hairer and Wanner (1996), IV.8, whose step is here the time of
-the slow motion: a filter of the step's own length lets a step that has become short stay short. Deflections count in
-sizes of the body, so that vibrations below the tolerance, which the method damps, do not hold the step.
+the slow motion: a filter of the step's own length lets a step that has become short stay short. The share of the error
+that it leaves holds for the next few steps. Deflections count in sizes of the body, so that vibrations below the
+tolerance, which the method damps, do not hold the step.
 """
 
 from __future__ import annotations
@@ -51,6 +52,7 @@ EMBEDDED = np.array([0.37810903145819369, -0.096042292212423178, 0.5, 0.21793326
 STAGES = 4
 NEGLIGIBLE = 0.01  # times the tolerance: vibrations need not be taken off a smaller error of the speeds
 CAUTION = 5.0  # of the errors of steps: they add up
+SHARED, LONGER, SURE = 5, 1.2, 0.7  # steps that share a filter, none longer by more than this, of an error below this
 LEAST_WIDE, SLOW = 10.0, 0.3  # the filter's step: times the step's own, times the time of the slow motion
 
 
@@ -70,15 +72,33 @@ def rosenbrock_step(eq, run, t, h):
             error[k] += h * (WEIGHTS[i] - EMBEDDED[i]) * run.K[i, k]
     set_weights(eq.model, eq.linear, run, run.new, False)
     worst = _largest(error, run.weight, 0, nx)
-    most = 1.0 / CAUTION if eq.model.modal is None else larger(worst, NEGLIGIBLE)  # without modes, little to take off
-    asked = CAUTION * worst <= 1.0 and run.clock[0].fixed_step == 0.0
-    if asked and _largest(error, run.weight, nx, nx + nu) > most:
-        run.count[0].evaluations += 1
-        wide = max(LEAST_WIDE * h * G, SLOW * _slow_time(run))
-        keep_slow(eq, t + h, run.new, wide, wide * wide, 1, error[nx : nx + nu], scratch[:nu])
+    slow = _slow_error(eq, run, t, h, worst, error[nx : nx + nu], scratch[:nu])
     run.count[0].evaluations += 1
     status = evaluate(eq, t + h, run.new, run.newdot)
-    return status, CAUTION * larger(worst, _largest(error, run.weight, nx, nx + nu))
+    return status, CAUTION * larger(worst, slow)
+
+
+@compile_kernel
+def _slow_error(eq, run, t, h, worst, error, scratch):
+    """Largest weighted error of the slow speeds, beside that of the coordinates; their share is kept for a few steps."""
+    clock, nx = run.clock[0], eq.model.nx
+    weight = run.weight[nx : nx + len(error)]
+    whole = _largest(error, weight, 0, len(error))
+    most = 1.0 / CAUTION if eq.model.modal is None else larger(worst, NEGLIGIBLE)  # without modes, little to take off
+    if clock.fixed_step > 0.0 or not whole > most:
+        return whole
+    slow = clock.slow_share * whole
+    if not CAUTION * worst <= 1.0:  # rejected already
+        return slow
+    if run.count[0].shared < SHARED and h <= LONGER * clock.share_step and CAUTION * slow <= SURE:
+        run.count[0].shared += 1
+        return slow
+    run.count[0].evaluations += 1
+    wide = max(LEAST_WIDE * h * G, SLOW * _slow_time(run))
+    keep_slow(eq, t + h, run.new, wide, wide * wide, 1, error, scratch)
+    slow = _largest(error, weight, 0, len(error))
+    clock.slow_share, clock.share_step, run.count[0].shared = slow / whole, h, 0
+    return slow
 
 
 @compile_inline

@@ -23,6 +23,8 @@ CLOCK = np.dtype([
     ("atol", np.float64),
     ("rho_inf", np.float64),
     ("span", np.float64),  # of the whole run
+    ("slow_share", np.float64),  # of the error of the speeds that is not of vibrations, when it was last filtered
+    ("share_step", np.float64),  # the step then; 0: never
     ("least_deflection", np.float64),  # in sizes of the body: a smaller one is not resolved relative to itself
 ])  # fmt: skip
 COUNT = np.dtype([
@@ -33,6 +35,7 @@ COUNT = np.dtype([
     ("buffered", np.int64),  # samples
     ("sampled", np.int64),  # in all
     ("events", np.int64),  # in the buffer
+    ("shared", np.int64),  # steps since the error of the speeds was filtered
     ("cause", np.int64),  # why the last step failed
 ])  # fmt: skip
 NOT_FINITE, NOT_CONVERGED, OPEN = -3, -4, -5  # beside the status of `evaluate`
