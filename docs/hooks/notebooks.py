@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import sys
 from base64 import b64decode
 from html import escape
@@ -84,6 +85,7 @@ def _run(sources):
     environment |= {"TERM": "dumb", "COLUMNS": "100"}  # of commands that cells run
     options = {"timeout": 600, "extra_arguments": ["--log-level=ERROR"], "resources": {"metadata": {"path": TUTORIALS}}}
     client = NotebookClient(nbformat.v4.new_notebook(), **options)
+    shutil.rmtree(TUTORIALS / "output", ignore_errors=True)
     with client.setup_kernel(env=environment):
         for name, source in sources.items():
             notebook = nbformat.reads(source, 4)
@@ -107,11 +109,22 @@ def page(name, notebook):
             continue
         caption = CAPTION.match(cell.source)
         parts.append(f"```python\n{CAPTION.sub('', cell.source)}\n```")
-        for output in cell.outputs:
+        for output in _joined(cell.outputs):
             parts.append(_shown(output, name, caption and caption[1], pictures))
     title, *rest = parts[0].split("\n", 1)
     link = f"*This page is a notebook: [download it](notebooks/{name}.ipynb), or open `docs/tutorials/{name}.ipynb`.*"
     return "\n\n".join([title, link, *rest, *parts[1:]]), pictures
+
+
+def _joined(outputs):
+    """Return outputs, those of one stream that follow each other as one."""
+    found = []
+    for output in outputs:
+        if found and output.get("name", "no stream") == found[-1].get("name"):
+            found[-1] = nbformat.from_dict({**found[-1], "text": found[-1].text + output.text})
+        else:
+            found.append(output)
+    return found
 
 
 def _shown(output, name, caption, pictures):

@@ -67,10 +67,11 @@ class ModeTable(Record):
 
     def _repr_html_(self) -> str:
         """Return the rows, effective masses in percent of the body's, as an HTML table."""
-        share = np.where(np.isfinite(self.fraction), 100 * self.fraction, np.nan)
+        share = [[f"{value:.2f}" if np.isfinite(value) else "" for value in row] for row in 100 * self.fraction]
+        hertz = [f"{value:.5g}" if np.isfinite(value) else "" for value in self.frequency]
         header = ["candidate", "kind", "Hz", *(f"{direction}, %" for direction in DIRECTIONS), "kept", "reason"]
         rows = [
-            [k + 1, kind, float(self.frequency[k]), *share[k].tolist(), "yes" if self.kept[k] else "no", self.reason[k]]
+            [k + 1, kind, hertz[k], *share[k], "yes" if self.kept[k] else "no", self.reason[k]]
             for k, kind in enumerate(self.kind)
         ]
         return html_table(repr(self), header, rows)
