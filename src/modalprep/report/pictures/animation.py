@@ -12,6 +12,7 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
 from modalprep.report.pictures import marks, render
+from modalprep.report.pictures.body_parts import add_deformed, add_ghost, label_shifts
 from modalprep.report.pictures.colour import node_colour
 
 if TYPE_CHECKING:
@@ -114,11 +115,13 @@ def _frames(
         body, size, np.concatenate([body.points + swing, body.points - swing]), mode, text=text
     )
     try:
-        render.add_ghost(plotter, body)
+        add_ghost(plotter, body)
+        swept = [body.points + q * swing for q in (-1, 0, 1)]
+        shifts = label_shifts(plotter, body, swept, body.interface_position)
         images = []
         for phase in np.linspace(0, 2 * np.pi, count, endpoint=False):
             q = np.sin(phase)
-            render.add_deformed(plotter, body, mode, scale, amount * abs(q), q)
+            add_deformed(plotter, body, mode, scale, amount * abs(q), q, shifts=shifts)
             images.append(render.shot(plotter))
         return images
     finally:

@@ -11,9 +11,11 @@ import numpy as np
 
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.report.pictures import render
+from modalprep.report.pictures.body_parts import BODY_COLOUR
+from modalprep.report.pictures.files import save_picture
 from modalprep.report.pictures.marks import BALL, spheres
 
-EDGE = "#3c4f5b"  # darker than in other pictures, to show the elements
+BEAM, EDGE = "#5b7486", "#3c4f5b"
 COLOURS = {"error": "#d62728", "warning": "#f07f00"}
 MATT = {"ambient": 0.4, "diffuse": 0.65}
 LIFT = 2e-3  # of the body's depth: offset of edges in front of their faces
@@ -76,7 +78,7 @@ def render_findings(
         _add_finding(plotter, body, cells, finding, towards)
     plotter.reset_camera_clipping_range()
     _add_legend(plotter, findings, size)
-    return render.save_picture(plotter, path)
+    return save_picture(plotter, path)
 
 
 def _body(name: str, points: np.ndarray, cells: Mapping[str, np.ndarray]) -> Body:
@@ -96,12 +98,12 @@ def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
 
     skin, beams = surface(body, body.points), lines(body, body.points)
     if skin is not None:
-        plotter.add_mesh(skin, color=render.BODY_COLOUR, **MATT)
+        plotter.add_mesh(skin, color=BODY_COLOUR, **MATT)
         plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
     if beams is not None:
         ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if cell_dimension(kind) == 1]))
         dots = spheres(body.points[ends] + LIFT * towards, 0.4 * BALL * plotter.camera.parallel_scale)
-        plotter.add_mesh(beams, color=render.EDGE, line_width=4)
+        plotter.add_mesh(beams, color=BEAM, line_width=4)
         plotter.add_mesh(dots, color=EDGE, **MATT)
 
 
