@@ -39,8 +39,8 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "figures", "plots", "responses", "strength",
-        "summary", "scene", "analysis", "synthesis", "ensemble", "show", "body_page", "correlation", "page",
+        "tables", "pictures", "check_tables", "schema_tables", "mac", "figures", "plots", "mass_chart", "responses",
+        "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "show", "body_page", "correlation", "page",
     ),
     "pipeline": (
         "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",

@@ -149,14 +149,6 @@ def test_pages_name_pipelines_that_exist(project):
             assert (project / "pipelines" / name).exists(), f"{file}: {name}"
 
 
-def test_gallery_has_every_pipeline(page, project):
-    text = page("gallery.md")
-    for file in (project / "pipelines").glob("*.toml"):
-        assert f"`{file.name}`" in text or f'--8<-- "pipelines/{file.name}"' in text, file.name
-    for name in re.findall(r"pictures/([\w.-]+)", text):
-        assert (project / "pipelines" / "pictures" / name).exists(), name
-
-
 def test_element_page(page, capsys):
     """Its TOML is valid where a material and a mesh are added; its Python runs."""
     text = page("reference/elements.md")

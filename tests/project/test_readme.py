@@ -43,7 +43,7 @@ def test_pipeline_block_is_valid_and_true(page, project):
 
 
 def test_a_picture_moves(text, project):
-    (name,) = re.findall(r"\]\((\S+\.gif)\)", text)
+    (name,) = re.findall(r"\]\((\S+\.webp)\)", text)
     assert (project / name).stat().st_size < LARGEST
     with Image.open(project / name) as picture:
         assert picture.n_frames > 10

@@ -5,7 +5,8 @@ import pytest
 from PIL import Image
 
 import modalprep as mp
-from modalprep.report import figures, plots
+from modalprep.report import figures, mass_chart, plots
+from modalprep.report.mass_chart import effective_mass_plot
 
 pytestmark = pytest.mark.usefixtures("charts")
 
@@ -23,7 +24,10 @@ def drawn(monkeypatch):
     """Return the axes of the figures saved."""
     saved = []
     save = plots.save_figure
-    monkeypatch.setattr(plots, "save_figure", lambda figure, path: saved.append(figure.axes[0]) or save(figure, path))
+    for home in (plots, mass_chart):
+        monkeypatch.setattr(
+            home, "save_figure", lambda figure, path: saved.append(figure.axes[0]) or save(figure, path)
+        )
     return saved
 
 
@@ -96,7 +100,7 @@ def test_bad_requests_are_one_message(tmp_path):
 
 
 def test_bars_add_up_to_the_kept_mass(block, drawn, tmp_path):
-    file = plots.effective_mass_plot(block.modes, tmp_path / "m.png")
+    file = effective_mass_plot(block.modes, tmp_path / "m.png")
     width = sum(bar.get_width() for bar in drawn[0].patches if abs(bar.get_y() + bar.get_height() / 2 - 1) < 0.1)
     kept = block.modes.kept
     np.testing.assert_allclose(width, 100 * np.nansum(block.modes.fraction[kept, 1]), rtol=1e-12)
@@ -104,9 +108,20 @@ def test_bars_add_up_to_the_kept_mass(block, drawn, tmp_path):
         assert image.size[0] >= 1600
 
 
+def test_key_of_the_bars_names_rows_and_frequencies(cantilever, drawn, tmp_path):
+    """Every vector of 4 % or more is in the key with its frequency, all others together in one grey piece."""
+    effective_mass_plot(cantilever.modes, tmp_path / "m.png")
+    share = 100 * np.nan_to_num(cantilever.modes.fraction).max(axis=1) * cantilever.modes.kept
+    key = [text.get_text() for text in drawn[0].get_legend().get_texts()]
+    named = [text for text in key if text.startswith("row ")]
+    assert [int(text.split()[1].rstrip(":")) - 1 for text in named] == list(np.flatnonzero(share >= 4))
+    assert all(text.endswith("Hz") for text in named)
+    assert len(key) - len(named) == bool(((share > 0) & (share < 4)).any())
+
+
 def test_body_without_inertia_in_a_direction_is_reported(cantilever, drawn, tmp_path):
     total = np.where(np.arange(6) == 3, 0, cantilever.modes.total)
-    plots.effective_mass_plot(cantilever.modes.with_(total=total), tmp_path / "m.png")
+    effective_mass_plot(cantilever.modes.with_(total=total), tmp_path / "m.png")
     assert "no inertia" in notes(drawn[0])
 
 
@@ -117,7 +132,7 @@ def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
 
     monkeypatch.setattr(figures.FigureCanvasAgg, "print_png", half)
     with pytest.raises(mp.InputError, match="No space left"):
-        plots.effective_mass_plot(cantilever.modes, tmp_path / "m.png")
+        effective_mass_plot(cantilever.modes, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []
 
 

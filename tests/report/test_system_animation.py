@@ -7,10 +7,13 @@ import pytest
 from PIL import Image, ImageSequence
 
 import modalprep as mp
+from modalprep.body.rigid import rigid_body
 from modalprep.cli import main
 from modalprep.examples import uniform_beam
+from modalprep.multibody.model.loads import AxialSpring
 from modalprep.report.pictures.camera import viewpoint
 from modalprep.report.pictures.system_animation import animate_system, render_motion
+from modalprep.report.pictures.system_parts import lines_between
 from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
 from modalprep.report.tables import prefixed
 
@@ -86,6 +89,8 @@ def test_what_cannot_be_filmed_is_refused(swing, tmp_path):
         animate_system(other, run, tmp_path / "run.gif")
     for style, words in (
         ({"follow": "leg"}, "follow = 'leg' is no body"),
+        ({"boxes": ["leg"]}, "boxes: 'leg' is no body"),
+        ({"boxes": ["arm"]}, "body 'arm' is flexible and has no box"),
         ({"trails": ["arm.tap"]}, "trail 'arm.tap' is no interface of a body; did you mean 'arm.tip'"),
     ):
         with pytest.raises(mp.InputError, match=words):
@@ -167,8 +172,33 @@ def test_the_command_draws_a_finished_run(tmp_path, capsys):
     assert balls[-1] > 1.2 * balls[0]  # more rods of the boom are out
     with Image.open(picture) as still:
         assert still.size == (320, 240)
+    strip = ["--strip", "--positions", "2"]
+    assert main(["film", file, *out, *few, "-o", str(picture), *strip]) == 0
+    with Image.open(picture) as still:
+        assert still.size == (2 * 320 + 2, 240)  # with a line of two pixels
+    assert main(["film", file, *out, *few, "-o", str(film), *strip]) == 2
+    assert "--strip draws a picture" in capsys.readouterr().err
 
 
 def _orange(picture):
     r, g, b = (picture[:180, :, k].astype(int) for k in range(3))
     return ((r > g + 40) & (g > b + 30)).sum()
+
+
+def test_springs_and_slides_are_lines_between_their_ends():
+    """The ends are those of the run: of the slide its place on the ground and its body, of the spring both bodies."""
+    inertia, root = np.eye(3), {"root": np.zeros(3)}
+    block = rigid_body("block", mass=1.0, centre=np.zeros(3), inertia=inertia, interfaces=root)
+    joints = (
+        mp.Joint(name="slide", type="prismatic", parent="ground", child="a", position=np.array([0, 0, 1.0])),
+        mp.Joint(name="hinge", type="revolute", parent="ground", child="b.root"),
+    )
+    spring = AxialSpring(name="strap", between=("a.root", "b.root"), stiffness=1.0)
+    system = mp.System(bodies={"a": block, "b": block}, joints=joints, loads=(spring,))
+    places = {"a.root.position": np.arange(6.0).reshape(2, 3), "b.root.position": np.ones((2, 3))}
+    found = dict(lines_between(system, mp.Result(time=np.arange(2.0), channels=places, status="done", message="")))
+    assert list(found) == ["slide", "strap"]
+    np.testing.assert_array_equal(found["slide"][0], [[0, 0, 1]] * 2)
+    for name, end in (("slide", 1), ("strap", 0)):
+        np.testing.assert_array_equal(found[name][end], places["a.root.position"])
+    np.testing.assert_array_equal(found["strap"][1], places["b.root.position"])

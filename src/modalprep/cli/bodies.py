@@ -83,6 +83,7 @@ def render(
     colour: Annotated[
         str, typer.Option("--colour", help="Colour by displacement or by energy (density of strain energy).")
     ] = "displacement",
+    edges: Annotated[bool, typer.Option("--edges", help="Draw the elements in a picture of a mode too.")] = False,
 ) -> None:
     """Draw or animate a mode shape; no display is needed.
 
@@ -98,6 +99,8 @@ def render(
 
     if sheet and animate:
         raise InputError("--sheet and --animate exclude each other; give one of them")
+    if edges and (sheet or animate):
+        raise InputError("--edges is for a picture of one mode; leave it out with --sheet and --animate")
     default = f"{file.stem}-modes.png" if sheet else f"{file.stem}-mode-{mode:02d}{'.gif' if animate else '.png'}"
     target = target or Path(default)
     refuse_overwriting([target], [file])
@@ -109,7 +112,7 @@ def render(
     elif mode == 0:
         render_mesh(body, target)
     else:
-        render_mode(body, mode, target, colour=colour)
+        render_mode(body, mode, target, colour=colour, edges=edges)
     Reporter().wrote(target)
 
 

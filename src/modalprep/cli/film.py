@@ -21,6 +21,9 @@ def film(
         Path | None, typer.Option("--run", help="Result file (.h5); the default is that of the outputs.")
     ] = None,
     positions: Annotated[int, typer.Option("--positions", help="Number of positions in a picture.", min=1)] = 6,
+    strip: Annotated[
+        bool, typer.Option("--strip", help="Draw the positions side by side, each with the one before it as a ghost.")
+    ] = False,
     output: Output = None,
     settings: Settings = None,
 ) -> None:
@@ -35,4 +38,4 @@ def film(
 
     changed, output = with_settings(file, settings or [], output)
     reporter = Reporter()
-    reporter.wrote(film_pipeline(changed, target, run, output, reporter, positions))
+    reporter.wrote(film_pipeline(changed, target, run, output, reporter, positions, strip=strip))

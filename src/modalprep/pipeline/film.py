@@ -13,8 +13,8 @@ from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.read import read_system
 from modalprep.report.pictures.animation import check_target
+from modalprep.report.pictures.files import PICTURES
 from modalprep.report.pictures.system_animation import animate_system, render_motion
-from modalprep.report.pictures.written import PICTURES
 
 if TYPE_CHECKING:
     from modalprep.multibody.deploying.system import DeployingSystem
@@ -24,9 +24,16 @@ if TYPE_CHECKING:
 
 
 def film_pipeline(
-    path: Path, target: Path | None, run: Path | None, output: Path | None, reporter: Reporter, positions: int = 6
+    path: Path,
+    target: Path | None,
+    run: Path | None,
+    output: Path | None,
+    reporter: Reporter,
+    positions: int = 6,
+    *,
+    strip: bool = False,
 ) -> Path:
-    """Draw a finished run of a pipeline file; `target` is an animation, or a picture with several positions.
+    """Draw a finished run of a pipeline file; `target` is an animation, or a picture or strip with several positions.
 
     Raises
     ------
@@ -41,13 +48,26 @@ def film_pipeline(
     run, target = run or folder / f"{path.stem}-run.h5", target or folder / f"{path.stem}.webp"
     if target.suffix.lower() not in PICTURES:
         check_target(target)
+        _refuse_strip(target, strip)
     refuse_overwriting([target], [run, *needed_files(path), *made_bodies(path, output)])
     result = read_result(run)
-    return draw_film(pipeline.film, read_system(pipeline, path, output, reporter), result, target, positions)
+    system = read_system(pipeline, path, output, reporter)
+    return draw_film(pipeline.film, system, result, target, positions, strip=strip)
+
+
+def _refuse_strip(target: Path, strip: bool) -> None:
+    if strip:
+        raise InputError(f"--strip draws a picture, and {target} is none; name one of {', '.join(PICTURES)} by -o")
 
 
 def draw_film(
-    table: FilmTable, system: System | DeployingSystem, result: Result, target: Path, positions: int = 6
+    table: FilmTable,
+    system: System | DeployingSystem,
+    result: Result,
+    target: Path,
+    positions: int = 6,
+    *,
+    strip: bool = False,
 ) -> Path:
     """Draw a run as the table says: an animation, or in a picture by its suffix.
 
@@ -59,6 +79,7 @@ def draw_film(
         When the machine cannot draw.
     """
     if target.suffix.lower() in PICTURES:
-        return render_motion(system, result, target, style=table.style(), positions=positions, size=tuple(table.size))
+        size = tuple(table.size)
+        return render_motion(system, result, target, style=table.style(), positions=positions, size=size, strip=strip)
     options = {"seconds": table.seconds, "frames": table.frames, "size": tuple(table.size)}
     return animate_system(system, result, target, style=table.style(), **options)

@@ -120,7 +120,7 @@ def run_pipeline(
 def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.pipeline.build.build import build_body
-    from modalprep.report.plots import effective_mass_plot
+    from modalprep.report.mass_chart import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
 
     outcome.built = build_body(path, outcome.folder, reporter, cache)

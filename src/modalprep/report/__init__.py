@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from modalprep.report.body_page.section import chart as chart
     from modalprep.report.body_page.section import paragraph as paragraph
     from modalprep.report.body_page.table import Table as Table
+    from modalprep.report.mass_chart import effective_mass_plot as effective_mass_plot
     from modalprep.report.page import write_page as write_page
     from modalprep.report.pictures.animation import animate_mode as animate_mode
     from modalprep.report.pictures.mesh_picture import render_findings as render_findings
@@ -21,7 +22,6 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.system_animation import animate_system as animate_system
     from modalprep.report.pictures.system_animation import render_motion as render_motion
     from modalprep.report.pictures.system_scene import FilmStyle as FilmStyle
-    from modalprep.report.plots import effective_mass_plot as effective_mass_plot
     from modalprep.report.plots import history_plot as history_plot
 
 _NAMES = {
@@ -35,7 +35,8 @@ _NAMES = {
     "pictures.mesh_picture": "render_findings",
     "pictures.system_animation": "animate_system render_motion",
     "pictures.system_scene": "FilmStyle",
-    "plots": "effective_mass_plot history_plot",
+    "mass_chart": "effective_mass_plot",
+    "plots": "history_plot",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

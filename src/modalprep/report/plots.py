@@ -1,4 +1,4 @@
-"""Charts by matplotlib: effective masses, time histories and error curves."""
+"""Charts by matplotlib: time histories and error curves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
-from modalprep.reduction.table import DIRECTIONS, ModeTable
 from modalprep.report.figures import save_figure
 
 # colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness
@@ -21,56 +20,6 @@ CURVES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 LINES = ("-", (0, (5, 2)), (0, (1, 1.5)), (0, (5, 2, 1, 2)))
 INK, GREY = "#1d2733", "#5c6b7a"
 ROOM, EXIT = 0.07, 0.36  # margins of the curves: if all stay in the frame, if one leaves it
-
-
-def effective_mass_plot(table: ModeTable, path: str | Path) -> Path:
-    """Draw, per direction, the effective mass of each kept vector, stacked.
-
-    Returns
-    -------
-    Path
-        The file.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from modalprep.examples import uniform_beam
-    >>> effective_mass_plot(uniform_beam(modes=4).modes, Path(tempfile.mkdtemp()) / "m.png").suffix
-    '.png'
-    """
-    figure = Figure(figsize=(9.0, 3.9), layout="constrained")
-    draw_effective_mass(figure.add_subplot(), table)
-    return save_figure(figure, path)
-
-
-def draw_effective_mass(axes: Axes, table: ModeTable) -> None:
-    """Draw the chart of `effective_mass_plot` into axes."""
-    share = 100 * np.nan_to_num(table.fraction)
-    left = np.zeros(6)
-    for rank, k in enumerate(k for k in np.flatnonzero(table.kept) if np.any(share[k] > 0)):
-        _stack(axes, share[k], left, COLOURS[rank % len(COLOURS)], str(k + 1))
-        left += share[k]
-    for place, total in enumerate(left):
-        text = f"{total:.1f}" if table.total[place] > 0 else "no inertia"
-        axes.text(max(101.5, total + 0.8), place, text, va="center", color=INK, fontsize=9)
-    axes.set_yticks(range(6), [*DIRECTIONS[:3], *(f"about {d[1]}" for d in DIRECTIONS[3:])])
-    axes.set_ylim(5.6, -0.6)
-    axes.set_xlim(0, max(110.0, 1.1 * left.max(initial=0.0)))
-    axes.set_xticks(range(0, 101, 20))
-    axes.set_xlabel("effective mass of the kept vectors, % of the body   (numbers in the bars: row of the table)")
-    axes.axvline(100, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
-    axes.axhline(2.5, color="#c3ccd4", linewidth=0.8)
-    plain_axes(axes, grid="x")
-
-
-def _stack(axes: Axes, share: np.ndarray, left: np.ndarray, colour: str, label: str) -> None:
-    """Add one vector's piece to the six bars, with its row number where there is room."""
-    places = np.flatnonzero(share)
-    axes.barh(places, share[places], left=left[places], height=0.72, color=colour, edgecolor="white", linewidth=0.6)
-    ink = "white" if colour in ("#0072B2", "#009E73", "#D55E00") else INK
-    for place in np.flatnonzero(share > 1.2 * len(label) + 0.4):
-        middle = left[place] + share[place] / 2
-        axes.text(middle, place, label, ha="center", va="center", color=ink, fontsize=8)
 
 
 def history_plot(

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
+from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter, StrMethodFormatter
 from rich.console import Console
 from rich.padding import Padding
 from rich.text import Text
 
 from modalprep.report.figures import save_figure
 from modalprep.report.plots import CURVES, LINES, add_head, plain_axes
-from modalprep.report.tables import hertz, plain_table
+from modalprep.report.tables import hertz, plain_table, prefixed
 from modalprep.response.result import Peak, Response
 
 HEADS = {  # columns of `peak_rows` by the figures of a kind
@@ -38,6 +38,11 @@ MEANING = {
     "random": "Power spectral densities", "transient": "Histories",
 }  # fmt: skip
 LEFT = ("channel", "from", "ruled by")  # columns of texts
+QUANTITIES = {
+    "N": "force", "N m": "moment", "m/s^2": "acceleration", "m/s": "velocity", "m": "displacement", "rad": "rotation",
+    "rad/s^2": "angular acceleration", "rad/s": "angular velocity", "Pa": "stress", "N/m": "force per length",
+}  # fmt: skip
+PREFIXED = ("N", "N m", "m", "Pa", "J")  # axes in decades have their labels in these units with SI prefixes
 NOTHING = 1e-9  # of the largest of a unit: round-off in a direction that nothing drives
 ALIKE = {"N m": "N", "rad/s^2": "m/s^2", "rad": "m"}  # at an arm of 1 m
 
@@ -162,6 +167,7 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
             steady = response.steady[:, response.names.index(name)]
             label = "steady state" if k == 0 else None
             axes.plot(response.axis, steady, color=style["color"], linewidth=1.0, linestyle=":", label=label)
+    random = response.kind == "random"
     if response.kind != "transient":
         axes.set_xscale("log")
         axes.set_yscale("log")
@@ -169,17 +175,33 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
         largest = max(float(values.max()) for values in _magnitudes(response, names))
         bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
         axes.set_ylim(bottom, 2 * largest)
+        axes.yaxis.set_major_formatter(LogFormatterMathtext() if random else FuncFormatter(_decade(unit)))
+        shown_unit = unit
     else:
-        axes.yaxis.set_major_formatter(StrMethodFormatter("{x:.4g}"))
+        factor, shown_unit = prefixed(unit, max(float(np.abs(response[name]).max()) for name in names))
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{factor * y:.4g}"))
     shown = response.axis if response.kind == "transient" else response.axis[response.axis > 0]
     if len(shown) > 1:
         axes.set_xlim(shown[0], shown[-1])
-    unit = unit.replace("^2", "²")
-    if response.kind == "random":
-        unit = f"{unit}²/Hz" if unit.isalpha() else f"({unit})²/Hz"
-    axes.set_ylabel(f"{names[0]} ({unit})" if len(names) == 1 else unit)  # a single curve has no legend
+    axes.set_ylabel(_quantity(names, unit, shown_unit, random=random))
     add_head(axes, "")
     plain_axes(axes, grid="both")
+
+
+def _quantity(names: list[str], unit: str, shown: str, *, random: bool) -> str:
+    """Return what an axis shows, with the unit; a single curve has no legend and so its name here."""
+    text = shown.replace("^2", "²")
+    if random:
+        text = f"{text}²/Hz" if text.isalpha() else f"({text})²/Hz"
+    what = names[0] if len(names) == 1 else QUANTITIES.get(unit, "")
+    return f"{what} ({text})" if what else text
+
+
+def _decade(unit: str) -> Callable[[float, int], str]:
+    """Return what labels the decades of an axis: with SI prefixes where the unit takes them, else as numbers."""
+    if unit not in PREFIXED:
+        return lambda value, _: f"{value:g}"
+    return lambda value, _: f"{value * prefixed(unit, value)[0]:g} {prefixed(unit, value)[1]}"
 
 
 def plain_decades(axis: Axis) -> None:

@@ -41,9 +41,9 @@ def histories(run: Result, channels: Sequence[str], axes: Axes | None, **options
 
 def effective_mass(table: ModeTable, axes: Axes | None) -> Axes:
     """Draw the effective masses of a table."""
-    from modalprep.report.plots import draw_effective_mass
+    from modalprep.report.mass_chart import draw_effective_mass
 
-    axes = axes or _axes((9.0, 3.9))
+    axes = axes or _axes((9.0, 4.4))
     draw_effective_mass(axes, table)
     return axes
 

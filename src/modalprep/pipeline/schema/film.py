@@ -21,6 +21,7 @@ class FilmTable(Table):
     exaggeration: float = Field(1.0, gt=0, description="factor of the deflections, which the picture states")
     trails: list[str] = Field([], description="interfaces, such as arm.tip, that draw their path behind them")
     follow: str = Field("", description="body that the camera follows; default: the camera stays")
+    boxes: list[str] = Field([], description="rigid bodies drawn as the uniform box of their mass and inertia")
     title: str = Field("", description="text in the picture")
     seconds: float = Field(5.0, gt=0, description="duration of the animation, s")
     frames: int = Field(60, ge=2, le=2000, description="number of its pictures")
@@ -32,5 +33,5 @@ class FilmTable(Table):
         """Return what the drawing functions take."""
         from modalprep.report.pictures.system_scene import FilmStyle
 
-        names = ("colour", "exaggeration", "trails", "follow", "title")
+        names = ("colour", "exaggeration", "trails", "follow", "boxes", "title")
         return FilmStyle(**{name: getattr(self, name) for name in names})

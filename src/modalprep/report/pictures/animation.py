@@ -1,4 +1,4 @@
-"""Animation of a mode as a GIF, a WebP or an MP4."""
+"""Animation of a mode as a GIF or an MP4."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
 from modalprep.report.pictures import marks, render
+from modalprep.report.pictures.body_parts import add_deformed, add_ghost, label_shifts
 from modalprep.report.pictures.colour import node_colour
-from modalprep.report.pictures.written import shot
+from modalprep.report.pictures.files import shot
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -34,7 +35,7 @@ def animate_mode(
     size: tuple[int, int] = SIZE,
     title: str = "",
 ) -> Path:
-    """Write one period of a mode as a GIF or WebP that repeats, or a few periods as an MP4.
+    """Write one period of a mode as a GIF that repeats, or a few periods as an MP4.
 
     The colour is the current displacement or density of strain energy. The file is written completely or not at all.
 
@@ -44,7 +45,7 @@ def animate_mode(
     mode : int
         Counted from 1.
     path : path
-        A .gif, a .webp, or an .mp4 where the package imageio-ffmpeg is installed.
+        A .gif, or an .mp4 where the package imageio-ffmpeg is installed.
     colour : {"displacement", "energy"}
     frames : int
         Of one period.
@@ -115,11 +116,13 @@ def _frames(
         body, size, np.concatenate([body.points + swing, body.points - swing]), mode, text=text
     )
     try:
-        render.add_ghost(plotter, body)
+        add_ghost(plotter, body)
+        swept = [body.points + q * swing for q in (-1, 0, 1)]
+        shifts = label_shifts(plotter, body, swept, body.interface_position)
         images = []
         for phase in np.linspace(0, 2 * np.pi, count, endpoint=False):
             q = np.sin(phase)
-            render.add_deformed(plotter, body, mode, scale, amount * abs(q), q)
+            add_deformed(plotter, body, mode, scale, amount * abs(q), q, shifts=shifts)
             images.append(shot(plotter))
         return images
     finally:

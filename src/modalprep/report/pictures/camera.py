@@ -9,7 +9,7 @@ TILT = 0.1
 CORNER = np.array([0.5, -0.8, 0.55])  # the usual three-quarter view, z up
 ABOVE = np.array([0.35, -0.75, 1.1])  # of a body flat in x-y
 SLENDER, FLAT = 0.1, 0.25  # extent across, over extent along, of a body seen square-on, from above
-FRAME = (0.05, 0.13, 0.93, 0.89)  # left, bottom, right, top of the picture that the body may fill
+FRAME = (0.05, 0.13, 0.93, 0.88)  # left, bottom, right, top of the picture that the body may fill
 
 
 def aim(plotter, seen: np.ndarray, points: np.ndarray, shape: np.ndarray | None) -> None:

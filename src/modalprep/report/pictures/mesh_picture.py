@@ -11,10 +11,11 @@ import numpy as np
 
 from modalprep.fe.mesh.cells import cell_dimension
 from modalprep.report.pictures import render
+from modalprep.report.pictures.body_parts import BODY_COLOUR
+from modalprep.report.pictures.files import save_picture
 from modalprep.report.pictures.marks import BALL, spheres
-from modalprep.report.pictures.written import save_picture
 
-EDGE = "#3c4f5b"  # darker than in other pictures, to show the elements
+BEAM, EDGE = "#5b7486", "#3c4f5b"
 COLOURS = {"error": "#d62728", "warning": "#f07f00"}
 MATT = {"ambient": 0.4, "diffuse": 0.65}
 LIFT = 2e-3  # of the body's depth: offset of edges in front of their faces
@@ -97,12 +98,12 @@ def _add_mesh(plotter, body: Body, towards: np.ndarray) -> None:
 
     skin, beams = surface(body, body.points), lines(body, body.points)
     if skin is not None:
-        plotter.add_mesh(skin, color=render.BODY_COLOUR, **MATT)
+        plotter.add_mesh(skin, color=BODY_COLOUR, **MATT)
         plotter.add_mesh(edges(body, body.points + LIFT * towards), color=EDGE, line_width=1.5)
     if beams is not None:
         ends = np.unique(np.concatenate([body.cells[kind].ravel() for kind in body.cells if cell_dimension(kind) == 1]))
         dots = spheres(body.points[ends] + LIFT * towards, 0.4 * BALL * plotter.camera.parallel_scale)
-        plotter.add_mesh(beams, color=render.EDGE, line_width=4)
+        plotter.add_mesh(beams, color=BEAM, line_width=4)
         plotter.add_mesh(dots, color=EDGE, **MATT)
 
 

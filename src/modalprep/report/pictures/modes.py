@@ -6,8 +6,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from modalprep.body.flexible_body import FlexibleBody
+from modalprep.report.pictures.files import write_shot
 from modalprep.report.pictures.render import mode_scene, show_mode
-from modalprep.report.pictures.written import write_shot
 
 
 def render_modes(

@@ -13,10 +13,22 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
+from modalprep.report.pictures.body_parts import (
+    BODY_COLOUR,
+    EDGE,
+    LIGHT,
+    TUBE,
+    add_deformed,
+    add_edges,
+    add_ghost,
+    body_size,
+    front,
+    label_shifts,
+)
 from modalprep.report.pictures.colour import WORDS, node_colour
-from modalprep.report.pictures.marks import QUIET, add_bar, add_interfaces, spheres
+from modalprep.report.pictures.files import save_picture
+from modalprep.report.pictures.marks import add_bar, add_interfaces, spheres
 from modalprep.report.pictures.motion import largest_displacement
-from modalprep.report.pictures.written import save_picture
 
 WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 EGL = "vtkEGLRenderWindow"
@@ -47,8 +59,6 @@ sys.exit(0 if high > low else "blank")
 PATIENCE = 120  # s; the first import of VTK from a network disk takes most of a minute
 ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
 SHARE = 0.12  # largest displacement shown, of the body's size
-TUBE = 0.007  # radius of a beam, of the body's size
-BODY_COLOUR, EDGE, GHOST = "#a9c7dd", "#5b7486", "#8a949e"
 SAMPLES = 8  # of each pixel
 
 
@@ -123,12 +133,17 @@ def render_mode(
     *,
     colour: str = "displacement",
     size: tuple[int, int] = (1000, 750),
+    edges: bool = False,
 ) -> Path:
     """Draw mode `mode` (counted from 1): displacement or strain energy in colour, the undeformed body as a ghost.
 
     Parameters
     ----------
     colour : {"displacement", "energy"}
+    size : (int, int)
+        Width and height in pixels.
+    edges : bool
+        Draw the edges of the elements too.
 
     Returns
     -------
@@ -142,31 +157,43 @@ def render_mode(
     RenderError
         When the machine cannot draw.
     """
-    return save_picture(mode_scene(body, mode, colour, size), path)
+    return save_picture(mode_scene(body, mode, colour, size, edges=edges), path)
 
 
-def mode_scene(body: FlexibleBody, mode: int, colour: str, size: tuple[int, int], *, off_screen: bool = True):
+def mode_scene(
+    body: FlexibleBody,
+    mode: int,
+    colour: str,
+    size: tuple[int, int],
+    *,
+    edges: bool = False,
+    off_screen: bool = True,
+):
     """Return a plotter with mode `mode` as `render_mode` draws it."""
-    scale, amount = shown_scale(body, mode), node_colour(body, mode, colour)
-    plotter = framed_plotter(body, size, _bent(body, mode, scale), mode, off_screen=off_screen)
-    add_ghost(plotter, body)
-    add_deformed(plotter, body, mode, scale, amount)
+    plotter = framed_plotter(body, size, _bent(body, mode), mode, off_screen=off_screen)
+    _add_mode(plotter, body, mode, colour, edges)
     add_bar(plotter, WORDS[colour])
     return plotter
 
 
 def show_mode(plotter, body: FlexibleBody, mode: int, colour: str) -> None:
     """Let a plotter of `mode_scene` show another mode of the body."""
-    scale, amount = shown_scale(body, mode), node_colour(body, mode, colour)
-    depth = plotter.camera.clipping_range  # so deep that the lines of the ghost are seen through the body
-    _frame(plotter, body, _bent(body, mode, scale), mode)
-    plotter.camera.clipping_range = depth
+    _frame(plotter, body, _bent(body, mode), mode)
     _add_title(plotter, _title(body, mode))
-    add_deformed(plotter, body, mode, scale, amount)
+    _add_mode(plotter, body, mode, colour, edges=False)
 
 
-def _bent(body: FlexibleBody, mode: int, scale: float) -> np.ndarray:
-    return body.points + scale * body.shape[:, :, mode - 1]
+def _add_mode(plotter, body: FlexibleBody, mode: int, colour: str, edges: bool) -> None:
+    """Add or replace the undeformed body and the mode, as the camera sees them."""
+    scale, amount = shown_scale(body, mode), node_colour(body, mode, colour)
+    add_ghost(plotter, body)
+    places = body.interface_position + scale * body.phi[:, :, mode - 1]
+    shifts = label_shifts(plotter, body, [_bent(body, mode)], places)
+    add_deformed(plotter, body, mode, scale, amount, shifts=shifts, edges=edges)
+
+
+def _bent(body: FlexibleBody, mode: int) -> np.ndarray:
+    return body.points + shown_scale(body, mode) * body.shape[:, :, mode - 1]
 
 
 def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:
@@ -189,21 +216,21 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
 
 def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = True):
     """Return a plotter with the mesh as `render_mesh` draws it."""
-    from modalprep.report.pictures.surface import edges, surface, tubes
+    from modalprep.report.pictures.surface import surface, tubes
 
     plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)
-    skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * _size(body))
+    skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * body_size(body))
     if skin is not None:
-        plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
-        drawn = plotter.add_mesh(edges(body, body.points), color=EDGE, line_width=1, opacity=0.5)
-        # a smaller offset than VTK's default, with which edges behind a silhouette become visible
-        drawn.mapper.SetRelativeCoincidentTopologyLineOffsetParameters(1.0, 2.0)
+        plotter.add_mesh(skin, color=BODY_COLOUR, split_sharp_edges=True, **LIGHT)
+        add_edges(plotter, body, body.points)
     if beams is not None:
-        plotter.add_mesh(beams, color=BODY_COLOUR, smooth_shading=True, ambient=0.25)
+        plotter.add_mesh(beams, color=BODY_COLOUR, **LIGHT)
     if skin is None:
-        plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * _size(body)), color=EDGE)
+        plotter.add_mesh(spheres(np.array(body.points), 0.8 * TUBE * body_size(body)), color=EDGE)
     if len(body.interface_position):
-        add_interfaces(plotter, body, body.interface_position)
+        shifts = label_shifts(plotter, body, [body.points], body.interface_position)
+        add_interfaces(plotter, body, body.interface_position, depth=front(plotter, body), shifts=shifts)
+    plotter.reset_camera_clipping_range()
     return plotter
 
 
@@ -213,11 +240,7 @@ def shown_scale(body: FlexibleBody, mode: int) -> float:
         modes = f"its modes are 1 to {body.n}" if body.n else "it is rigid"
         raise InputError(f"body {body.name!r} has no mode {mode}; {modes}")
     largest = largest_displacement(body.shape)[mode - 1]
-    return float(SHARE * _size(body) / largest) if largest > 0 else 0.0
-
-
-def _size(body: FlexibleBody) -> float:
-    return float(np.linalg.norm(np.ptp(body.points, axis=0))) or 1.0
+    return float(SHARE * body_size(body) / largest) if largest > 0 else 0.0
 
 
 def _title(body: FlexibleBody, mode: int | None) -> str:
@@ -266,40 +289,3 @@ def _frame(plotter, body: FlexibleBody, points: np.ndarray, mode: int | None) ->
 def _add_title(plotter, title: str) -> None:
     style = {"font_size": plotter.window_size[1] // 46, "color": "black", "render": False}
     plotter.add_text(title, name="title", position=(0.025, 0.935), viewport=True, **style)
-
-
-def add_ghost(plotter, body: FlexibleBody) -> None:
-    """Add the undeformed body: a line per beam, and the sharp edges and the outline of the rest."""
-    from modalprep.report.pictures.surface import lines, surface
-
-    skin, beams = surface(body, body.points), lines(body, body.points)
-    if skin is not None:
-        sharp = skin.extract_feature_edges(30)
-        ghost = plotter.add_mesh(skin, color=GHOST, opacity=0.12)
-        # behind the faces of the deformed body that lie in the same plane
-        ghost.mapper.SetResolveCoincidentTopologyToPolygonOffset()
-        ghost.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(1.0, 500.0)
-        if sharp.n_cells:
-            plotter.add_mesh(sharp, color=GHOST, line_width=1.5)
-    if beams is not None:
-        plotter.add_mesh(beams, color=GHOST, line_width=2)
-
-
-def add_deformed(
-    plotter, body: FlexibleBody, mode: int, scale: float, amount: np.ndarray, phase: float = 1.0, *, names=True
-) -> None:
-    """Add or replace the body at its modal coordinate `scale * phase`, coloured by `amount` (n_points,)."""
-    from modalprep.report.pictures.surface import surface, tubes
-
-    displacement = phase * scale * body.shape[:, :, mode - 1]
-    moved = body.points + displacement
-    style = {"scalars": "amount", "cmap": "viridis", "clim": (0, 1), "show_scalar_bar": False}
-    style |= {"smooth_shading": True, "ambient": 0.25, **QUIET}
-    skin = surface(body, moved, amount)
-    radius = (TUBE if skin is None else 0.4 * TUBE) * _size(body)
-    beams = tubes(body, moved, radius, amount)
-    if skin is not None:
-        plotter.add_mesh(skin, name="skin", split_sharp_edges=True, **style)
-    if beams is not None:
-        plotter.add_mesh(beams, name="beams", **style)
-    add_interfaces(plotter, body, body.interface_position + phase * scale * body.phi[:, :, mode - 1], names=names)

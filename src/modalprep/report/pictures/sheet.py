@@ -10,8 +10,9 @@ from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.report.pictures import render
+from modalprep.report.pictures.body_parts import add_deformed, add_ghost
 from modalprep.report.pictures.colour import WORDS, node_colour, refuse_colour
-from modalprep.report.pictures.written import PICTURES, shot
+from modalprep.report.pictures.files import refuse_suffix, shot
 from modalprep.report.tables import hertz
 
 TILE = (480, 360)
@@ -55,8 +56,7 @@ def contact_sheet(
     from PIL import Image, ImageDraw
 
     path = Path(path)
-    if path.suffix.lower() not in PICTURES:
-        raise InputError(f"cannot write {path}: a picture is one of {', '.join(PICTURES)}")
+    refuse_suffix(path)
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to draw; it is rigid")
     refuse_colour(body, colour)
@@ -89,8 +89,8 @@ def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     scale, amount = render.shown_scale(body, mode), node_colour(body, mode, colour)
     plotter = render.framed_plotter(body, TILE, body.points + scale * body.shape[:, :, mode - 1], mode, text=False)
     try:
-        render.add_ghost(plotter, body)
-        render.add_deformed(plotter, body, mode, scale, amount, names=False)
+        add_ghost(plotter, body)
+        add_deformed(plotter, body, mode, scale, amount)
         return shot(plotter)
     finally:
         plotter.close()

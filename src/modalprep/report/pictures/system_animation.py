@@ -12,11 +12,11 @@ from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
+from modalprep.report.pictures.files import save_image, save_picture, shot
 from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
-from modalprep.report.pictures.written import save_picture, shot
 
-FAINT = 0.12  # opacity of the oldest of several positions in one picture
+FAINT, GHOST = 0.12, 0.25  # opacity of the oldest of several positions in one picture, of the one before in a strip
 
 
 def animate_system(
@@ -104,6 +104,7 @@ def render_motion(
     style: FilmStyle | None = None,
     positions: int = 6,
     size: tuple[int, int] = (1000, 750),
+    strip: bool = False,
 ) -> Path:
     """Draw a run in one picture: the bodies at several times, the earlier the fainter.
 
@@ -117,6 +118,10 @@ def render_motion(
         As of `animate_system`; the camera stays.
     positions : int
         Number of times, spread evenly over the run.
+    size : (int, int)
+        Width and height in pixels, in a strip of each of its pictures.
+    strip : bool
+        Draw the times side by side, each with the one before it as a ghost.
 
     Returns
     -------
@@ -132,10 +137,27 @@ def render_motion(
     """
     if positions < 1:
         raise InputError(f"positions = {positions} must be at least 1")
-    scene = _scene(system, result, positions, (style or FilmStyle()).with_(follow=""))
+    style = style or FilmStyle()
+    if strip:
+        return save_image(_strip(_scene(system, result, positions, style), size), path)
+    scene = _scene(system, result, positions, style.with_(follow=""))
     plotter = scene.stage(size)
     faint: Sequence[float] = np.linspace(FAINT, 0.5, max(1, len(scene.rows) - 1))
     for number, k in enumerate(scene.rows[:-1]):
         scene.place(plotter, k, opacity=float(faint[number]), ghost=f" at {number}")
     scene.place(plotter, scene.rows[-1], since=scene.rows[0])
     return save_picture(plotter, path)
+
+
+def _strip(scene: SystemScene, size: tuple[int, int]) -> np.ndarray:
+    """Return the pictures side by side, with a line between them."""
+    plotter, images = scene.stage(size), []
+    try:
+        for before, k in zip([None, *scene.rows], scene.rows, strict=False):
+            if before is not None:
+                scene.place(plotter, before, opacity=GHOST, ghost=" before")
+            scene.place(plotter, k)
+            images += [shot(plotter), np.full((size[1], 2, 3), 200, dtype=np.uint8)]
+        return np.concatenate(images[:-1], axis=1)
+    finally:
+        plotter.close()

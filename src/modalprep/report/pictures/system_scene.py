@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.mass import deflected_points
 from modalprep.errors import InputError
 from modalprep.multibody.deploying.system import DeployingSystem
@@ -16,16 +15,27 @@ from modalprep.multibody.model.loads import GROUND
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.records import Record
+from modalprep.report.pictures.body_parts import BODY_COLOUR
 from modalprep.report.pictures.camera import look, viewpoint
-from modalprep.report.pictures.marks import BALL, MARK, QUIET, spheres
+from modalprep.report.pictures.marks import BALL, MARK, QUIET, add_lines, add_unit_bar, spheres
 from modalprep.report.pictures.recovered_colour import RecoveredColour
-from modalprep.report.pictures.render import BODY_COLOUR, TUBE, empty_plotter
+from modalprep.report.pictures.render import empty_plotter
+from modalprep.report.pictures.system_parts import (
+    bodies_at,
+    box_corners,
+    boxes_at,
+    clock,
+    colour_range,
+    last_shown,
+    lines_between,
+    never_out,
+    put,
+)
 from modalprep.report.tables import prefixed
 from modalprep.suggest import suggestion
 
-SHOWN = 2.0  # deflection in body sizes up to which a diverging run is shown
 GROUND_COLOUR, PATH, TRAIL = "#5b7486", "#c3ccd4", "#0072B2"
-LINE = 28  # height of a line of text, pixels
+MANY = 12  # bodies, from which on the marks are smaller
 SHADE = {"smooth_shading": True, "ambient": 0.25, **QUIET}
 
 
@@ -44,6 +54,8 @@ class FilmStyle(Record):
         Interfaces, ``<body>.<interface>``, that draw their path behind them.
     follow : str
         Body that the camera follows; none by default.
+    boxes : sequence of str
+        Rigid bodies that are drawn as the uniform box of their mass and inertia; others are rods between interfaces.
     title : str
         In the picture.
 
@@ -58,6 +70,7 @@ class FilmStyle(Record):
     exaggeration: float = 1.0
     trails: Sequence[str] = ()
     follow: str = ""
+    boxes: Sequence[str] = ()
     title: str = ""
 
     def __post_init__(self) -> None:
@@ -82,17 +95,20 @@ class SystemScene:
 
     def __init__(self, system: System | DeployingSystem, result: Result, frames: int, style: FilmStyle) -> None:
         self.system = system.full() if isinstance(system, DeployingSystem) else system
-        self.bodies = {n: b for n, b in self.system.bodies.items() if not _never_out(n, system, result)}
+        self.bodies = {n: b for n, b in self.system.bodies.items() if not never_out(n, system, result)}
         self.result, self.style = result, style
         self._refuse()
         coloured = style.colour != "displacement"
         self.recovered = RecoveredColour(self.bodies, result, style.colour) if coloured else None
+        self.boxes = {name: box_corners(self.bodies[name].with_(name=name)) for name in style.boxes}
         self.bends = {name: self._deflections(name) for name in self.bodies}
-        self.rows = np.unique(np.linspace(0, _last_shown(self.bodies, self.bends), frames).round().astype(int))
+        self.rows = np.unique(np.linspace(0, last_shown(self.bodies, self.bends), frames).round().astype(int))
         amounts = [self._amount(name, k) for name in self.bends for k in self.rows]
-        lowest, largest = _range([amount for amount in amounts if amount is not None], coloured)
+        lowest, largest = colour_range([amount for amount in amounts if amount is not None], coloured)
         self.factor, self.unit = prefixed(self.recovered.unit if coloured else "m", max(abs(lowest), largest))
         self.lowest, self.largest = self.factor * lowest, self.factor * largest
+        self.clock = clock(float(result.time[self.rows[-1]]))
+        self.lines = dict(lines_between(self.system, result))
         grounded = [joint for joint in self.system.joints if joint.parent == GROUND and joint.type != "free"]
         self.ground = np.array([joint.position for joint in grounded]).reshape(-1, 3)
 
@@ -106,6 +122,9 @@ class SystemScene:
                 f"follow = {self.style.follow!r} is no body; {suggestion(self.style.follow, self.bodies, 'there are')}"
             )
         known = [f"{name}.{i}" for name, body in self.bodies.items() for i in body.interface_name]
+        for box in self.style.boxes:
+            if box not in self.bodies:
+                raise InputError(f"boxes: {box!r} is no body; {suggestion(box, self.bodies, 'there are')}")
         for trail in self.style.trails:
             if trail not in known:
                 raise InputError(f"trail {trail!r} is no interface of a body; {suggestion(trail, known, 'there are')}")
@@ -128,16 +147,23 @@ class SystemScene:
         bent = self.bodies[name].points + self.style.exaggeration * self.bends[name][k]
         return self._turn(name, k).apply(bent) + self.result[f"{name}.origin"][k]
 
+    def box(self, name: str, k: int) -> np.ndarray:
+        """Corners of a body's box at a row of the result, inertial (8, 3); none (0, 3) without a box."""
+        corners = self.boxes.get(name, np.zeros((0, 3)))
+        return self._turn(name, k).apply(corners) + self.result[f"{name}.origin"][k] if len(corners) else corners
+
     def interfaces(self, name: str, k: int) -> np.ndarray:
         """Interfaces of a body at a row of the result, inertial (n_if, 3)."""
-        more, names = self.style.exaggeration - 1, self.bodies[name].interface_name
-        places = np.array([self.result[f"{name}.{i}.position"][k] for i in names])
-        if not (more and self.bodies[name].n):
-            return places
-        bends = np.array([self.result[f"{name}.{i}.deflection"][k] for i in names])
-        return places + more * self._turn(name, k).apply(bends)
+        return np.array([self._path(name, i, k) for i in self.bodies[name].interface_name])
 
-    def _turn(self, name: str, k: int) -> Rotation:
+    def _path(self, name: str, interface: str, k: int | slice = slice(None)) -> np.ndarray:
+        """Place of an interface at a row of the result (3,), or at all of them (n_times, 3), as it is drawn."""
+        place, more = self.result[f"{name}.{interface}.position"][k], self.style.exaggeration - 1
+        if not (more and self.bodies[name].n):
+            return place
+        return place + more * self._turn(name, k).apply(np.array(self.result[f"{name}.{interface}.deflection"][k]))
+
+    def _turn(self, name: str, k: int | slice) -> Rotation:
         return Rotation.from_quat(self.result[f"{name}.orientation"][k], scalar_first=True)
 
     def is_out(self, name: str, k: int) -> bool:
@@ -158,137 +184,110 @@ class SystemScene:
         look(plotter, seen, *viewpoint(seen, self.system.gravity))
         self.camera = np.array(plotter.camera.position), np.array(plotter.camera.focal_point)
         plotter.add_axes(color="black", line_width=3, viewport=(0, 0, 0.14, 0.18))
-        self.radius = BALL * plotter.camera.parallel_scale
+        crowd = max(0.4, min(1.0, MANY / len(self.bodies)))
+        self.radius = crowd * BALL * plotter.camera.parallel_scale
         self._still(plotter)
         return plotter
 
     def _seen(self) -> np.ndarray:
         """Return every place of the motion (n, 3), as the camera sees it."""
         there = [(name, k) for name in self.bodies for k in self.rows if self.is_out(name, k)]
-        found = [f(name, k) - self._shift(k) for name, k in there for f in (self.points, self.interfaces)]
+        found = [f(name, k) - self._shift(k) for name, k in there for f in (self.points, self.interfaces, self.box)]
         return np.concatenate([np.zeros((0, 3)) if self.style.follow else self.ground, *found])
 
     def _still(self, plotter) -> None:
-        """Add the fixed parts: joints on the ground, the paths of the outermost interfaces."""
+        """Add the fixed parts: joints on the ground, the paths of the bodies that carry no other."""
         import pyvista
 
         if len(self.ground):
             side = dict.fromkeys(("x_length", "y_length", "z_length"), 4 * self.radius)
             cubes = pyvista.PolyData(self.ground).glyph(geom=pyvista.Cube(**side), scale=False, orient=False)
             plotter.add_mesh(cubes, color=GROUND_COLOUR, **QUIET)
-        for name, body in self.bodies.items() if not self.style.trails else ():
-            self._line(plotter, f"{name}.{body.interface_name[-1]}", self.rows[-1], PATH, 2)
+        carry = {joint.parent.partition(".")[0] for joint in self.system.joints}
+        shown = not (self.style.trails or self.style.follow)
+        for name, body in self.bodies.items():
+            if shown and name not in carry:
+                self._line(plotter, f"{name}.{body.interface_name[-1]}", self.rows[-1], PATH, 2)
 
     def _line(self, plotter, interface: str, k: int, colour: str, width: int) -> None:
         """Add the path of an interface up to a row of the result, where it moves."""
         import pyvista
 
-        path = self.result[f"{interface}.position"][: k + 1]
+        path = self._path(*interface.split("."))[: k + 1]
         path = path[np.isfinite(path).all(axis=1)]
         if len(path) > 1 and np.ptp(path, axis=0).max() > self.radius:
             line = pyvista.MultipleLines(path)
             plotter.add_mesh(line, name=f"path {interface}", color=colour, line_width=width, **QUIET)
+
+    def _between(self, plotter, k: int, ghost: str, opacity: float) -> None:
+        """Draw prismatic joints and springs as lines between their ends."""
+        import pyvista
+
+        for name, ends in self.lines.items():
+            pair = np.array([end[k] for end in ends])
+            if np.isfinite(pair).all() and np.ptp(pair, axis=0).max() > self.radius:
+                line = {"color": GROUND_COLOUR, "line_width": 2, "opacity": opacity, **QUIET}
+                plotter.add_mesh(pyvista.Line(*pair), name=f"between {name}{ghost}", **line)
 
     def place(self, plotter, k: int, *, opacity: float = 1.0, ghost: str = "", since: int | None = None) -> None:
         """Add the bodies at a row of the result in place of those of another row, or as a `ghost` beside them.
 
         `since` is the first row of a picture with several.
         """
-        coloured = None
-        for name in self.bodies:
-            drawn = self._body(plotter, name, k, f"{name}{ghost}", opacity)
-            coloured = drawn or coloured
+        there = [name for name in self.bodies if self.is_out(name, k)]
+        coloured = self._bodies(plotter, there, k, ghost, opacity)
+        self._marks(plotter, there, k, ghost, opacity)
         for trail in self.style.trails:
             self._line(plotter, trail, k, TRAIL, 3)
+        self._between(plotter, k, ghost, opacity)
         self._move(plotter, k)
         if coloured and not ghost and not plotter.scalar_bars.keys():
             self._bar(plotter, coloured)
         self._text(plotter, k, since)
 
-    def _body(self, plotter, name: str, k: int, actor: str, opacity: float):
-        """Add a body; return the actor that has its colours, if it has any."""
-        if not self.is_out(name, k):
-            for kind in ("skin", "beams", "rods", "balls"):
-                plotter.remove_actor(f"{actor} {kind}", **QUIET)
-            return None
-        amount, points = self._amount(name, k), self.points(name, k)
+    def _bodies(self, plotter, there: list[str], k: int, ghost: str, opacity: float):
+        """Add the bodies that are there; return the actor that has their colours, if any has."""
+        shown = [(self.bodies[n], self.points(n, k), self._value(n, k)) for n in there if n not in self.boxes]
         style = {**SHADE, "color": BODY_COLOUR, "opacity": opacity}
-        if amount is not None and self.largest > self.lowest:
-            amount, clim = self.factor * amount, (self.lowest, self.largest)
-            style |= {"scalars": "amount", "cmap": "viridis", "clim": clim, "show_scalar_bar": False}
-            style |= {"nan_color": BODY_COLOUR}
-        drawn = _add_body(plotter, actor, self.bodies[name], points, amount, self.radius, style)
-        balls = spheres(self.interfaces(name, k), self.radius)
-        plotter.add_mesh(balls, name=f"{actor} balls", color=MARK, ambient=0.4, opacity=opacity, **QUIET)
-        return drawn if "scalars" in style else None
+        colours = {"scalars": "amount", "cmap": "viridis", "clim": (self.lowest, self.largest)}
+        colours |= {"nan_color": BODY_COLOUR, "show_scalar_bar": False}
+        parts, coloured = bodies_at(shown, self.radius), None
+        for kind in ("skin", "beams"):
+            own = style | (colours if self.largest > self.lowest else {})
+            drawn = put(plotter, f"{kind}{ghost}", parts[kind], own | {"split_sharp_edges": kind == "skin"})
+            coloured = drawn if drawn is not None and "scalars" in own else coloured
+        put(plotter, f"rods{ghost}", parts["rods"], style)
+        boxes = boxes_at([self.box(name, k) for name in there if name in self.boxes])
+        flat = {"smooth_shading": False, "show_edges": True, "edge_color": GROUND_COLOUR}
+        put(plotter, f"boxes{ghost}", boxes, style | flat)
+        return coloured
+
+    def _value(self, name: str, k: int) -> np.ndarray:
+        """Values of a body for its colour, in the unit of the bar (n_points,); NaN where it has none."""
+        amount = self._amount(name, k)
+        return np.full(len(self.bodies[name].points), np.nan) if amount is None else self.factor * amount
+
+    def _marks(self, plotter, there: list[str], k: int, ghost: str, opacity: float) -> None:
+        """Add the interfaces, except those of boxes."""
+        places = [self.interfaces(name, k) for name in there if name not in self.boxes]
+        balls = spheres(np.concatenate(places), self.radius) if places else None
+        put(plotter, f"balls{ghost}", balls, {"color": MARK, "ambient": 0.4, "opacity": opacity, **QUIET})
 
     def _move(self, plotter, k: int) -> None:
         """Let the camera follow, and see all depths."""
         if self.style.follow:
             plotter.camera.position, plotter.camera.focal_point = (at + self._shift(k) for at in self.camera)
         plotter.reset_camera_clipping_range()
+        if self.style.follow:  # a path that leads past the camera would move the near plane into the bodies
+            away = plotter.camera.distance
+            plotter.camera.clipping_range = (0.01 * away, 10 * away)
 
     def _bar(self, plotter, coloured) -> None:
         name = self.recovered.name_of_colour if self.recovered else "deflection"
-        plotter.add_scalar_bar(
-            f"{name}, {self.unit}", mapper=coloured.mapper, color="black", n_labels=2, fmt="%.3g", vertical=False,
-            title_font_size=18, label_font_size=18, position_x=0.52, position_y=0.02, width=0.36, height=0.085,
-        )  # fmt: skip
+        add_unit_bar(plotter, f"{name} ({self.unit})", coloured.mapper)
 
     def _text(self, plotter, k: int, since: int | None) -> None:
-        begin = "" if since is None else f"{self.result.time[since]:.2f} .. "
+        times = [self.clock(float(self.result.time[row])) for row in (since, k) if row is not None]
         head = [self.style.title] if self.style.title else []
-        tail = [f"deflections x {self.style.exaggeration:g}"] if self.style.exaggeration != 1 else []
-        lines = [*head, f"t = {begin}{self.result.time[k]:.2f} s", *tail]
-        top = 0.98 - LINE * len(lines) / plotter.window_size[1]
-        where = {"position": (0.025, top), "viewport": True, "render": False}
-        plotter.add_text("\n".join(lines), name="time", font_size=12, color="black", **where)
-
-
-def _never_out(name: str, system: System | DeployingSystem, result: Result) -> bool:
-    """Say whether a body is the massless exit of a deployment, or one of its rods that stays stowed."""
-    if not isinstance(system, DeployingSystem) or name in system.bodies:
-        return False
-    return name in {d.exit_body for d in system.deployments} or f"{name}.origin" not in result.channels
-
-
-def _last_shown(bodies: dict[str, FlexibleBody], bends: dict[str, np.ndarray]) -> int:
-    """Row up to which every body's deflection is less than `SHOWN` of its size."""
-    last = len(next(iter(bends.values()))) - 1
-    for name, rows in bends.items():
-        body = bodies[name]
-        most = SHOWN * np.ptp(np.vstack([body.points, body.interface_position]), axis=0).max()
-        far = [k for k, bend in enumerate(rows) if not np.abs(bend).max(initial=0.0) <= (most or np.inf)]
-        last = min([last, *(k - 1 for k in far[:1])])
-    return max(last, 0)
-
-
-def _range(amounts: list[np.ndarray], signed: bool) -> tuple[float, float]:
-    """Return the ends of the colour scale: from 0, unless there are negative values."""
-    known = np.concatenate([np.zeros(1), *amounts])
-    known = known[np.isfinite(known)]
-    return (float(known.min()) if signed else 0.0), float(known.max())
-
-
-def _add_body(plotter, name: str, body: FlexibleBody, points: np.ndarray, amount, radius: float, style: dict):
-    """Add a body in place of its last picture, coloured by its `amount`; return its last actor."""
-    from modalprep.report.pictures.surface import surface, tubes
-
-    thick = max(0.5 * radius, TUBE * float(np.ptp(points, axis=0).max()))
-    parts = {"skin": surface(body, points, amount), "beams": tubes(body, points, thick, amount)}
-    if not any(part is not None for part in parts.values()) and len(points) > 1:
-        parts = {"rods": _rods(points, thick)}
-    drawn = None
-    for kind, part in parts.items():
-        if part is not None:
-            sharp = {"split_sharp_edges": True} if kind == "skin" else {}
-            drawn = plotter.add_mesh(part, name=f"{name} {kind}", **sharp, **style)
-    return drawn
-
-
-def _rods(points: np.ndarray, radius: float):
-    """Lines from the first point of a body without a mesh to each other, as tubes."""
-    import pyvista
-
-    lines = np.array([[2, 0, k] for k in range(1, len(points))])
-    return pyvista.PolyData(points, lines=lines.ravel()).tube(radius=radius, n_sides=16, capping=True)
+        tail = [f"deflections × {self.style.exaggeration:g}"] if self.style.exaggeration != 1 else []  # noqa: RUF001
+        add_lines(plotter, [*head, f"t = {' to '.join(times)}", *tail])

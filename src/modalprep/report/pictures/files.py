@@ -1,4 +1,4 @@
-"""From a plotter to a picture: its pixels, its file."""
+"""Files of pictures, written completely or not at all."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def shot(plotter) -> np.ndarray:
 
 
 def save_picture(plotter, path: str | Path) -> Path:
-    """Write a picture as `write_shot` does, and close the plotter."""
+    """Write the picture of a plotter and close it; the file is written completely or not at all."""
     try:
         return write_shot(plotter, path)
     finally:
@@ -27,13 +27,22 @@ def save_picture(plotter, path: str | Path) -> Path:
 
 
 def write_shot(plotter, path: str | Path) -> Path:
-    """Write the picture of all that a plotter holds; the file is written completely or not at all."""
+    """Write the picture of a plotter, which can draw others then."""
+    refuse_suffix(path)
+    return save_image(shot(plotter), path)
+
+
+def save_image(image: np.ndarray, path: str | Path) -> Path:
+    """Write a picture (height, width, 3); the file is written completely or not at all."""
     from PIL import Image
 
-    path = Path(path)
-    if path.suffix.lower() not in PICTURES:
+    refuse_suffix(path)
+    with atomic_path(Path(path)) as temporary:
+        Image.fromarray(image).save(temporary)
+    return Path(path)
+
+
+def refuse_suffix(path: str | Path) -> None:
+    """Refuse a file that is no picture."""
+    if Path(path).suffix.lower() not in PICTURES:
         raise InputError(f"cannot write {path}: a picture is one of {', '.join(PICTURES)}")
-    image = Image.fromarray(shot(plotter))
-    with atomic_path(path) as temporary:
-        image.save(temporary)
-    return path
