@@ -1,6 +1,7 @@
 """The command line: quick help, every command, exit codes."""
 
 import json
+import os
 import subprocess
 import sys
 import tomllib
@@ -87,8 +88,8 @@ def test_list_of_commands_cuts_no_sentence(capsys, monkeypatch):
 def test_run_as_json(job, capsys):
     assert main(["run", str(job), "--json"]) == 0
     outcome = json.loads(capsys.readouterr().out)
-    assert outcome["mass"] == pytest.approx(12.0)
-    assert len(outcome["frequency"]) > 0
+    assert outcome["mass_kg"] == pytest.approx(12.0)
+    assert len(outcome["frequency_Hz"]) > 0
     assert all(check["passed"] for check in outcome["checks"])
     names = {Path(file).name for file in outcome["files"]}
     assert {"job.h5", "job.html", "job-run.h5", "job-run.csv"} <= names
@@ -137,6 +138,27 @@ def test_body_is_reused_until_its_inputs_change(job, capsys):
     main(["simulate", str(job)])
     assert file.stat().st_mtime_ns != first
     assert mp.read_body(file).m == pytest.approx(12.4)
+
+
+def test_schema_leaves_out_the_names_that_users_choose(capsys):
+    """[joints.hinge] is a joint of this name; a name like that of a type or a key is taken for a slip."""
+    assert main(["schema", "joints.hinge"]) == 0
+    assert "A joint of the tree." in capsys.readouterr().out
+    assert main(["schema", "joints.hinge.axis"]) == 0
+    assert "hinge axis in the parent's frame" in capsys.readouterr().out
+    assert main(["schema", "joints.revolut"]) == 2
+    assert "did you mean 'revolute'" in capsys.readouterr().err
+
+
+def test_the_shell_completes_commands_and_options():
+    """As the lines of ``--show-completion`` ask in bash: the words, and the number of the one to complete."""
+    for line, answer in (("modalprep ru", "run"), ("modalprep run --no", "--no-pictures")):
+        asked = {"_MODALPREP_COMPLETE": "complete_bash", "COMP_WORDS": line, "COMP_CWORD": str(line.count(" "))}
+        code = "from modalprep.cli.commands import app; app(prog_name='modalprep')"
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=os.environ | asked, capture_output=True, text=True, timeout=60
+        )
+        assert done.stdout.split() == [answer], done.stderr
 
 
 def test_schema_describes_every_table(capsys):

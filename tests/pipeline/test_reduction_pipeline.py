@@ -63,7 +63,7 @@ def test_every_method_gives_the_first_bending_mode(run, method):
     """Clamped root, 1.8751^2 sqrt(EI / rho A) / (2 pi L^2) = 0.6044 Hz; Guyan is 0.5 % high."""
     code, found = run(f'method = "{method}"\nmodes = 4')
     assert code == 0
-    assert found["frequency"][0] == pytest.approx(0.60445, rel=6e-3 if method == "guyan" else 5e-4)
+    assert found["frequency_Hz"][0] == pytest.approx(0.60445, rel=6e-3 if method == "guyan" else 5e-4)
 
 
 def test_error_is_stated(run):
@@ -79,7 +79,7 @@ def test_error_is_drawn_in_the_report(run):
 
 
 def test_target_error_picks_the_modes(run):
-    rough, fine = (len(run(f"up_to = 30.0\ntarget_error = {e}")[1]["frequency"]) for e in (1e-1, 1e-5))
+    rough, fine = (len(run(f"up_to = 30.0\ntarget_error = {e}")[1]["frequency_Hz"]) for e in (1e-1, 1e-5))
     assert fine > rough
 
 
@@ -112,7 +112,7 @@ def test_modes_are_chosen_by_recoveries(run):
 
 def test_recoveries_have_targets(run):
     sizes = [
-        len(run(f'modes = 2\nup_to = 20.0\ntarget_error = {{ spar = "{target}" }}' + RECOVERIES)[1]["frequency"])
+        len(run(f'modes = 2\nup_to = 20.0\ntarget_error = {{ spar = "{target}" }}' + RECOVERIES)[1]["frequency_Hz"])
         for target in ("20%", "0.1%")
     ]
     assert sizes[1] > sizes[0]
@@ -138,7 +138,7 @@ def test_recoveries_that_are_not_there_are_refused(run, reduction, words):
 
 def test_listed_modes(run):
     _, found = run("modes = 6\nkeep = [1, 3]\ntruncation_vectors = []")
-    assert len(found["frequency"]) == 8  # six constraint modes and these two
+    assert len(found["frequency_Hz"]) == 8  # six constraint modes and these two
 
 
 def test_target_without_a_band(run):

@@ -39,12 +39,13 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "tables", "pictures", "check_tables", "schema_tables", "mac", "figures", "plots", "mass_chart", "responses",
-        "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "show", "body_page", "correlation", "page",
+        "terminal", "tables", "pictures", "check_tables", "schema_tables", "mac", "figures", "plots", "mass_chart",
+        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "show", "body_page",
+        "correlation", "page", "view",
     ),
     "pipeline": (
         "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
-        "schema.responses", "schema", "build", "systems", "responses", "film", "run", "batch", "init",
+        "schema.responses", "schema", "build", "systems", "responses", "film", "view", "run", "batch", "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home

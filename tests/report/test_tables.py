@@ -17,7 +17,7 @@ from modalprep.report.tables import body_summary, hertz, mode_table, shapes_tabl
 
 
 def printed(show, thing, width) -> str:
-    console = Console(width=width, color_system=None, file=io.StringIO(), soft_wrap=True, highlight=False)
+    console = Console(width=width, color_system=None, file=io.StringIO(), highlight=False)
     show(thing, console)
     return console.file.getvalue()
 

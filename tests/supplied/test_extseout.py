@@ -255,7 +255,7 @@ def test_pipeline_file_welds_them(inboard, outboard, tmp_path, capsys):
     assert main(["run", str(tmp_path / "frame.toml"), "--json"]) == 0
     capsys.readouterr()
     found = json.loads((tmp_path / "output" / "frame" / "frame-synthesis.json").read_text())
-    np.testing.assert_allclose(found["frequency"][6:], welded(inboard, outboard)[6:25], rtol=1e-12)
+    np.testing.assert_allclose(found["frequency_Hz"][6:], welded(inboard, outboard)[6:25], rtol=1e-12)
 
 
 def test_check_says_what_is_known(inboard, tmp_path, capsys):

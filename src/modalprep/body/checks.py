@@ -50,7 +50,13 @@ class Check:
         return "passed" if self.within else "failed" if self.required else "note"
 
     def row(self) -> dict[str, Any]:
-        """Return the check as plain JSON; a value that is not finite becomes null."""
+        """Return the check as plain JSON; a value that is not finite becomes null.
+
+        Returns
+        -------
+        dict
+            The fields, whether it ``passed``, and its ``result``.
+        """
         value = self.value if np.isfinite(self.value) else None
         return vars(self) | {"passed": self.passed, "result": self.result, "value": value}
 

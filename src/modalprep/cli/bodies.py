@@ -66,7 +66,7 @@ def modes(
     if browser:
         reporter.wrote(print_page(page, browser))
     if as_json:
-        print_json({"modes": summary.mode_rows(body.modes), "frequency": body.frequency.tolist(), "page": str(page)})
+        print_json({"modes": summary.mode_rows(body.modes), "frequency_Hz": body.frequency.tolist(), "page": str(page)})
 
 
 @app.command()

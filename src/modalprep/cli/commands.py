@@ -10,10 +10,10 @@ from typing import Annotated
 
 import typer
 
-from modalprep.cli import bodies, compare, film, jobs, meshes, simulate
+from modalprep.cli import bodies, compare, film, jobs, meshes, simulate, view
 from modalprep.cli.common import app
 
-__all__ = ["app", "bodies", "compare", "film", "jobs", "meshes", "perform", "simulate"]
+__all__ = ["app", "bodies", "compare", "film", "jobs", "meshes", "perform", "simulate", "view"]
 
 
 def _version(wanted: bool) -> None:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+if TYPE_CHECKING:
+    from modalprep.pipeline.console import Reporter
 
 app = typer.Typer(
     add_completion=True,
@@ -41,3 +44,13 @@ def end_with(failures: tuple[str, ...]) -> None:
 
     if failures:
         raise AccuracyError("; ".join(failures))
+
+
+def open_page(page: Path, reporter: Reporter) -> None:
+    """Open a page in the browser, or say that there is none."""
+    import webbrowser
+
+    from modalprep.report.show import has_display
+
+    if not (has_display() and webbrowser.open(page.resolve().as_uri())):
+        reporter.say(f"  no browser was found to open {page}")

@@ -7,13 +7,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from modalprep.cli.common import Json, Output, Pdf, PipelineFile, Quiet, Settings, app, end_with, print_json
+from modalprep.cli.common import Json, Output, Pdf, PipelineFile, Quiet, Settings, app, end_with, open_page, print_json
 from modalprep.report import summary
 
 if TYPE_CHECKING:
     from modalprep.pipeline.batch.batch import Batch
     from modalprep.pipeline.batch.job import Job
-    from modalprep.pipeline.console import Reporter
 
 
 @app.command()
@@ -54,15 +53,8 @@ def run(
     else:
         reporter.say(f"outputs are in {outcome.folder}")
     if show:
-        _open(page, reporter)
+        open_page(page, reporter)
     end_with(outcome.failures + outcome.exceeded)
-
-
-def _open(page: Path, reporter: Reporter) -> None:
-    import webbrowser
-
-    if not webbrowser.open(page.resolve().as_uri()):
-        reporter.say(f"  no browser was found to open {page}")
 
 
 @app.command()

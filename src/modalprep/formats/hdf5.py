@@ -69,6 +69,18 @@ def reading(path: Path, kind: str, advice: str) -> Iterator[h5py.File]:
         raise InputError(f"{kind} {path} is damaged or not a {kind} ({error}); {advice}") from None
 
 
+def file_format(path: Path) -> str:
+    """Return what an HDF5 file says that it is, such as ``modalprep result``; "" where it says nothing.
+
+    Raises
+    ------
+    InputError
+        When it is missing, damaged or no HDF5 file.
+    """
+    with reading(path, "file", "give a modal file, a result file or a mesh") as file:
+        return str(file.attrs.get("format", ""))
+
+
 @contextmanager
 def writing(path: Path) -> Iterator[h5py.File]:
     """Open a file in memory and write it at the end, completely or not at all.

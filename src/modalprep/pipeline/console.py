@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import wraps
 from pathlib import Path
+from typing import Protocol
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.text import Text
+
+from modalprep.report.terminal import print_text
 
 COMPILING = "compiling the solver, once: one or two minutes"
 LOG_WIDTH = 120  # columns of a log
@@ -24,8 +30,8 @@ class Reporter:
         self.files: list[Path] = []
 
     def say(self, text: str) -> None:
-        """Print one plain line."""
-        self.console.print(text, soft_wrap=True)
+        """Print one plain line; on a terminal its words stay whole."""
+        print_text(text, self.console)
 
     def wrote(self, path: Path) -> Path:
         """Record and announce a written file."""
@@ -34,21 +40,68 @@ class Reporter:
         return path
 
     @contextmanager
-    def progress(self, title: str, total: float) -> Iterator[Callable[[float], None]]:
-        """Show a progress bar from 0 to total; the yielded function takes the current value."""
+    def progress(self, title: str, total: float, *, stage: str = "", unit: str = "") -> Iterator[Reach]:
+        """Show a bar from 0 to total with the stage and its time; the times of all stages are printed at its end.
+
+        The yielded function takes the value that is reached, and the name of the stage that begins there.
+        """
+        self.say(f"{title} ...")
         if not (self.console.is_terminal and not self.console.quiet):
-            self.say(f"{title} ...")
-            yield lambda value: None
+            yield lambda value, begun="": None
             return
+        stages = [(stage, time.perf_counter())]
         columns = (
-            TextColumn("{task.description}", markup=False),
-            BarColumn(),
-            TextColumn("{task.percentage:3.0f}%"),
-            TimeElapsedColumn(),
+            TextColumn("  {task.description}", markup=False),
+            BarColumn(bar_width=None),
+            TextColumn(f"{{task.completed:.4g}} of {total:.4g} {unit}" if unit else "{task.percentage:3.0f}%"),
+            _StageTime(),
         )
-        with Progress(*columns, console=self.console) as bar:
-            task = bar.add_task(title, total=total)
-            yield lambda value: bar.update(task, completed=value)
+        with Progress(*columns, console=self.console, transient=True, expand=True) as bar:
+            task = bar.add_task(stage, total=total, since=stages[0][1])
+
+            def reach(value: float, begun: str = "") -> None:
+                bar.update(task, completed=value)
+                if begun:
+                    stages.append((begun, time.perf_counter()))
+                    bar.update(task, description=begun, since=stages[-1][1])
+
+            yield reach
+        self.say(_taken([*stages, ("", time.perf_counter())]))
+
+
+class Reach(Protocol):
+    """What `Reporter.progress` yields."""
+
+    def __call__(self, value: float, begun: str = "", /) -> None:
+        """Move the bar to a value, where a stage may begin."""
+
+
+class _StageTime(ProgressColumn):
+    """The time of the stage."""
+
+    def render(self, task: Task) -> Text:
+        """Return it as text."""
+        return Text(clock(time.perf_counter() - task.fields["since"]))
+
+
+def _taken(stages: list[tuple[str, float]]) -> str:
+    """Return the stages with the time that each took."""
+    spans = [(name, end - begin) for (name, begin), (_, end) in itertools.pairwise(stages)]
+    return "  " + ", ".join(f"{name} {seconds:.1f} s".strip() for name, seconds in spans)
+
+
+def clock(seconds: float) -> str:
+    """Return a duration as text.
+
+    Examples
+    --------
+    >>> clock(7.4), clock(75), clock(3700)
+    ('7 s', '1:15 min', '1:01 h')
+    """
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    return f"{whole // 60}:{whole % 60:02d} min" if whole < 3600 else f"{whole // 3600}:{whole % 3600 // 60:02d} h"
 
 
 def says_compiling(job: Callable) -> Callable:

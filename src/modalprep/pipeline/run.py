@@ -304,7 +304,7 @@ def draw_body(
         return None, {}
     mesh_picture = folder / f"{stem}-mesh.png"
     pictures = {mode: folder / f"{stem}-mode-{mode:02d}.png" for mode in range(1, min(count, body.n) + 1)}
-    with reporter.progress("pictures", len(pictures)) as done:
+    with reporter.progress("pictures", len(pictures), unit="modes") as done:
         try:
             render_mesh(body, mesh_picture)
             for mode, _ in zip(pictures, render_modes(body, pictures), strict=True):

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.system_animation import render_motion as render_motion
     from modalprep.report.pictures.system_scene import FilmStyle as FilmStyle
     from modalprep.report.plots import history_plot as history_plot
+    from modalprep.report.view.page import view_body as view_body
+    from modalprep.report.view.page import view_mesh as view_mesh
+    from modalprep.report.view.page import view_run as view_run
 
 _NAMES = {
     "page": "write_page",
@@ -37,6 +40,7 @@ _NAMES = {
     "pictures.system_scene": "FilmStyle",
     "mass_chart": "effective_mass_plot",
     "plots": "history_plot",
+    "view.page": "view_body view_mesh view_run",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from modalprep.atomic import write_columns, write_table
@@ -19,6 +17,7 @@ from modalprep.multibody.analysis.system_modes import SystemModes
 from modalprep.report import plots
 from modalprep.report.figures import save_figure
 from modalprep.report.tables import hertz, percent
+from modalprep.report.terminal import plain_table, print_table
 
 
 def system_table(modes: SystemModes, count: int, console: Console) -> None:
@@ -37,15 +36,15 @@ def system_table(modes: SystemModes, count: int, console: Console) -> None:
             Hz   damping %   moves most...
     1   0.6044           .   beam...
     """
-    rich = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    rich = plain_table()
     rich.add_column("", justify="right")
     for name in ("Hz", "damping %"):
         rich.add_column(name, justify="right")
     rich.add_column("moves most")
     for k, moves in enumerate(most_moved(modes)[:count]):
         rich.add_row(str(k + 1), hertz(modes.frequency[k]), percent(modes.damping[k]), Text(moves))
-    console.print(Text("Modes of the system", "bold"), soft_wrap=False)
-    console.print(rich, soft_wrap=False)
+    console.print(Text("Modes of the system", "bold"))
+    print_table(rich, console)
 
 
 def most_moved(modes: SystemModes) -> list[str]:

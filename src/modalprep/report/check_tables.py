@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.tables import plain_table
+from modalprep.report.terminal import plain_table, print_table, print_text
 
 
 def quality_table(quality, console: Console) -> None:
@@ -35,13 +35,13 @@ def quality_table(quality, console: Console) -> None:
     for kind, row in quality.statistics.items():
         rich.add_row(*map(Text, (kind, *_quality_cells(row))))
     head = ("Mesh quality", "bold"), (": mean edge in m; the worst aspect ratio, angles in degrees, Jacobian", "dim")
-    console.print(Text.assemble(*head), soft_wrap=False)
-    console.print(rich, soft_wrap=False)
+    console.print(Text.assemble(*head))
+    print_table(rich, console)
     if quality.free_edges or quality.joints:
         console.print(Text(f"{quality.free_edges} free shell edges, {quality.joints} where more than two shells meet"))
     for finding in quality.findings:
         style = "bold red" if finding.severity == "error" else "bold dark_orange"
-        console.print(Text.assemble((f"{finding.severity:8}", style), finding.message), soft_wrap=True)
+        print_text(Text.assemble((f"{finding.severity:8}", style), finding.message), console)
     console.print(Text(_counts(quality)))
 
 
@@ -63,8 +63,8 @@ def survey_table(title: str, rows: Iterable[tuple[str, str, str, bool]], console
     for kind, name, what, used in rows:
         mark = Text("yes", "bold green") if used else Text("no")
         rich.add_row(Text(kind), Text(name), mark, Text(what), style="" if used else "dim")
-    console.print(Text(title, "bold"), soft_wrap=False)
-    console.print(rich, soft_wrap=False)
+    console.print(Text(title, "bold"))
+    print_table(rich, console)
 
 
 def check_table(report, console: Console) -> None:
@@ -96,9 +96,9 @@ def check_table(report, console: Console) -> None:
         mark.pad_right(len("FAILED ") - len(mark))
         rich.add_row(mark + Text(check.name), f"{check.value:.1e}", f"{check.limit:.0e}", Text(check.meaning))
     console.print(Text.assemble(("Checks of ", "bold"), (report.subject, "bold"), (": relative errors", "dim")))
-    console.print(rich, soft_wrap=False)
+    print_table(rich, console)
     for note in report.notes:
-        console.print(Text(note), soft_wrap=True)
+        print_text(Text(note), console)
     console.print(Text(check_counts(report)))
 
 

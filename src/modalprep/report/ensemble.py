@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from rich import box
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from modalprep.atomic import write_table
@@ -18,6 +16,7 @@ from modalprep.ensemble.record import PERCENTILES, Ensemble, statistics_head
 from modalprep.multibody.results.result import Result
 from modalprep.report import plots
 from modalprep.report.figures import save_figure
+from modalprep.report.terminal import plain_table, print_table
 
 BAND, STEP = 0.2, 0.16  # opacity of the widest band, and what each one inside adds
 
@@ -113,14 +112,14 @@ def statistics_table(
     ...                 status=("done",) * 2, message=("",) * 2, end=np.ones(2), energy_error=np.zeros(2))
     >>> statistics_table(some, Console(width=80, color_system=None), [50])
     Statistics of 2 cases
-    channel   value      mean   deviation   p50
-    ───────────────────────────────────────────
-    x         final         2       1.414     2
-              smallest      0           0     0
-              largest       2       1.414     2
+    channel  value     mean  deviation  p50
+    ───────────────────────────────────────
+    x        final        2      1.414    2
+             smallest     0          0    0
+             largest      2      1.414    2
     """
     levels = list(levels)
-    rich = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    rich = plain_table()
     for number, name in enumerate(statistics_head(levels)):
         rich.add_column(name, justify="right" if number > 1 else "left")
     last = ""
@@ -128,8 +127,8 @@ def statistics_table(
         rich.add_row(Text("" if name == last else name), kind, *(f"{number:.4g}" for number in numbers))
         last = name
     known = sum(bool(np.isfinite(end)) for end in ensemble.end)
-    console.print(Text(f"Statistics of {known} cases", "bold"), soft_wrap=False)
-    console.print(rich, soft_wrap=False)
+    console.print(Text(f"Statistics of {known} cases", "bold"))
+    print_table(rich, console)
 
 
 def write_statistics(ensemble: Ensemble, path: str | Path, levels: Iterable[float] = PERCENTILES) -> Path:

@@ -11,12 +11,12 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, NullFormatter, StrMethodFormatter
 from rich.console import Console
-from rich.padding import Padding
 from rich.text import Text
 
 from modalprep.report.figures import save_figure
 from modalprep.report.plots import CURVES, LINES, add_head, plain_axes
-from modalprep.report.tables import hertz, plain_table, prefixed
+from modalprep.report.tables import hertz, prefixed
+from modalprep.report.terminal import plain_table, print_table
 from modalprep.response.result import Peak, Response
 
 HEADS = {  # columns of `peak_rows` by the figures of a kind
@@ -121,7 +121,8 @@ def print_rows(heads: Sequence[str], rows: Sequence[Sequence[str]], console: Con
         table.add_column(head, justify="left" if head in LEFT else "right")
     for row, fails in zip(rows, bad, strict=True):
         table.add_row(*row, style="red" if fails else None)
-    console.print(Padding(table, (0, 0, 1, 2)), soft_wrap=False)
+    print_table(table, console, indent=2)
+    console.print()
 
 
 def response_plot(response: Response, path: str | Path) -> Path:

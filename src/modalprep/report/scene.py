@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -49,7 +49,7 @@ def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = 
     >>> drawn["counts"], drawn["modes"][1]["number"], drawn["notes"]
     ([0, 40], 2, [])
     """
-    skin, notes = _limited(body, triangles)
+    skin, notes = limited_skin(body, triangles)
     used = np.unique(np.concatenate([part.ravel() for part in vars(skin).values()]))
     renumber = np.zeros(len(body.points), dtype=int)
     renumber[used] = np.arange(len(used))
@@ -58,9 +58,9 @@ def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = 
     count = max(1, min(body.n, shape_bytes // (7 * len(points))))
     if count < body.n:
         notes.append(f"The viewer holds modes 1 to {count} of {body.n}, to keep the page small.")
-    parts = {name: _encoded(renumber[part], "<u4") for name, part in vars(skin).items()}
+    parts = {name: encoded(renumber[part], "<u4") for name, part in vars(skin).items()}
     return parts | {
-        "points": _encoded(_centred(body, points), "<f4"),
+        "points": encoded(_centred(body, points), "<f4"),
         "modes": [_mode(body, k, shape[:, :, k], float(largest[k]), used) for k in range(min(count, body.n))],
         "colours": colours(body),
         "interfaces": list(body.interface_name),
@@ -71,7 +71,7 @@ def scene(body: FlexibleBody, *, triangles: int = TRIANGLES, shape_bytes: int = 
     }
 
 
-def _limited(body: FlexibleBody, limit: int) -> tuple[Skin, list[str]]:
+def limited_skin(body: FlexibleBody, limit: int) -> tuple[Skin, list[str]]:
     """Return a skin of at most `limit` triangles, and a note if it was simplified."""
     skin = outer_skin(body.points, body.cells)
     whole = len(skin.triangles)
@@ -103,8 +103,8 @@ def _mode(body: FlexibleBody, k: int, shape: np.ndarray, largest: float, used: n
     return {
         "number": k + 1,
         "frequency": hertz(body.frequency[k]),
-        "shape": _encoded(np.rint(FULL * np.clip(unit, -1, 1)), "<i2"),
-        "energy": _encoded(_strain(body, k, used), "u1"),
+        "shape": encoded(np.rint(FULL * np.clip(unit, -1, 1)), "<i2"),
+        "energy": encoded(_strain(body, k, used), "u1"),
         "view": [np.cross(up, towards).tolist(), up.tolist(), towards.tolist()],
     }
 
@@ -117,8 +117,53 @@ def _strain(body: FlexibleBody, k: int, used: np.ndarray) -> np.ndarray:
     return np.rint(255 * np.append(strain, np.zeros(len(body.interface_name))))
 
 
-def _encoded(array: np.ndarray, kind: str) -> str:
+def encoded(array: np.ndarray, kind: str) -> str:
+    """Return an array as base64, of numbers of this kind."""
     return base64.b64encode(np.ascontiguousarray(array, dtype=kind).tobytes()).decode()
+
+
+def still_scene(body: Any, *, triangles: int = TRIANGLES) -> dict[str, Any]:
+    """Return the data of the viewer for what has no modes: name, points, cells and interfaces of a body or a mesh.
+
+    Raises
+    ------
+    RenderError
+        When a cell type cannot be drawn.
+
+    Examples
+    --------
+    >>> from modalprep.examples import beam_mesh
+    >>> from modalprep.report.pictures.mesh_picture import Body
+    >>> mesh = beam_mesh(4)
+    >>> still_scene(Body("beam", mesh.points, mesh.cells))["counts"]
+    [0, 4]
+    """
+    none = np.zeros((len(body.points), 3, 1))
+    still = Still(body.points, body.cells, none, body.interface_name, body.interface_position)
+    return scene(still, triangles=triangles) | {"plain": True}
+
+
+class Still(NamedTuple):
+    """What `scene` needs of a body, of one that does not move."""
+
+    points: np.ndarray
+    cells: dict[str, np.ndarray]
+    shape: np.ndarray
+    interface_name: tuple[str, ...]
+    interface_position: np.ndarray
+    n: int = 1
+    energy: Any = None
+    volume: Any = None
+
+    @property
+    def phi(self) -> np.ndarray:
+        """Motion of the interfaces."""
+        return np.zeros((len(self.interface_name), 3, 1))
+
+    @property
+    def frequency(self) -> np.ndarray:
+        """Hz."""
+        return np.zeros(1)
 
 
 def drawable(body: FlexibleBody) -> tuple[dict[str, Any] | None, str]:

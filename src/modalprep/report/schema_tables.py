@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from difflib import get_close_matches
 from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.text import Text
 
 from modalprep.errors import InputError
-from modalprep.report.tables import plain_table
+from modalprep.report.terminal import plain_table, print_table
 from modalprep.suggest import suggestion
 
 BOUNDS = {"minimum": "at least", "exclusiveMinimum": "above", "maximum": "at most", "exclusiveMaximum": "below"}
@@ -94,7 +95,9 @@ def tables_named_in(value: Any) -> list[str]:
 
 
 def find_part(schema: Node, path: str) -> Node:
-    """Return the part of the schema of a table or key such as ``joints.hinge``; names that a user chooses are left out.
+    """Return the part of the schema of a table or key such as ``joints.revolute`` or ``joints.axis``.
+
+    A name that a user chooses may stand in it or be left out: ``joints.hinge`` is ``joints``.
 
     Raises
     ------
@@ -105,11 +108,13 @@ def find_part(schema: Node, path: str) -> Node:
     part = _step(path, schema["properties"], first)
     for step in steps:
         known: dict[str, Node] = {}
+        named = isinstance(part.get("additionalProperties"), dict)
         for table in _tables(schema, part):
             kind = table["properties"].get("type", {})
             types = kind.get("enum", [kind["const"]] if "const" in kind else [])
             known |= table["properties"] | dict.fromkeys(types, table)
-        part = _step(path, known, step)
+        if not (named and step not in known and not get_close_matches(step, known)):  # a name that a user chooses
+            part = _step(path, known, step)
     return part
 
 
@@ -129,7 +134,7 @@ def schema_list(schema: Node, console: Console) -> None:
         words = [_type(table) or table_word(ref) for ref, table in zip(tables_named_in(value), tables, strict=True)]
         keys = words if len(tables) > 1 else tables[0]["properties"] if tables else [kind_of(value)]
         rows.add_row(Text(name, "bold"), Text(", ".join(keys)))
-    console.print(rows)
+    print_table(rows, console)
     console.print("modalprep schema TABLE describes one, such as materials.orthotropic; --json prints all.")
 
 
@@ -155,7 +160,7 @@ def _print_table(path: str, table: Node, console: Console) -> None:
         rows.add_column(name)
     for key in keys_of(table):
         rows.add_row(Text(key.name, "bold"), Text(key.kind), Text(key.default), Text(key.meaning))
-    console.print(rows)
+    print_table(rows, console)
 
 
 def _tables(schema: Node, value: Node) -> list[Node]:

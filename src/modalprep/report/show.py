@@ -133,12 +133,17 @@ def _show(stage) -> Any:
     return stage(bool(pyvista.OFF_SCREEN)).show()
 
 
+def has_display() -> bool:
+    """Say whether windows can be opened here; without a display browsers would open in the terminal."""
+    return not sys.platform.startswith("linux") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
 def _display_problem() -> str | None:
     """Return why no scene can be shown, or None."""
     import pyvista
 
     if pyvista.OFF_SCREEN or "ipykernel" in sys.modules:
         return drawing_problem()
-    if sys.platform.startswith("linux") and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+    if not has_display():
         return "there is no display for a window; write a file by modalprep.report.render_mode or render_mesh instead"
     return None

@@ -1,9 +1,14 @@
-"""Output of the commands with --json: plain dictionaries."""
+"""Output of the commands with --json: plain dictionaries; the names of physical numbers end in their unit."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any
+
+SHOCK_UNITS = {  # of a spectrum of accelerations in m/s^2
+    "absolute_acceleration": "m/s²", "relative_displacement": "m", "pseudo_velocity": "m/s",
+    "pseudo_acceleration": "m/s²",
+}  # fmt: skip
 
 
 def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
@@ -12,8 +17,8 @@ def outcome(outcome: Any, reporter: Any) -> dict[str, Any]:
     return {
         "folder": str(outcome.folder),
         "files": [str(f) for f in reporter.files],
-        "frequency": built.body.frequency.tolist() if built else [],
-        "mass": built.body.m if built else None,
+        "frequency_Hz": built.body.frequency.tolist() if built else [],
+        "mass_kg": built.body.m if built else None,
         "checks": [check.row() for check in built.checks] if built else [],
         "sensitivities": plain(outcome.sensitivities.rows()) if outcome.sensitivities else [],
         "system": outcome.synthesised.summary() if outcome.synthesised else {},
@@ -62,7 +67,11 @@ def strength(found: Any) -> dict[str, Any]:
     """Return the largest values of shock spectra and the damage, by table and channel."""
     shocks = {
         name: {
-            channel: {"maximax": float(x.maximax.max()), "at_hz": float(x.frequency[x.maximax.argmax()])}
+            channel: {
+                "maximax": float(x.maximax.max()),
+                "unit": SHOCK_UNITS[x.kind],
+                "at_hz": float(x.frequency[x.maximax.argmax()]),
+            }
             for channel, x in spectra.items()
         }
         for name, spectra in found.shocks.items()
@@ -104,15 +113,20 @@ def mode_rows(table: Any) -> list[dict[str, Any]]:
     """Return the rows of the mode-selection table."""
     mass = [[None if v != v else v for v in row] for row in table.effective_mass.tolist()]  # NaN is not JSON
     frequency = [None if v != v else v for v in table.frequency.tolist()]
-    rows = zip(table.kind, frequency, mass, table.kept.tolist(), table.reason, strict=True)
-    return [dict(zip(("kind", "frequency", "effective_mass", "kept", "reason"), row, strict=True)) for row in rows]
+    return [
+        {
+            "kind": table.kind[k], "frequency_Hz": frequency[k], "effective_mass_kg": mass[k][:3],
+            "effective_inertia_kg_m2": mass[k][3:], "kept": bool(table.kept[k]), "reason": table.reason[k],
+        }
+        for k in range(len(table.kind))
+    ]  # fmt: skip
 
 
 def quality(mesh: Any, found: Any) -> dict[str, Any]:
     """Return statistics and findings of a mesh."""
     return {
         "mesh": mesh.source,
-        "statistics": {kind: vars(row) for kind, row in found.statistics.items()},
+        "statistics": {kind: _with_units(vars(row)) for kind, row in found.statistics.items()},
         "free_edges": found.free_edges,
         "joints": found.joints,
         "errors": len(found.errors),
@@ -120,6 +134,11 @@ def quality(mesh: Any, found: Any) -> dict[str, Any]:
         "findings": [finding.summary(mesh.labels) for finding in found.findings],
         "notes": list(mesh.notes),
     }
+
+
+def _with_units(row: dict[str, Any]) -> dict[str, Any]:
+    units = dict.fromkeys(("smallest", "median", "largest"), "_m") | dict.fromkeys(("small", "large"), "_deg")
+    return {f"{key}{units.get(key, '')}": value for key, value in row.items()}
 
 
 def shapes(generators: Iterable[Any]) -> dict[str, Any]:

@@ -15,7 +15,8 @@ from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report import plots
 from modalprep.report.figures import save_figure
 from modalprep.report.pictures.modes import render_modes
-from modalprep.report.tables import hertz, percent, plain_table
+from modalprep.report.tables import hertz, percent
+from modalprep.report.terminal import plain_table, print_table
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,8 +74,8 @@ def synthesis_table(
             cells.append(f"{100 * damping[k - modes.rigid]:.3g}" if elastic else "")
         rich.add_row(str(k + 1), hertz(frequency), *cells)
     head = ("System modes", "bold"), (": strain energy in each body and damping ratio, %", "dim")
-    console.print(Text.assemble(*head), soft_wrap=False)
-    console.print(rich, soft_wrap=False)
+    console.print(Text.assemble(*head))
+    print_table(rich, console)
     without = f", {modes.rigid} of them rigid-body modes" if modes.rigid else ""
     console.print(Text(f"{len(modes.frequency)} modes of {len(modes.bodies)} bodies{without}."))
 

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
-from rich import box
 from rich.console import Console
 from rich.padding import Padding
 from rich.table import Table
@@ -16,6 +15,7 @@ from rich.text import Text
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.multibody.results.envelopes import Envelope
 from modalprep.reduction.table import ATTACHMENT, CONSTRAINT, DIRECTIONS, FIXED, FREE, PROJECTED, TRUNCATION, ModeTable
+from modalprep.report.terminal import plain_table, print_table
 
 WIDE = 105  # columns; with fewer, each row names its largest directions only
 LISTED = 40  # maximum number of listed frequencies and stress points
@@ -59,15 +59,14 @@ def mode_table(table: ModeTable, console: Console) -> None:
     if wide:
         rich.add_section()
         rich.add_row("", "sum of kept", "", *sums, "", "", "", style="bold")
-    # soft wrap is for log lines; in a table it would hide the last column
-    console.print(Text.assemble(("Mode selection", "bold"), (LEGEND + SUM * wide, "dim")), soft_wrap=False)
-    console.print(rich, soft_wrap=False)
+    console.print(Text.assemble(("Mode selection", "bold"), (LEGEND + SUM * wide, "dim")))
+    print_table(rich, console)
     if not wide:
         shares = "   ".join(f"{name} {value}" for name, value in zip(DIRECTIONS, sums, strict=True))
-        console.print(Text(f"sum of kept, %:  {shares}", "bold"), soft_wrap=False)
-    console.print(Text(_kept_counts(table)), soft_wrap=False)
+        console.print(Text(f"sum of kept, %:  {shares}", "bold"))
+    console.print(Text(_kept_counts(table)))
     if is_held_elsewhere(table):
-        console.print(Text(HELD, "dim"), soft_wrap=False)
+        console.print(Text(HELD, "dim"))
 
 
 def is_held_elsewhere(table: ModeTable) -> bool:
@@ -149,8 +148,8 @@ def body_summary(body: FlexibleBody, console: Console) -> None:
     grid.add_column(overflow="fold")
     for name, value in summary_rows(body):
         grid.add_row(Text(name), Text(value))
-    console.print(Text.assemble("Body ", (body.name, "bold")), soft_wrap=False)
-    console.print(Padding(grid, (0, 0, 1, 2)), soft_wrap=False)
+    console.print(Text.assemble("Body ", (body.name, "bold")))
+    console.print(Padding(grid, (0, 0, 1, 2)))
 
 
 def summary_rows(body: FlexibleBody) -> list[tuple[str, str]]:
@@ -200,11 +199,6 @@ def _vector(v: np.ndarray) -> str:
     """Write to five digits of the largest component; smaller ones are mesh noise."""
     scale = np.abs(v).max(initial=0.0)
     return "(" + ", ".join(f"{0.0 if abs(x) < 5e-6 * scale else x:.5g}" for x in v) + ")"
-
-
-def plain_table() -> Table:
-    """Return a table without frame and columns, its head bold over a line."""
-    return Table(box=box.SIMPLE_HEAD, header_style="bold", pad_edge=False, show_edge=False, padding=(0, 1, 0, 0))
 
 
 def percent(value: float) -> str:
@@ -261,19 +255,22 @@ def envelope_table(envelopes: Sequence[Envelope], console: Console) -> None:
         table.add_column(name, justify="left" if name in ("recovery", "component", "at") else "right")
     for row in envelope_rows(envelopes):
         table.add_row(*row, style="red" if row[-1].startswith("-") else None)
-    console.print(Padding(table, (0, 0, 1, 2)), soft_wrap=False)
+    print_table(table, console, indent=2)
+    console.print()
 
 
 def shapes_table(generators: Iterable[Any], console: Console) -> None:
     """Print the parametric shapes of `modalprep mesh`: parameters with units and defaults, and the groups they make."""
-    table = Table("shape", "parameter", "default", "meaning", box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    table = plain_table()
+    for head in ("shape", "parameter", "default", "meaning"):
+        table.add_column(head)
     for g in generators:
         table.add_row(Text(g.name), "", "", Text(f"{g.meaning}; groups {', '.join(g.groups)}"), style="bold")
         for p in g.parameters.values():
             choices = f" ({', '.join(map(str, p.choices))})" if p.choices else ""
             table.add_row(*map(Text, ("", p.name, f"{p.default} {p.unit}".strip(), p.meaning + choices)))
         table.add_section()
-    console.print(table)
+    print_table(table, console)
 
 
 def prefixed(unit: str, largest: float) -> tuple[float, str]:

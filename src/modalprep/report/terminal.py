@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rich import box
-from rich.console import Console
+from rich.console import Console, RenderableType
 from rich.measure import Measurement
 from rich.padding import Padding
 from rich.table import Column, Table
 from rich.text import Text
 
 GAP = 2  # spaces between columns
-INSET = 2  # of the further cells of a row that is written as lines
+INSET = 2  # of the further lines of a row that does not fit
+SHORT = 30  # letters of a cell that shares its line with others
 
 
 def plain_table() -> Table:
@@ -21,7 +22,7 @@ def plain_table() -> Table:
 
 
 def print_table(table: Table, console: Console, *, indent: int = 0) -> None:
-    """Print a `plain_table`; where its words are wider than the console, print each row as lines of head and cell.
+    """Print a `plain_table`; where its words are wider than the console, print each row as cells behind their heads.
 
     Examples
     --------
@@ -37,7 +38,7 @@ def print_table(table: Table, console: Console, *, indent: int = 0) -> None:
     >>> print_table(table, Console(width=18, color_system=None))
     kind: truncation
       reason: static
-              response
+      response
     """
     widths = fitted([_widths(column, console) for column in table.columns], console.width - indent)
     if widths is None:
@@ -45,7 +46,7 @@ def print_table(table: Table, console: Console, *, indent: int = 0) -> None:
         return
     for column, width in zip(table.columns, widths, strict=True):
         column.width, column.ratio, column.overflow = width, None, "fold"
-    console.print(Padding(table, (0, 0, 0, indent), expand=False), soft_wrap=False)
+    console.print(Padding(table, (0, 0, 0, indent), expand=False))
 
 
 def fitted(ranges: Sequence[tuple[int, int]], width: int) -> list[int] | None:
@@ -77,20 +78,27 @@ def _widths(column: Column, console: Console) -> tuple[int, int]:
 
 
 def _print_lines(table: Table, console: Console) -> None:
-    heads = [Text(str(column.header).strip()) for column in table.columns]
+    heads = [str(column.header).strip() for column in table.columns]
     for cells, row in zip(zip(*(column.cells for column in table.columns), strict=True), table.rows, strict=True):
-        inset = 0
-        for head, cell in zip(heads, cells, strict=True):
-            text = cell if isinstance(cell, Text) else Text(str(cell))
-            if not text.plain.strip():
-                continue
-            name = Text.assemble((head.plain, "bold"), ": ") if head.plain else Text("")
-            line = Table.grid()
-            line.add_column(no_wrap=True)
-            line.add_column(overflow="fold")
-            line.add_row(name, text, style=row.style)
-            console.print(Padding(line, (0, 0, 0, inset), expand=False), soft_wrap=False)
-            inset = INSET
+        named = [_named(head, cell, str(row.style or "")) for head, cell in zip(heads, cells, strict=True)]
+        short = [text for text in named if text is not None and len(text) <= SHORT]
+        long = [text for text in named if text is not None and len(text) > SHORT]
+        for number, text in enumerate([*([Text("  ").join(short)] if short else []), *long]):
+            _print_hanging(text, console, INSET * min(number, 1))
+
+
+def _named(head: str, cell: RenderableType, style: str) -> Text | None:
+    """Return a cell behind its head, or None of an empty one."""
+    text = cell if isinstance(cell, Text) else Text(str(cell))
+    if not text.plain.strip():
+        return None
+    return Text.assemble(f"{head}: " if head else "", text, style=style)
+
+
+def _print_hanging(text: Text, console: Console, indent: int) -> None:
+    lines = text.wrap(console, console.width - indent - INSET, overflow="fold")
+    for number, line in enumerate(lines):
+        console.print(Padding(line, (0, 0, 0, indent + INSET * min(number, 1)), expand=False))
 
 
 def print_text(text: str | Text, console: Console) -> None:
@@ -101,4 +109,4 @@ def print_text(text: str | Text, console: Console) -> None:
     >>> print_text("a sentence that goes on", Console(width=10, color_system=None))
     a sentence that goes on
     """
-    console.print(text, soft_wrap=not console.is_terminal, overflow="ignore", crop=False)
+    console.print(Text.assemble(text), soft_wrap=not console.is_terminal, overflow="ignore", crop=False)

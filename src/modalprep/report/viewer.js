@@ -1,4 +1,4 @@
-// Mode shapes in WebGL 2: surface, element edges and beams move by rest + swing * shape; no library.
+// Bodies in WebGL 2, no library: a mode is rest + swing * shape; the frames of a run are placed here and have no shape.
 "use strict";
 (() => {
 const box = document.getElementById("viewer"), source = document.getElementById("scene");
@@ -17,7 +17,8 @@ const decode = (text, Type) => {
   for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
   return new Type(bytes.buffer);
 };
-const points = decode(scene.points, Float32Array), index = name => decode(scene[name], Uint32Array);
+const run = scene.run, points = run ? new Float32Array(3 * run.nodes) : decode(scene.points, Float32Array);
+const index = name => decode(scene[name], Uint32Array);
 const edges = index("edges"), outline = index("outline"), lines = index("lines"), triangles = index("triangles");
 const nodes = points.length / 3, marks = scene.interfaces.length;
 
@@ -110,7 +111,7 @@ const ribbons = Object.fromEntries(Object.entries({ edges, outline, lines }).map
   attribute(0, rest, gl.FLOAT, 24, 0, 1); attribute(1, shape, gl.SHORT, 12, 0, 1);
   attribute(2, rest, gl.FLOAT, 24, 12, 1); attribute(3, shape, gl.SHORT, 12, 6, 1);
   attribute(4, strain, gl.UNSIGNED_BYTE, 2, 0, 1, 1); attribute(5, strain, gl.UNSIGNED_BYTE, 2, 1, 1, 1);
-  return [name, { array, shape, strain, pairs, count: pairs.length / 2 }];
+  return [name, { array, rest, shape, strain, pairs, count: pairs.length / 2 }];
 }));
 gl.bindVertexArray(null);
 
@@ -123,28 +124,27 @@ const names = scene.interfaces.map(text => {
   return label;
 });
 
+const fill = (buffer, data) => { gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW); };
 function choose(k) {
   mode = k;
   shape = decode(scene.modes[k].shape, Int16Array);
   const strain = decode(scene.modes[k].energy, Uint8Array);
-  const fill = (buffer, data) => { gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.bufferData(gl.ARRAY_BUFFER, data, gl.DYNAMIC_DRAW); };
   fill(shapeBuffer, shape);
   if (strain.length) fill(strainBuffer, strain);
   for (const ribbon of Object.values(ribbons)) {
     fill(ribbon.shape, picked(shape, ribbon.pairs, Int16Array));
     if (strain.length) fill(ribbon.strain, picked(strain, ribbon.pairs, Uint8Array, 1));
   }
-  part("mode").value = k;
+  if (part("mode")) part("mode").value = k;
   if (!turned) reset(); else draw();
 }
 function reset() {
-  turn = scene.modes[mode].view.map(row => [...row]);
+  turn = (run ?? scene.modes[mode]).view.map(row => [...row]);
   turned = false;
-  const low = [1e9, 1e9], high = [-1e9, -1e9]; // of rest and both extremes
-  for (let k = 0; k < nodes; k++) for (const s of [0, 1, -1]) {
-    const at = seen(k, s * scene.share);
-    for (const a of [0, 1]) { low[a] = Math.min(low[a], at[a]); high[a] = Math.max(high[a], at[a]); }
-  }
+  const low = [1e9, 1e9], high = [-1e9, -1e9]; // of rest and both extremes, or of the whole run
+  const reach = at => { for (const a of [0, 1]) { low[a] = Math.min(low[a], at[a]); high[a] = Math.max(high[a], at[a]); } };
+  if (run) for (const corner of corners()) reach(turned_to(corner));
+  else for (let k = 0; k < nodes; k++) for (const s of [0, 1, -1]) reach(seen(k, s * scene.share));
   const aspect = canvas.clientWidth / canvas.clientHeight || 1.6;
   zoom = 1.68 / Math.max(high[1] - low[1], (high[0] - low[0]) / aspect, 1e-3);
   shift = [-zoom / aspect * (low[0] + high[0]) / 2, -zoom * (low[1] + high[1]) / 2];
@@ -152,11 +152,60 @@ function reset() {
 }
 function seen(k, swing) {
   const at = [0, 1, 2].map(a => points[3 * k + a] + swing * shape[3 * k + a] / 32767);
-  return turn.map(row => row[0] * at[0] + row[1] * at[1] + row[2] * at[2]);
+  return turned_to(at);
 }
+const turned_to = at => turn.map(row => row[0] * at[0] + row[1] * at[1] + row[2] * at[2]);
 const colour = () => part("colour")?.value ?? "displacement";
-const amplitude = () => scene.share * Number(part("amplitude").value) / 100;
+const amplitude = () => scene.share * Number(part("amplitude")?.value ?? 0) / 100;
 const swingNow = () => amplitude() * (time === 0 ? 1 : Math.cos(Math.PI * time)); // one period is two seconds
+
+// ---------- frames of a run ----------
+const FAR = 1e6; // where bodies are that are not there
+let frame = 0;
+const poses = run && decode(run.poses, Float32Array); // of each frame and body: origin, then quaternion w, x, y, z
+const strains = run && new Uint8Array(nodes);
+const parts = run ? run.parts.map(p => ({ ...p, rest: decode(p.rest, Float32Array), bend: p.bend && decode(p.bend, Int16Array) })) : [];
+const factor = () => Number(part("factor")?.value) || 0;
+function placed(k, body) { // a function that takes a point in the axes of a body to its place in frame k
+  const own = 7 * (k * run.bodies + body), [ox, oy, oz, w, x, y, z] = poses.subarray(own, own + 7);
+  if (!Number.isFinite(ox)) return null;
+  const rows = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)], [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+    [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]];
+  const with_it = Number(part("follow")?.value ?? -1), of = 7 * (k * run.bodies + with_it);
+  const shift = with_it < 0 || !Number.isFinite(poses[of]) ? [0, 0, 0] : poses.subarray(of, of + 3), at = [ox - shift[0], oy - shift[1], oz - shift[2]];
+  return (a, b, c) => rows.map((row, i) => row[0] * a + row[1] * b + row[2] * c + at[i]);
+}
+function scrub(k) {
+  frame = k;
+  let node = 0;
+  for (const { body, rest, bend, full } of parts) {
+    const place = placed(k, body), count = rest.length / 3, more = factor() * full / 32767, first = 3 * count * k;
+    for (let i = 0; i < count; i++, node++) {
+      const b = bend ? [bend[first + 3 * i], bend[first + 3 * i + 1], bend[first + 3 * i + 2]] : [0, 0, 0];
+      const at = place ? place(rest[3 * i] + more * b[0], rest[3 * i + 1] + more * b[1], rest[3 * i + 2] + more * b[2]) : [FAR, FAR, FAR];
+      points.set(at, 3 * node);
+      strains[node] = Math.min(255, Math.round(255 * Math.hypot(...b) * full / 32767 / (run.range || 1)));
+    }
+  }
+  fill(restBuffer, points);
+  fill(strainBuffer, strains);
+  for (const name of ["lines", part("edges").checked ? "edges" : "outline"]) {
+    const ribbon = ribbons[name];
+    fill(ribbon.rest, picked(points, ribbon.pairs, Float32Array));
+    fill(ribbon.strain, picked(strains, ribbon.pairs, Uint8Array, 1));
+  }
+  part("time").value = k;
+  part("time").setAttribute("aria-valuetext", `${run.times[k]} s`);
+  part("clock").textContent = `t = ${run.times[k]} s`;
+  draw();
+}
+function* corners() { // of the boxes of all bodies in some frames
+  const each = Math.ceil(run.frames / 40);
+  for (let k = 0; k < run.frames; k += each) for (const { body, box } of parts) {
+    const place = placed(k, body);
+    if (place) for (const a of [0, 3]) for (const b of [1, 4]) for (const c of [2, 5]) yield place(box[a], box[b], box[c]);
+  }
+}
 
 // ---------- drawing ----------
 function draw() {
@@ -173,7 +222,7 @@ function draw() {
     gl.uniformMatrix3fv(at.turn, true, turn.flat());
     gl.uniform4fv(at.frame, frame); gl.uniform4fv(at.paint, paint);
     gl.uniform1i(at.kind, kind); gl.uniform1f(at.lift, lift);
-    gl.uniform1f(at.swing, moving ? swing : 0); gl.uniform1i(at.by_strain, colour() === "energy" ? 1 : 0);
+    gl.uniform1f(at.swing, moving ? swing : 0); gl.uniform1i(at.by_strain, run || colour() === "energy" ? 1 : 0);
   };
   const ribbon = ({ array, count }, thick, paint, moving, lift) => {
     if (!count) return;
@@ -182,8 +231,8 @@ function draw() {
     gl.bindVertexArray(array);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count);
   };
-  const BY_SIZE = [0, 0, 0, 0], GREY = [0.62, 0.66, 0.7, 1], INK = [0.2, 0.27, 0.33, 1];
-  if (part("ghost").checked) {
+  const BY_SIZE = scene.plain ? [0.56, 0.66, 0.74, 1] : [0, 0, 0, 0], GREY = [0.62, 0.66, 0.7, 1], INK = [0.2, 0.27, 0.33, 1];
+  if (part("ghost")?.checked) {
     ribbon(ribbons.outline, 1.2, GREY, false, 0.0005);
     ribbon(ribbons.lines, 1.5, GREY, false, 0.0005);
   }
@@ -208,7 +257,7 @@ function interfaces(start, ratio, swing) {
     const [x, y] = seen(nodes - marks + k, swing), w = canvas.clientWidth, h = canvas.clientHeight;
     const left = (zoom * h / w * x + shift[0] + 1) / 2 * w + 9, top = (1 - zoom * y - shift[1]) / 2 * h - 24;
     label.style.transform = `translate(${Math.min(left, w - label.offsetWidth - 4)}px, ${Math.max(2, top)}px)`;
-    label.hidden = left < 0 || left > w + 9 || top < -26 || top > h;
+    label.hidden = !(part("names")?.checked ?? true) || left < 0 || left > w + 9 || top < -26 || top > h;
   });
 }
 function axes() {
@@ -222,14 +271,16 @@ function axes() {
 // ---------- controls ----------
 function tick(now) {
   if (!playing) return;
-  time += Math.min(0.1, (now - last) / 1000);
+  time += Math.min(0.1, Math.max(0, now - last) / 1000); // a frame may have begun before the click
   last = now;
-  draw();
+  if (run) scrub(Math.floor(time / part("speed").value * run.frames) % run.frames); else draw();
   requestAnimationFrame(tick);
 }
 function play(on) {
+  if (!part("play")) return;
   playing = on;
-  time = on ? time : 0; // at rest the largest displacement is shown
+  if (run) time = frame / run.frames * part("speed").value;
+  else time = on ? time : 0; // at rest the largest displacement is shown
   part("play").textContent = on ? "Pause" : "Play";
   last = performance.now();
   if (on) requestAnimationFrame(tick); else draw();
@@ -265,14 +316,19 @@ canvas.addEventListener("keydown", event => {
     "+": () => zoomBy(1.15), "-": () => zoomBy(1 / 1.15), " ": () => play(!playing) };
   if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
 });
-part("mode").addEventListener("change", event => choose(Number(event.target.value)));
+part("mode")?.addEventListener("change", event => choose(Number(event.target.value)));
 part("colour")?.addEventListener("change", () => {
   box.querySelector(".bar em").textContent = scene.colours[colour()];
   draw();
 });
-part("play").addEventListener("click", () => play(!playing));
+part("play")?.addEventListener("click", () => play(!playing));
 part("reset").addEventListener("click", reset);
-for (const name of ["amplitude", "edges", "ghost"]) part(name).addEventListener("input", draw);
+for (const name of ["amplitude", "ghost", "names"]) part(name)?.addEventListener("input", draw);
+part("edges").addEventListener("input", () => run ? scrub(frame) : draw());
+part("time")?.addEventListener("input", event => { play(false); scrub(Number(event.target.value)); });
+part("factor")?.addEventListener("input", () => scrub(frame));
+part("follow")?.addEventListener("change", () => { scrub(frame); reset(); });
+part("speed")?.addEventListener("change", () => { time = frame / run.frames * part("speed").value; });
 function show(k) {
   choose(k);
   box.scrollIntoView({ behavior: "smooth", block: "center" });
@@ -280,6 +336,7 @@ function show(k) {
 for (const card of document.querySelectorAll("[data-show]")) card.addEventListener("click", () => show(Number(card.dataset.show)));
 function follow() { // the address ends in #mode-7
   const number = Number(/^#mode-(\d+)$/.exec(location.hash)?.[1]);
+  if (run) return;
   if (number >= 1 && number <= scene.modes.length) show(number - 1);
 }
 addEventListener("hashchange", follow);
@@ -287,7 +344,6 @@ new ResizeObserver(() => {
   const pixels = length => Math.round(length * (window.devicePixelRatio || 1));
   if (canvas.width !== pixels(canvas.clientWidth) || canvas.height !== pixels(canvas.clientHeight)) turned ? draw() : reset();
 }).observe(canvas);
-choose(0);
-follow();
+if (run) { shape = new Int16Array(points.length); reset(); scrub(0); } else { choose(0); follow(); }
 box.dataset.state = "drawn";
 })();

@@ -527,11 +527,11 @@ def test_command_as_json(bad_file, capsys):
     told = json.loads(capsys.readouterr().out)
     assert (told["errors"], told["warnings"], told["statistics"]["quad"]["count"]) == (1, 0, 12)
     (finding,) = told["findings"]
-    assert (finding["kind"], finding["cells"], finding["where"]) == ("bow-tie", {"quad": [0]}, [500, 500, 0])
+    assert (finding["kind"], finding["cells"], finding["where_m"]) == ("bow-tie", {"quad": [0]}, [500, 500, 0])
 
 
 def test_command_takes_unit_groups_and_interfaces_from_a_pipeline(project, capsys):
     assert main(["quality", str(project / "pipelines" / "bracket.toml"), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert list(told["statistics"]) == ["tetra10"]
-    assert told["statistics"]["tetra10"]["largest"] < 0.01
+    assert told["statistics"]["tetra10"]["largest_m"] < 0.01

@@ -62,7 +62,7 @@ class Finding(Record):
             "message": self.message,
             "worst": number(self.worst),
             "limit": number(self.limit),
-            "where": [number(x) for x in self.where],
+            "where_m": [number(x) for x in self.where],
             "cells": {kind: rows[:LISTED].tolist() for kind, rows in self.cells.items()},
             "nodes": nodes[:LISTED].tolist(),
         }

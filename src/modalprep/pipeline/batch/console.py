@@ -6,15 +6,14 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from rich import box
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
-from rich.table import Table
 from rich.text import Text
 
 from modalprep.pipeline.batch.job import DONE, Job, Record
-from modalprep.pipeline.console import Reporter
+from modalprep.pipeline.console import Reporter, clock
+from modalprep.report.terminal import plain_table, print_table, print_text
 
 STYLE = {DONE: "green", "failed": "bold red"}
 SHOWN = 3  # jobs named beside the bar
@@ -85,20 +84,6 @@ class Progress:
         return max(0.0, (self._total - len(self._taken)) * mean - spent) / self._workers
 
 
-def clock(seconds: float) -> str:
-    """Return a duration as text.
-
-    Examples
-    --------
-    >>> clock(7.4), clock(75), clock(3700)
-    ('7 s', '1:15 min', '1:01 h')
-    """
-    whole = round(seconds)
-    if whole < 60:
-        return f"{whole} s"
-    return f"{whole // 60}:{whole % 60:02d} min" if whole < 3600 else f"{whole // 3600}:{whole % 3600 // 60:02d} h"
-
-
 def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     """Print a row per job: grid values, status, time, time saved by the cache; then a line per failure or bad margin.
 
@@ -110,18 +95,19 @@ def jobs_table(rows: Sequence[dict[str, Any]], console: Console) -> None:
     ...a failed: no mesh
     """
     keys = list(dict.fromkeys(key for row in rows for key in row["values"]))
-    table = Table(box=box.SIMPLE)
+    table = plain_table()
     for head in ("job", *keys, "state", "time", "saved"):
         table.add_column(Text(head), overflow="fold", justify="right" if head in ("time", "saved") else "left")
     for row in rows:
         table.add_row(*map(Text, [row["job"], *(row["values"].get(key, "") for key in keys)]), *_ending(row))
-    console.print(table)
+    console.print()
+    print_table(table, console)
     for row in rows:
         if row["cause"]:
             cause = row["cause"].removeprefix(row["pipeline"]).lstrip(":, ")
-            console.print(f"{row['job']} failed: {cause}", markup=False, soft_wrap=True)
+            print_text(f"{row['job']} failed: {cause}", console)
         for sentence in row.get("exceeded", ()):
-            console.print(f"{row['job']}: {sentence}", markup=False, soft_wrap=True)
+            print_text(f"{row['job']}: {sentence}", console)
 
 
 def _ending(row: dict[str, Any]) -> list[Text]:

@@ -51,16 +51,16 @@ def check_file(path: Path, reporter: Reporter, energy: bool = False, speed: floa
         return _report(path.name, _supplied(path, pipeline, energy), speed)
     if speed is not None:
         raise InputError(f"{path.name}: --speed is for a body that was read in reduced form")
-    with naming(path), reporter.progress(f"{path.name}: body against its mesh", 4) as done:
+    with naming(path), reporter.progress(f"{path.name}: body against its mesh", 4, stage="assembly") as done:
         mesh = read_pipeline_mesh(path, pipeline)
         model = assemble_pipeline(pipeline, mesh)
-        done(1)
+        done(1, "reduction")
         recovery = pipeline_recovery(pipeline, mesh, model)
         reduction, _ = reduce_model(pipeline, mesh, model, recovery=recovery)
-        done(2)
+        done(2, "modal body")
         taken = pipeline.reduction.second_order_mass
         body = flexible_body(model, reduction, name=pipeline.name or path.stem, second_order_mass=taken)
-        done(3)
+        done(3, "checks")
         checks = (*check_model(model), *check_body(body), *check_projection(model, reduction, body))
         checks = (*checks, *(check_buckling(model, body) if body.has_geometric_stiffness else ()))
         checks = (*checks, *(check_geometric_stiffness(model, reduction, body) if energy else ()))

@@ -59,15 +59,15 @@ def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter,
 
 def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
     """Return the body of a mesh or of matrices."""
-    with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5) as done:
+    with naming(path), reporter.progress(f"{path.name}: mesh to modal body", 5, stage="reading the mesh") as done:
         mesh = read_pipeline_mesh(path, pipeline)
-        done(1)
+        done(1, "assembly")
         model, quality = checked_model(pipeline, mesh)
-        done(2)
+        done(2, "reduction")
         stress = pipeline_stress(pipeline, mesh, model)
         recovery = pipeline_recovery(pipeline, mesh, model)
         reduction, error = reduce_model(pipeline, mesh, model, caching_algebra(cache), recovery)
-        done(4)
+        done(4, "modal body")
         name = pipeline.name or path.stem
         wanted = {"stress": stress, "recovery": recovery, "second_order_mass": pipeline.reduction.second_order_mass}
         body = flexible_body(model, reduction, name=name, **wanted, provenance=inputs(path, pipeline))

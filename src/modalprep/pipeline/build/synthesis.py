@@ -67,15 +67,18 @@ class Synthesised:
     def summary(self) -> dict:
         """Return the content of the JSON file: frequencies in Hz, fractions of strain energy, damping ratios."""
         found = {
-            "frequency": self.modes.frequency.tolist(),
+            "frequency_Hz": self.modes.frequency.tolist(),
             "rigid": self.modes.rigid,
             "strain_energy": {name: share.tolist() for name, share in strain_fractions(self.modes).items()},
-            "position": {name: x.tolist() for name, x in self.modes.position.items()},
+            "position_m": {name: x.tolist() for name, x in self.modes.position.items()},
             "rotation": {name: turn.tolist() for name, turn in self.modes.rotation.items()},
             "notes": list(self.notes),
         }
         if self.damping is not None:
-            found["damping"] = {"target": self.damping.target.tolist(), "achieved": self.damping.achieved.tolist()}
+            found["damping_ratio"] = {
+                "target": self.damping.target.tolist(),
+                "achieved": self.damping.achieved.tolist(),
+            }
         return found
 
 

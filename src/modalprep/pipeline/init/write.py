@@ -119,15 +119,15 @@ def summary(found: Survey) -> dict[str, object]:
     return {
         "mesh": mesh.source,
         "length_unit": found.read.length_unit,
-        "size": found.read.size,
+        "size_m": found.read.size,
         "cells": {kind: len(rows) for kind, rows in mesh.cells.items()},
         "structure": list(found.structure) + list(mesh.properties),
         "openings": [
             {
                 "hole": one.hole,
-                "radius": one.cylinder.radius,
+                "radius_m": one.cylinder.radius,
                 "axis": one.cylinder.axis.tolist(),
-                "centre": one.centre.tolist(),
+                "centre_m": one.centre.tolist(),
                 "nodes": len(one.nodes),
             }
             for one in found.openings

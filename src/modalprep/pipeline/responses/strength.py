@@ -19,16 +19,13 @@ from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.pipeline.schema.responses.strength import FatigueTable, OfChannels, ShockTable
 from modalprep.report.strength import fatigue_table, shock_plot
+from modalprep.report.summary import SHOCK_UNITS
 from modalprep.response.fatigue import Fatigue, rainflow_damage, random_damage
 from modalprep.response.result import Response
 from modalprep.response.shock import ShockSpectrum, shock_spectrum
 from modalprep.suggest import matching, suggestion
 
 SIGNLESS = "von Mises stress has no sign, so that some cycles count as two of half the range; take a component instead"
-SHOCK_UNITS = {  # of a spectrum of accelerations in m/s^2
-    "absolute_acceleration": "m/s²", "relative_displacement": "m", "pseudo_velocity": "m/s",
-    "pseudo_acceleration": "m/s²",
-}  # fmt: skip
 Histories = dict[str, np.ndarray]
 
 

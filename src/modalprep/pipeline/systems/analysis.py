@@ -73,9 +73,9 @@ class Analysed:
             found["equilibrium"] = {"stable": rest.stable, "steps": rest.steps} | lists
         if self.modes is not None:
             kept = slice(self.table.modes)
-            names = ("frequency", "damping")
-            found["modes"] = {name: getattr(self.modes, name)[kept].tolist() for name in names}
-            found["modes"]["eigenvalue"] = [[z.real, z.imag] for z in self.modes.eigenvalue[kept].tolist()]
+            names = {"frequency_Hz": self.modes.frequency, "damping_ratio": self.modes.damping}
+            found["modes"] = {name: values[kept].tolist() for name, values in names.items()}
+            found["modes"]["eigenvalue_1/s"] = [[z.real, z.imag] for z in self.modes.eigenvalue[kept].tolist()]
             found["modes"]["moves_most"] = most_moved(self.modes)[kept]
         if self.linear is not None:
             found["state_space"] = {"states": len(self.linear.A), "error": self.linear.error}

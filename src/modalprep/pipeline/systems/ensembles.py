@@ -55,7 +55,7 @@ def simulate_ensemble(
     whose = identity(task) | {"program": program()["sources_sha256"]}
     keeper = Keeper(files[0], whose)
     collected = _begun(task, keeper, reporter)
-    with reporter.progress(f"{path.name}: ensemble of {table.count} cases", table.count) as progress:
+    with reporter.progress(f"{path.name}: ensemble of {table.count} cases", table.count, unit="cases") as progress:
         found = run_cases(task, collected, keeper, progress=progress)
     _tell(found, table, reporter)
     reporter.wrote(write_ensemble(found, files[0], levels=table.percentiles, identity=whose))

@@ -130,7 +130,7 @@ def _simulate(
     path: Path, label: str, system: System | DeployingSystem, pipeline: Pipeline, reporter: Reporter, reference: bool
 ) -> Result:
     s = pipeline.simulation
-    with reporter.progress(f"{path.name}: {label}", s.t_end) as progress:
+    with reporter.progress(f"{path.name}: {label}", s.t_end, unit="s") as progress:
         span = {"t_end": s.t_end, "output_step": s.output_step, "rtol": s.rtol}
         if isinstance(system, DeployingSystem):
             if reference:

@@ -12,11 +12,17 @@ from rich.text import Text
 from modalprep.correlation.pairing import Correlation
 from modalprep.report.figures import save_figure
 from modalprep.report.plots import INK
-from modalprep.report.tables import hertz, plain_table
+from modalprep.report.tables import hertz
+from modalprep.report.terminal import plain_table, print_table, print_text
 
 WRITTEN = 20  # maximum number of modes of a side with values written in the cells
 WORST = 5  # listed components of the lowest COMAC
 DISAGREES = 0.9  # COMAC below which a component is listed
+
+HEADS = (
+    "test", "analysis", "test Hz", "analysis Hz", "diff. %", "MAC", "orthogonality", "test damping %",
+    "analysis damping %",
+)  # fmt: skip
 
 
 def correlation_table(found: Correlation, console: Console) -> None:
@@ -29,26 +35,27 @@ def correlation_table(found: Correlation, console: Console) -> None:
     >>> modes = body_modes(uniform_beam(modes=2))
     >>> correlation_table(correlate(modes, modes), Console(width=100, color_system=None))  # doctest: +ELLIPSIS
     Pairs of modes of beam (test) and beam (analysis)
-    test  analysis      Hz      Hz  difference %    MAC  orthogonality  damping %  damping %
+    ...analysis
+    test  analysis  test Hz  analysis Hz  diff. %    MAC  orthogonality  test damping %        damping %
     ...
     """
     names = f" of {found.test.name} (test) and {found.analysis.name} (analysis)"
     console.print(Text.assemble(("Pairs of modes", "bold"), names))
     rich = plain_table()
-    for name in ("test", "analysis", "Hz", "Hz", "difference %", "MAC", "orthogonality", "damping %", "damping %"):
-        rich.add_column(name, justify="right", no_wrap=True)
+    for name in HEADS:
+        rich.add_column(name, justify="right")
     for row in found.rows():
         test, analysis, f_test, f_analysis, off, mac, cross, d_test, d_analysis = row.values()
         rich.add_row(
             str(test), str(analysis), hertz(f_test), hertz(f_analysis), _known(off, "+.2f"), f"{mac:.3f}",
             _known(cross, ".3f"), _known(d_test, ".2f"), _known(d_analysis, ".2f"),
         )  # fmt: skip
-    console.print(rich)
+    print_table(rich, console)
     worst = [f"{sensor}{component} {value}" for sensor, component, value in worst_components(found, WORST)]
     for text in (*unpaired(found), *([f"lowest COMAC: {', '.join(worst)}"] if worst else [])):
         console.print(Text(text))
     for note in found.notes:
-        console.print(Text(f"note: {note}"), soft_wrap=True)
+        print_text(Text(f"note: {note}"), console)
 
 
 def _known(value: float, form: str) -> str:

@@ -15,7 +15,8 @@ from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
 from modalprep.report.figures import save_figure
 from modalprep.report.plots import INK
-from modalprep.report.tables import hertz, plain_table
+from modalprep.report.tables import hertz
+from modalprep.report.terminal import plain_table, print_table, print_text
 
 ROWS = 30  # most influential parameters that are shown
 COLUMNS = 6  # modes in the terminal
@@ -47,9 +48,9 @@ def sensitivity_table(found: Sensitivities, console: Console) -> None:
         parameter = found.parameters[j]
         cells = [f"{value:+.3f}" if abs(value) >= 5e-4 else "." for value in found.relative[:count, j]]
         table.add_row(_short(parameter.name), f"{parameter.value:.4g} {parameter.unit}", *cells)
-    console.print(table)
+    print_table(table, console)
     for text in (*_left_out(found, len(order), count), *(f"note: {note}" for note in found.notes)):
-        console.print(Text(text), soft_wrap=True)
+        print_text(Text(text), console)
 
 
 def _most_influential(found: Sensitivities) -> list[int]:

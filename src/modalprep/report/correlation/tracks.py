@@ -14,7 +14,8 @@ from rich.text import Text
 from modalprep.correlation.study import Study
 from modalprep.report.figures import save_figure
 from modalprep.report.plots import CURVES, INK, LINES, plain_axes
-from modalprep.report.tables import hertz, plain_table
+from modalprep.report.tables import hertz
+from modalprep.report.terminal import plain_table, print_table, print_text
 
 SAID = 8  # uncertain numbers in the terminal
 PANELS = 12
@@ -49,12 +50,12 @@ def track_table(study: Study, console: Console) -> None:
             str(row["mode"]), str(row["cases"]), hertz(row["lowest_Hz"]), hertz(row["highest_Hz"]),
             " to ".join(map(str, places)), f"{row['mac']:.2f}", style="yellow" if row["uncertain"] else None,
         )  # fmt: skip
-    console.print(table)
+    print_table(table, console)
     said = study.uncertainties()
     for text in said[:SAID]:
-        console.print(Text(f"note: {text}"), soft_wrap=True)
+        print_text(Text(f"note: {text}"), console)
     if len(said) > SAID:
-        console.print(Text(f"note: {len(said) - SAID} more uncertain numbers are in the CSV file"), soft_wrap=True)
+        print_text(Text(f"note: {len(said) - SAID} more uncertain numbers are in the CSV file"), console)
 
 
 def track_plot(study: Study, path: str | Path) -> Path:

@@ -1,0 +1,138 @@
+"""Pages with nothing but the viewer: of a body, a mesh or a run."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from modalprep.atomic import atomic_path
+from modalprep.body.flexible_body import FlexibleBody
+from modalprep.errors import RenderError
+from modalprep.multibody.deploying.system import DeployingSystem
+from modalprep.multibody.model.system import System
+from modalprep.multibody.results.result import Result
+from modalprep.report.body_page.modes import mode_tables
+from modalprep.report.pictures.mesh_picture import Body
+from modalprep.report.scene import drawable, still_scene
+from modalprep.report.view.motion import run_scene
+
+SPEEDS = (5.0, 20.0, 60.0)  # s, in which a whole run is played
+
+
+def view_body(body: FlexibleBody, path: str | Path) -> Path:
+    """Write a page in which a body is turned and its modes move; a body without modes stays still.
+
+    It is one file that loads nothing from elsewhere, for a browser with WebGL 2.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    RenderError
+        When a cell type cannot be drawn.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from modalprep.examples import uniform_beam
+    >>> page = view_body(uniform_beam(modes=2), Path(tempfile.mkdtemp()) / "beam.html")
+    >>> "WebGL" in page.read_text(encoding="utf-8")
+    True
+    """
+    if not body.n:
+        return _write(path, body.name, f"A rigid body of {body.m:.6g} kg.", still_scene(body))
+    scene, problem = drawable(body)
+    if scene is None:
+        raise RenderError(problem)
+    about = f"Modal body with {body.n} modes, {body.m:.6g} kg."
+    return _write(path, body.name, about, scene, table=mode_tables(body)[0].html())
+
+
+def view_mesh(mesh: Any, path: str | Path) -> Path:
+    """Write a page in which a mesh is turned; cells that are points are left out.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        Of `read_mesh`.
+    path : path
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    RenderError
+        When a cell type cannot be drawn.
+    """
+    cells = {kind: nodes for kind, nodes in mesh.cells.items() if kind != "vertex" and len(nodes)}
+    about = f"{len(mesh.points)} nodes: " + ", ".join(f"{len(nodes)} {kind}" for kind, nodes in mesh.cells.items())
+    name = Path(mesh.source).stem or "mesh"
+    return _write(path, name, f"{about}.", still_scene(Body(name, mesh.points, cells)))
+
+
+def view_run(system: System | DeployingSystem, result: Result, path: str | Path, *, name: str = "run") -> Path:
+    """Write a page in which a run is turned, played and scrubbed through; its notes stand above.
+
+    Parameters
+    ----------
+    result : Result
+        Of a simulation of this system; long ones are shown in 240 frames.
+    path : path
+    name : str
+        Above the view.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError
+        When the result is not of this system.
+    RenderError
+        When a cell type cannot be drawn.
+    """
+    scene = run_scene(system, result)
+    count = len(scene["bodies"])
+    said = f"{count} {'body' if count == 1 else 'bodies'}, {len(result.time)} times: {result.message}."
+    return _write(path, name, said, scene, notes=result.notes, speeds=_speeds(scene["seconds"]))
+
+
+def _speeds(span: float) -> list[tuple[float, str]]:
+    """Return the choices of the time that the whole run takes on the screen, with their names; a stretch of 5 first."""
+    named = [(seconds, f"all in {seconds:g} s") for seconds in SPEEDS]
+    return [*named, (span, "as in reality")] if span > 0 else named
+
+
+def _write(path: str | Path, name: str, about: str, scene: dict[str, Any], **values: Any) -> Path:
+    given = {"table": "", "notes": (), "speeds": (), "plain": scene.get("plain", False), **values}
+    text = _template().render(
+        name=name, about=about, scene=scene, style=Markup(_part("page.css") + _part("view/view.css")),
+        script=Markup(_part("viewer.js")), **given,
+    )  # fmt: skip
+    with atomic_path(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return Path(path)
+
+
+def _template():
+    loader = PackageLoader("modalprep.report", "view")
+    environment = Environment(
+        loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    return environment.get_template("view.html")
+
+
+def _part(name: str) -> str:
+    return files("modalprep.report").joinpath(name).read_text(encoding="utf-8")
