@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 from contextlib import contextmanager, suppress
-from pathlib import Path
 
 import numpy as np
 from bad.good import BEAM
@@ -14,14 +13,6 @@ from bad.good import BEAM
 import modalprep as mp
 
 ENTRY = "from modalprep.cli import entry; entry()"
-INLINE = f"""
-import sys
-sys.path.insert(0, {str(Path(__file__).parent)!r})
-import modalprep.pipeline.batch.batch
-from batches import Inline
-modalprep.pipeline.batch.batch.Processes = Inline
-{ENTRY}
-"""
 
 
 def write_beam(project, file, **options):
@@ -41,9 +32,9 @@ def write_grid(project, file, **grid):
 
 
 @contextmanager
-def started(*arguments, entry=ENTRY, **options):
+def started(*arguments, **options):
     """Start ``modalprep batch`` in a session of its own, so that what outlives it is found; in the end all is ended."""
-    command = [sys.executable, "-c", entry, "batch", *map(str, arguments)]
+    command = [sys.executable, "-c", ENTRY, "batch", *map(str, arguments)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
     with subprocess.Popen(command, **pipes | options) as process:
         try:

@@ -55,7 +55,7 @@ def charts():
 
 @pytest.fixture(autouse=True)
 def _blank_charts(request, monkeypatch):
-    """Charts are laid out and written without ink: text takes half of the time of small pipeline files.
+    """Charts are put together and written blank: drawing them takes half of the time of small pipeline files.
 
     They are drawn at the full size, for the documents, and where a test uses `charts`; doctests draw each kind of them.
     """
@@ -64,7 +64,7 @@ def _blank_charts(request, monkeypatch):
 
 
 class Blank:
-    """A canvas that leaves the figure away."""
+    """A canvas that does not draw its figure."""
 
     def __init__(self, figure):
         self.size = tuple(round(length) for length in 10 * figure.get_size_inches())

@@ -15,6 +15,11 @@ def cases(count):
     return max(1, round(count * (FULL or REDUCED)))
 
 
+def seeds(count):
+    """Return the seeds of a test that has been tried with so many."""
+    return range(count if FULL else cases(count))
+
+
 def some(found, count):
     """Return `count` of the cases of one claim, spread from the first to the last; all of them at the full size."""
     found = list(found)

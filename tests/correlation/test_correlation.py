@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import pyuff
+from size import cases
 
 import modalprep as mp
 from modalprep.cli import main
@@ -293,7 +294,7 @@ def test_wrong_options(files, arguments, said, capsys):
 def test_damaged_files_are_refused_in_one_sentence(files, tmp_path, capsys):
     whole = files[1].read_text()
     random = np.random.default_rng(2)
-    for cut in random.integers(0, len(whole), 25).tolist():
+    for cut in random.integers(0, len(whole), cases(25)).tolist():
         (tmp_path / "cut.uff").write_text(whole[:cut])
         code = main(["compare", str(files[0]), str(tmp_path / "cut.uff"), "-o", str(tmp_path / "a.png")])
         error = capsys.readouterr().err

@@ -9,7 +9,8 @@ import signal
 import time
 
 import pytest
-from batches import INLINE, manifests, outlived, same_body, started, write_grid
+from bad.forks import forks
+from batches import manifests, outlived, same_body, started, write_grid
 from outputs import all_whole, differing
 from size import KILLS, some
 
@@ -26,18 +27,23 @@ def grid(project, tmp_path_factory):
     return write_grid(project, folder / "beam.toml", reduction__modes=[2, 3], reduction__damping=[0.01, 0.02])
 
 
-def finish(grid, output, *options):
-    """Run what is left in one process: others would take longer to start."""
-    with started(grid, "-j", 1, "--output", output, *options, entry=INLINE, env=ALONE) as process:
-        printed, error = process.communicate()
-        assert process.returncode == 0, printed + error
-    return output
+@pytest.fixture(scope="module")
+def finish(grid, tmp_path_factory):
+    """Return ``finish(output, *options)``, which runs what is left in a fork: workers would take longer to start."""
+
+    def run(output, *options):
+        code, error, _ = server.run("batch", grid, "-j", 1, "--output", output, *options)
+        assert (code, error) == (0, "")
+        return output
+
+    with forks(tmp_path_factory.mktemp("forks")) as server:
+        yield run
 
 
 @pytest.fixture(scope="module")
-def whole(grid):
+def whole(grid, finish):
     """The outputs of a batch that nobody disturbed."""
-    return finish(grid, grid.parent / "whole", "--no-cache")
+    return finish(grid.parent / "whole", "--no-cache")
 
 
 def gone(process, seconds=20.0):
@@ -84,7 +90,7 @@ def killed(grid, output, options, moments, seconds):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [["--no-cache"], []], ids=["computed", "cached"])
-def test_killed_at_random_moments(grid, whole, tmp_path, options):
+def test_killed_at_random_moments(grid, whole, finish, tmp_path, options):
     """Always into the same folder until all is done, then into another: in the end, what an undisturbed batch makes."""
     moments, outputs, kills = random.Random(3), [tmp_path / "0"], 0
     seconds = 2 * sum(record["seconds"] for record in manifests(whole).values()) / JOBS
@@ -100,7 +106,7 @@ def test_killed_at_random_moments(grid, whole, tmp_path, options):
     assert kills == wanted
     for output in outputs:
         before = manifests(output)
-        after = manifests(finish(grid, output, *options))
+        after = manifests(finish(output, *options))
         assert len(after) == JOBS
         assert all(after[name] == record for name, record in before.items())
         if options:

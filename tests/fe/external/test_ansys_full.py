@@ -10,6 +10,7 @@ import pytest
 from fe import matrix_writers as write
 from fe.ansys_decks import deck, eblock, nblock
 from fe.matrix_cases import LABELS, beam, nodes_csv
+from size import seeds
 
 import modalprep as mp
 from modalprep.errors import InputError
@@ -101,7 +102,7 @@ def test_turned_nodes_are_refused(written, tmp_path):
         read_matrices(**written() | {"nodes": deck(tmp_path, lines)})
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", seeds(40))
 def test_damaged_files_are_read_or_refused(written, seed):
     files, rng = written(), random.Random(seed)
     content = bytearray(files["file"].read_bytes())

@@ -6,6 +6,7 @@ import re
 
 import pytest
 from fe.ansys_decks import SHEET, STEEL, UNIT_CUBE, deck, eblock, nblock
+from size import seeds
 
 import modalprep as mp
 from modalprep.errors import InputError
@@ -114,7 +115,7 @@ def test_registry_says_something_of_each_entry():
     assert all(entry.treatment == "no effect" or entry.handle or entry.remark for entry in REGISTRY.values())
 
 
-@pytest.mark.parametrize("seed", range(60))
+@pytest.mark.parametrize("seed", seeds(60))
 def test_damaged_decks_are_read_or_refused(tmp_path, seed):
     """Cut, changed and deleted characters: an InputError or a mesh, never another exception."""
     rng = random.Random(seed)

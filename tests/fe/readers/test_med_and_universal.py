@@ -9,6 +9,7 @@ import gmsh
 import h5py
 import numpy as np
 import pytest
+from size import seeds
 
 import modalprep as mp
 from modalprep.errors import InputError
@@ -139,7 +140,7 @@ def test_universal_files_that_cannot_be_read(tmp_path, what):
         mp.read_mesh(tmp_path / "a.unv")
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", seeds(30))
 def test_damaged_universal_files_are_read_or_refused(written, tmp_path, seed):
     rng = random.Random(seed)
     text = (written / "mesh.unv").read_text()

@@ -38,7 +38,7 @@ def test_isat_floats_with_six_rigid_motions():
 
 def test_isat_goes_the_whole_road(isat, tmp_path):
     reduction = mp.craig_bampton(isat, modes=2, truncation=())
-    body = mp.flexible_body(isat, reduction, name="isat", second_order_mass=False)  # the fine satellite has it
+    body = mp.flexible_body(isat, reduction, name="isat", second_order_mass=False)  # that of the satellite has it
     body = mp.read_body(mp.write_body(body, tmp_path / "isat.h5"))
     assert body.m == pytest.approx(310.780, rel=1e-5)  # test_nastran.py sums the cards
     assert [check.name for check in mp.check_body(body) if not check.passed] == []

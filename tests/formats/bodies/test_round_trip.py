@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from size import cases
+from size import seeds
 
 import modalprep as mp
 from modalprep.body.difference import compare_bodies
@@ -128,7 +128,7 @@ def test_damping_of_exudyn_is_added(project, link, swung, folder):
 
 
 @pytest.mark.parametrize("to", [name for name in NOT_HELD if name != "nastran"])
-@pytest.mark.parametrize("seed", range(cases(10)))
+@pytest.mark.parametrize("seed", seeds(10))
 def test_damaged_files_are_one_sentence(to, seed, tmp_path, capsys):
     """Cut files, lost and changed bytes: exit code 2 with one sentence and nothing written, or a body."""
     rng = np.random.default_rng(seed)

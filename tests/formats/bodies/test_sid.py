@@ -9,6 +9,7 @@ import pytest
 from compare import assert_close
 from formats.lumped import modal_body, particles
 from scipy.linalg import eigh
+from size import seeds
 
 import modalprep as mp
 from modalprep.body.difference import compare_bodies
@@ -266,7 +267,7 @@ def test_blocks_that_contradict_each_other_are_refused(tmp_path):
         import_body(file)
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", seeds(40))
 def test_random_damage_is_refused_or_read(seed, tmp_path):
     """Cut files, lost and changed bytes: an InputError of one line, or a body of finite numbers."""
     rng = np.random.default_rng(seed)

@@ -9,7 +9,7 @@ from multibody.mechanisms import link, slider_crank
 from multibody.trees import random_body
 from scipy.linalg import expm
 from scipy.spatial.transform import Rotation
-from size import cases
+from size import seeds
 from systems.shipped import shipped
 
 import modalprep as mp
@@ -227,7 +227,7 @@ def test_a_joint_cut_and_closed_again_has_the_same_rest_and_modes(kind):
     np.testing.assert_allclose(np.sort_complex(roots[1]), np.sort_complex(roots[0]), rtol=1e-6)
 
 
-@pytest.mark.parametrize("seed", range(cases(6)))
+@pytest.mark.parametrize("seed", seeds(6))
 def test_linear_equations_are_the_derivative_of_the_run(seed):
     """Along a random motion of a moving flexible tree with loops, time in its conditions included."""
     system, t = loose(seed), 0.3

@@ -1,9 +1,12 @@
 """Functions of the user in a run: none is lost, none runs for ever, and what goes wrong has its own sentence."""
 
 import gc
+from itertools import product
+from types import MappingProxyType
 
 import numpy as np
 import pytest
+from size import some
 
 import modalprep as mp
 from modalprep.examples import uniform_beam
@@ -91,19 +94,19 @@ class TestStiff:
 
     SENTENCE = r"the load of callback '{}' is too stiff .* use dampers, springs or bushings"
 
-    @pytest.mark.parametrize(
-        "law",
-        [lambda joint: -1e9 * joint.rate.item(), lambda joint: -1e18 * joint.position.item() - joint.rate.item()],
-        ids=["damper", "spring"],
-    )
-    @pytest.mark.parametrize("method", ["auto", "explicit"])
+    LAWS = MappingProxyType({
+        "damper": lambda joint: -1e9 * joint.rate.item(),
+        "spring": lambda joint: -1e18 * joint.position.item() - joint.rate.item(),
+    })  # fmt: skip
+
+    @pytest.mark.parametrize(("law", "method"), some(product(LAWS, ["auto", "explicit"]), 2))
     def test_ends_with_a_sentence(self, law, method):
         """Both have rates of some 1e9 1/s: a second takes 1e10 evaluations, and took more than 500 s without a word."""
         calls = []
 
         def stiff(t, state):
             calls.append(t)
-            return law(state.joint("hinge"))
+            return self.LAWS[law](state.joint("hinge"))
 
         with pytest.raises(mp.SimulationError, match=self.SENTENCE.format("law")):
             mp.simulate(pendulum(torque(stiff)), t_end=1.0, method=method)

@@ -1,6 +1,7 @@
 """The kernel as plain Python, and its compilation where no cache can be written."""
 
 import importlib
+import itertools
 import os
 import subprocess
 import sys
@@ -13,6 +14,7 @@ import pytest
 from fresh_process import printed
 from numba.core.caching import IndexDataCacheFile
 from packaging.requirements import Requirement
+from size import some
 
 from modalprep import jit
 from modalprep.cli import main
@@ -48,8 +50,10 @@ def test_no_writable_cache_is_no_error(monkeypatch):
     assert asked == [True, False]
 
 
-@pytest.mark.parametrize("further_down", [False, True])
-@pytest.mark.parametrize("change", ["return 3 * x", "return x * SCALE", "SCALE = 5"])
+@pytest.mark.parametrize(
+    ("change", "further_down"),
+    some(itertools.product(["return 3 * x", "return x * SCALE", "SCALE = 5"], [False, True]), 3),
+)
 def test_cache_follows_helpers_and_constants_of_other_files(tmp_path, change, further_down):
     """The compiled caller is used again while its helper is the same, and compiled anew when that changes."""
     head = "from modalprep.jit import compile_inline, compile_kernel\n"

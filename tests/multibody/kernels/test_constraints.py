@@ -6,6 +6,7 @@ from compare import assert_close
 from multibody.closed_trees import TYPES, Evaluation, closed_tree
 from multibody.mechanisms import slider_crank
 from multibody.spatial_loops import bricard, rod, spatial_loop
+from size import seeds
 
 from modalprep.multibody.evaluation.evaluate import build_equations, close, evaluate
 from modalprep.multibody.evaluation.evaluator import Evaluator
@@ -16,7 +17,7 @@ from modalprep.multibody.reference.constraints import closed_accelerations, dens
 from modalprep.multibody.reference.equations import mass_and_force
 
 
-@pytest.mark.parametrize("seed", range(33))
+@pytest.mark.parametrize("seed", seeds(33))
 def test_loops_equal_the_dense_solution_on_random_trees(seed):
     """Every type of closure, rigid and flexible trees, with and without geometric stiffness, any violation."""
     system, y, motion = closed_tree(seed)
@@ -66,7 +67,7 @@ def test_independent_speeds_give_the_same_accelerations(seed):
     assert np.abs(found - expected).max() <= 1e-8 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("seed", range(33))
+@pytest.mark.parametrize("seed", seeds(33))
 def test_free_motion_and_responses_equal_the_dense_ones(seed):
     """What the pass along the paths of the rows leaves: ``G u'`` without multipliers, and their ``M^-1 G^T``."""
     system, y, motion = closed_tree(seed)

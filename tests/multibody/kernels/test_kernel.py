@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from compare import assert_close
 from multibody.trees import KINDS, ROOTS, order_n, random_body, random_state, random_tree
+from size import seeds
 
 import modalprep as mp
 from modalprep.multibody.kernels import articulated_body as kernel
@@ -80,7 +81,7 @@ ROUND_OFF = 1e-10  # of the largest; two eliminations of mass matrices of condit
 
 
 @pytest.mark.parametrize("most", [1, 6, 14])
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_order_n_equals_dense_on_random_trees(seed, most):
     e = Evaluation(seed, most=most, geometric=seed % 3 > 0)
     assert_close(e.run(), np.linalg.solve(*e.dense()), ROUND_OFF)
@@ -170,7 +171,7 @@ def test_wrench_of_an_evaluation(seed):
     assert_close(e.udot, np.linalg.solve(M, f + e.interface_partials(body, 2)[0].T @ wrench), ROUND_OFF)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_implicit_terms_stand_on_the_diagonal(seed):
     e = Evaluation(seed)
     hinge = e.hinges(np.random.default_rng(seed).uniform(0.1, 2.0, e.packed.nu))
@@ -222,7 +223,7 @@ def test_kinetic_energy_is_that_of_the_mass_matrix(seed):
     assert u @ M @ u / 2 == pytest.approx(kinetic, rel=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_velocities_are_rates_of_the_poses(seed):
     """Position and rotation of every interface against their central differences along the state's own rate."""
     e = Evaluation(seed)

@@ -7,6 +7,7 @@ from multibody.loaded_trees import loaded_tree
 from multibody.trees import ROOTS, random_state, random_tree
 from scipy.interpolate import PchipInterpolator
 from scipy.spatial.transform import Rotation
+from size import seeds
 
 import modalprep as mp
 from modalprep.multibody.evaluation.evaluate import GOOD, build_equations, evaluate
@@ -219,7 +220,7 @@ def closure_names(closure):
 
 
 @pytest.mark.parametrize("most", [1, 6])
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", seeds(20))
 def test_channels_of_random_trees(seed, most):
     """Every joint type, rigid and flexible, with and without geometric stiffness."""
     system = random_tree(seed, root=ROOTS[seed % len(ROOTS)], most=most, geometric=seed % 3 > 0)
