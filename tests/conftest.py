@@ -43,7 +43,7 @@ def drawing():
 
 @pytest.fixture
 def rough_edges(monkeypatch):
-    """Pictures with rough edges, for tests that do not look at them: smooth ones have sixteen times the pixels."""
+    """Pictures with rough edges, for tests that do not look at them: smooth ones take twice the time."""
     plotter = pytest.importorskip("pyvista").Plotter
     monkeypatch.setattr(plotter, "enable_anti_aliasing", lambda *_: None)
 

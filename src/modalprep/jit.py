@@ -14,6 +14,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 from numba import core, njit
+from numba.core.runtime.nrt import rtsys
 
 from modalprep import by_address, linking
 from modalprep.linking import STAMP, KernelCompiler, LinkedCode
@@ -25,6 +26,8 @@ OPTIONS = {
     "fastmath": {"contract", "reassoc", "nsz", "arcp"}, "error_model": "numpy", "nogil": True, "_nrt": False,
     "no_cfunc_wrapper": True, "forceinline": False, "pipeline_class": KernelCompiler,
 }  # fmt: skip
+
+NO_KERNELS = ("math", "numpy", "scipy")  # modules
 
 # A wheel may bring kernels compiled for all processors from Haswell and Zen on (.ci/build-wheel), which would take one
 # or two minutes here. Those of an older numba, Python or source are not used: the files say what they hold.
@@ -40,14 +43,10 @@ def compile_kernel(function: Callable, **options: Any) -> Callable:
     they were (numba alone looks at the function's own file).
     """
     stamp = _stamp(function)
-    try:
-        kernel = njit(cache=True, **(OPTIONS | options))(function)
-    except RuntimeError:  # numba: "no locator available"
-        kernel = njit(cache=False, **(OPTIONS | options))(function)
-    if isinstance(getattr(kernel, "_cache", None), core.caching.Cache):  # not without a cache or a compiler
-        kernel._cache._cache_file = CompiledFiles(kernel._cache._cache_file, stamp)
-        kernel._cache._impl = LinkedCode(function)
-    if isinstance(kernel, core.dispatcher.Dispatcher):
+    kernel = njit(**(OPTIONS | options))(function)
+    if isinstance(kernel, core.dispatcher.Dispatcher):  # not without a compiler
+        with suppress(RuntimeError):  # numba: "no locator available"
+            kernel._cache = KernelCache(function, stamp)
         linking.register(kernel)
     return kernel
 
@@ -92,6 +91,20 @@ class _Compilation(core.event.Listener):
 
     def on_end(self, event: core.event.Event) -> None:
         pass
+
+
+class KernelCache(core.caching.FunctionCache):
+    """Numba's cache of a function, which loads compiled code without the registries that only a compiler needs."""
+
+    def __init__(self, function: Callable, stamp: str) -> None:
+        super().__init__(function)
+        self._cache_file, self._impl = CompiledFiles(self._cache_file, stamp), LinkedCode(function)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the compiled code of a signature, None if there is none."""
+        rtsys.initialize(target_context)  # what kernels that make arrays call
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(sig, target_context)
 
 
 class CompiledFiles(core.caching.IndexDataCacheFile):
@@ -173,7 +186,8 @@ def _known(function: Callable) -> Iterator[Any]:
     all that they use of other files is imported.
     """
     values = list(getattr(function, "__globals__", {}).values())
-    for value in [*values, *(v for module in values if isinstance(module, ModuleType) for v in vars(module).values())]:
+    modules = [value for value in values if isinstance(value, ModuleType) and value.__name__ not in NO_KERNELS]
+    for value in [*values, *(inside for module in modules for inside in vars(module).values())]:
         compiled = value.py_func if isinstance(value, core.dispatcher.Dispatcher) else value
         if isinstance(compiled, FunctionType) and hasattr(compiled, STAMP):
             yield compiled

@@ -12,6 +12,7 @@ from modalprep.errors import RenderError
 from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.camera import view
+from modalprep.report.pictures.modes import render_modes
 
 needs_drawing = pytest.mark.usefixtures("drawing")
 
@@ -72,6 +73,15 @@ def test_colour_is_the_displacement(name, request, tmp_path):
     assert violet.sum() > 300
     assert yellow.sum() > 300
     assert np.nonzero(violet)[1].mean() < np.nonzero(yellow)[1].mean()  # from the clamp to the free end
+
+
+@needs_drawing
+def test_a_plotter_of_many_modes_shows_each_as_its_own_plotter_does(cantilever, tmp_path):
+    files = {mode: tmp_path / f"{mode}.png" for mode in (1, 2)}
+    assert list(render_modes(cantilever, files)) == list(files.values())
+    alone = pixels(render.render_mode(cantilever, 2, tmp_path / "alone.png"))
+    other, same = (np.abs(pixels(files[mode]) - alone).mean() for mode in (1, 2))
+    assert same < 0.1 < other  # of 255; a colour may be rounded in another way
 
 
 @needs_drawing

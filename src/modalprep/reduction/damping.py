@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import nnls
 
 from modalprep.errors import InputError
 from modalprep.records import Record
@@ -307,6 +306,8 @@ def component_damping(
 
 def _least_squares(modes: SynthesisedModes, w: np.ndarray, ratio: np.ndarray, target: Ratio) -> dict[str, np.ndarray]:
     """Solve for d over that of the largest target ratio; at the component's own frequencies it should be `prior`."""
+    from scipy.optimize import nnls  # which takes a tenth of a second to import
+
     q = np.vstack([x[6:, modes.rigid :] for x in modes.coordinates.values()])
     own = np.sqrt(np.concatenate([body.K for body in modes.bodies.values()]))
     table = target if not np.ndim(target) else dict(zip(modes.frequency[modes.rigid :], ratio, strict=True))

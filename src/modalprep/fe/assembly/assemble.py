@@ -251,9 +251,10 @@ def without_unused_dofs(C, free, diagonal, frames) -> tuple[csr_array, np.ndarra
 
     `diagonal (n_dof,)` is the sum of the absolute diagonals of K and M.
     """
-    idle = C.multiply(C).T @ diagonal == 0
+    share = np.repeat(diagonal, np.diff(C.indptr)) * C.data**2
+    idle = np.bincount(C.indices, share, C.shape[1]) == 0
     idle[np.searchsorted(free, np.concatenate([frame.dofs for frame in frames]))] = False
-    return C[:, np.flatnonzero(~idle)].tocsr(), free[~idle]
+    return (C[:, np.flatnonzero(~idle)].tocsr(), free[~idle]) if idle.any() else (C, free)
 
 
 def _cells(parts: list[Part]) -> dict[str, np.ndarray]:

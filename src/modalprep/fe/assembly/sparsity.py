@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array
+from scipy.sparse import csr_array
 
 from modalprep.fe.assembly.sparse_kernels import column_numbers, diagonal, scatter, scatter_blocks, spread_scalar
 from modalprep.fe.elements.kernels import in_threads
@@ -99,12 +99,13 @@ def node_graph(connectivity: Iterable[np.ndarray], n_nodes: int) -> csr_array:
     >>> node_graph([np.array([[0, 2]])], 3).toarray().astype(int)
     array([[1, 0, 1], [0, 0, 0], [1, 0, 1]])
     """
-    total = csr_array((n_nodes, n_nodes), dtype=np.int32)
+    total = None
     for conn in connectivity:
-        element = np.repeat(np.arange(len(conn)), conn.shape[1])
-        one = np.ones(conn.size, dtype=np.int32)
-        incidence = coo_array((one, (element, conn.ravel())), shape=(len(conn), n_nodes)).tocsr()
-        total = total + incidence.T.tocsr() @ incidence
-    total = total.tocsr()
+        ends = np.arange(0, conn.size + 1, conn.shape[1])
+        incidence = csr_array((np.ones(conn.size, dtype=np.int32), conn.ravel(), ends), shape=(len(conn), n_nodes))
+        pairs = incidence.T.tocsr() @ incidence
+        total = pairs if total is None else (total + pairs).tocsr()
+    if total is None:
+        return csr_array((n_nodes, n_nodes), dtype=np.int32)
     total.sort_indices()
     return total

@@ -19,7 +19,7 @@ import numpy as np
 from modalprep.jit import compile_allocating
 
 THREADS = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-AT_LEAST = 64  # elements or nodes of a thread: fewer take less time than to call it
+AT_LEAST = 256  # elements or nodes of a thread: fewer take less time than to call it
 _thread = local()
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
 import numpy as np
-from scipy.sparse import coo_array, csr_array, eye_array
+from scipy.sparse import coo_array, csr_array
 
 from modalprep.errors import InputError
 from modalprep.fe.links.multipoint import PlacedLink
@@ -118,14 +118,21 @@ def constrain(links: list[PlacedLink], n: int, equations: Iterable[PlacedEquatio
         parts.append(rows)
     D = _matrix([part.row for part in parts], [part.source for part in parts], [part.value for part in parts], n)
     free = np.flatnonzero(owner < 0)
-    C = _resolve(D, eye_array(n, format="csr")[:, free], links)
+    C = _resolve(D, _columns_of_unity(n, free), links)
     solved, notes = _eliminated(equations, C, free, set(map(int, kept)))
     if solved:
         rows = np.repeat([dependent for dependent, _, _ in solved], [len(sources) for _, sources, _ in solved])
         D = D + _matrix([rows], [s for _, s, _ in solved], [v for _, _, v in solved], n)
         free = np.setdiff1d(free, [dependent for dependent, _, _ in solved])
-        C = _resolve(D, eye_array(n, format="csr")[:, free], links)
+        C = _resolve(D, _columns_of_unity(n, free), links)
     return Constraints(links, solved, C, free, D, notes)
+
+
+def _columns_of_unity(n: int, some: np.ndarray) -> csr_array:
+    """Return columns, ascending, of the unit matrix of order n."""
+    held = np.zeros(n + 1, dtype=np.int32)
+    held[some + 1] = 1
+    return csr_array((np.ones(len(some)), np.arange(len(some)), np.cumsum(held)), shape=(n, len(some)))
 
 
 def _matrix(rows: list[np.ndarray], sources: list[np.ndarray], values: list[np.ndarray], n: int) -> csr_array:
