@@ -8,6 +8,7 @@ from modalprep.report.responses import _decade, _quantity
 @pytest.mark.parametrize(("names", "unit", "shown", "random", "text"), [
     (["a", "b"], "N", "kN", False, "force (kN)"), (["a"], "N", "kN", False, "a (kN)"),
     (["a", "b"], "m/s^2", "m/s^2", True, "acceleration ((m/s²)²/Hz)"), (["a", "b"], "kg", "kg", False, "kg"),
+    (["a", "b"], "N", "", False, "force"),
 ])  # fmt: skip
 def test_an_axis_says_what_it_shows(names, unit, shown, random, text):
     assert _quantity(names, unit, shown, random=random) == text

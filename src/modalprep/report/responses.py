@@ -177,7 +177,7 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
         bottom = max(1e-6 * largest, 0.5 * min(_smallest(np.abs(response[name])) for name in names))
         axes.set_ylim(bottom, 2 * largest)
         axes.yaxis.set_major_formatter(LogFormatterMathtext() if random else FuncFormatter(_decade(unit)))
-        shown_unit = unit
+        shown_unit = unit if random or unit not in PREFIXED else ""
     else:
         factor, shown_unit = prefixed(unit, max(float(np.abs(response[name]).max()) for name in names))
         axes.yaxis.set_major_formatter(FuncFormatter(lambda y, _: f"{factor * y:.4g}"))
@@ -190,12 +190,12 @@ def _panel(axes: Axes, response: Response, unit: str, names: list[str]) -> None:
 
 
 def _quantity(names: list[str], unit: str, shown: str, *, random: bool) -> str:
-    """Return what an axis shows, with the unit; a single curve has no legend and so its name here."""
+    """Return what an axis shows, with the unit unless its ticks have it; a single curve has no legend, so its name."""
     text = shown.replace("^2", "²")
     if random:
         text = f"{text}²/Hz" if text.isalpha() else f"({text})²/Hz"
     what = names[0] if len(names) == 1 else QUANTITIES.get(unit, "")
-    return f"{what} ({text})" if what else text
+    return f"{what} ({text})" if what and text else what or text
 
 
 def _decade(unit: str) -> Callable[[float, int], str]:

@@ -104,13 +104,15 @@ def notch_plot(cut: NotchedInput, path: str | Path, unit: str = "m/s²") -> Path
     above, below = figure.subplots(2, 1, sharex=True)
     above.plot(cut.frequency, cut.given, color=GREY, linewidth=1.4, linestyle=LINES[1], label="given input")
     above.plot(cut.frequency, cut.notched, color=CURVES[0], linewidth=1.8, label="notched input")
-    above.set_ylabel(f"({unit})²/Hz" if cut.density else unit)
+    above.set_ylabel(f"input (({unit})²/Hz)" if cut.density else f"input ({unit})")
     before, after = _shares(cut)
     for k, name in enumerate(sorted(before, key=lambda x: -before[x].max())[:DRAWN]):
         colour = CURVES[k % len(CURVES)]
         below.plot(cut.frequency, before[name], color=colour, linewidth=1.0, linestyle=LINES[2])
         below.plot(cut.frequency, after[name], color=colour, linewidth=1.8, label=name)
     below.axhline(1.0, color=GREY, linewidth=1.0)
+    below.annotate("limit", (1.0, 1.0), xycoords=("axes fraction", "data"), fontsize=9, color=GREY, xytext=(4, 0),
+                   textcoords="offset points", va="center")  # fmt: skip
     below.set_ylabel("amplitude / limit (dotted: not notched)")
     below.set_xlabel("frequency (Hz)")
     largest = max((float(x.max()) for x in before.values()), default=1.0)

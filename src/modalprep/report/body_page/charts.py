@@ -12,6 +12,7 @@ from modalprep.reduction.table import DIRECTIONS
 from modalprep.report.body_page.modes import participation, totals
 from modalprep.report.figures import save_figure
 from modalprep.report.plots import CURVES, GREY, LINES, add_head, plain_axes
+from modalprep.report.responses import plain_decades
 
 TARGETS = (90.0, 95.0)  # %, usual targets of the modes of a base-driven structure
 
@@ -53,16 +54,18 @@ def cumulative_plot(body: FlexibleBody, path: str | Path) -> Path:
     frequency, found = body.frequency[moving], cumulative_mass(body)[moving]
     for k, name in enumerate(DIRECTIONS):
         axes.step(
-            frequency, found[:, k], where="post", label=name, color=CURVES[k % 6], linestyle=LINES[k // 3], linewidth=2
-        )
+            np.append(frequency[:1], frequency), np.append(0 * found[:1, k], found[:, k]), where="post", linewidth=2,
+            label=name if k < 3 else f"about {name[1]}", color=CURVES[k % 6], linestyle=LINES[k // 3],
+        )  # fmt: skip
     for target in TARGETS:
         axes.axhline(target, color=GREY, linewidth=1.0, linestyle=(0, (4, 3)))
         axes.annotate(f"{target:.0f} %", (1.0, target), xycoords=("axes fraction", "data"), fontsize=9, color=GREY,
                       xytext=(4, 0), textcoords="offset points", va="center")  # fmt: skip
     axes.set_xscale("log")
+    plain_decades(axes.xaxis)
     axes.set_ylim(0, 105)
     axes.set_xlabel("frequency (Hz)")
-    axes.set_ylabel("effective mass up to it, %")
+    axes.set_ylabel("effective mass up to it (% of the body)")
     add_head(axes, "")
     plain_axes(axes, grid="both")
     return save_figure(figure, path)
