@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from modalprep.body.checks import check_body as check_body
     from modalprep.body.rigid import rigid_body as rigid_body
     from modalprep.drawing import Film as Film
+    from modalprep.drawing import Page as Page
     from modalprep.ensemble.simulate import simulate_many as simulate_many
     from modalprep.errors import AccuracyError as AccuracyError
     from modalprep.errors import InputError as InputError
@@ -92,7 +93,7 @@ _NAMES = {
     "multibody.analysis.linearise": "linearise",
     "multibody.analysis.system_modes": "system_modes",
     "formats.resultfile": "write_result read_result",
-    "drawing": "Film",
+    "drawing": "Film Page",
     "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import html
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -51,6 +52,49 @@ class Film:
             raise InputError(f"cannot write {path}: this film is a .{self.kind}; animate() takes kind='gif' or 'webp'")
         with atomic_path(path) as temporary:
             temporary.write_bytes(self.data)
+        return path
+
+
+class Page:
+    """A page that a notebook shows in a frame, to turn and to play; `html` has its text.
+
+    It needs no further package and no server.
+
+    Examples
+    --------
+    >>> Page("<p>a & b</p>")._repr_html_()[:52]
+    '<iframe srcdoc="&lt;p&gt;a &amp; b&lt;/p&gt;" style='
+    """
+
+    def __init__(self, html: str) -> None:
+        self.html = html
+
+    def __repr__(self) -> str:
+        """Size of the page."""
+        return f"Page({len(self.html)} characters)"
+
+    def _repr_html_(self) -> str:
+        style = "width: 100%; height: 680px; border: 0"
+        return f'<iframe srcdoc="{html.escape(self.html)}" style="{style}" title="view in three dimensions"></iframe>'
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page, which a browser opens.
+
+        Returns
+        -------
+        Path
+            The file.
+
+        Raises
+        ------
+        InputError
+            When the file is no .html.
+        """
+        path = Path(path)
+        if path.suffix.lower() not in (".html", ".htm"):
+            raise InputError(f"cannot write {path}: the page is an .html file")
+        with atomic_path(path) as temporary:
+            temporary.write_text(self.html, encoding="utf-8")
         return path
 
 

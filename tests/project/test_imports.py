@@ -9,7 +9,7 @@ import pytest
 
 BASE = {
     "errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook", "drawing",
-    "workers",
+    "labelled", "workers",
 }  # fmt: skip
 MAY_IMPORT = {
     "linalg": BASE,
@@ -40,8 +40,8 @@ LAYERS = {
     ),
     "report": (
         "terminal", "tables", "pictures", "check_tables", "schema_tables", "mac", "figures", "plots", "mass_chart",
-        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "show", "body_page",
-        "correlation", "page", "view",
+        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation",
+        "page", "view", "show",
     ),
     "pipeline": (
         "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",

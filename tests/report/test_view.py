@@ -105,6 +105,40 @@ def test_pages_fit_the_screen_and_name_their_controls(swing, tmp_path, width, da
 
 
 @needs_browser
+def test_a_notebook_shows_a_body_that_is_drawn_in_its_frame(tmp_path):
+    """A notebook is executed; what its cell shows, in a page of its own, is alive in a browser."""
+    pytest.importorskip("ipykernel")
+    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
+    code = "from modalprep.examples import uniform_beam\nuniform_beam(modes=2).view()"
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(code)])
+    nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+    shown = notebook.cells[0].outputs[0]["data"]["text/html"]
+    page = tmp_path / "notebook.html"
+    page.write_text(f"<!doctype html><html><head></head><body>{shown}</body></html>")
+    probe = """await wait(300); const inside = document.querySelector("iframe").contentDocument;
+      out.state = inside.getElementById("viewer").dataset.state; const mode = inside.querySelector("[name=mode]");
+      out.modes = mode?.options.length;"""
+    out = run_page(page, tmp_path, probe)
+    if out["state"] == "no-webgl":
+        pytest.skip("this chromium has no WebGL 2")
+    assert out == {"state": "drawn", "modes": 2, "faults": []}
+
+
+def test_records_give_their_pages(swing, tmp_path):
+    system, run = swing
+    model = mp.examples.cantilever_model(elements=4)
+    pages = {
+        'name="time"': system.view(run), "arm.tip": system.view(), "Hz": system.bodies["arm"].view(),
+        "4 line": beam_mesh(4).view(), "root": model.view(),
+    }  # fmt: skip
+    assert all(word in page.html for word, page in pages.items())
+    page = pages["root"]
+    assert page.save(tmp_path / "model.html").read_text() == page.html
+    with pytest.raises(mp.InputError, match=r"the page is an \.html file"):
+        page.save(tmp_path / "model.png")
+
+
+@needs_browser
 def test_a_mesh_is_turned(tmp_path):
     probe = """const first = look();
       canvas.dispatchEvent(new PointerEvent("pointermove", { buttons: 1, movementX: 80, movementY: 90 }));

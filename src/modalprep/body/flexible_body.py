@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.body.recovery import BodyMotion, Recovery
 from modalprep.body.stress import StressModes
-from modalprep.drawing import Film, draw
+from modalprep.drawing import Film, Page, draw
 from modalprep.records import Record
 from modalprep.reduction.table import ModeTable
 
@@ -292,6 +292,21 @@ class FlexibleBody(Record):
             When the machine cannot draw.
         """
         return draw("mode_film", self, mode, kind, **options)
+
+    def view(self) -> Page:
+        """Return the body in a page to turn it and let its modes move, which a notebook shows and a browser opens.
+
+        Returns
+        -------
+        modalprep.Page
+            A notebook shows it without further packages; ``save`` writes it.
+
+        Raises
+        ------
+        RenderError
+            When a cell type cannot be drawn.
+        """
+        return draw("body_view", self)
 
     def __repr__(self) -> str:
         """Name, size, mass and frequency range."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from modalprep.drawing import refuse_missing
 from modalprep.errors import InputError
+from modalprep.labelled import labelled
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, suggestion
@@ -237,19 +238,10 @@ class Ensemble(Record):
         InputError
             When xarray is not installed, or there is no such channel.
         """
-        refuse_missing("xarray", "a labelled array", "xarray")
-        import xarray
-
-        data: dict[str, Any] = {}
-        coordinates: dict[str, Any] = {"case": np.arange(len(self)), "time": self.time, "end": ("case", self.end)}
-        coordinates |= {f"parameter.{name}": ("case", values) for name, values in self.cases.items()}
-        coordinates |= {"status": ("case", list(self.status)), "message": ("case", list(self.message))}
-        for name in channels or self.channels:
-            parts = self._parts(name)
-            label = "axis" if parts == list("xyz") else f"component_{len(parts)}"
-            data[name] = (("case", "time", *([label] if parts else [])), self[name])
-            coordinates |= {label: parts} if parts else {}
-        return xarray.Dataset(data, coordinates)
+        axes: dict[str, Any] = {"case": np.arange(len(self)), "time": self.time, "end": ("case", self.end)}
+        axes |= {f"parameter.{name}": ("case", values) for name, values in self.cases.items()}
+        axes |= {"status": ("case", list(self.status)), "message": ("case", list(self.message))}
+        return labelled(self, channels or self.channels, self._parts, axes)
 
 
 def statistics_head(levels: Iterable[float] = PERCENTILES) -> list[str]:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modalprep.drawing import Film
+from modalprep.drawing import Film, Page
 from modalprep.errors import InputError, RenderError
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.mesh_picture import Body
 from modalprep.report.pictures.render import drawing_problem, mesh_scene, mode_scene
+from modalprep.report.view.page import view_body, view_mesh, view_run, view_still
 from modalprep.suggest import refuse_unknown
 
 if TYPE_CHECKING:
@@ -67,11 +68,15 @@ def _structural(cells: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 def model(shown: Any) -> Any:
     """Show an assembled model with its interfaces."""
+    drawn = _model(shown)
+    return _show(lambda off: mesh_scene(drawn, WINDOW, off_screen=off))
+
+
+def _model(shown: Any) -> Body:
     names = tuple(frame.name for frame in shown.interfaces)
     places = np.array([frame.position for frame in shown.interfaces]).reshape(-1, 3)
     name = Path(shown.source.get("mesh", "")).stem or "model"
-    drawn = Body(name, shown.points, _structural(shown.cells), names, places)
-    return _show(lambda off: mesh_scene(drawn, WINDOW, off_screen=off))
+    return Body(name, shown.points, _structural(shown.cells), names, places)
 
 
 def body(shown: FlexibleBody, mode: int | None, colour: str) -> Any:
@@ -92,6 +97,33 @@ def system_film(system: System, run: Result, kind: str, style: dict[str, Any], *
     from modalprep.report.pictures.system_scene import FilmStyle
 
     return _film(lambda path: animate_system(system, run, path, style=FilmStyle(**style), **options), kind)
+
+
+def mesh_view(shown: Any) -> Page:
+    """Return a page with a mesh."""
+    return _page(lambda path: view_mesh(shown, path))
+
+
+def model_view(shown: Any) -> Page:
+    """Return a page with an assembled model and its interfaces."""
+    return _page(lambda path: view_still(_model(shown), path))
+
+
+def body_view(shown: FlexibleBody) -> Page:
+    """Return a page with a body and its modes."""
+    return _page(lambda path: view_body(shown, path))
+
+
+def system_view(shown: System, run: Result | None) -> Page:
+    """Return a page with a run of a system, or with its start."""
+    from modalprep.multibody.simulate import start_channels
+
+    return _page(lambda path: view_run(shown, start_channels(shown) if run is None else run, path, name="system"))
+
+
+def _page(write: Callable[[Path], Path]) -> Page:
+    with tempfile.TemporaryDirectory() as folder:
+        return Page(write(Path(folder) / "page.html").read_text(encoding="utf-8"))
 
 
 def _film(write: Callable[[Path], Path], kind: str) -> Film:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_array
 
-from modalprep.drawing import draw
+from modalprep.drawing import Page, draw
 from modalprep.fe.assembly.geometric_stiffness import GeometricStiffness
 from modalprep.fe.assembly.group_energy import Groups
 from modalprep.fe.assembly.parts import Elements
@@ -117,6 +117,21 @@ class FEModel(Record):
             When there is no display, or the machine cannot draw.
         """
         return draw("model", self)
+
+    def view(self) -> Page:
+        """Return the model with its interfaces in a page to turn it, which a notebook shows and a browser opens.
+
+        Returns
+        -------
+        modalprep.Page
+            A notebook shows it without further packages; ``save`` writes it.
+
+        Raises
+        ------
+        RenderError
+            When a cell type cannot be drawn.
+        """
+        return draw("model_view", self)
 
     @property
     def n_dof(self) -> int:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from modalprep.drawing import draw
+from modalprep.drawing import Page, draw
 from modalprep.errors import InputError
 from modalprep.fe.properties.properties import Property
 from modalprep.records import Record
@@ -205,6 +205,21 @@ class Mesh(Record):
             When there is no display, or the machine cannot draw.
         """
         return draw("mesh", self)
+
+    def view(self) -> Page:
+        """Return the mesh in a page to turn it, which a notebook shows and a browser opens.
+
+        Returns
+        -------
+        modalprep.Page
+            A notebook shows it without further packages; ``save`` writes it.
+
+        Raises
+        ------
+        RenderError
+            When a cell type cannot be drawn.
+        """
+        return draw("mesh_view", self)
 
     def __repr__(self) -> str:
         """Counts and group names."""

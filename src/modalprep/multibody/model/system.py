@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
-from modalprep.drawing import Film, draw
+from modalprep.drawing import Film, Page, draw
 from modalprep.errors import InputError
 from modalprep.multibody.model.constraints import Closure, Coupler, check_closures
 from modalprep.multibody.model.depletion import Depletion, check_depletions
@@ -129,6 +129,28 @@ class System(Record):
             When there is no display, or the machine cannot draw.
         """
         return draw("system", self, run, time)
+
+    def view(self, run: Any = None) -> Page:
+        """Return the bodies in a page to turn it and play its run, which a notebook shows and a browser opens.
+
+        Parameters
+        ----------
+        run : Result, optional
+            Of this system; without it the bodies are where the start values of the joints put them.
+
+        Returns
+        -------
+        modalprep.Page
+            A notebook shows it without further packages; ``save`` writes it.
+
+        Raises
+        ------
+        InputError
+            When the run is of another system.
+        RenderError
+            When a cell type cannot be drawn.
+        """
+        return draw("system_view", self, run)
 
     def animate(
         self, run: Any, *, kind: str = "webp", seconds: float = 5.0, frames: int = 60, size=(720, 540), **style: Any

@@ -11,6 +11,7 @@ import scipy
 
 from modalprep.drawing import draw, refuse_missing
 from modalprep.errors import InputError
+from modalprep.labelled import labelled
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, suggestion
@@ -208,17 +209,8 @@ class Result(Record):
         InputError
             When xarray is not installed, or there is no such channel.
         """
-        refuse_missing("xarray", "a labelled array", "xarray")
-        import xarray
-
-        data, coordinates = {}, {"time": self.time}
-        for name in channels or self.channels:
-            parts = self._components(name)
-            label = "axis" if parts == list("xyz") else f"component_{len(parts)}"
-            data[name] = (("time", *([label] if parts else [])), self[name])
-            coordinates |= {label: parts} if parts else {}
-        attributes = {"status": self.status, "message": self.message, "notes": list(self.notes)}
-        return xarray.Dataset(data, coordinates, attributes)
+        told = {"status": self.status, "message": self.message, "notes": list(self.notes)}
+        return labelled(self, channels or self.channels, self._components, {"time": self.time}, told)
 
     def plot(self, *channels: str, axes: Any = None, title: str = "", ylabel: str = "") -> Any:
         """Draw channels over time.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -74,10 +75,20 @@ def view_mesh(mesh: Any, path: str | Path) -> Path:
     RenderError
         When a cell type cannot be drawn.
     """
-    cells = {kind: nodes for kind, nodes in mesh.cells.items() if kind != "vertex" and len(nodes)}
-    about = f"{len(mesh.points)} nodes: " + ", ".join(f"{len(nodes)} {kind}" for kind, nodes in mesh.cells.items())
-    name = Path(mesh.source).stem or "mesh"
-    return _write(path, name, f"{about}.", still_scene(Body(name, mesh.points, cells)))
+    return view_still(Body(Path(mesh.source).stem or "mesh", mesh.points, mesh.cells), path)
+
+
+def view_still(drawn: Body, path: str | Path) -> Path:
+    """Write a page in which points, cells and interfaces are turned; cells that are points are left out.
+
+    Raises
+    ------
+    RenderError
+        When a cell type cannot be drawn.
+    """
+    cells = {kind: nodes for kind, nodes in drawn.cells.items() if kind != "vertex" and len(nodes)}
+    about = f"{len(drawn.points)} nodes: " + ", ".join(f"{len(nodes)} {kind}" for kind, nodes in drawn.cells.items())
+    return _write(path, drawn.name, f"{about}.", still_scene(replace(drawn, cells=cells)))
 
 
 def view_run(system: System | DeployingSystem, result: Result, path: str | Path, *, name: str = "run") -> Path:
