@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -64,14 +63,3 @@ def draw(kind: str, *args: Any, **options: Any) -> Any:
     'effective mass'
     """
     return getattr(import_module("modalprep.report.show"), kind)(*args, **options)
-
-
-def refuse_missing(package: str, what: str, extra: str) -> None:
-    """Refuse tables for a package that is not installed.
-
-    Examples
-    --------
-    >>> refuse_missing("numpy", "an array", "none")
-    """
-    if find_spec(package) is None:
-        raise InputError(f"{what} needs {package}: pip install 'modalprep[{extra}]'; without it channels are arrays")

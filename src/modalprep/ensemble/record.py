@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modalprep.drawing import refuse_missing
 from modalprep.errors import InputError
+from modalprep.extras import need
 from modalprep.notebook import html_table
 from modalprep.records import Record
 from modalprep.suggest import refuse_other, suggestion
@@ -216,7 +216,7 @@ class Ensemble(Record):
         InputError
             When pandas is not installed, or there is no such channel.
         """
-        refuse_missing("pandas", "a data frame", "dataframe")
+        need("pandas", "a data frame")
         import pandas
 
         index = pandas.MultiIndex.from_product([range(len(self)), self.time], names=["case", "time"])
@@ -237,7 +237,7 @@ class Ensemble(Record):
         InputError
             When xarray is not installed, or there is no such channel.
         """
-        refuse_missing("xarray", "a labelled array", "xarray")
+        need("xarray", "a labelled array")
         import xarray
 
         data: dict[str, Any] = {}

@@ -13,9 +13,10 @@ import numpy as np
 
 from modalprep.drawing import Film
 from modalprep.errors import InputError, RenderError
+from modalprep.extras import need
 from modalprep.report.pictures.animation import SIZE, animate_mode
 from modalprep.report.pictures.mesh_picture import Body
-from modalprep.report.pictures.render import drawing_problem, mesh_scene, mode_scene
+from modalprep.report.pictures.render import PICTURE, drawing_problem, mesh_scene, mode_scene
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -123,6 +124,7 @@ def _one_time(run: Result, time: float | None) -> Result:
 
 def _show(stage) -> Any:
     """Show a scene in a notebook or a window, as pyvista is set to; `stage` makes the plotter."""
+    need("pyvista", PICTURE)
     if problem := _display_problem():
         raise RenderError(problem)
     import pyvista

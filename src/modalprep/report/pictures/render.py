@@ -14,6 +14,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
+from modalprep.extras import missing, need
 from modalprep.report.pictures.colour import WORDS, node_colour
 from modalprep.report.pictures.marks import QUIET, add_bar, add_interfaces, spheres
 from modalprep.report.pictures.motion import largest_displacement
@@ -22,9 +23,6 @@ WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 EGL = "vtkEGLRenderWindow"
 PROBE = """
 import sys
-from importlib.util import find_spec
-if find_spec("pyvista") is None:
-    sys.exit("import: No module named 'pyvista'")
 try:
     import vtkmodules.vtkRenderingOpenGL2
     from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -50,6 +48,7 @@ SHARE = 0.12  # largest displacement shown, of the body's size
 TUBE = 0.007  # radius of a beam, of the body's size
 BODY_COLOUR, EDGE, GHOST = "#a9c7dd", "#5b7486", "#8a949e"
 PICTURES = (".png", ".jpg", ".jpeg")
+PICTURE = "a picture or film"
 
 
 @cache
@@ -59,7 +58,8 @@ def drawing_problem() -> str | None:
     A VTK without EGL terminates the process, so that a subprocess tries first; its working setup is used here. The
     result is kept for the lifetime of the process.
     """
-    problem = ""
+    if problem := missing("pyvista", PICTURE):
+        return problem
     for window in (EGL, None):
         problem = _attempt(window)
         if not problem:
@@ -69,9 +69,24 @@ def drawing_problem() -> str | None:
     return f"{problem} ({ADVICE})"
 
 
+def refuse_drawing() -> None:
+    """Refuse pictures where this machine cannot draw them.
+
+    Raises
+    ------
+    NotInstalledError
+        When pyvista is not installed.
+    RenderError
+        When it cannot draw.
+    """
+    need("pyvista", PICTURE)
+    if problem := drawing_problem():
+        raise RenderError(problem)
+
+
 def try_ahead() -> None:
     """Start the test of `drawing_problem` beside other work."""
-    if not _started and not drawing_problem.cache_info().currsize:
+    if not _started and not drawing_problem.cache_info().currsize and not missing("pyvista", PICTURE):
         with suppress(OSError):
             _started[EGL] = _start(EGL)
 
@@ -177,9 +192,9 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
 
 def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = True):
     """Return a plotter with the mesh as `render_mesh` draws it."""
+    plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)  # refuses before the import fails
     from modalprep.report.pictures.surface import edges, surface, tubes
 
-    plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)
     skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * _size(body))
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, smooth_shading=True, split_sharp_edges=True, ambient=0.25)
@@ -224,8 +239,8 @@ def framed_plotter(
     off_screen: bool = True,
 ):
     """Return an empty picture, its camera on the body and the (deformed) points; `text` adds a title and axes."""
-    if off_screen and (problem := drawing_problem()):
-        raise RenderError(problem)
+    if off_screen:
+        refuse_drawing()
     import pyvista
 
     from modalprep.report.pictures.camera import aim
