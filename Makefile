@@ -26,18 +26,18 @@ $(VENV)/.installed: pyproject.toml
 	@$(PYTHON) .ci/system-libraries
 	@echo "Installing modalprep and its libraries into $(VENV), a few minutes and 2.4 GB the first time."
 	@$(PYTHON) -m venv $(VENV)
-	@$(PIP) install $$($(VENV)/bin/python .ci/solver-requirements)
-	@echo "Compiling the solver while the other libraries are installed."
+	@$(PIP) install --editable .
+	@echo "Compiling the solver while the libraries of the extras are installed."
 	@PYTHONPATH=src $(VENV)/bin/python -c 'from modalprep.cli.jobs import warmup; warmup()' & \
-	$(PIP) install --editable . && wait $$!
+	$(PIP) install --editable '.[all]' && wait $$!
 	@touch $@
 
 $(VENV)/.installed-test: $(VENV)/.installed
-	@$(PIP) install --editable '.[test]'
+	@$(PIP) install --editable '.[all,test]'
 	@touch $@
 
 $(VENV)/.installed-docs: $(VENV)/.installed
-	@$(PIP) install --editable '.[docs]'
+	@$(PIP) install --editable '.[all,docs]'
 	@touch $@
 
 # Both at once, which the checks of .ci/run do: another installation takes half a minute.

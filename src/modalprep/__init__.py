@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     from modalprep.errors import InputError as InputError
     from modalprep.errors import MechanismError as MechanismError
     from modalprep.errors import ModalprepError as ModalprepError
+    from modalprep.errors import NotInstalledError as NotInstalledError
     from modalprep.errors import OutputError as OutputError
     from modalprep.errors import RenderError as RenderError
     from modalprep.errors import SimulationError as SimulationError
@@ -94,7 +95,8 @@ _NAMES = {
     "multibody.analysis.system_modes": "system_modes",
     "formats.resultfile": "write_result read_result",
     "drawing": "Film Page",
-    "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError",
+    "errors": "ModalprepError InputError OutputError MechanismError AccuracyError SimulationError RenderError "
+    "NotInstalledError",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes
     __getattr__, __dir__, __all__ = lazy(__name__, _NAMES)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import html
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -109,14 +108,3 @@ def draw(kind: str, *args: Any, **options: Any) -> Any:
     'effective mass'
     """
     return getattr(import_module("modalprep.report.show"), kind)(*args, **options)
-
-
-def refuse_missing(package: str, what: str, extra: str) -> None:
-    """Refuse tables for a package that is not installed.
-
-    Examples
-    --------
-    >>> refuse_missing("numpy", "an array", "none")
-    """
-    if find_spec(package) is None:
-        raise InputError(f"{what} needs {package}: pip install 'modalprep[{extra}]'; without it channels are arrays")

@@ -31,3 +31,7 @@ class SimulationError(ModalprepError, RuntimeError):
 
 class RenderError(ModalprepError, RuntimeError):
     """VTK cannot draw on this machine (exit code 1)."""
+
+
+class NotInstalledError(InputError, RenderError):
+    """A library of an extra is not installed (exit code 2); runs go on without its pictures."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from modalprep.drawing import refuse_missing
+from modalprep.extras import need
 
 if TYPE_CHECKING:
     import xarray
@@ -34,10 +34,12 @@ def labelled(
 
     Raises
     ------
+    NotInstalledError
+        When xarray is not installed.
     InputError
-        When xarray is not installed, or there is no such channel.
+        When there is no such channel.
     """
-    refuse_missing("xarray", "a labelled array", "xarray")
+    need("xarray", "a labelled array")
     import xarray
 
     first = [name for name, values in axes.items() if not isinstance(values, tuple)]

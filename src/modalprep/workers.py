@@ -17,6 +17,7 @@ from multiprocessing import connection, resource_tracker
 from typing import Any, Protocol
 
 from modalprep.errors import InputError
+from modalprep.extras import need
 
 THREADS = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
 ANSWER = "30s"  # s, timeout of a scheduler
@@ -268,10 +269,9 @@ class Cluster:
     """
 
     def __init__(self, address: str, task: Task) -> None:
-        try:
-            from distributed import Client
-        except ImportError:
-            raise InputError("a scheduler needs Dask: pip install 'modalprep[cluster]'") from None
+        need("distributed", "a scheduler")
+        from distributed import Client
+
         try:
             self._client = Client(address, timeout=ANSWER, set_as_default=False)
         except (OSError, TimeoutError, ValueError) as error:

@@ -311,7 +311,7 @@ def test_labelled_arrays(three):
 
 
 def test_missing_packages_get_a_sentence(three, monkeypatch):
-    monkeypatch.setattr("modalprep.drawing.find_spec", lambda name: None)
+    monkeypatch.setattr("modalprep.extras.find_spec", lambda name: None)
     with pytest.raises(mp.InputError, match=r"needs xarray: pip install 'modalprep\[xarray\]'"):
         three.to_xarray()
     with pytest.raises(mp.InputError, match=r"needs pandas: pip install 'modalprep\[dataframe\]'"):

@@ -8,8 +8,8 @@ import sys
 import pytest
 
 BASE = {
-    "errors", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook", "drawing",
-    "labelled", "workers",
+    "errors", "extras", "records", "suggest", "atomic", "vectors", "jit", "by_address", "linking", "lazy", "notebook",
+    "drawing", "labelled", "workers",
 }  # fmt: skip
 MAY_IMPORT = {
     "linalg": BASE,

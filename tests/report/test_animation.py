@@ -1,5 +1,7 @@
 """Animations and the sheet of all modes: they move, hold every mode, and are whole or absent."""
 
+import sys
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -42,8 +44,8 @@ def test_gif_repeats_in_its_period_and_does_not_flicker(block, tmp_path):
 
 @needs_drawing
 def test_mp4_without_its_package_is_refused_in_a_message(block, tmp_path, monkeypatch):
-    monkeypatch.setattr(animation, "find_spec", lambda name: None)
-    with pytest.raises(RenderError, match=r"needs the package imageio-ffmpeg .* a \.gif needs no other package"):
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    with pytest.raises(RenderError, match=r"\.gif does not\) needs imageio-ffmpeg: pip install 'modalprep\[video\]'"):
         animate_mode(block, 1, tmp_path / "a.mp4")
     assert list(tmp_path.iterdir()) == []
 

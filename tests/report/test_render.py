@@ -168,7 +168,7 @@ def test_probe_runs_once(probe, monkeypatch):
 
 
 def test_probe_itself_is_one_attempt():
-    done = subprocess.run([sys.executable, "-c", "import sys; sys.modules['pyvista'] = None\n" + render.PROBE],
+    done = subprocess.run([sys.executable, "-c", "import sys; sys.modules['vtkmodules'] = None\n" + render.PROBE],
                           capture_output=True, text=True)  # fmt: skip
     assert done.returncode == 1
     assert done.stderr.startswith("import: ")

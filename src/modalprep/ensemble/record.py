@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modalprep.drawing import refuse_missing
 from modalprep.errors import InputError
 from modalprep.labelled import labelled
 from modalprep.notebook import html_table
@@ -217,7 +216,7 @@ class Ensemble(Record):
         InputError
             When pandas is not installed, or there is no such channel.
         """
-        refuse_missing("pandas", "a data frame", "dataframe")
+        need("pandas", "a data frame")
         import pandas
 
         index = pandas.MultiIndex.from_product([range(len(self)), self.time], names=["case", "time"])

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modalprep.errors import InputError
+from modalprep.extras import need
 from modalprep.formats.resultfile import read_result
 from modalprep.pipeline.build.build import made_bodies, output_folder
 from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
@@ -14,6 +15,7 @@ from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.systems.read import read_system
 from modalprep.report.pictures.animation import check_target
 from modalprep.report.pictures.files import PICTURES
+from modalprep.report.pictures.render import PICTURE
 from modalprep.report.pictures.system_animation import animate_system, render_motion
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ def film_pipeline(
     RenderError
         When the machine cannot draw.
     """
+    need("pyvista", PICTURE)
     folder, pipeline = output_folder(path, output), load_pipeline(path)
     if not (pipeline.simulation or run):
         raise InputError(f"{path} has no [simulation], so there is no run to draw; name one with --run")

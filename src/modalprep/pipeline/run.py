@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from modalprep.errors import RenderError
+from modalprep.extras import need
 from modalprep.pipeline.console import Reporter
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
@@ -88,6 +89,8 @@ def run_pipeline(
         from modalprep.pipeline.systems.outline import refuse_before_work
 
         refuse_before_work(pipeline, path)
+    if pipeline.srs:
+        need("pyyeti", f"{path}: [srs]")
     if pipeline.response:
         from modalprep.pipeline.responses.respond import refuse_responses
 

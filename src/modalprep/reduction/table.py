@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from modalprep.drawing import draw, refuse_missing
+from modalprep.drawing import draw
+from modalprep.extras import need
 from modalprep.notebook import html_table
 from modalprep.records import Record
 
@@ -109,7 +110,7 @@ class ModeTable(Record):
         InputError
             When pandas is not installed.
         """
-        refuse_missing("pandas", "a data frame", "dataframe")
+        need("pandas", "a data frame")
         import pandas
 
         columns = {"kind": self.kind, "frequency": self.frequency}

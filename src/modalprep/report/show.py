@@ -13,9 +13,10 @@ import numpy as np
 
 from modalprep.drawing import Film, Page
 from modalprep.errors import InputError, RenderError
+from modalprep.extras import need
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.mesh_picture import Body
-from modalprep.report.pictures.render import drawing_problem, mesh_scene, mode_scene
+from modalprep.report.pictures.render import PICTURE, drawing_problem, mesh_scene, mode_scene
 from modalprep.report.view.page import view_body, view_mesh, view_run, view_still
 from modalprep.suggest import refuse_unknown
 
@@ -158,6 +159,7 @@ def _one_time(run: Result, time: float | None) -> Result:
 
 def _show(stage) -> Any:
     """Show a scene in a notebook or a window, as pyvista is set to; `stage` makes the plotter."""
+    need("pyvista", PICTURE)
     if problem := _display_problem():
         raise RenderError(problem)
     import pyvista

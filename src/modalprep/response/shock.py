@@ -8,6 +8,7 @@ from types import ModuleType
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.extras import need
 from modalprep.records import Record
 from modalprep.suggest import suggestion
 
@@ -203,6 +204,7 @@ def sampling_rate(time: np.ndarray, values: np.ndarray) -> float:
 
 def pyyeti_srs() -> ModuleType:
     """Return ``pyyeti.srs``; importing it would change how numpy prints arrays."""
+    need("pyyeti", "a shock spectrum")
     with np.printoptions():
         from pyyeti import srs
     return srs

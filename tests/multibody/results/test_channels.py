@@ -100,7 +100,7 @@ def test_data_frame_has_every_component(double):
 
 
 def test_data_frame_without_pandas_says_what_to_install(double, monkeypatch):
-    monkeypatch.setattr("modalprep.drawing.find_spec", lambda name: None)
+    monkeypatch.setattr("modalprep.extras.find_spec", lambda name: None)
     with pytest.raises(mp.InputError, match=r"pip install 'modalprep\[dataframe\]'"):
         double.to_dataframe()
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from modalprep.errors import InputError
+from modalprep.extras import need
 
 ADVICE = (  # what libgmsh links to, also without a display
     "as root: apt-get install libgl1 libglu1-mesa libgomp1 libfontconfig1 libx11-6 libxcursor1 libxext6 libxfixes3 "
@@ -32,8 +33,9 @@ def gmsh_session() -> Iterator[Any]:
     Raises
     ------
     InputError
-        When gmsh cannot be imported, or is open already.
+        When gmsh is not installed, cannot be imported, or is open already.
     """
+    need("gmsh", "a mesh of a CAD file or of a shape")
     try:
         import gmsh
     except (ImportError, OSError) as error:

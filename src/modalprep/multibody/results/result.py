@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy
 
-from modalprep.drawing import draw, refuse_missing
+from modalprep.drawing import draw
 from modalprep.errors import InputError
+from modalprep.extras import need
 from modalprep.labelled import labelled
 from modalprep.notebook import html_table
 from modalprep.records import Record
@@ -190,7 +191,7 @@ class Result(Record):
         >>> list(r.table())
         ['a.angle']
         """
-        refuse_missing("pandas", "a data frame", "dataframe")
+        need("pandas", "a data frame")
         import pandas
 
         return pandas.DataFrame(self.table(channels), index=pandas.Index(self.time, name="time"))

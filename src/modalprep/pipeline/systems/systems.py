@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from modalprep.atomic import refuse_folder
 from modalprep.errors import InputError
+from modalprep.extras import need
 from modalprep.formats.resultfile import write_csv, write_envelopes, write_result
 from modalprep.multibody.deploying.simulate import simulate_deployment
 from modalprep.multibody.deploying.system import DeployingSystem
@@ -79,6 +80,8 @@ def simulate_pipeline(
     pipeline = load_pipeline(path)
     if pipeline.simulation is None:
         raise InputError(f"{path} has no [simulation]: add one with t_end")
+    if any(table.response is None for table in pipeline.srs.values()):
+        need("pyyeti", f"{path}: [srs]")
     target = target or output_folder(path, output) / f"{path.stem}-run.h5"
     stem = target.parent / path.stem
     written = (target, _csv_beside(target), _envelopes_beside(target))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
+from modalprep.extras import need
 from modalprep.report.pictures import marks, render
 from modalprep.report.pictures.body_parts import add_deformed, add_ghost, label_shifts
 from modalprep.report.pictures.colour import node_colour
@@ -86,11 +86,9 @@ def check_target(path: str | Path, frames: int = 2) -> Path:
         raise InputError(f"cannot write {path}: an animation is a .gif, a .webp or an .mp4 file")
     if frames < 2:
         raise InputError(f"frames = {frames} must be at least 2")
-    if path.suffix.lower() == ".mp4" and find_spec("imageio_ffmpeg") is None:
-        raise RenderError(
-            f"cannot write {path}: an MP4 needs the package imageio-ffmpeg (pip install 'modalprep[video]'); "
-            "a .gif needs no other package"
-        )
+    need("pyvista", render.PICTURE)
+    if path.suffix.lower() == ".mp4":
+        need("imageio_ffmpeg", f"{path} (a .webp or a .gif does not)")
     return path
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError, RenderError
+from modalprep.extras import missing, need
 from modalprep.report.pictures.body_parts import (
     BODY_COLOUR,
     EDGE,
@@ -34,9 +35,6 @@ WINDOW = "VTK_DEFAULT_OPENGL_WINDOW"
 EGL = "vtkEGLRenderWindow"
 PROBE = """
 import sys
-from importlib.util import find_spec
-if find_spec("pyvista") is None:
-    sys.exit("import: No module named 'pyvista'")
 try:
     import vtkmodules.vtkRenderingOpenGL2
     from vtkmodules.vtkFiltersSources import vtkSphereSource
@@ -60,6 +58,7 @@ PATIENCE = 120  # s; the first import of VTK from a network disk takes most of a
 ADVICE = "as root: apt-get install libegl1 libegl-mesa0 libgl1 libgl1-mesa-dri libx11-6 libxrender1"
 SHARE = 0.12  # largest displacement shown, of the body's size
 SAMPLES = 8  # of each pixel
+PICTURE = "a picture or film"
 
 
 @cache
@@ -69,7 +68,8 @@ def drawing_problem() -> str | None:
     A VTK without EGL terminates the process, so that a subprocess tries first; its working setup is used here. The
     result is kept for the lifetime of the process.
     """
-    problem = ""
+    if problem := missing("pyvista", PICTURE):
+        return problem
     for window in (EGL, None):
         problem = _attempt(window)
         if not problem:
@@ -79,9 +79,24 @@ def drawing_problem() -> str | None:
     return f"{problem} ({ADVICE})"
 
 
+def refuse_drawing() -> None:
+    """Refuse pictures where this machine cannot draw them.
+
+    Raises
+    ------
+    NotInstalledError
+        When pyvista is not installed.
+    RenderError
+        When it cannot draw.
+    """
+    need("pyvista", PICTURE)
+    if problem := drawing_problem():
+        raise RenderError(problem)
+
+
 def try_ahead() -> None:
     """Start the test of `drawing_problem` beside other work."""
-    if not _started and not drawing_problem.cache_info().currsize:
+    if not _started and not drawing_problem.cache_info().currsize and not missing("pyvista", PICTURE):
         with suppress(OSError):
             _started[EGL] = _start(EGL)
 
@@ -216,9 +231,9 @@ def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] =
 
 def mesh_scene(body: FlexibleBody, size: tuple[int, int], *, off_screen: bool = True):
     """Return a plotter with the mesh as `render_mesh` draws it."""
+    plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)  # refuses before the import fails
     from modalprep.report.pictures.surface import surface, tubes
 
-    plotter = framed_plotter(body, size, body.points, None, off_screen=off_screen)
     skin, beams = surface(body, body.points), tubes(body, body.points, 0.4 * TUBE * body_size(body))
     if skin is not None:
         plotter.add_mesh(skin, color=BODY_COLOUR, split_sharp_edges=True, **LIGHT)
@@ -259,8 +274,8 @@ def framed_plotter(
     off_screen: bool = True,
 ):
     """Return an empty picture, its camera on the body and the (deformed) points; `text` adds a title and axes."""
-    if off_screen and (problem := drawing_problem()):
-        raise RenderError(problem)
+    if off_screen:
+        refuse_drawing()
     plotter = empty_plotter(size, off_screen=off_screen)
     _frame(plotter, body, points, mode)
     if text:
