@@ -42,7 +42,7 @@ $(VENV)/.installed-docs: $(VENV)/.installed
 
 # Both at once, which the checks of .ci/run do: another installation takes half a minute.
 $(VENV)/.installed-all: $(VENV)/.installed
-	@$(PIP) install --editable '.[test,docs]'
+	@$(PIP) install --editable '.[all,test,docs]'
 	@touch $(VENV)/.installed-test $(VENV)/.installed-docs $@
 
 clean:

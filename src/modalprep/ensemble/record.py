@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from modalprep.errors import InputError
+from modalprep.extras import need
 from modalprep.labelled import labelled
 from modalprep.notebook import html_table
 from modalprep.records import Record
