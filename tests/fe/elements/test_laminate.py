@@ -1,8 +1,11 @@
 """Laminated shells against classical laminate theory and Navier's solutions with shear."""
 
+from itertools import product
+
 import numpy as np
 import pytest
 from analytic import laminate, navier_antisymmetric_cross_ply, navier_plate, off_axis_modulus
+from size import some
 from structured import free_dofs, frequencies, shell_model, surface
 
 import modalprep as mp
@@ -54,10 +57,10 @@ def lowest_navier(count, *args, **options):
     return np.sort(values)[:count]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize(
-    "angles", [(0.0,), (0.0, QUARTER, 0.0), (0.0, QUARTER, QUARTER, 0.0)], ids=["0", "0-90-0", "0-90-90-0"]
-)
+CROSS_PLIES = [(0.0,), (0.0, QUARTER, 0.0), (0.0, QUARTER, QUARTER, 0.0)]
+
+
+@pytest.mark.parametrize(("kind", "angles"), some(product(KINDS, CROSS_PLIES), 8))
 def test_symmetric_plate_against_laminate_theory(kind, angles):
     """Specially orthotropic: ``omega = pi^2 sqrt((D11 p^4 + 2 (D12 + 2 D66) p^2 q^2 + D22 q^4) / rho h)``, p = m/a,
     q = n/b (Jones, Mechanics of Composite Materials, 2nd ed., chapter 5)."""
@@ -74,8 +77,7 @@ def test_symmetric_plate_against_laminate_theory(kind, angles):
     assert np.all(np.abs(found / np.sort(exact)[:4] - 1) < ERROR[kind])
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("slender", [100, 20])
+@pytest.mark.parametrize(("kind", "slender"), some(product(KINDS, [100, 20]), 6))
 def test_unsymmetric_cross_ply_against_navier(kind, slender):
     a, b = 1.0, 0.7
     shell, *theory = section((0.0, QUARTER), a / slender)

@@ -253,7 +253,7 @@ def test_time_of_a_zero_crossing(method):
     bottom = mp.Event(name="bottom", when="hinge.angle + pi/2")
     level = mp.Event(name="level", when="rod.end.velocity.y", direction=-1, terminal=True)
     system = pendulum()
-    rtol = 1e-8 if method == "generalised_alpha" else 1e-9  # of order 2: 1e-9 takes ten thousands of steps
+    rtol = 1e-7 if method == "generalised_alpha" else 1e-9  # of order 2: 1e-9 takes ten thousands of steps
     run = mp.simulate(system, t_end=10.0, method=method, rtol=rtol, events=(bottom, level))
     tolerance = 1e-8 if method == "explicit" else 1e-5
     np.testing.assert_allclose(run.events["bottom"], [quarter], rtol=tolerance)

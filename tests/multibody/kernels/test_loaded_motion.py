@@ -274,7 +274,7 @@ def test_energy_balances_under_every_load(seed):
 
 def test_dense_and_order_n_agree_under_every_load():
     """Steps across the kinks of limits and friction leave 1e-7 N m of 5 N m, wherever they fall."""
-    options = {"t_end": 0.1, "output_step": 0.05, "rtol": 1e-9, "method": "explicit"}
+    options = {"t_end": 0.05, "output_step": 0.025, "rtol": 1e-9, "method": "explicit"}
     runs = [mp.simulate(loaded_tree(1), reference=reference, **options) for reference in (False, True)]
     for name in runs[0].channels:
         if not name.startswith("energy."):
