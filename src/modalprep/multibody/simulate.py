@@ -54,10 +54,10 @@ def simulate(
     rtol, atol : float
         Relative and absolute tolerance of the coordinates at the end of the run, apart from the error growth of the
         motion itself; in a step of the explicit method also of the speeds. The scale is at least a radian for a
-        rotation, a hundredth of the body's size for a deflection (a twentieth for "rosenbrock" where joints move) and that
-        times its frequency for its rate, and the largest value so far for all else. An implicit method does not resolve
-        vibrations of modes, springs and bushings below the tolerance; larger ones it resolves in each step, but not in
-        their phase at the end.
+        rotation, a hundredth of the body's size for a deflection (a twentieth for "rosenbrock" where joints move) and
+        that times its frequency for its rate, and the largest value so far for all else. An implicit method does not
+        resolve vibrations of modes, springs and bushings below the tolerance; larger ones it resolves in each step, but
+        not in their phase at the end.
     method : {"auto", "explicit", "generalised_alpha", "rosenbrock"}
         DOP853 of order 8; generalised-alpha of order 2 and ROS34PW2 of order 3, which treat the stiffness of modes,
         hinges, springs and bushings implicitly, so that the step is limited by the motion and not by the highest

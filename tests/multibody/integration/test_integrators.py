@@ -66,6 +66,16 @@ def test_order_of_convergence(soft_arms, fine, method, order, steps):
     assert order - 0.2 < observed < order + (0.2 if order < 8 else 1.5)
 
 
+def test_adaptive_steps_cost_little_more_than_fixed_ones(soft_arms, fine):
+    """As many evaluations of fixed steps, of order 3: measured 1.07, and 1.27 with a filter of its own in each step."""
+    options = {"t_end": 0.5, "output_step": 0.5, "method": "rosenbrock"}
+    run = mp.simulate(soft_arms, rtol=1e-5, **options)
+    adaptive = np.abs(run["lower.tip.position"][-1] - fine).max()
+    fixed = tip_error(soft_arms, fine, method="rosenbrock", step=0.5 / int(run.stats["evaluations"] / 5))
+    assert run.stats["rejected"] == 0
+    assert adaptive < 1.2**3 * fixed
+
+
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8])
 def test_the_tolerance_is_that_of_the_run(method, rtol):

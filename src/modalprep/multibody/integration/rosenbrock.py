@@ -80,7 +80,7 @@ def rosenbrock_step(eq, run, t, h):
 
 @compile_kernel
 def _slow_error(eq, run, t, h, worst, error, scratch):
-    """Largest weighted error of the slow speeds, beside that of the coordinates; their share is kept for a few steps."""
+    """Largest weighted error of the slow speeds, beside that of the coordinates; its share holds for a few steps."""
     clock, nx = run.clock[0], eq.model.nx
     weight = run.weight[nx : nx + len(error)]
     whole = _largest(error, weight, 0, len(error))
