@@ -13,8 +13,8 @@ from modalprep.examples import uniform_beam
 from modalprep.multibody.model.loads import AxialSpring
 from modalprep.report.pictures.camera import viewpoint
 from modalprep.report.pictures.system_animation import animate_system, render_motion
-from modalprep.report.pictures.system_parts import lines_between
-from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
+from modalprep.report.pictures.system_parts import FilmStyle, lines_between
+from modalprep.report.pictures.system_scene import SystemScene
 from modalprep.report.tables import prefixed
 
 needs_drawing = pytest.mark.usefixtures("drawing")
@@ -110,6 +110,22 @@ def test_exaggeration_scales_deflections_about_the_rigid_motion(swing):
         at = [getattr(scene, places)("arm", k) for scene in (rigid, plain, more)]
         assert at[2] - at[0] == pytest.approx(3 * (at[1] - at[0]), rel=1e-9, abs=1e-12)  # round-off of 10 m
     assert np.abs(at[1] - at[0]).max() > 1e-3
+
+
+def test_joints_stay_together_in_exaggerated_motion():
+    """The root of the second beam is the tip of the first, whatever the factor."""
+    beam = uniform_beam(modes=2)
+    joints = (
+        mp.Joint(name="wall", type="weld", parent="ground", child="first"),
+        mp.Joint(name="hinge", type="revolute", parent="first.tip", child="second", axis=np.array([0, 0, 1.0])),
+    )
+    system = mp.System(bodies={"first": beam, "second": beam}, joints=joints, gravity=np.array([0, -9.81, 0]))
+    run = mp.simulate(system, t_end=0.1, output_step=0.05)
+    scene = SystemScene(system, run, 3, FilmStyle(exaggeration=20.0))
+    for k in scene.rows:
+        places = [scene.interfaces(name, k) for name in ("first", "second")]
+        assert places[1][0] == pytest.approx(places[0][1], rel=1e-12, abs=1e-12)
+    assert np.abs(places[0][1] - run["first.tip.position"][k]).max() > 1e-3
 
 
 @needs_drawing

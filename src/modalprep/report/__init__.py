@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.sheet import contact_sheet as contact_sheet
     from modalprep.report.pictures.system_animation import animate_system as animate_system
     from modalprep.report.pictures.system_animation import render_motion as render_motion
-    from modalprep.report.pictures.system_scene import FilmStyle as FilmStyle
+    from modalprep.report.pictures.system_parts import FilmStyle as FilmStyle
     from modalprep.report.plots import history_plot as history_plot
     from modalprep.report.view.page import view_body as view_body
     from modalprep.report.view.page import view_mesh as view_mesh
@@ -37,7 +37,7 @@ _NAMES = {
     "pictures.animation": "animate_mode",
     "pictures.mesh_picture": "render_findings",
     "pictures.system_animation": "animate_system render_motion",
-    "pictures.system_scene": "FilmStyle",
+    "pictures.system_parts": "FilmStyle",
     "mass_chart": "effective_mass_plot",
     "plots": "history_plot",
     "view.page": "view_body view_mesh view_run",

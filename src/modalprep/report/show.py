@@ -95,7 +95,7 @@ def mode_film(shown: FlexibleBody, mode: int, kind: str, **options: Any) -> Film
 def system_film(system: System, run: Result, kind: str, style: dict[str, Any], **options: Any) -> Film:
     """Draw a run of a system."""
     from modalprep.report.pictures.system_animation import animate_system
-    from modalprep.report.pictures.system_scene import FilmStyle
+    from modalprep.report.pictures.system_parts import FilmStyle
 
     return _film(lambda path: animate_system(system, run, path, style=FilmStyle(**style), **options), kind)
 
@@ -136,7 +136,8 @@ def _film(write: Callable[[Path], Path], kind: str) -> Film:
 def system(shown: System, state: Result | None, time: float | None) -> Any:
     """Show a system at a time of a run, or at its start."""
     from modalprep.multibody.simulate import start_channels
-    from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
+    from modalprep.report.pictures.system_parts import FilmStyle
+    from modalprep.report.pictures.system_scene import SystemScene
 
     state = start_channels(shown) if state is None else state
     scene = SystemScene(shown, _one_time(state, time), 1, FilmStyle())

@@ -13,7 +13,7 @@ from modalprep.multibody.results.fields import cell_fields, node_field
 from modalprep.report.pictures.recovered_colour import RecoveredColour
 from modalprep.report.pictures.render import drawing_problem
 from modalprep.report.pictures.system_animation import animate_system
-from modalprep.report.pictures.system_scene import FilmStyle
+from modalprep.report.pictures.system_parts import FilmStyle
 
 Recover = mp.fe.Recover
 G = 9.81

@@ -14,7 +14,8 @@ from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.animation import SIZE, check_target, write_frames
 from modalprep.report.pictures.files import save_image, save_picture, shot
 from modalprep.report.pictures.render import refuse_drawing
-from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
+from modalprep.report.pictures.system_parts import FilmStyle
+from modalprep.report.pictures.system_scene import SystemScene
 
 FAINT, GHOST = 0.12, 0.25  # opacity of the oldest of several positions in one picture, of the one before in a strip
 

@@ -1,8 +1,9 @@
-"""What bodies without a mesh and the elements between bodies look like in a film."""
+"""How a run is drawn, what of it is shown, and what bodies and the elements between them look like."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +15,7 @@ from modalprep.multibody.model.joint import Joint
 from modalprep.multibody.model.loads import GROUND, AxialSpring
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
+from modalprep.records import Record
 from modalprep.report.pictures.body_parts import TUBE
 from modalprep.report.pictures.marks import QUIET
 
@@ -23,6 +25,46 @@ if TYPE_CHECKING:
 SHOWN = 2.0  # deflection in body sizes up to which a diverging run is shown
 SIDES = np.array([[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)])
 FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FilmStyle(Record):
+    """How the motion of a system is drawn.
+
+    Attributes
+    ----------
+    colour : str
+        ``displacement``, or a component of a recovery over the mesh, ``<recovery>.<component>`` such as
+        ``skin.von_mises``; other parts are then grey.
+    exaggeration : float
+        Factor of the deflections; the picture states it. Joints of the tree stay together, closures come apart.
+    trails : sequence of str
+        Interfaces, ``<body>.<interface>``, that draw their path behind them.
+    follow : str
+        Body that the camera follows; none by default.
+    boxes : sequence of str
+        Rigid bodies that are drawn as the uniform box of their mass and inertia; others are rods between interfaces.
+    title : str
+        In the picture.
+
+    Examples
+    --------
+    >>> FilmStyle(exaggeration=0.0)
+    Traceback (most recent call last):
+    modalprep.errors.InputError: exaggeration = 0 must be a positive number
+    """
+
+    colour: str = "displacement"
+    exaggeration: float = 1.0
+    trails: Sequence[str] = ()
+    follow: str = ""
+    boxes: Sequence[str] = ()
+    title: str = ""
+
+    def __post_init__(self) -> None:
+        """Refuse a factor that hides or turns deflections."""
+        if not 0 < self.exaggeration < float("inf"):
+            raise InputError(f"exaggeration = {self.exaggeration:g} must be a positive number")
 
 
 def never_out(name: str, system: System | DeployingSystem, result: Result) -> bool:

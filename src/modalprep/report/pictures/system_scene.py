@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-
 import numpy as np
 from scipy.spatial.transform import Rotation
 
@@ -14,13 +11,13 @@ from modalprep.multibody.deploying.system import DeployingSystem
 from modalprep.multibody.model.loads import GROUND
 from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
-from modalprep.records import Record
 from modalprep.report.pictures.body_parts import BODY_COLOUR
 from modalprep.report.pictures.camera import look, viewpoint
 from modalprep.report.pictures.marks import BALL, MARK, QUIET, add_lines, add_unit_bar, spheres
 from modalprep.report.pictures.recovered_colour import RecoveredColour
 from modalprep.report.pictures.render import empty_plotter
 from modalprep.report.pictures.system_parts import (
+    FilmStyle,
     bodies_at,
     box_corners,
     boxes_at,
@@ -37,46 +34,6 @@ from modalprep.suggest import suggestion
 GROUND_COLOUR, PATH, TRAIL = "#5b7486", "#c3ccd4", "#0072B2"
 MANY = 12  # bodies, from which on the marks are smaller
 SHADE = {"smooth_shading": True, "ambient": 0.25, **QUIET}
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class FilmStyle(Record):
-    """How the motion of a system is drawn.
-
-    Attributes
-    ----------
-    colour : str
-        ``displacement``, or a component of a recovery over the mesh, ``<recovery>.<component>`` such as
-        ``skin.von_mises``; other parts are then grey.
-    exaggeration : float
-        Factor of the deflections; the picture states it. Joints come apart in the picture where it is not 1.
-    trails : sequence of str
-        Interfaces, ``<body>.<interface>``, that draw their path behind them.
-    follow : str
-        Body that the camera follows; none by default.
-    boxes : sequence of str
-        Rigid bodies that are drawn as the uniform box of their mass and inertia; others are rods between interfaces.
-    title : str
-        In the picture.
-
-    Examples
-    --------
-    >>> FilmStyle(exaggeration=0.0)
-    Traceback (most recent call last):
-    modalprep.errors.InputError: exaggeration = 0 must be a positive number
-    """
-
-    colour: str = "displacement"
-    exaggeration: float = 1.0
-    trails: Sequence[str] = ()
-    follow: str = ""
-    boxes: Sequence[str] = ()
-    title: str = ""
-
-    def __post_init__(self) -> None:
-        """Refuse a factor that hides or turns deflections."""
-        if not 0 < self.exaggeration < float("inf"):
-            raise InputError(f"exaggeration = {self.exaggeration:g} must be a positive number")
 
 
 class SystemScene:
@@ -145,12 +102,13 @@ class SystemScene:
     def points(self, name: str, k: int) -> np.ndarray:
         """Mesh points of a body at a row of the result, inertial (n_points, 3)."""
         bent = self.bodies[name].points + self.style.exaggeration * self.bends[name][k]
-        return self._turn(name, k).apply(bent) + self.result[f"{name}.origin"][k]
+        return self._turn(name, k).apply(bent) + self.result[f"{name}.origin"][k] + self._carried(name, k)
 
     def box(self, name: str, k: int) -> np.ndarray:
         """Corners of a body's box at a row of the result, inertial (8, 3); none (0, 3) without a box."""
         corners = self.boxes.get(name, np.zeros((0, 3)))
-        return self._turn(name, k).apply(corners) + self.result[f"{name}.origin"][k] if len(corners) else corners
+        origin = self.result[f"{name}.origin"][k] + self._carried(name, k)
+        return self._turn(name, k).apply(corners) + origin if len(corners) else corners
 
     def interfaces(self, name: str, k: int) -> np.ndarray:
         """Interfaces of a body at a row of the result, inertial (n_if, 3)."""
@@ -158,10 +116,23 @@ class SystemScene:
 
     def _path(self, name: str, interface: str, k: int | slice = slice(None)) -> np.ndarray:
         """Place of an interface at a row of the result (3,), or at all of them (n_times, 3), as it is drawn."""
-        place, more = self.result[f"{name}.{interface}.position"][k], self.style.exaggeration - 1
+        place = self.result[f"{name}.{interface}.position"][k]
+        return place + self._carried(name, k) + self._more(name, interface, k)
+
+    def _more(self, name: str, interface: str, k: int | slice) -> np.ndarray:
+        """What exaggeration adds to the deflection of an interface, inertial (3,) or (n_times, 3)."""
+        more = self.style.exaggeration - 1
         if not (more and self.bodies[name].n):
-            return place
-        return place + more * self._turn(name, k).apply(np.array(self.result[f"{name}.{interface}.deflection"][k]))
+            return np.zeros(3)
+        return more * self._turn(name, k).apply(np.array(self.result[f"{name}.{interface}.deflection"][k]))
+
+    def _carried(self, name: str, k: int | slice) -> np.ndarray:
+        """What exaggeration adds to the place of a body, by the deflections of those that carry it."""
+        parent = self.system.parent(self.system.carrier(name))
+        if parent is None or self.style.exaggeration == 1:
+            return np.zeros(3)
+        carrier, interface = parent[0], self.bodies[parent[0]].interface_name[parent[1]]
+        return self._carried(carrier, k) + self._more(carrier, interface, k)
 
     def _turn(self, name: str, k: int | slice) -> Rotation:
         return Rotation.from_quat(self.result[f"{name}.orientation"][k], scalar_first=True)
@@ -193,7 +164,9 @@ class SystemScene:
         """Return every place of the motion (n, 3), as the camera sees it."""
         there = [(name, k) for name in self.bodies for k in self.rows if self.is_out(name, k)]
         found = [f(name, k) - self._shift(k) for name, k in there for f in (self.points, self.interfaces, self.box)]
-        return np.concatenate([np.zeros((0, 3)) if self.style.follow else self.ground, *found])
+        still = [self.ground, *(end[self.rows] for ends in self.lines.values() for end in ends)]
+        seen = np.concatenate([*([np.zeros((0, 3))] if self.style.follow else still), *found])
+        return seen[np.isfinite(seen).all(axis=1)]
 
     def _still(self, plotter) -> None:
         """Add the fixed parts: joints on the ground, the paths of the bodies that carry no other."""
