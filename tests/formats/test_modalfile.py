@@ -62,9 +62,12 @@ def test_result_files(tmp_path):
         channels={"a.angle": np.arange(3.0), "b.tip.position": np.ones((3, 3))},
         status="done",
         message="m",
+        stats={"method": "explicit", "steps": 12, "energy_error": 1e-9},
     )
     back = mp.read_result(mp.write_result(run, tmp_path / "r.h5", {"other": run}))
     assert np.array_equal(back["b.tip.position.y"], np.ones(3))
+    assert back.stats == run.stats
+    assert type(back.stats["steps"]) is int
     lines = mp.formats.write_csv(run, tmp_path / "r.csv").read_text().splitlines()
     assert lines[0] == "time,a.angle,b.tip.position.x,b.tip.position.y,b.tip.position.z"
     assert lines[3] == "2,2,1,1,1"

@@ -14,7 +14,7 @@ TABLES = """
 [recovery.beam]
 kind = "section_force"
 stations = 3
-allowable = "2 kN"
+allowable = "200 kN"
 
 [recovery.wall]
 kind = "reaction"
@@ -56,7 +56,7 @@ def test_a_damped_run_ends_at_the_forces_of_statics(job, tmp_path, capsys):
     (row,) = (r for r in rows if (r["recovery"], r["place"], r["component"]) == ("beam", "1.start", "Vz"))
     history = run["job.recovery.beam.1.start.Vz"]
     assert (float(row["highest"]), float(row["lowest"])) == pytest.approx((history.max(), history.min()), rel=1e-9)
-    assert float(row["margin"]) == pytest.approx(2000 / np.abs(history).max() - 1, rel=1e-8)
+    assert float(row["margin"]) == pytest.approx(200000 / np.abs(history).max() - 1, rel=1e-8)
     assert row["unit"] == "N"
 
 
@@ -65,7 +65,7 @@ def test_modal_file_has_the_matrices_and_the_table_says_so(job, tmp_path, capsys
     assert "beam (section_force), wall (reaction), tip (acceleration)" in " ".join(capsys.readouterr().out.split())
     body = mp.read_body(tmp_path / "output" / "job" / "job.h5")
     assert sorted(body.recovery) == ["beam", "tip", "wall"]
-    assert body.recovery["beam"].allowable == 2000.0
+    assert body.recovery["beam"].allowable == 200000.0
     assert len(body.recovery["beam"].places) == 3 * 40
 
 
@@ -76,7 +76,7 @@ def test_modal_file_has_the_matrices_and_the_table_says_so(job, tmp_path, capsys
         ("near = [10, 0, 0]", "", "needs exactly one of group, node, near"),
         ("stations = 3", "stations = 1", "stations"),
         ("stations = 3", 'group = "rot"', "no group 'rot'"),
-        ('"2 kN"', '"2 kg"', "allowable"),
+        ('"200 kN"', '"200 kg"', "allowable"),
         ("[recovery.beam]", '[recovery."a.b"]', "leave '.' and '/' out"),
         ('kind = "reaction"', 'kind = "resultant"', "there are no shells"),
     ],
@@ -108,7 +108,11 @@ def test_an_event_of_a_file_sees_a_recovery(job, tmp_path):
 def test_json_has_the_worst_places(job, capsys):
     import json
 
-    assert main(["simulate", str(job(t_end=0.5)), "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["envelopes"]
+    assert main(["simulate", str(job('"200 kN"', '"1 kN"', t_end=0.5)), "--json"]) == 1  # the moment is above it
+    printed = capsys.readouterr()
+    said = json.loads(printed.out)
+    rows, (exceeded,) = said["envelopes"], said["exceeded"]
+    assert "margin of job.beam My (-" in exceeded
+    assert printed.err == f"modalprep: {exceeded}\n"
     assert {row["recovery"] for row in rows} == {"beam", "wall", "tip"}
     assert len(rows) == 6 + 6 + 3

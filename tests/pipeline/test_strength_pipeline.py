@@ -227,5 +227,7 @@ def test_of_a_run(job, tmp_path, capsys):
     moment = run["beam.recovery.beam.1.start.My"]
     damage = rainflow_damage(run.time, 500 * moment, SNCurve(stress=10e6, cycles=1e6, slope=5)).damage
     assert said["fatigue"]["root"]["beam.recovery.beam.1.start.My"]["damage"] == pytest.approx(damage, rel=1e-9)
+    assert main(["simulate", str(job(text, old="scale = 500", new="scale = 500000"))]) == 1
+    assert "1 requirement is not met: fatigue root (largest damage" in capsys.readouterr().err
     assert main(["simulate", str(job(text, old="beam.tip.acc", new="beam.top.acc"))]) == 2
     assert "no channel 'beam.top.acceleration.z'" in " ".join(capsys.readouterr().err.split())

@@ -136,3 +136,17 @@ def test_points_of_stress_are_listed_where_there_are_any(cantilever):
 
 def test_frequencies_have_no_exponent():
     assert [hertz(f) for f in (0.001, 13404.2, 231359.4)] == ["0.001", "13404", "231359"]
+
+
+def test_margins_of_a_job_are_said_below_the_table():
+    said = "1 requirement is not met: fatigue weld (largest damage 2 of 1, at seam)"
+    row = {
+        "job": "a",
+        "pipeline": "a.toml",
+        "values": {},
+        "ran": True,
+        "status": "done",
+        "cause": "",
+        "exceeded": [said],
+    }
+    assert printed(jobs_table, [row], 120).splitlines()[-1] == f"a: {said}"

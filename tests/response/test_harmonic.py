@@ -166,3 +166,12 @@ def test_the_frame_must_move_with_the_root(complete):
     body = mp.body.in_mean_axes(complete[1])
     with pytest.raises(mp.InputError, match="frame on the root"):
         harmonic_response(body, {"base.x": 1.0}, [1.0])
+
+
+def test_the_worst_peaks_are_those_of_the_chosen_channels_and_of_what_has_a_margin(complete):
+    _, body = complete
+    limited = {name: block.with_(allowable=1.0) if name == "wall" else block for name, block in body.recovery.items()}
+    found = harmonic_response(body.with_(recovery=limited), {"base.z": 1.0}, [1.0], channels=["tip.acceleration"])
+    named = {peak.channel.rsplit(".", 1)[0] for peak in found.worst()}
+    assert named == {"tip.acceleration", "wall.root"}
+    assert len(found.peaks) > len(found.worst())  # all remain in the files

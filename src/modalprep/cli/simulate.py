@@ -52,14 +52,17 @@ def simulate(
     """
     from modalprep.pipeline.batch.settings import with_settings
     from modalprep.pipeline.build.build import output_folder
+    from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
     from modalprep.pipeline.console import Reporter
     from modalprep.pipeline.run import Outcome, plot_runs
     from modalprep.pipeline.schema.load import load_pipeline
     from modalprep.pipeline.systems.systems import simulate_pipeline
 
+    _refuse_options(animate, colour, vtu)
     file, output = with_settings(file, settings or [], output)
     pipeline, reporter = load_pipeline(file), Reporter(quiet=as_json or quiet)
-    _refuse_pictures(animate, colour, vtu, file, target)
+    if animate:
+        refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
     how = {"geometric_stiffness": geometric_stiffness, "reference": reference}
     done = simulate_pipeline(file, output, reporter, target=target, **how)
     outcome = Outcome(target.parent if target else output_folder(file, output), simulated=done)
@@ -74,13 +77,10 @@ def simulate(
     end_with(outcome.failures + outcome.exceeded)
 
 
-def _refuse_pictures(
-    animate: Path | None, colour: str | None, vtu: Path | None, file: Path, target: Path | None
-) -> None:
-    """Refuse a film or a series that cannot be written or would replace what it is made from, before the run."""
+def _refuse_options(animate: Path | None, colour: str | None, vtu: Path | None) -> None:
+    """Refuse a film or a series that cannot be written, before the run."""
     from modalprep.errors import InputError
     from modalprep.formats.vtu import check_series
-    from modalprep.pipeline.build.sources import needed_files, refuse_overwriting
     from modalprep.report.pictures.animation import check_target
 
     if colour is not None and not animate:
@@ -89,7 +89,6 @@ def _refuse_pictures(
         check_series(vtu)
     if animate:
         check_target(animate)
-        refuse_overwriting([animate], [*needed_files(file), *([target] if target else [])])
 
 
 def _pictures(

@@ -250,7 +250,7 @@ function draw() {
 function interfaces(start, ratio, swing) {
   gl.disable(gl.DEPTH_TEST);
   start(ofNodes, 2, [0.835, 0.369, 0, 1], true, 0);
-  gl.uniform1f(ofNodes.at.dot_size, 11 * ratio);
+  gl.uniform1f(ofNodes.at.dot_size, (run && marks > 30 ? 5 : 11) * ratio); // smaller, where many hide the bodies
   gl.bindVertexArray(surface);
   gl.drawArrays(gl.POINTS, nodes - marks, marks);
   names.forEach((label, k) => {
