@@ -11,7 +11,8 @@ from modalprep.multibody.model.system import System
 from modalprep.multibody.results.result import Result
 from modalprep.report.pictures.camera import viewpoint
 from modalprep.report.pictures.skin import Skin
-from modalprep.report.pictures.system_scene import FilmStyle, SystemScene
+from modalprep.report.pictures.system_parts import FilmStyle
+from modalprep.report.pictures.system_scene import SystemScene
 from modalprep.report.scene import EDGED, FULL, TRIANGLES, encoded, limited_skin
 
 FRAMES = 240  # of a run
