@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,6 +14,9 @@ from matplotlib.figure import Figure
 from modalprep.atomic import atomic_path
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 # colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")
@@ -259,11 +262,25 @@ def plain_axes(axes: Axes, grid: str) -> None:
 
 
 def save_figure(figure: Figure, path: str | Path) -> Path:
-    """Write a chart; the file is written completely or not at all."""
+    """Write a chart, as a PNG in 128 colours; the file is written completely or not at all."""
     with atomic_path(path) as temporary:
         if temporary.suffix.lower() == ".png":  # `savefig` would draw twice, once for the layout alone
-            figure.set_dpi(DPI)
-            FigureCanvasAgg(figure).print_png(temporary)
+            _drawn(figure).save(temporary)
         else:
             figure.savefig(temporary, dpi=DPI)
     return Path(path)
+
+
+def _drawn(figure: Figure) -> Image.Image:
+    """Return a chart in few colours, which takes a third of the space."""
+    from PIL import Image
+
+    figure.set_dpi(DPI)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3])
+    picture = picture.quantize(128, method=Image.Quantize.FASTOCTREE, dither=Image.Dither.NONE)
+    colours = np.array(picture.getpalette()).reshape(-1, 3)
+    colours[(colours > 250).all(axis=1)] = 255  # averaging makes white slightly grey
+    picture.putpalette(colours.ravel().tolist())
+    return picture
