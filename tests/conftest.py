@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
-from PIL import Image
 from size import FULL
 
 import modalprep as mp
@@ -67,10 +67,14 @@ class Blank:
     """A canvas that does not draw its figure."""
 
     def __init__(self, figure):
-        self.size = tuple(round(length) for length in 10 * figure.get_size_inches())
+        width, height = (round(length) for length in 10 * figure.get_size_inches())
+        self.white = np.full((height, width, 4), 255, dtype=np.uint8)
 
-    def print_png(self, file):
-        Image.new("RGB", self.size, "white").save(file)
+    def draw(self):
+        pass
+
+    def buffer_rgba(self):
+        return self.white
 
 
 @pytest.fixture(scope="session")

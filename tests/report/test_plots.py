@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 import modalprep as mp
-from modalprep.report import figures, mass_chart, plots
+from modalprep.report import mass_chart, plots
 from modalprep.report.mass_chart import effective_mass_plot
 
 pytestmark = pytest.mark.usefixtures("charts")
@@ -126,11 +126,11 @@ def test_body_without_inertia_in_a_direction_is_reported(cantilever, drawn, tmp_
 
 
 def test_failed_write_leaves_nothing(monkeypatch, cantilever, tmp_path):
-    def half(canvas, file):
+    def half(image, file):
         file.write_bytes(b"half a picture")
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(figures.FigureCanvasAgg, "print_png", half)
+    monkeypatch.setattr(Image.Image, "save", half)
     with pytest.raises(mp.InputError, match="No space left"):
         effective_mass_plot(cantilever.modes, tmp_path / "m.png")
     assert list(tmp_path.iterdir()) == []
