@@ -333,6 +333,7 @@ def test_no_pictures(job, capsys):
 def test_open_shows_the_page_of_the_report(job, monkeypatch, capsys):
     opened = []
     monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    monkeypatch.setenv("DISPLAY", ":0")
     assert main(["run", str(job), "--no-pictures", "--open"]) == 0
     assert opened == [(job.parent / "output" / "job" / "job.html").as_uri()]
 
