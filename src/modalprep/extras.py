@@ -18,7 +18,11 @@ EXTRA = {  # by the module that is imported
     "xarray": "xarray",
     "distributed": "cluster",
 }
-GMSH_WHEELS = ("linux x86_64", "darwin arm64", "darwin x86_64", "win32 AMD64")  # on PyPI
+WHEELS = {  # machines for which PyPI has one, of libraries that do not run everywhere
+    "gmsh": ("linux x86_64", "darwin arm64", "darwin x86_64", "win32 AMD64"),
+    "pypardiso": ("linux x86_64", "win32 AMD64"),
+}
+INSTEAD = {"gmsh": ": make the mesh on another machine, and give its file"}
 
 
 def missing(module: str, what: str) -> str:
@@ -39,8 +43,8 @@ def missing(module: str, what: str) -> str:
     if find_spec(module) is not None:
         return ""
     name, here = module.replace("_", "-"), f"{sys.platform} {platform.machine()}"
-    if module == "gmsh" and here not in GMSH_WHEELS:
-        return f"{what} needs gmsh, which has no wheel for {here}: make the mesh on another machine, and give its file"
+    if here not in WHEELS.get(module, (here,)):
+        return f"{what} needs {name}, which has no wheel for {here}{INSTEAD.get(module, '')}"
     return f"{what} needs {name}: pip install 'modalprep[{EXTRA[module]}]'"
 
 

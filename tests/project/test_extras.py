@@ -14,6 +14,7 @@ from modalprep import extras
 from modalprep.cli import main
 from modalprep.examples import uniform_beam
 from modalprep.linalg import pardiso
+from modalprep.pipeline.build import compute
 from modalprep.report.pictures import render
 
 LEAN = ("pyvista", "vtkmodules", "gmsh", "pypardiso", "pyyeti", "imageio_ffmpeg", "pandas", "xarray", "distributed")
@@ -72,12 +73,14 @@ def test_a_run_goes_on_without_pictures_and_says_so(folder, request, capsys):
     """Modes and motion of the other factorisation agree to the accuracy of the eigensolver and of the integration."""
     assert main(["run", "job.toml", "--output", "all", "-q"]) == 0
     request.getfixturevalue("lean")
+    request.getfixturevalue("monkeypatch").setattr(compute, "FELT", 1)
     capsys.readouterr()
     assert (
         main(["run", "job.toml", "--output", "lean", "--set", "output.pictures=kept", "--set", "output.film=gif"]) == 0
     )
     said = " ".join(capsys.readouterr().out.split())
     assert said.count("pictures not drawn: a picture or film needs pyvista: pip install 'modalprep[pictures]'") == 2
+    assert re.search(r"note: SuperLU factorised \d+ unknowns; PARDISO, quicker, needs pypardiso: pip install", said)
     lean, full = folder / "lean" / "job", folder / "all" / "job"
     assert "needs pyvista" in (lean / "job.html").read_text()
     assert {file.name for file in full.iterdir()} <= {file.name for file in lean.iterdir()}

@@ -12,6 +12,7 @@ from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.second_order import SECOND_ORDER
 from modalprep.body.verify import check_projection
 from modalprep.errors import AccuracyError
+from modalprep.extras import missing
 from modalprep.fe.properties.plausible import implausible_body
 from modalprep.fe.readers.read import LENGTH_UNITS
 from modalprep.formats.bodies.described import notes_of
@@ -30,6 +31,8 @@ from modalprep.pipeline.schema.base import naming
 from modalprep.pipeline.schema.pipeline import Pipeline
 from modalprep.reduction.damping import modal_damping
 from modalprep.reduction.recoveries.convergence import recovery_convergence
+
+FELT = 20_000  # unknowns from which SuperLU takes seconds longer than PARDISO (docs/reference/installation.md)
 
 
 def compute_body(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
@@ -76,9 +79,15 @@ def _reduced(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cac
         done(5)
     checks = check_model(model) + check_body(body) + check_projection(model, reduction, body)
     said = [text for key, text in body.provenance.items() if key == SECOND_ORDER]
-    notes = (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale))
+    notes = (*model.notes, *reduction.notes, *said, *_unit_warnings(body, mesh.scale), *_slower(model.K.shape[0]))
     followed = recovery_convergence(body, reduction.spans, pipeline.reduction.up_to)
     return Built(body, file, checks, notes, error, tables, followed)
+
+
+def _slower(unknowns: int) -> list[str]:
+    """Return a note of the factorisation where another one would be felt to be quicker."""
+    why = "" if unknowns < FELT else missing("pypardiso", f"SuperLU factorised {unknowns} unknowns; PARDISO, quicker,")
+    return [why] if why else []
 
 
 def _supplied(path: Path, pipeline: Pipeline, file: Path, reporter: Reporter, cache: Cache | None) -> Built:
