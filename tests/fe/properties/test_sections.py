@@ -72,3 +72,12 @@ def test_thin_box_torsion_is_bredt():
 def test_impossible_sections(shape, sizes, words):
     with pytest.raises(mp.InputError, match=words):
         mp.fe.beam_section(shape, STEEL, **sizes)
+
+
+@pytest.mark.parametrize(
+    ("shape", "material", "words"),
+    [(STEEL, "rectangle", "the shape must be of type str, not Material"), ("rod", "steel", "of type Material, not str")],
+)
+def test_arguments_in_another_order_are_refused(shape, material, words):
+    with pytest.raises(mp.InputError, match=words):
+        mp.fe.beam_section(shape, material, diameter=0.1)

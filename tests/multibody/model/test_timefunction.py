@@ -138,6 +138,7 @@ def test_prescribed_motion_must_not_jump(pieces, words):
         (lambda: TimeFunction.sampled(lambda t: float(t > 0.3), 1.0), "do not resolve it"),
         (lambda: TimeFunction.sampled(lambda t: math.inf, 1.0), "not finite at t = 0 s"),
         (lambda: TimeFunction([(2.0, "t"), (1.0, "t")]), "must end at increasing times"),
+        (lambda: TimeFunction((1.0, "t")), "1.0 is no piece .until, expression.; pieces are a list"),
         (lambda: TimeFunction([(2.0, "t")]), "the last piece must have no 'until'"),
         (lambda: TimeFunction("import os"), "not an expression of t"),
         (lambda: TimeFunction(math.nan), "not a finite number"),

@@ -10,7 +10,7 @@ from typing import Any
 from modalprep.errors import InputError
 from modalprep.fe.properties.materials import Material
 from modalprep.fe.properties.properties import Beam
-from modalprep.suggest import suggestion
+from modalprep.suggest import refuse_other, suggestion
 
 CATALAN = 0.915965594177219  # sum of (-1)^k / (2 k + 1)^2
 
@@ -54,6 +54,8 @@ def beam_section(
     >>> round(beam_section("rectangle", steel, width=0.02, height=0.03).Iy * 1e8, 6)
     4.5
     """
+    refuse_other("beam_section: the shape", str, shape)
+    refuse_other("beam_section: the material", Material, material)
     if shape not in SHAPES:
         raise InputError(f"unknown section shape {shape!r}; {suggestion(shape, SHAPES, 'known are')}")
     more = {name: sizes.pop(name) for name in ("offset", "nsm", "shear_centre", "taper") if name in sizes}

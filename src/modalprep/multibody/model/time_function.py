@@ -56,6 +56,12 @@ class TimeFunction:
     def __post_init__(self) -> None:
         """Parse every piece."""
         given = self.given
+        for piece in given:
+            if not (isinstance(piece, tuple | list) and len(piece) == 2):
+                raise InputError(
+                    f"function of time: {piece!r} is no piece (until, expression); pieces are a list of such pairs, and "
+                    "where each coordinate has a function of its own a TimeFunction of that list"
+                )
         ends = [until for until, _ in given]
         if not ends or not all(a < b for a, b in pairwise(ends)):
             raise InputError(f"function of time: the pieces must end at increasing times, got {ends}")
