@@ -76,7 +76,10 @@ def test_impossible_sections(shape, sizes, words):
 
 @pytest.mark.parametrize(
     ("shape", "material", "words"),
-    [(STEEL, "rectangle", "the shape must be of type str, not Material"), ("rod", "steel", "of type Material, not str")],
+    [
+        (STEEL, "rectangle", "the shape must be of type str, not Material"),
+        ("rod", "steel", "of type Material, not str"),
+    ],
 )
 def test_arguments_in_another_order_are_refused(shape, material, words):
     with pytest.raises(mp.InputError, match=words):

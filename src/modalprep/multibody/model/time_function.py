@@ -59,8 +59,8 @@ class TimeFunction:
         for piece in given:
             if not (isinstance(piece, tuple | list) and len(piece) == 2):
                 raise InputError(
-                    f"function of time: {piece!r} is no piece (until, expression); pieces are a list of such pairs, and "
-                    "where each coordinate has a function of its own a TimeFunction of that list"
+                    f"function of time: {piece!r} is no piece (until, expression); pieces are a list of such pairs, "
+                    "and where each coordinate has a function of its own a TimeFunction of that list"
                 )
         ends = [until for until, _ in given]
         if not ends or not all(a < b for a, b in pairwise(ends)):
