@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 from order_n import DENSE_MODES, LONGEST_DENSE
 from scissor import evaluation, mast
 
-from modalprep.report.plots import CURVES
+from modalprep.report.charts.plots import CURVES
 
 COUNTS = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 BAYS = (1, 2, 4, 8, 16, 32)

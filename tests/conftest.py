@@ -45,7 +45,7 @@ def drawing():
 def rough_edges(monkeypatch):
     """Pictures with rough edges, for tests that do not look at them: smooth ones take twice the time."""
     plotter = pytest.importorskip("pyvista").Plotter
-    monkeypatch.setattr(plotter, "enable_anti_aliasing", lambda *_: None)
+    monkeypatch.setattr(plotter, "enable_anti_aliasing", lambda *_, **__: None)
 
 
 @pytest.fixture
@@ -60,7 +60,7 @@ def _blank_charts(request, monkeypatch):
     They are drawn at the full size, for the documents, and where a test uses `charts`; doctests draw each kind of them.
     """
     if not FULL and "charts" not in request.fixturenames and request.path.parent.name != "project":
-        monkeypatch.setattr("modalprep.report.figures.FigureCanvasAgg", Blank)
+        monkeypatch.setattr("modalprep.report.charts.figures.FigureCanvasAgg", Blank)
 
 
 class Blank:

@@ -14,7 +14,7 @@ SERVER = """
 import glob, json, os, resource, signal, sys, time
 import matplotlib.pyplot, meshio, modalprep.pipeline.batch.batch, modalprep.pipeline.build.build
 import modalprep.pipeline.systems.systems
-import modalprep.report.page, modalprep.report.plots, pyvista
+import modalprep.report.page, modalprep.report.charts.plots, pyvista
 from modalprep.cli import main
 sys.path.insert(0, {tests!r})
 from batches import Inline
@@ -22,7 +22,7 @@ modalprep.pipeline.batch.batch.Processes = Inline  # others would import all tha
 if {draws}:
     from modalprep.report.pictures.render import drawing_problem
     drawing_problem()  # tried in a process of its own
-    pyvista.Plotter.enable_anti_aliasing = lambda *_: None  # smooth edges have sixteen times the pixels
+    pyvista.Plotter.enable_anti_aliasing = lambda *_, **__: None  # smooth edges take twice the time
 
 def child(order):
     for number, name in ((1, os.devnull), (2, order["error"])):

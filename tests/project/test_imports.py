@@ -39,9 +39,8 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "terminal", "tables", "pictures", "check_tables", "schema_tables", "mac", "figures", "plots", "mass_chart",
-        "responses", "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation",
-        "page", "view", "show",
+        "terminal", "tables", "pictures", "check_tables", "schema_tables", "mac", "charts", "responses", "strength",
+        "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation", "page", "view", "show",
     ),
     "pipeline": (
         "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",

@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 
 import modalprep as mp
-from modalprep.report import mass_chart, plots
-from modalprep.report.mass_chart import effective_mass_plot
+from modalprep.report.charts import mass_chart, plots
+from modalprep.report.charts.mass_chart import effective_mass_plot
 
 pytestmark = pytest.mark.usefixtures("charts")
 

@@ -11,7 +11,7 @@ from rich.console import Console
 import modalprep as mp
 from modalprep.errors import RenderError
 from modalprep.examples import uniform_beam
-from modalprep.report import plots
+from modalprep.report.charts import plots
 from modalprep.report.page import write_page
 from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode

@@ -123,7 +123,7 @@ def run_pipeline(
 def _body(path: Path, pipeline: Pipeline, outcome: Outcome, reporter: Reporter, cache: Cache | None) -> None:
     from modalprep.formats.export import export_body, known_export, lost_in
     from modalprep.pipeline.build.build import build_body
-    from modalprep.report.mass_chart import effective_mass_plot
+    from modalprep.report.charts.mass_chart import effective_mass_plot
     from modalprep.report.tables import body_summary, mode_table
 
     outcome.built = build_body(path, outcome.folder, reporter, cache)
@@ -227,7 +227,7 @@ def plot_runs(
     """Draw the [[plots]] of a pipeline file; return (title, file) of each."""
     if not pipeline.plots:
         return []
-    from modalprep.report.plots import history_plot
+    from modalprep.report.charts.plots import history_plot
 
     drawn = []
     for number, plot in enumerate(pipeline.plots, start=1):

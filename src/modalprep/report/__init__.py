@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from modalprep.report.body_page.section import chart as chart
     from modalprep.report.body_page.section import paragraph as paragraph
     from modalprep.report.body_page.table import Table as Table
-    from modalprep.report.mass_chart import effective_mass_plot as effective_mass_plot
+    from modalprep.report.charts.mass_chart import effective_mass_plot as effective_mass_plot
+    from modalprep.report.charts.plots import history_plot as history_plot
     from modalprep.report.page import write_page as write_page
     from modalprep.report.pictures.animation import animate_mode as animate_mode
     from modalprep.report.pictures.mesh_picture import render_findings as render_findings
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from modalprep.report.pictures.system_animation import animate_system as animate_system
     from modalprep.report.pictures.system_animation import render_motion as render_motion
     from modalprep.report.pictures.system_parts import FilmStyle as FilmStyle
-    from modalprep.report.plots import history_plot as history_plot
     from modalprep.report.view.page import view_body as view_body
     from modalprep.report.view.page import view_mesh as view_mesh
     from modalprep.report.view.page import view_run as view_run
@@ -38,8 +38,8 @@ _NAMES = {
     "pictures.mesh_picture": "render_findings",
     "pictures.system_animation": "animate_system render_motion",
     "pictures.system_parts": "FilmStyle",
-    "mass_chart": "effective_mass_plot",
-    "plots": "history_plot",
+    "charts.mass_chart": "effective_mass_plot",
+    "charts.plots": "history_plot",
     "view.page": "view_body view_mesh view_run",
 }
 if not TYPE_CHECKING:  # to which other names are mistakes

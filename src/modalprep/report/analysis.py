@@ -14,8 +14,8 @@ from rich.text import Text
 from modalprep.atomic import write_columns, write_table
 from modalprep.multibody.analysis.state_space import StateSpace
 from modalprep.multibody.analysis.system_modes import SystemModes
-from modalprep.report import plots
-from modalprep.report.figures import save_figure
+from modalprep.report.charts import plots
+from modalprep.report.charts.figures import save_figure
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table
 

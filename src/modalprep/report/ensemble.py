@@ -14,8 +14,8 @@ from rich.text import Text
 from modalprep.atomic import write_table
 from modalprep.ensemble.record import PERCENTILES, Ensemble, statistics_head
 from modalprep.multibody.results.result import Result
-from modalprep.report import plots
-from modalprep.report.figures import save_figure
+from modalprep.report.charts import plots
+from modalprep.report.charts.figures import save_figure
 from modalprep.report.terminal import plain_table, print_table
 
 BAND, STEP = 0.2, 0.16  # opacity of the widest band, and what each one inside adds

@@ -13,8 +13,8 @@ from matplotlib.ticker import FuncFormatter, LogFormatterMathtext, LogLocator, N
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import CURVES, LINES, add_head, plain_axes
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import CURVES, LINES, add_head, plain_axes
 from modalprep.report.tables import hertz, prefixed
 from modalprep.report.terminal import plain_table, print_table
 from modalprep.response.result import Peak, Response

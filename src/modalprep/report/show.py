@@ -34,7 +34,7 @@ FILMS = ("webp", "gif")
 
 def histories(run: Result, channels: Sequence[str], axes: Axes | None, **options: Any) -> Axes:
     """Draw channels of a run over time."""
-    from modalprep.report.plots import draw_histories
+    from modalprep.report.charts.plots import draw_histories
 
     axes = axes or _axes((9.0, 5.0))
     draw_histories(axes, {"run": run}, channels, **options)
@@ -43,7 +43,7 @@ def histories(run: Result, channels: Sequence[str], axes: Axes | None, **options
 
 def effective_mass(table: ModeTable, axes: Axes | None) -> Axes:
     """Draw the effective masses of a table."""
-    from modalprep.report.mass_chart import draw_effective_mass
+    from modalprep.report.charts.mass_chart import draw_effective_mass
 
     axes = axes or _axes((9.0, 4.4))
     draw_effective_mass(axes, table)

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from rich.console import Console
 from rich.text import Text
 
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import CURVES, GREY, LINES, add_head, plain_axes
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
 from modalprep.report.responses import plain_decades, print_rows
 from modalprep.report.tables import hertz
 from modalprep.response.fatigue import Fatigue

@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.reduction.synthesis import SynthesisedModes
-from modalprep.report import plots
-from modalprep.report.figures import save_figure
+from modalprep.report.charts import plots
+from modalprep.report.charts.figures import save_figure
 from modalprep.report.pictures.modes import render_modes
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table

@@ -183,7 +183,7 @@ def _response(found: Analysed, stem: Path, reporter: Reporter) -> None:
 
 def _forces(found: InverseDynamics, stem: Path, reporter: Reporter) -> None:
     """Write hinge forces and modal coordinates as channels of a result, and draw the forces."""
-    from modalprep.report.plots import history_plot
+    from modalprep.report.charts.plots import history_plot
 
     forces = {f"{name}.drive": force[:, 0] if force.shape[1] == 1 else force for name, force in found.force.items()}
     modal = {f"{name}.modal": values for name, values in found.modal.items() if values.shape[1]}

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.reduction.table import DIRECTIONS
 from modalprep.report.body_page.modes import participation, totals
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import CURVES, GREY, LINES, add_head, plain_axes
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import CURVES, GREY, LINES, add_head, plain_axes
 from modalprep.report.responses import plain_decades
 
 TARGETS = (90.0, 95.0)  # %, usual targets of the modes of a base-driven structure

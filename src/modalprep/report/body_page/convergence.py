@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from modalprep.reduction.recoveries.convergence import Convergence
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import CURVES, LINES, plain_axes
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import CURVES, LINES, plain_axes
 from modalprep.report.tables import hertz
 
 CHART = 12  # recoveries in the chart, at most

@@ -18,9 +18,9 @@ from modalprep.report.body_page.notes import sorted_notes
 from modalprep.report.body_page.section import Section, chart, embedded
 from modalprep.report.body_page.table import Table, data_address, part
 from modalprep.report.body_page.verdicts import check_table
-from modalprep.report.mass_chart import effective_mass_plot
+from modalprep.report.charts.mass_chart import effective_mass_plot
+from modalprep.report.charts.plots import error_plot
 from modalprep.report.pictures.motion import unseen_modes
-from modalprep.report.plots import error_plot
 from modalprep.report.tables import (
     ENVELOPE,
     HELD,

@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.pairing import Correlation
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import INK
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import INK
 from modalprep.report.tables import hertz
 from modalprep.report.terminal import plain_table, print_table, print_text
 

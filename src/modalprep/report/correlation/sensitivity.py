@@ -13,8 +13,8 @@ from rich.text import Text
 from modalprep.correlation.derivatives import Sensitivities
 from modalprep.report.body_page.section import Section, chart, paragraph
 from modalprep.report.body_page.table import Table
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import INK
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import INK
 from modalprep.report.tables import hertz
 from modalprep.report.terminal import plain_table, print_table, print_text
 

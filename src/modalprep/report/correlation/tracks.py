@@ -12,8 +12,8 @@ from rich.console import Console
 from rich.text import Text
 
 from modalprep.correlation.study import Study
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import CURVES, INK, LINES, plain_axes
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import CURVES, INK, LINES, plain_axes
 from modalprep.report.tables import hertz
 from modalprep.report.terminal import plain_table, print_table, print_text
 

@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from modalprep.reduction.table import DIRECTIONS, ModeTable
-from modalprep.report.figures import save_figure
-from modalprep.report.plots import COLOURS, GREY, INK, plain_axes
+from modalprep.report.charts.figures import save_figure
+from modalprep.report.charts.plots import COLOURS, GREY, INK, plain_axes
 from modalprep.report.tables import prefixed
 
 NAMED = 12  # vectors at most that have a colour of their own

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from modalprep.errors import InputError
 from modalprep.multibody.results.result import Result
-from modalprep.report.figures import save_figure
+from modalprep.report.charts.figures import save_figure
 
 # colour-blind safe (Okabe and Ito), in an order whose neighbours also differ in lightness
 COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00")

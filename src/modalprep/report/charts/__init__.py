@@ -1,0 +1,1 @@
+"""Charts of matplotlib: their style, histories, effective masses, and their files."""
