@@ -6,10 +6,12 @@ from scipy.linalg import eigh
 from scipy.sparse import block_diag, csr_array, diags_array, eye_array, kron
 
 from modalprep.errors import AccuracyError
+from modalprep.examples import cantilever_model
 from modalprep.linalg import modes
 from modalprep.linalg.factor import factorise
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.modes import count_below, lowest_modes, unique_modes
+from modalprep.reduction.clamped import clamp
 
 N = 12
 
@@ -81,6 +83,21 @@ def test_count_below_is_that_of_the_closed_form():
     for cut in (0.1, 0.5, 3.0, 6.01):
         assert count_below(K, M, cut) == np.sum(exact < cut)
         assert count_below(K, M, cut, "superlu") in (None, np.sum(exact < cut))
+
+
+def test_superlu_counts_the_modes_of_a_beam():
+    """Its rotations are so stiff that SuperLU exchanges rows near most frequencies."""
+    held = clamp(cantilever_model(20))
+    exact = eigh(held.K_ii.toarray(), held.M_ii.toarray(), eigvals_only=True)
+    for k in range(0, len(exact), 7):
+        assert count_below(held.K_ii, held.M_ii, 0.9999999 * exact[k], "superlu") == k
+        assert count_below(held.K_ii, held.M_ii, 1.0000001 * exact[k], "superlu") == k + 1
+
+
+def test_signs_are_not_counted_where_pivots_are_inaccurate():
+    """Without exchanges the second pivot is round-off over 1e-20: of the four signs that it may have none is told."""
+    A = csr_array(np.array([[1e-20, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]))
+    assert factorise(A, "superlu", definite=False).negative is None
 
 
 def test_a_missed_mode_is_noticed(monkeypatch):

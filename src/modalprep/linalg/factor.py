@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -12,6 +13,8 @@ from modalprep.errors import AccuracyError, InputError
 from modalprep.linalg.memory import BUDGET, available_memory
 from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.pardiso import PardisoFactor, library
+
+RESIDUAL = 1e-6  # of a solution, over the right-hand side: below it the signs of a factor without exchanges are trusted
 
 
 class Factor(Protocol):
@@ -40,15 +43,38 @@ class SuperLUFactor:
     """``A = L U`` by SciPy's SuperLU with its options for symmetric matrices."""
 
     def __init__(self, A: csr_array) -> None:
-        self._lu = splu(
-            csc_array(A), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.01, options={"SymmetricMode": True}
-        )
-        symmetric = np.array_equal(self._lu.perm_r, self._lu.perm_c)  # then U is D L^T
-        self.negative = int(np.sum(self._lu.U.diagonal() < 0)) if symmetric else None
+        self._A = csc_array(A)
+        self._lu = _splu(self._A, 0.01)
+
+    @cached_property
+    def negative(self) -> int | None:
+        """Number of negative pivots: of this factor if no rows were exchanged, else of one without exchanges."""
+        exchanged = not np.array_equal(self._lu.perm_r, self._lu.perm_c)
+        lu = _without_exchanges(self._A) if exchanged else self._lu
+        return None if lu is None else int(np.sum(lu.U.diagonal() < 0))
 
     def solve(self, B: np.ndarray) -> np.ndarray:
         """Return ``A^-1 B``."""
         return self._lu.solve(np.asfortranarray(B, dtype=float))
+
+
+def _splu(A: csc_array, threshold: float):
+    return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=threshold, options={"SymmetricMode": True})
+
+
+def _without_exchanges(A: csc_array):
+    """Return ``L D L^T`` of a matrix next to A, None where it may be so far from A that other signs are possible.
+
+    It is the factor of A + E with ``E x = b - A x``. The signs are those of A as long as E is smaller than the
+    smallest eigenvalue, which is about ``|b| / |x|`` for a random b: so the residual must be far below b.
+    """
+    try:
+        lu = _splu(A, 0.0)
+    except RuntimeError:  # a pivot is zero
+        return None
+    b = np.random.default_rng(0).standard_normal(A.shape[0])
+    rest = np.linalg.norm(A @ lu.solve(b) - b)
+    return lu if rest <= RESIDUAL * np.linalg.norm(b) else None
 
 
 def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Factor:

@@ -106,7 +106,8 @@ def lowest_modes(
 def count_below(K: csr_array, M: csr_array, w2: float, solver: str = "auto") -> int | None:
     """Return how many eigenvalues of ``K phi = w^2 M phi`` lie below `w2`, by Sylvester's law of inertia.
 
-    None where the factorisation does not tell (SuperLU, when it had to exchange rows) or does not fit into the memory.
+    None where the factorisation does not tell (SuperLU, where it is inaccurate without exchanges of rows) or does not
+    fit into the memory.
 
     Examples
     --------
