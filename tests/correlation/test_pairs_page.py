@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from report.browser import needs_browser, run_page
+from report.browser import FRAMES, needs_browser, run_page
 
 import modalprep as mp
 from modalprep.cli import main
@@ -109,11 +109,11 @@ def test_a_pair_that_is_picked_moves(page, tmp_path):
       await wait(200); take();
       document.querySelectorAll("[data-show]")[2].click(); await wait(200); take();
       out.chosen = document.querySelector("[name=mode]").value;
-      document.querySelector("[name=play]").click(); await wait(900); take();
+      document.querySelector("[name=play]").click(); nextFrame(); nextFrame(); take();
       out.different = new Set(pictures).size; out.state = document.getElementById("viewer").dataset.state;
       out.wide = document.documentElement.scrollWidth <= window.innerWidth;
     """
-    found = run_page(page, tmp_path, probe)
+    found = run_page(page, tmp_path, probe, before=FRAMES)
     assert found == {"chosen": "2", "different": 3, "state": "drawn", "wide": True, "faults": []}
 
 

@@ -80,9 +80,9 @@ def test_rigid_motions_by_a_shift():
 
 def test_count_below_is_that_of_the_closed_form():
     K, M, exact = membrane()
-    for cut in (0.1, 0.5, 3.0, 6.01):
+    for cut in (0.1, 0.5, 3.1, 6.01):
         assert count_below(K, M, cut) == np.sum(exact < cut)
-        assert count_below(K, M, cut, "superlu") in (None, np.sum(exact < cut))
+        assert count_below(K, M, cut, "superlu") == np.sum(exact < cut)
 
 
 def test_superlu_counts_the_modes_of_a_beam():

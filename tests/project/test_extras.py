@@ -12,7 +12,7 @@ from bad.good import BEAM, HINGE
 import modalprep as mp
 from modalprep import extras
 from modalprep.cli import main
-from modalprep.examples import uniform_beam
+from modalprep.examples import cantilever_model, uniform_beam
 from modalprep.linalg import pardiso
 from modalprep.pipeline.build import compute
 from modalprep.report.pictures import render
@@ -106,3 +106,9 @@ def test_gmsh_without_a_wheel_sends_to_another_machine(lean, monkeypatch):
     monkeypatch.setattr(extras.platform, "machine", lambda: "aarch64")
     with pytest.raises(mp.NotInstalledError, match="gmsh, which has no wheel for linux aarch64: make the mesh"):
         mp.make_mesh("beam", "a.msh")
+
+
+def test_pardiso_by_name_is_refused_without_it(lean):
+    """It is no mechanism that cannot be factorised, as a matrix without PARDISO would seem to be."""
+    with pytest.raises(mp.NotInstalledError, match=r"PARDISO is not installed here: pip install 'modalprep\[fast\]'"):
+        mp.craig_bampton(cantilever_model(30), modes=2, solver="pardiso")

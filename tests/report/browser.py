@@ -15,6 +15,11 @@ CHROMIUM = next((found for found in map(shutil.which, NAMES) if found), None)
 needs_browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium here: apt-get install chromium")
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu-sandbox", "--enable-unsafe-swiftshader", "--window-size=1200,900")
 FIRST = "<head><script>const faults = []; addEventListener('error', e => faults.push(e.message));%s</script>"
+FRAMES = """
+const frames = []; let clock = performance.now();
+window.requestAnimationFrame = draw => frames.push(draw);
+const nextFrame = () => { clock += 60; frames.splice(0).forEach(draw => draw(clock)); };
+"""
 LAST = """<script>
 const wait = ms => new Promise(done => setTimeout(done, ms));
 (async () => {

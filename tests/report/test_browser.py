@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 from PIL import Image
-from report.browser import CHROMIUM, FLAGS, needs_browser, run_page
+from report.browser import CHROMIUM, FLAGS, FRAMES, needs_browser, run_page
 from report.conftest import make_table
 from report.page_of_all import whole_page
 
@@ -36,11 +36,6 @@ heads[1].click(); out.kinds = column(1);
 """
 
 # The moving pictures come when the probe asks: a busy machine shows fewer than it would.
-FRAMES = """
-const frames = []; let clock = performance.now();
-window.requestAnimationFrame = draw => frames.push(draw);
-const nextFrame = () => { clock += 60; frames.splice(0).forEach(draw => draw(clock)); };
-"""
 
 VIEW = """
 const box = document.getElementById("viewer"), canvas = box.querySelector("canvas");

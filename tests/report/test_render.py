@@ -12,7 +12,7 @@ from modalprep.errors import RenderError
 from modalprep.report.pictures import render
 from modalprep.report.pictures.animation import animate_mode
 from modalprep.report.pictures.camera import view
-from modalprep.report.pictures.modes import render_modes
+from modalprep.report.pictures.sheet import render_modes
 
 needs_drawing = pytest.mark.usefixtures("drawing")
 

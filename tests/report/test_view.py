@@ -4,8 +4,8 @@ import base64
 
 import numpy as np
 import pytest
-from report.browser import needs_browser, run_page
-from report.test_browser import FRAMES, VIEW
+from report.browser import FRAMES, needs_browser, run_page
+from report.test_browser import VIEW
 
 import modalprep as mp
 from modalprep.cli import main

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.linalg import splu
 
-from modalprep.errors import AccuracyError, InputError
+from modalprep.errors import AccuracyError, InputError, NotInstalledError
 from modalprep.linalg.memory import BUDGET, available_memory
 from modalprep.linalg.mixed import MixedFactor
 from modalprep.linalg.pardiso import PardisoFactor, library
@@ -101,6 +101,8 @@ def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
         When the matrix is singular to the last digit.
     InputError
         When the factor does not fit into the memory.
+    NotInstalledError
+        When PARDISO is asked for and not installed.
 
     References
     ----------
@@ -115,7 +117,7 @@ def factorise(A: csr_array, solver: str = "auto", definite: bool = True) -> Fact
     array([1., 1.])
     """
     if solver == "pardiso" and library() is None:
-        raise AccuracyError("PARDISO is not installed here; take solver = 'auto' or 'superlu'")
+        raise NotInstalledError("PARDISO is not installed here: pip install 'modalprep[fast]', or take solver = 'auto'")
     kinds = [PardisoFactor, MixedFactor] if definite else [PardisoFactor]
     if solver == "superlu" or library() is None:
         kinds = [SuperLUFactor]

@@ -14,7 +14,7 @@ from rich.text import Text
 from modalprep.reduction.synthesis import SynthesisedModes
 from modalprep.report.charts import plots
 from modalprep.report.charts.figures import save_figure
-from modalprep.report.pictures.modes import render_modes
+from modalprep.report.pictures.sheet import render_modes
 from modalprep.report.tables import hertz, percent
 from modalprep.report.terminal import plain_table, print_table
 

@@ -86,7 +86,8 @@ def run(project, file, bodies, t_end):
     path = project / "pipelines" / file
     pipeline = load_pipeline(path)
     step = pipeline.simulation.output_step
-    return mp.simulate(system_of(pipeline, path, bodies), t_end, output_step=step, rtol=1e-8).channels
+    system = system_of(pipeline, path, bodies)
+    return mp.simulate(system, t_end, output_step=step, rtol=3e-9).channels  # vibrations below the tolerance differ
 
 
 def difference(found, expected):

@@ -1,7 +1,8 @@
-"""All modes of a body in one picture."""
+"""All modes of a body: in one picture, or each in its own by one plotter."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from modalprep.errors import InputError
 from modalprep.report.pictures import render
 from modalprep.report.pictures.body_parts import add_deformed, add_ghost
 from modalprep.report.pictures.colour import WORDS, node_colour, refuse_colour
-from modalprep.report.pictures.files import refuse_suffix, shot
+from modalprep.report.pictures.files import refuse_suffix, shot, write_shot
 from modalprep.report.tables import hertz
 
 TILE = (480, 360)
@@ -108,3 +109,30 @@ def _add_head(sheet, pen, body: FlexibleBody, colour: str) -> None:
     sheet.paste(Image.fromarray(np.tile(ramp, (14, 1, 1))), (EDGE + 24, 54))
     pen.text((EDGE + 4, 48), "0", fill=INK, font=small)
     pen.text((EDGE + 152, 48), f"1   {WORDS[colour]} of the mode", fill=INK, font=small)
+
+
+def render_modes(
+    body: FlexibleBody,
+    files: Mapping[int, str | Path],
+    *,
+    colour: str = "displacement",
+    size: tuple[int, int] = (1000, 750),
+) -> Iterator[Path]:
+    """Draw modes (counted from 1) as `render_mode` does, each into its file, and yield the file.
+
+    Raises
+    ------
+    InputError, RenderError
+        As those of `render_mode`.
+    """
+    plotter = None
+    try:
+        for mode, path in files.items():
+            if plotter is None:
+                plotter = render.mode_scene(body, mode, colour, size)
+            else:
+                render.show_mode(plotter, body, mode, colour)
+            yield write_shot(plotter, path)
+    finally:
+        if plotter is not None:
+            plotter.close()
