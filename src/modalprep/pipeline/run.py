@@ -299,7 +299,8 @@ def draw_body(
     -------
     The mesh picture, and the picture of each mode (counted from 1).
     """
-    from modalprep.report.pictures.render import render_mesh, render_modes
+    from modalprep.report.pictures.render import render_mesh
+    from modalprep.report.pictures.sheet import render_modes
 
     count = _count(wanted, body.n)
     if not count:
