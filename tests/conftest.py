@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
-from size import FULL
 
 import modalprep as mp
 from modalprep.report.pictures.render import drawing_problem
@@ -46,35 +44,6 @@ def rough_edges(monkeypatch):
     """Pictures with rough edges, for tests that do not look at them: smooth ones take twice the time."""
     plotter = pytest.importorskip("pyvista").Plotter
     monkeypatch.setattr(plotter, "enable_anti_aliasing", lambda *_, **__: None)
-
-
-@pytest.fixture
-def charts():
-    """Charts are drawn, for tests that look at them."""
-
-
-@pytest.fixture(autouse=True)
-def _blank_charts(request, monkeypatch):
-    """Charts are put together and written blank: drawing them takes half of the time of small pipeline files.
-
-    They are drawn at the full size, for the documents, and where a test uses `charts`; doctests draw each kind of them.
-    """
-    if not FULL and "charts" not in request.fixturenames and request.path.parent.name != "project":
-        monkeypatch.setattr("modalprep.report.charts.figures.FigureCanvasAgg", Blank)
-
-
-class Blank:
-    """A canvas that does not draw its figure."""
-
-    def __init__(self, figure):
-        width, height = (round(length) for length in 10 * figure.get_size_inches())
-        self.white = np.full((height, width, 4), 255, dtype=np.uint8)
-
-    def draw(self):
-        pass
-
-    def buffer_rgba(self):
-        return self.white
 
 
 @pytest.fixture(scope="session")

@@ -263,7 +263,6 @@ def rectangular_beam(b, h):
     return modes, [family for _, family, _ in found]
 
 
-@pytest.mark.usefixtures("charts")
 def test_compare_prints_pairs_and_writes_a_picture_and_a_table(files, tmp_path, capsys):
     assert main(["compare", str(files[0]), str(files[1]), "-o", str(tmp_path / "mac.png")]) == 0
     rows = [line.split() for line in capsys.readouterr().out.splitlines()]

@@ -28,7 +28,6 @@ def grid(project, tmp_path_factory):
     return file
 
 
-@pytest.mark.usefixtures("charts")
 def test_modes_of_a_batch_keep_their_number_through_crossings(grid, capsys):
     """Bending in each plane has ``f ~ sqrt(I)`` of its own: the product f / sqrt(I) is constant for one mode."""
     assert main(["batch", str(grid), "--track", "clamped", "--json"]) == 0

@@ -64,7 +64,6 @@ def angle_of(folder):
 
 
 @pytest.mark.parametrize("command", ["analyse", "run"])
-@pytest.mark.usefixtures("charts")
 def test_pendulum_with_a_spring(folder, capsys, command):
     """Rest, frequency, damping, response, and torque in closed form."""
     assert job(folder, SWING + ANALYSIS, command) == 0

@@ -142,7 +142,6 @@ def test_cells_the_viewer_does_not_know_leave_the_rest(cantilever, tmp_path):
     assert "mode-5" in [attrs.get("id") for _, attrs in page.tags]
 
 
-@pytest.mark.usefixtures("charts")
 def test_page_of_a_solid_stays_small(bracket_body, tmp_path):
     """Style, scripts, chart, surface of 5592 triangles and 20 or so modes."""
     assert write_page(bracket_body, tmp_path / "p.html").stat().st_size < 1_200_000

@@ -8,8 +8,6 @@ import modalprep as mp
 from modalprep.report.charts import mass_chart, plots
 from modalprep.report.charts.mass_chart import effective_mass_plot
 
-pytestmark = pytest.mark.usefixtures("charts")
-
 TIME = np.linspace(0, 20, 401)
 STEADY = -0.574 * np.exp(-(((TIME - 6.76) / 3) ** 2))
 RUNAWAY = np.where(TIME < 12, -0.5 * np.exp(np.minimum(TIME - 5, 12)), np.nan)[:240]

@@ -56,7 +56,6 @@ def test_diverging_run_does_not_set_the_limits():
     assert bad["a"].min() < low
 
 
-@pytest.mark.usefixtures("charts")
 def test_history_plot_is_drawn(tmp_path):
     runs = {"with": history([0.0, -1.0, 0.0]), "without": history([0.0, -50.0, -1e6], "diverged")}
     file = plots.history_plot(runs, ["a"], tmp_path / "h.png", reference=[{"label": "known", "t": [0.5], "y": [-1.0]}])

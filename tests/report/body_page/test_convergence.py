@@ -37,7 +37,6 @@ def test_rows_have_the_error_in_percent():
     assert rows[1][1] == "displacement, 25 % of its places"
 
 
-@pytest.mark.usefixtures("charts")
 def test_section_is_whole_and_safe():
     text = str(convergence_section(example()).html)
     assert "&lt;b&gt;skin" in text
