@@ -64,3 +64,15 @@ def run_page(
     found = re.search(r'<pre id="probe">(.*?)</pre>', done.stdout, re.DOTALL)
     assert found, f"the page's scripts did not end: {done.stderr[-500:]}"
     return json.loads(html.unescape(found[1]))
+
+
+def run_viewer(page, folder, probe: str) -> dict:
+    """Run a probe that gives frames itself and says by `out.ink` what is drawn at first; once more if that is nothing.
+
+    On a busy machine the browser sometimes takes the canvas away from a page.
+    """
+    for _ in range(3):
+        out = run_page(page, folder, probe, before=FRAMES)
+        if out.get("ink") != 0:
+            break
+    return out

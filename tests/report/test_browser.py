@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 from PIL import Image
-from report.browser import CHROMIUM, FLAGS, FRAMES, needs_browser, run_page
+from report.browser import CHROMIUM, FLAGS, needs_browser, run_page, run_viewer
 from report.conftest import make_table
 from report.page_of_all import whole_page
 
@@ -64,7 +64,7 @@ const look = () => {
 const set = (name, value, kind) => { part(name).value = value; part(name).dispatchEvent(new Event(kind)); };
 if (out.state === "drawn") {
   await wait(100);
-  out.first = look();
+  out.first = look(); out.ink = out.first.ink;
   out.labels = [...box.querySelectorAll(".stage span")].map(s => s.textContent);
   out.modes = part("mode").options.length;
   set("amplitude", 0, "input"); out.rest = look(); set("amplitude", 100, "input");
@@ -101,7 +101,7 @@ def pages(tmp_path_factory):
 @pytest.fixture(scope="module", params=["cantilever", "block", "frame"])
 def viewed(request, pages):
     """What the probe of the viewer found of a body of beams, of solids, of both with shells."""
-    out = run_page(*pages(request.getfixturevalue(request.param)), VIEW, before=FRAMES)
+    out = run_viewer(*pages(request.getfixturevalue(request.param)), VIEW)
     if out["state"] == "no-webgl":
         pytest.skip("this chromium has no WebGL 2")
     return request.getfixturevalue(request.param), out

@@ -4,7 +4,7 @@ import base64
 
 import numpy as np
 import pytest
-from report.browser import FRAMES, needs_browser, run_page
+from report.browser import needs_browser, run_page, run_viewer
 from report.test_browser import VIEW
 
 import modalprep as mp
@@ -52,7 +52,8 @@ def rigid():
 
 def seen(page, folder, probe):
     """What a probe of the page found."""
-    out = run_page(page, folder, LOOK + f"if (out.state === 'drawn') {{ await wait(100); {probe} }}", before=FRAMES)
+    ready = "await wait(100); out.ink = look().ink;"
+    out = run_viewer(page, folder, LOOK + f"if (out.state === 'drawn') {{ {ready} {probe} }}")
     if out["state"] == "no-webgl":
         pytest.skip("this chromium has no WebGL 2")
     assert out["faults"] == []
@@ -142,7 +143,7 @@ def test_records_give_their_pages(swing, tmp_path):
 def test_a_mesh_is_turned(tmp_path):
     probe = """const first = look();
       canvas.dispatchEvent(new PointerEvent("pointermove", { buttons: 1, movementX: 80, movementY: 90 }));
-      out.turned = look().sum !== first.sum; out.modes = part("mode"); out.ink = first.ink;"""
+      out.turned = look().sum !== first.sum; out.modes = part("mode");"""
     out = seen(view_mesh(beam_mesh(4), tmp_path / "mesh.html"), tmp_path, probe)
     assert (out["turned"], out["modes"]) == (True, None)
 
