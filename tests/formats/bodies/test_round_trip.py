@@ -37,8 +37,8 @@ SPIN_UP = {  # until 4 s, of the largest deflection of the tip, and the value th
     "dmig": 0.01,  # 7.6e-3
 }
 PENDULUM = {  # angle of the upper hinge, and deflection of the elbow, whose vibration the damping decides
-    "sid": (1e-8, 5e-4),  # 3e-10, 2.1e-4: T
-    "mbdyn": (1e-8, 5e-4),  # 5e-10, 3.6e-4: T
+    "sid": (1e-8, 5e-4),  # below the first; the second is error of the integration
+    "mbdyn": (1e-8, 5e-4),  # 1.2e-10, 8e-5 at rtol = 1e-9: error of the integration
     "exudyn": (2e-6, 0.2),  # 6.1e-7, 0.14: damping
     "op4": (2e-6, 0.02),  # 4.8e-7, 1.1e-2: H and P
     "dmig": (2e-6, 0.02),  # 4.8e-7, 1.1e-2
