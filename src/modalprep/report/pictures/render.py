@@ -185,30 +185,33 @@ def mode_scene(
     off_screen: bool = True,
 ):
     """Return a plotter with mode `mode` as `render_mode` draws it."""
-    plotter = framed_plotter(body, size, _bent(body, mode), mode, off_screen=off_screen)
-    _add_mode(plotter, body, mode, colour, edges)
+    scale = shown_scale(body, mode)
+    plotter = framed_plotter(body, size, bent(body, mode, scale), mode, off_screen=off_screen)
+    _add_mode(plotter, body, mode, scale, colour, edges)
     add_bar(plotter, WORDS[colour])
     return plotter
 
 
 def show_mode(plotter, body: FlexibleBody, mode: int, colour: str) -> None:
     """Let a plotter of `mode_scene` show another mode of the body."""
-    _frame(plotter, body, _bent(body, mode), mode)
+    scale = shown_scale(body, mode)
+    _frame(plotter, body, bent(body, mode, scale), mode)
     _add_title(plotter, _title(body, mode))
-    _add_mode(plotter, body, mode, colour, edges=False)
+    _add_mode(plotter, body, mode, scale, colour, edges=False)
 
 
-def _add_mode(plotter, body: FlexibleBody, mode: int, colour: str, edges: bool) -> None:
+def _add_mode(plotter, body: FlexibleBody, mode: int, scale: float, colour: str, edges: bool) -> None:
     """Add or replace the undeformed body and the mode, as the camera sees them."""
-    scale, amount = shown_scale(body, mode), node_colour(body, mode, colour)
+    amount = node_colour(body, mode, colour)
     add_ghost(plotter, body)
     places = body.interface_position + scale * body.phi[:, :, mode - 1]
-    shifts = label_shifts(plotter, body, [_bent(body, mode)], places)
+    shifts = label_shifts(plotter, body, [bent(body, mode, scale)], places)
     add_deformed(plotter, body, mode, scale, amount, shifts=shifts, edges=edges)
 
 
-def _bent(body: FlexibleBody, mode: int) -> np.ndarray:
-    return body.points + shown_scale(body, mode) * body.shape[:, :, mode - 1]
+def bent(body: FlexibleBody, mode: int, scale: float) -> np.ndarray:
+    """Return the nodes (n_points, 3) of the body at a modal coordinate."""
+    return body.points + scale * body.shape[:, :, mode - 1]
 
 
 def render_mesh(body: FlexibleBody, path: str | Path, *, size: tuple[int, int] = (1000, 750)) -> Path:

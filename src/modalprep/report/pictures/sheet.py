@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from modalprep.atomic import atomic_path
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.errors import InputError
 from modalprep.report.pictures import render
 from modalprep.report.pictures.body_parts import add_deformed, add_ghost
 from modalprep.report.pictures.colour import WORDS, node_colour, refuse_colour
-from modalprep.report.pictures.files import refuse_suffix, shot, write_shot
+from modalprep.report.pictures.files import refuse_suffix, save_image, shot, write_shot
 from modalprep.report.tables import hertz
 
 TILE = (480, 360)
@@ -56,7 +55,6 @@ def contact_sheet(
     """
     from PIL import Image, ImageDraw
 
-    path = Path(path)
     refuse_suffix(path)
     if not body.n:
         raise InputError(f"body {body.name!r} has no modes to draw; it is rigid")
@@ -69,9 +67,7 @@ def contact_sheet(
     _add_head(sheet, pen, body, colour)
     for k in range(body.n):
         _add_tile(sheet, pen, body, k + 1, colour, (EDGE + k % columns * wide, HEAD + k // columns * high))
-    with atomic_path(path) as temporary:
-        sheet.save(temporary)
-    return path
+    return save_image(np.asarray(sheet), path)
 
 
 def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tuple[int, int]) -> None:
@@ -88,7 +84,7 @@ def _add_tile(sheet, pen, body: FlexibleBody, mode: int, colour: str, corner: tu
 def _picture(body: FlexibleBody, mode: int, colour: str) -> np.ndarray:
     """Draw one mode without text."""
     scale, amount = render.shown_scale(body, mode), node_colour(body, mode, colour)
-    plotter = render.framed_plotter(body, TILE, body.points + scale * body.shape[:, :, mode - 1], mode, text=False)
+    plotter = render.framed_plotter(body, TILE, render.bent(body, mode, scale), mode, text=False)
     try:
         add_ghost(plotter, body)
         add_deformed(plotter, body, mode, scale, amount)
