@@ -40,6 +40,7 @@ SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
 PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 1.0, 0.7)
 LEAST_BEFORE = (1e-8, 0.1, 1e-8)  # error of the step before: a smaller one says that steps grow, not how they go on
 SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
+FIRST, FIRST_CUT = 1e-3, 0.01  # first step of the Rosenbrock method, of the time that is left; how much it may be cut
 UNKNOWN = 1e-6  # s, first step of what has no size
 PROBES = 4  # places of a step at which events are looked for
 MOST_TRIALS = 60  # for the time of an event
@@ -81,6 +82,10 @@ def begin(eq, run, method, t, stop):
         return status
     if run.clock[0].fixed_step > 0.0:
         run.clock[0].next_step = run.clock[0].fixed_step
+        return GOOD
+    if method == ROSENBROCK:
+        set_weights(eq.model, eq.linear, run, run.y, True)
+        run.clock[0].next_step = FIRST * (stop - t)
         return GOOD
     return _first_size(eq, run, ERROR_ORDER[method], stop - t)
 
@@ -151,7 +156,8 @@ def advance(eq, run, watch, method, stop, most):
         elif not passed:
             run.count[0].rejected += 1
             run.count[0].cause = GOOD
-            run.clock[0].next_step = h * max(LEAST_GROWTH, SAFETY[method] * error ** (-1.0 / ERROR_ORDER[method]))
+            least = FIRST_CUT if run.clock[0].last_step == 0.0 else LEAST_GROWTH
+            run.clock[0].next_step = h * max(least, SAFETY[method] * error ** (-1.0 / ERROR_ORDER[method]))
             run.clock[0].error = -1.0
         else:
             if _accept(eq, run, watch, method, h, end) == FAILED_CALLBACK:
