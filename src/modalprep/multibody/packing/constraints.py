@@ -150,7 +150,7 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
     """Allocate what changes in constraints, all active; lengths count by a size (m)."""
     modal = packed.model.modal
     nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[1]
-    m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed.model.links)
+    m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed)
     nb = len(paths.bundles)
     return Work(
         np.zeros(m) if value is None else value.copy(),

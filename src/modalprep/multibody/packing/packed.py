@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.multibody.kernels.closed_loops.constraints import Paths
 from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS, Data, Model, new_data
 from modalprep.multibody.model.joint import Joint
 
@@ -31,6 +32,11 @@ class Packed:
     links: tuple[Link, ...]
     nu: int  # number of speeds
     depleting: bool
+
+    @cached_property
+    def row_paths(self) -> dict[bytes, Paths]:
+        """What `packing.row_paths` has made of constraints, by what they hold."""
+        return {}
 
     @property
     def nx(self) -> int:

@@ -20,16 +20,25 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     Paths,
 )
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
+from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.tree import rows
 
 PARALLEL = 1e-12  # of unit vectors: far below the lever of a row that `packing.constraints.IMMOBILE` lets move
 
 
-def row_paths(arrays: Constraints, links: np.ndarray) -> Paths:
+def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     """Return the rows by fours: groups between the same ends, and bundles that act on nearly the same links.
 
     Rows that no joint between their ends can move, as those that leave the plane of a planar mechanism, act on none.
+    They are found once for a packed system.
     """
+    held = b"".join(table.tobytes() for table in (arrays.ends, arrays.rows, arrays.terms))
+    if held not in packed.row_paths:
+        packed.row_paths[held] = _row_paths(arrays, packed.model.links)
+    return packed.row_paths[held]
+
+
+def _row_paths(arrays: Constraints, links: np.ndarray) -> Paths:
     parent = np.where(links["parent"] < len(links), links["parent"], -1).tolist()
     moving = _moving(arrays, links, parent)
     members = _groups(arrays, moving)

@@ -69,6 +69,8 @@ def _note(name: str, body: FlexibleBody, time: np.ndarray, q: np.ndarray) -> str
     bound = np.nan_to_num(np.abs(q)) @ each * np.sqrt(3)
     rows = np.argsort(bound)[::-1][:LOOKED_AT]
     rows = rows[bound[rows] > BEYOND * size]
+    if not len(rows):
+        return ""
     reach = np.linalg.norm(deflected_points(body, q[rows]) - body.points, axis=2).max(axis=1, initial=0.0)
     if not reach.max(initial=0.0) > BEYOND * size > 0:
         return ""
