@@ -6,7 +6,7 @@ from scipy.integrate import DOP853
 from scipy.special import ellipk
 
 import modalprep as mp
-from modalprep.examples import uniform_beam
+from modalprep.examples import beam_mesh, spinup_section, uniform_beam
 from modalprep.multibody.integration import dop853_table, driver
 from modalprep.multibody.results.result import STATS
 
@@ -141,6 +141,60 @@ def test_vibrations_below_the_tolerance_do_not_hold_the_step():
     assert errors[0] < 1e-5 * np.ptp(fine, axis=0).max()
     assert errors[0] < 1.5 * errors[1]
     assert adaptive.stats["evaluations"] < 1.5 * fixed.stats["evaluations"]  # 3.5 times with vibrations in the error
+
+
+def test_a_vibration_loses_the_published_share():
+    """A beam under a sudden weak load: fixed steps h take the share 0.026 w^4 h^3 T of the amplitude (theory 5.3)."""
+    beam, gravity = uniform_beam(modes=1), np.array([0, -1e-6, 0])
+    held = mp.Joint(name="held", type="weld", parent="ground", child="beam")
+    rate = float(np.sqrt(beam.K[0]))
+    periods, steps = 40, 25  # w h = 0.25: 0.026 is the limit of short steps, here 1 % too large
+    t_end, h = periods * 2 * np.pi / rate, 2 * np.pi / rate / steps
+    run = mp.simulate(
+        mp.System(bodies={"beam": beam}, joints=(held,), gravity=gravity), t_end, output_step=h, method="rosenbrock",
+        step=h,
+    )  # fmt: skip
+    q = run["beam.modal"][:, 0]
+    still = q[-steps:].mean()
+    lost = 1 - np.ptp(q[-steps - 1 :]) / (2 * abs(still))
+    expected = 1 - np.exp(-0.026 * rate**4 * h**3 * (t_end - np.pi / rate))
+    assert lost == pytest.approx(expected, rel=0.02)  # 1 % of w h, half a period of 40 over which it is taken
+
+
+def flexible_slider_crank():
+    """A crank and a rod of aluminium, 20 mm square, that fall; the end of the rod slides on the x axis."""
+    a, bodies = 0.02, {}
+    section = spinup_section(A=a**2, Iy=a**4 / 12, Iz=a**4 / 12, J=0.14 * a**4)
+    ends = {name: mp.Interface(group=name, kind="node") for name in ("root", "tip")}
+    for name, length in (("crank", 0.3), ("rod", 0.5)):
+        model = mp.assemble(beam_mesh(8, length), {"beam": section}, ends)
+        bodies[name] = mp.flexible_body(model, mp.guyan(model), name=name).conventional()
+    fold = -np.arcsin(0.3 / 0.5 * np.sin(np.pi / 3)) - np.pi / 3
+    joints = (
+        mp.Joint(name="bearing", type="revolute", parent="ground", child="crank", angle=np.pi / 3),
+        mp.Joint(name="pin", type="revolute", parent="crank.tip", child="rod", angle=fold),
+    )
+    x = np.array([1.0, 0, 0])
+    slide = mp.multibody.Closure(name="slide", type="point_on_line", a="ground", b="rod.tip", axis=x)
+    return mp.System(bodies=bodies, joints=joints, closures=(slide,), gravity=GRAVITY)
+
+
+def test_vibrations_that_cannot_be_followed_count_less():
+    """A rod that vibrates by five times the tolerance: 2.8 times fixed steps as accurate where all errors add up."""
+    system, options = flexible_slider_crank(), {"t_end": 0.6, "output_step": 0.03}
+    runs = [
+        mp.simulate(system, **options, **method)
+        for method in (
+            {"method": "explicit", "rtol": 1e-9},
+            {"method": "rosenbrock", "rtol": 1e-5},
+            {"method": "rosenbrock", "step": 0.6 / 240},
+        )
+    ]
+    fine, adaptive, fixed = (run["crank.tip.position"] for run in runs)
+    errors = [np.abs(places - fine).max() / np.ptp(fine, axis=0).max() for places in (adaptive, fixed)]
+    assert max(errors) < 3e-5
+    assert errors[0] < 1.5 * errors[1]
+    assert runs[1].stats["evaluations"] < 1.7 * runs[2].stats["evaluations"]
 
 
 def test_auto_costs_nothing_where_its_first_method_is_right():

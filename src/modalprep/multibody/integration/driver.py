@@ -40,7 +40,7 @@ SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
 PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 1.0, 0.7)
 LEAST_BEFORE = (1e-8, 0.1, 1e-8)  # error of the step before: a smaller one says that steps grow, not how they go on
 SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
-FIRST, FIRST_CUT = 1e-3, 0.01  # first step of the Rosenbrock method, of the time that is left; how much it may be cut
+FIRST, FIRST_CUT = 1e-3, 0.01  # first step of the Rosenbrock method, of the time that is left; the least it is cut to
 UNKNOWN = 1e-6  # s, first step of what has no size
 PROBES = 4  # places of a step at which events are looked for
 MOST_TRIALS = 60  # for the time of an event
@@ -67,7 +67,10 @@ class Watch(NamedTuple):
 
 @compile_kernel
 def begin(eq, run, method, t, stop):
-    """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
+    """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`.
+
+    A size from the start values says little of an implicit step, whose modes may rest: it tries one.
+    """
     normalise(eq.model, run.y)
     run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
     run.clock[0].slow_share, run.clock[0].share_step = 1.0, 0.0

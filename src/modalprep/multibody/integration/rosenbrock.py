@@ -13,7 +13,8 @@ that it leads to: of a slow motion that grows with time, of a vibration it is in
 are taken off the error of the speeds, by the filter of Hairer and Wanner (1996), IV.8, whose step is here the time of
 the slow motion: a filter of the step's own length lets a step that has become short stay short. The share of the error
 that it leaves holds for the next few steps. Deflections count in sizes of the body, so that vibrations below the
-tolerance, which the method damps, do not hold the step.
+tolerance, which the method damps, do not hold the step. Errors of steps add up until the end of the run, but those of a
+vibration only as long as its phase is followed that far: beyond, each step resolves it, and its error counts less.
 """
 
 from __future__ import annotations
@@ -52,9 +53,8 @@ EMBEDDED = np.array([0.37810903145819369, -0.096042292212423178, 0.5, 0.21793326
 STAGES = 4
 NEGLIGIBLE = 0.01  # times the tolerance: vibrations need not be taken off a smaller error of the speeds
 CAUTION = 6.0  # of the errors of steps: they add up
-# A vibration of rate w loses the share 0.026 w^4 h^3 T in a run of T: above half a per cent of it each step resolves it,
-# but not its phase at the end, so that its errors need not be summed; they count by this share.
-FOLLOWED, NOT_FOLLOWED = 0.2, 0.35
+FOLLOWED = 0.2  # w^4 h^3 T of a vibration in a run of T: it loses 0.026 times that of its amplitude, half a per cent
+NOT_FOLLOWED = 0.35  # share by which the errors of faster ones count: they do not add up
 SHARED, LONGER, SURE = 5, 1.2, 0.7  # steps that share a filter, none longer by more than this, of an error below this
 LEAST_WIDE, SLOW = 10.0, 0.3  # the filter's step: times the step's own, times the time of the slow motion
 
