@@ -50,9 +50,15 @@ class LinkedCode(CompileResultCacheImpl):
     """The cached code of a kernel, and the names of the kernels that it calls."""
 
     def reduce(self, result: CompileResult) -> tuple:
-        """Return what is written of a kernel."""
+        """Return what is written of a kernel.
+
+        Without the globals of numba's own functions, which only Python objects need: to read them back imports half of
+        numba, and SciPy.
+        """
         symbol = result.fndesc.llvm_func_name
-        return _compiled[symbol], [(name, *_compiled[name]) for name in _calls[symbol]], result._reduce()
+        *own, globals_ = result._reduce()
+        own.append(tuple(g for g in globals_ if g.consts or not g.globals["__name__"].startswith("numba.")))
+        return _compiled[symbol], [(name, *_compiled[name]) for name in _calls[symbol]], tuple(own)
 
     def rebuild(self, target_context: Any, saved: tuple) -> CompileResult | None:
         """Return the kernel after those that it refers to; None when one is gone."""

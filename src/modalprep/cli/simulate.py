@@ -99,11 +99,12 @@ def _pictures(
     reporter: Reporter,
 ) -> None:
     """Draw the film that the options or the file ask for, and write the series."""
-    from modalprep.pipeline.film import draw_film
     from modalprep.pipeline.run import film_run
 
     (animate, colour, vtu), done = wanted, outcome.simulated
     if animate:
+        from modalprep.pipeline.film import draw_film
+
         drawn = pipeline.film if colour is None else pipeline.film.model_copy(update={"colour": colour})
         reporter.wrote(draw_film(drawn, done.system, next(iter(done.runs.values())), animate))
     else:

@@ -119,11 +119,13 @@ def read_bodies(pipeline: Pipeline, path: Path, build: Callable[[Path], Flexible
     build : callable
         Makes the body of a pipeline file.
     """
-    made: dict[int, FlexibleBody] = {}  # the segments of a chain share one table
+    made: dict[object, FlexibleBody] = {}  # by pipeline file, else by table, which the segments of a chain share
+    bodies = {}
     for name, table in pipeline.bodies.items():
-        if id(table) not in made:
-            made[id(table)] = _body(name, table, path, build)
-    bodies = {name: made[id(table)] for name, table in pipeline.bodies.items()}
+        source = table.pipeline or id(table)
+        if source not in made:
+            made[source] = _body(name, table, path, build)
+        bodies[name] = made[source]
     if pipeline.has_body:
         name = pipeline.name or path.stem
         if name in bodies:

@@ -15,7 +15,6 @@ from numba.core import cgutils
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, models, register_model
-from numba.np.arrayobj import make_array
 
 from modalprep.jit import compile_inline
 
@@ -73,7 +72,7 @@ for _key, _instruction in (
 
 def _pointer(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
     """Return where four numbers of an array begin."""
-    array = make_array(sig.args[0])(context, builder, args[0])
+    array = context.make_array(sig.args[0])(context, builder, args[0])
     place = cgutils.get_item_pointer(context, builder, sig.args[0], array, args[1:2])
     return builder.bitcast(place, VECTOR.as_pointer())
 
