@@ -94,8 +94,11 @@ class Equations(NamedTuple):
     reels: Reels  # deployments
 
 
-def build_equations(system: System, packed: Packed, loading: Loading) -> Equations:
-    """Return the arrays of a packed system and its loads; modal stiffness and damping stand in `linear`."""
+def build_equations(system: System, packed: Packed, loading: Loading, data: Data | None = None) -> Equations:
+    """Return the arrays of a packed system and its loads; modal stiffness and damping stand in `linear`.
+
+    `data` is that of an evaluation before, whose memory is used again; new if none is given.
+    """
     nu, links = packed.nu, packed.model.links
     linear = np.zeros((2, nu))
     for i in np.flatnonzero(links["modes"]):
@@ -105,7 +108,7 @@ def build_equations(system: System, packed: Packed, loading: Loading) -> Equatio
     implicit = with_force_elements(loops.arrays if loops else None, loading.arrays)
     cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)
     work = loops.work if loops else None if cons is None else constraint_work(cons, packed)
-    data = packed.data()
+    data = data or packed.data()
     trial = loops.trial if loops else data
     return Equations(
         packed.model, data, trial, loading.arrays, loading.motion, loading.tau, loading.slope,

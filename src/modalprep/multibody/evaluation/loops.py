@@ -186,7 +186,8 @@ class Loops:
     def _as_at_start(self, data, y, motion, t) -> None:
         """Take lengths and sums of joint coordinates that have no value from the start values."""
         arrays = self.arrays
-        rows = np.isin(arrays.rows["kind"], (DISTANCE, COUPLER)) & (arrays.rows["table"] < 0)
+        kind = arrays.rows["kind"]
+        rows = ((kind == DISTANCE) | (kind == COUPLER)) & (arrays.rows["table"] < 0)
         if np.any(rows):
             kernel.outward(self.packed.model, data, y, motion)
             self.residual(data, y, motion, t)

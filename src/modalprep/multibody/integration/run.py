@@ -79,12 +79,12 @@ class Integration:
     ) -> None:  # fmt: skip
         self.system, self.packed, self.loading, self.events = system, packed, loading, tuple(events)
         self.observer = observer
+        data = packed.data()
         if loading.loops:
             loading.enter(*loading.stretches[0])
             y = y.copy()
-            data = packed.data()
             y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(0.0, data))
-        self.equations = build_equations(system, packed, loading)
+        self.equations = build_equations(system, packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
         flexible = np.flatnonzero(packed.model.links["modes"])
