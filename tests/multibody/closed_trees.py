@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.kernels import articulated_body as kernel
+from modalprep.multibody.kernels.closed_loops.responses import write_responses
 from modalprep.multibody.model.constraints import Closure, Coupler
 from modalprep.multibody.packing.tree import pack
 
@@ -52,6 +53,7 @@ class Evaluation:
         self.loops.residual(self.data, self.y, self.motion, self.t)
         assert kernel.inward(self.packed.model, self.data, self.tau, None, 0.0, 0.0) == -1
         self.loops.forward(self.data, self.tau, self.udot, baumgarte)
+        write_responses(self.loops.work)
         return self.udot
 
 

@@ -36,7 +36,7 @@ from modalprep.multibody.kernels.closed_loops.constraints import (
     Constraints,
     Work,
     any_rows,
-    moving_residual,
+    constraint_residual,
 )
 from modalprep.multibody.kernels.closed_loops.multipliers import (
     constraint_accelerations,
@@ -152,7 +152,7 @@ def evaluate(eq, t, y, ydot):
         return FAILED_CALLBACK
     closed = any_rows(eq.cons)
     if closed:
-        moving_residual(eq.cons, model, data, y, eq.motion, t, eq.work)
+        constraint_residual(eq.cons, model, data, y, eq.motion, t, eq.work, True)
     status = inward(model, data, eq.tau, None, 0.0, 0.0)
     if status >= 0:
         return status
@@ -202,7 +202,7 @@ def solve_implicit(eq, t, y, c1, c2, by_rate, by_place, places, out):
     """
     model, data = eq.model, eq.data
     follow(eq.work, eq.implicit_work)
-    moving_residual(eq.implicit, model, data, y, eq.motion, t, eq.implicit_work)
+    constraint_residual(eq.implicit, model, data, y, eq.motion, t, eq.implicit_work, True)
     aim(eq.implicit, model, data, eq.implicit_work, c1, c2, places, by_rate, by_place)
     for u in range(len(out)):
         out[u] = -eq.linear[1, u] * by_rate[u] - eq.linear[0, u] * by_place[u]

@@ -135,6 +135,7 @@ def strike(loops: Loops, data: Data, y: np.ndarray, t: float, struck: Sequence[i
     if kernel.inward(packed.model, data, none, None, 0.0, 0.0) >= 0:
         raise SimulationError(f"impact at t = {t:g} s: the mass matrix is not positive, a deflection is too large")
     responses.respond(loops.arrays, packed.model, data, work, none)
+    responses.write_responses(work)
     acting = {k: 1.0 for k in range(len(system.closures)) if loops.active(k)}
     acting |= dict.fromkeys(struck, 1 + restitution)
     contacts = {k: _contact(loops, k) for k in acting if loops.closing.sliding(k)}

@@ -87,7 +87,7 @@ class Loops:
     def residual(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> None:
         """Measure all rows, after `kernel.outward`."""
         world(self.packed.model, data)
-        constraints.constraint_residual(self.arrays, self.packed.model, data, y, motion, t, self.work)
+        constraints.constraint_residual(self.arrays, self.packed.model, data, y, motion, t, self.work, False)
 
     def rate_slopes(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> np.ndarray:
         """Return the derivatives of the rates of all rows by the speeds (m, nu); prescribed hinges stand still."""

@@ -151,7 +151,7 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
     modal = packed.model.modal
     nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[1]
     m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed)
-    nb = len(paths.bundles)
+    nb, moving = len(paths.bundles), paths.row[paths.row >= 0]
     return Work(
         np.zeros(m) if value is None else value.copy(),
         np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0),
@@ -159,10 +159,10 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
         _ends_at_rest(arrays),
         *(np.zeros(m) for _ in range(9)),
         np.zeros((m, m)),
-        np.zeros((m, m + WIDTH)),
-        np.zeros(m),
-        np.zeros(m + WIDTH),
-        np.zeros(m, dtype=np.int64),
+        *(np.zeros((WIDTH * nb, WIDTH * nb)) for _ in range(2)),
+        *(np.zeros(WIDTH * nb) for _ in range(4)),
+        np.zeros(WIDTH * nb, dtype=np.int64),
+        np.concatenate([moving, np.setdiff1d(np.arange(m), moving)]),
         np.zeros(1, dtype=np.int64),
         np.full(1, m),
         np.ones(2),

@@ -59,9 +59,10 @@ def _row_paths(arrays: Constraints, links: np.ndarray) -> Paths:
     for k, rows_of in enumerate(members):
         _fill(arrays, links, groups[k], rows_of, entry)
         lane[rows_of] = WIDTH * k + groups[k].lane + np.arange(len(rows_of))
+    places = np.where(np.arange(WIDTH) < bundles.count[:, None], bundles.rows, -1).ravel()
     first = np.searchsorted([link for link, _ in acts], np.arange(len(links) + 1))
     counts = sum(moving[rows[0]] for rows in members), int((arrays.rows["kind"] == SLIP).sum())
-    return Paths(groups, bundles, lane, first, _entries(arrays, links, parent, entry, groups, lane), *counts)
+    return Paths(groups, bundles, lane, places, first, _entries(arrays, links, parent, entry, groups, lane), *counts)
 
 
 def _bundles(arrays: Constraints, members: list[list[int]], paths: list[list[int]]) -> list[list[int]]:

@@ -103,6 +103,17 @@ def _four(typing: Any, value: Any) -> Any:
 
 
 @intrinsic
+def _lanes(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
+        found = ir.Constant(VECTOR, ir.Undefined)
+        for k, value in enumerate(args):
+            found = builder.insert_element(found, value, ir.IntType(32)(k))
+        return found
+
+    return LANES(*WIDTH * (types.float64,)), build
+
+
+@intrinsic
 def _add(typing: Any, value: Any) -> Any:
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         each = [builder.extract_element(args[0], ir.IntType(32)(k)) for k in range(WIDTH)]
@@ -121,6 +132,12 @@ def add_lanes(v):
 def four(value):
     """Return four times the same number."""
     return _four(value)
+
+
+@compile_inline
+def lanes(a, b, c, d):
+    """Return four numbers in one."""
+    return _lanes(a, b, c, d)
 
 
 @compile_inline

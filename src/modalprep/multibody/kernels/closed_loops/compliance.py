@@ -18,7 +18,7 @@ from modalprep.multibody.kernels.closed_loops.multipliers import (
     act,
     solve,
 )
-from modalprep.multibody.kernels.closed_loops.responses import respond, yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
 
 
 @compile_inline
@@ -80,9 +80,9 @@ def implicit_accelerations(cons, model, data, work, places, tau, udot):
         forward(model, data, tau, udot)
         return
     respond(cons, model, data, work, tau)
+    write_responses(work)
     for i in range(len(cons.rows)):
         work.wanted[i] = work.free[i] + work.bias[i]
-        work.S[i, i] += work.compliance[i]
     if places or _yields(cons):
         forward(model, data, tau, udot)
         spread(model, data, udot)

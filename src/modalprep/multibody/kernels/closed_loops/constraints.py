@@ -115,6 +115,7 @@ class Paths(NamedTuple):
     groups: np.ndarray  # (ng,) GROUP
     bundles: np.ndarray  # (nb,) BUNDLE
     lane: np.ndarray  # (m,) int, 4 group + lane of each row
+    row: np.ndarray  # (4 nb,) int, row at each place of the bundles, -1: none
     first: np.ndarray  # (nl + 1,) int, first entry of each link
     entries: np.ndarray  # (np,) ENTRY, by links, then by bundles
     moving: int  # groups that something moves, which are the first
@@ -137,11 +138,15 @@ class Work(NamedTuple):
     goal: np.ndarray  # (m,) G u' that rows aim at
     compliance: np.ndarray  # (m,) of the compliant rows in an implicit step, else 0
     multiplier: np.ndarray  # (m,) that of the last `solve`
-    free: np.ndarray  # (m,) G u' + Phi'' without G u', less the row's own bias: without multipliers
-    S: np.ndarray  # (m, m) G M^-1 G^T
-    factor: np.ndarray  # (m, m + 4) its pivoted factor, upper half, and room for lanes
-    inverse: np.ndarray  # (m,) 1 / pivot
-    solution: np.ndarray  # (m + 4,) scratch
+    free: np.ndarray  # (m,) G u' + Phi'' without G u', less the row's own bias: without multipliers (`write_responses`)
+    S: np.ndarray  # (m, m) G M^-1 G^T (`write_responses`)
+    rest: np.ndarray  # (4 nb, 4 nb) S by places in the bundles, lower half; what the factor leaves of it
+    factor: np.ndarray  # (4 nb, 4 nb) columns of its pivoted factor, one after the other
+    own: np.ndarray  # (4 nb,) diagonal of S
+    left: np.ndarray  # (4 nb,) what is left of the mobility of each row
+    inverse: np.ndarray  # (4 nb,) 1 / pivot
+    solution: np.ndarray  # (4 nb,) scratch
+    places: np.ndarray  # (4 nb,) int, of the rows by pivot
     order: np.ndarray  # (m,) int, rows by pivot; those beyond the rank are redundant
     rank: np.ndarray  # (1,) int
     held: np.ndarray  # (1,) int, the rank in the last closed state, m without one
@@ -167,24 +172,14 @@ def any_rows(cons):
 
 
 @compile_kernel
-def constraint_residual(cons, model, data, y, motion, t, work):
-    """Write ``phi``, ``rate``, ``bias`` and the lines of action, after `outward` and `world`; `cons` may be None."""
+def constraint_residual(cons, model, data, y, motion, t, work, moving):
+    """Write ``phi``, ``rate``, ``bias`` and the lines of action, after `outward` and `world`; `cons` may be None.
+
+    With `moving`, only of the rows that something moves; the others have no multipliers.
+    """
     if cons is None:
         return
-    _measure(cons, model, data, y, motion, t, work, len(work.groups))
-
-
-@compile_kernel
-def moving_residual(cons, model, data, y, motion, t, work):
-    """Do as `constraint_residual` for the rows that something moves; the others have no multipliers."""
-    if cons is None:
-        return
-    _measure(cons, model, data, y, motion, t, work, work.paths.moving)
-
-
-@compile_kernel
-def _measure(cons, model, data, y, motion, t, work, count):
-    """Measure the first `count` groups."""
+    count = work.paths.moving if moving else len(work.groups)
     n = data.links[len(model.links)].omega[2]  # a turning ground sees other accelerations of the ends
     for k in range(len(cons.ends)):
         end, own = cons.ends[at(k)], work.ends[at(k)]

@@ -12,85 +12,125 @@ from __future__ import annotations
 import numpy as np
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
+from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, lanes, put_lanes
 from modalprep.multibody.kernels.algebra.tuples import at, copy
 from modalprep.multibody.kernels.articulated_body import forward
 from modalprep.multibody.kernels.closed_loops.constraints import SLIP
-from modalprep.multibody.kernels.closed_loops.responses import push, respond
+from modalprep.multibody.kernels.closed_loops.responses import push, respond, write_responses
 
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
 REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
 MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
+TAKEN, FIXED, GONE = -1e303, -1e302, -1e301  # in place of what is left of a row: in the factor; it cannot move; limit
 FRICTION_SETTLED = 1e-13  # change of the friction at their end
 
 
 @compile_kernel
 def factorize(cons, work):
-    """Write the pivoted factor ``U^T D^-1 U`` of S; rows beyond ``rank`` depend on those before them.
+    """Write the pivoted factor ``L D^-1 L^T`` of S; rows beyond ``rank`` depend on those before them.
 
-    Rows that depend on each other where the loops are closed do not quite at the stages of a step: more rows than in
-    the last closed state (`hold_rank`) are independent only where they clearly are, by more than the loops are open.
+    It stands by places of rows in the bundles, which nothing exchanges. Rows that depend on each other where the loops
+    are closed do not quite at the stages of a step: more rows than in the last closed state (`hold_rank`) are
+    independent only where they clearly are, by more than the loops are open.
     """
-    n, U, order = _sort_movable(work), work.factor, work.order
-    for k in range(n):
-        row, into = work.S[at(order[at(k)])], U[at(k)]
-        for j in range(k, n):
-            into[at(j)] = row[at(order[at(j)])]
-    work.rank[0], least = n, 1.0
-    for k in range(n):
-        best = _most_mobile(work, k, n)
-        i, d, pivots = at(order[at(best)]), U[at(best), at(best)], U[at(k)]
-        square = d / work.S[i, i]
-        if not (square > RANK_TOLERANCE and (k < work.held[0] or _risen(work, n, _mobility(work, i, d)))):
-            work.rank[0] = k
-            break
-        least = min(least, square)
-        if best != k:
-            _swap(work, k, best, n)
-        g = 1.0 / d
-        work.inverse[at(k)] = g
-        for i in range(k + 1, n):
-            f, row = g * pivots[at(i)], U[at(i)]
-            for j in range(i, n, WIDTH):  # a few numbers after the row's end have room and no meaning
-                put_lanes(row, j, get_lanes(row, j) - f * get_lanes(pivots, j))
-    work.sine[0] = np.sqrt(least)
+    blocks = len(work.bundles)
+    if blocks == 1:  # numbers that the compiler knows: it unrolls all loops
+        _factorize(work, 1)
+    elif blocks == 2:
+        _factorize(work, 2)
+    else:
+        _factorize(work, blocks)
 
 
 @compile_inline
-def _most_mobile(work, k, n):
-    """Return the row from k on that is left most: one that hardly moves has no sure direction."""
-    best, most = k, -1.0
-    for i in range(k, n):
-        left = _mobility(work, at(work.order[at(i)]), work.factor[at(i), at(i)])
+def _factorize(work, blocks):
+    """Do as `factorize` with so many bundles."""
+    count, A = _copy_responses(work, blocks), work.rest
+    rank, least = 0, 1.0
+    while rank < count:
+        p = _most_mobile(work, blocks)
+        i, d = at(work.paths.row[p]), A[p, p]
+        square = d / work.own[p]
+        if not (square > RANK_TOLERANCE and (rank < work.held[0] or _risen(work, work.left[p]))):
+            break
+        least = min(least, square)
+        work.order[at(rank)], work.places[at(rank)], work.inverse[at(rank)] = i, p, 1.0 / d
+        work.left[p] = TAKEN
+        rank += 1
+        if rank < count:
+            _eliminate(work, blocks, at(rank - 1), p)
+    work.rank[0], work.sine[0] = rank, np.sqrt(least)
+    for p in range(WIDTH * blocks):
+        i = work.paths.row[at(p)]
+        if i >= 0 and work.left[at(p)] != TAKEN:
+            work.order[at(rank)] = i
+            rank += 1
+
+
+@compile_inline
+def _copy_responses(work, blocks):
+    """Write S, and what the rows have left; returns how many rows can move."""
+    for p in range(blocks):
+        for q in range(p + 1):
+            S = work.between[at(p), at(q)].S
+            for k in range(WIDTH):
+                put_lanes(work.rest[at(WIDTH * p + k)], WIDTH * q, get_lanes(S, WIDTH * k))
+    count = 0
+    for p in range(WIDTH * blocks):
+        i = work.paths.row[at(p)]
+        work.left[at(p)] = FIXED
+        if i >= 0:
+            if work.compliance[at(i)] > 0.0:
+                work.rest[at(p), at(p)] += work.compliance[at(i)]
+            d = work.rest[at(p), at(p)]
+            work.own[at(p)] = d
+            if d > work.floor[at(i)]:
+                work.left[at(p)] = _mobility(work, at(i), d)
+                count += 1
+    return count
+
+
+@compile_inline
+def _most_mobile(work, blocks):
+    """Return the place of the row that is left most: one that hardly moves has no sure direction."""
+    best, most = 0, GONE
+    for p in range(WIDTH * blocks):
+        left = work.left[at(p)]
         if left > most * (1.0 + 1e-9):  # ties: the order given
-            best, most = i, left
-    return best
+            best, most = p, left
+    return at(best)
+
+
+@compile_inline
+def _eliminate(work, blocks, k, p):
+    """Write column k of the factor, that of place p, and take it off the rows that are left."""
+    A, L, g, block = work.rest, work.factor[k], work.inverse[k], p >> 2
+    d = A[p, p]
+    for q in range(blocks):
+        i = at(WIDTH * q)
+        if at(q) <= block:
+            put_lanes(L, WIDTH * q, g * get_lanes(A[p], WIDTH * q))
+        else:
+            put_lanes(L, WIDTH * q, g * lanes(A[i, p], A[i + at(1), p], A[i + at(2), p], A[i + at(3), p]))
+    for s in range(WIDTH * blocks):
+        i = at(s)
+        if work.left[i] > GONE:
+            f, row = d * L[i], A[i]
+            for q in range((s >> 2) + 1):
+                put_lanes(row, WIDTH * q, get_lanes(row, WIDTH * q) - f * get_lanes(L, WIDTH * q))
+            work.left[i] = _mobility(work, at(work.paths.row[i]), row[i])
 
 
 @compile_kernel
-def _risen(work, n, left):
+def _risen(work, left):
     """Whether what is `left` of a row clearly is no round-off: by more than the loops are open."""
     largest, gap = 0.0, violation(work, work.phi)
-    for k in range(n):
-        i = work.order[k]
-        if work.compliance[i] == 0.0:
-            largest = max(largest, _mobility(work, i, work.S[i, i]))
+    for p in range(len(work.left)):
+        i = work.paths.row[p]
+        if work.left[p] != FIXED and work.compliance[i] == 0.0:
+            largest = max(largest, _mobility(work, i, work.own[p]))
     return left > (STRAY * gap) ** 2 * largest
-
-
-@compile_inline
-def _sort_movable(work):
-    """Put the rows that can move first in `order`; returns how many."""
-    n, last = 0, len(work.order)
-    for i in range(len(work.order)):
-        if work.S[at(i), at(i)] > work.floor[at(i)]:
-            work.order[at(n)] = i
-            n += 1
-        else:
-            last -= 1
-            work.order[at(last)] = i
-    return n
 
 
 @compile_kernel
@@ -134,40 +174,36 @@ def hold_rank(work):
 
 
 @compile_kernel
-def _swap(work, k, i, n):
-    """Exchange rows and columns k < i of the upper half of the factor."""
-    U, order, a, b = work.factor, work.order, at(k), at(i)
-    order[a], order[b] = order[b], order[a]
-    U[a, a], U[b, b] = U[b, b], U[a, a]
-    for j in range(k):
-        c = at(j)
-        U[c, a], U[c, b] = U[c, b], U[c, a]
-    for j in range(k + 1, i):
-        c = at(j)
-        U[a, c], U[c, b] = U[c, b], U[a, c]
-    for j in range(i + 1, n):
-        c = at(j)
-        U[a, c], U[b, c] = U[b, c], U[a, c]
-
-
-@compile_kernel
 def solve(work):
     """Solve ``S multiplier = -wanted``; redundant rows get none."""
-    U, x, rank = work.factor, work.solution, work.rank[0]
-    for k in range(rank, len(work.order)):
+    for k in range(work.rank[0], len(work.order)):
         work.multiplier[at(work.order[at(k)])] = 0.0
-    for k in range(rank):
-        x[at(k)] = -work.wanted[at(work.order[at(k)])]
-    for k in range(rank):
-        f, row = work.inverse[at(k)] * x[at(k)], U[at(k)]
-        for i in range(k + 1, rank, WIDTH):  # what stands after the rank is not read
-            put_lanes(x, i, get_lanes(x, i) - f * get_lanes(row, i))
-    for k in range(rank - 1, -1, -1):
-        b, row = x[at(k)], U[at(k)]
-        for i in range(k + 1, rank):
-            b -= row[at(i)] * x[at(i)]
-        x[at(k)] = work.inverse[at(k)] * b
-        work.multiplier[at(work.order[at(k)])] = x[at(k)]
+    if work.rank[0] <= WIDTH:  # numbers that the compiler knows, as in `factorize`
+        _solve(work, WIDTH)
+    elif work.rank[0] <= 2 * WIDTH:
+        _solve(work, 2 * WIDTH)
+    else:
+        _solve(work, work.rank[0])
+
+
+@compile_inline
+def _solve(work, most):
+    """Do as `solve` with at most so many rows."""
+    x, rank, places = work.solution, work.rank[0], work.places
+    for k in range(most):
+        if k < rank:
+            b, p = -work.wanted[at(work.order[at(k)])], at(places[at(k)])
+            for i in range(k):
+                b -= work.factor[at(i), p] * x[at(i)]
+            x[at(k)] = b
+    for k in range(most - 1, -1, -1):
+        if k < rank:
+            b, column = work.inverse[at(k)] * x[at(k)], work.factor[at(k)]
+            for i in range(k + 1, most):
+                if i >= rank:
+                    break
+                b -= column[at(places[at(i)])] * x[at(i)]
+            x[at(k)] = work.multiplier[at(work.order[at(k)])] = b
 
 
 @compile_kernel
@@ -183,10 +219,12 @@ def constraint_accelerations(cons, model, data, work, alpha, beta, tau, udot):
         forward(model, data, tau, udot)
         return
     respond(cons, model, data, work, tau)
-    for k in range(len(cons.rows)):
-        i = at(k)
-        work.wanted[i] = work.free[i] + work.bias[i] + 2.0 * alpha * work.rate[i] + beta * beta * work.phi[i]
-        work.compliance[i] = 0.0
+    for b in range(len(work.bundles)):
+        bundle, free = work.paths.bundles[at(b)], work.bundles[at(b)].free
+        for k in range(bundle.count):
+            i = at(bundle.rows[at(k)])
+            work.wanted[i] = free[at(k)] + work.bias[i] + 2.0 * alpha * work.rate[i] + beta * beta * work.phi[i]
+            work.compliance[i] = 0.0
     act(cons, model, data, work, tau, udot)
 
 
@@ -209,6 +247,7 @@ def _apply_friction(cons, work):
 
     Where it never does (a jam) the multipliers are not finite.
     """
+    write_responses(work)
     for i in range(len(cons.rows)):
         if cons.rows[i].kind == SLIP:
             work.goal[i] = 0.0

@@ -13,7 +13,7 @@ from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward
 from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
 from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR, factorize, solve, violation
-from modalprep.multibody.kernels.closed_loops.responses import respond, yield_to_multipliers
+from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 
@@ -53,7 +53,7 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
     for k in range(most + 1):
         outward(model, trial, y, motion)
         world(model, trial)
-        constraint_residual(cons, model, trial, y, motion, t, work)
+        constraint_residual(cons, model, trial, y, motion, t, work, False)
         worst = violation(work, work.phi)
         if worst <= FINE * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
             return k
@@ -98,6 +98,7 @@ def project_velocities(cons, model, data, y, motion, work, hinge, stiff, toleran
 @compile_kernel
 def _rest(work):
     """Return what the multipliers of the last `solve` leave of its rows, see `violation`."""
+    write_responses(work)
     for i in range(len(work.goal)):
         work.goal[i] = work.wanted[i]
         for j in range(len(work.goal)):
@@ -148,6 +149,6 @@ def rate_slopes(cons, model, data, y, motion, t, work, out):
         y[model.nx + u] = 1.0
         outward(model, data, y, motion)
         world(model, data)
-        constraint_residual(cons, model, data, y, motion, t, work)
+        constraint_residual(cons, model, data, y, motion, t, work, False)
         for i in range(out.shape[0]):
             out[i, u] = work.rate[i] + work.push[i]

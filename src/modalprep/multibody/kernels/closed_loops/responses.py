@@ -19,6 +19,7 @@ from modalprep.multibody.kernels.algebra.lanes import (
     get_lanes,
     get_lanes3,
     get_lanes6,
+    lanes,
     put_lane6,
     put_lanes,
     put_lanes6,
@@ -55,7 +56,10 @@ from modalprep.multibody.kernels.modal import (
 
 @compile_kernel
 def respond(cons, model, data, work, tau):
-    """Write `S` and `free`, after `constraint_residual` and an `inward` with joint forces ``tau (nu,)``."""
+    """Write the responses of the bundles, after `constraint_residual` and an `inward` with joint forces ``tau (nu,)``.
+
+    See `write_responses`.
+    """
     _act_on_ends(cons, model, data, work)
     for k in range(len(model.links) - 1, -1, -1):
         i = at(k)
@@ -68,12 +72,11 @@ def respond(cons, model, data, work, tau):
             _through_several(model, data, work, i, begin, end, tau)
         else:
             _through_one(model, data, work, i, begin, end, tau)
-    _by_rows(work)
 
 
-@compile_inline
-def _by_rows(work):
-    """Write `S` and `free` as they stand in the bundles."""
+@compile_kernel
+def write_responses(work):
+    """Write `S`, with the compliance of rows, and `free`, as they stand in the bundles after `respond`."""
     for p in range(len(work.between)):
         one, free = work.paths.bundles[at(p)], work.bundles[at(p)].free
         for k in range(one.count):
@@ -84,12 +87,13 @@ def _by_rows(work):
                 for c in range(other.count):
                     j = at(other.rows[at(c)])
                     row[j] = work.S[j, i] = S[at(4 * k + c)]
+            row[i] += work.compliance[i]
 
 
 @compile_inline
 def _act_on_ends(cons, model, data, work):
     """Let all rows push their ends."""
-    none = four(0.0)
+    none = _none(work)
     for k in range(len(work.bundles)):
         put_lanes(work.bundles[at(k)].free, 0, none)
         for q in range(k + 1):
@@ -111,9 +115,15 @@ def _act_on_ends(cons, model, data, work):
 
 
 @compile_inline
+def _none(work):
+    """Return zeros that the compiler does not know as such, so that it does not call the system to write them."""
+    return four(work.tau[0])
+
+
+@compile_inline
 def _clear(work, p):
     """Take all forces off entry p."""
-    none = four(0.0)
+    none = _none(work)
     if p >= 0:
         put_lanes6(work.entries[at(p)].force, (none, none, none, none, none, none))
         for a in range(0, work.modal.shape[1], WIDTH):
@@ -142,22 +152,32 @@ def _act_on_end(cons, model, data, work, total, p, end, f, torque):
 def _through_one(model, data, work, i, begin, end, tau):
     """Let a joint of one axis, or of none, yield to the forces of its link's rows, and hand the rest to the parent."""
     link, own, g, speed = model.links[i], data.links[i], 0.0, 0.0
-    f, t = column(link, get6(own.M), get9(own.H), get6(own.J))
     if link.joint == REVOLUTE or link.joint == SLIDING:
         g = own.pivot[0]
         speed = g * (tau[link.u] - along_axis(link, get6(own.force)))
-    held, turn, arm, bias = (f[0], f[1], f[2], t[0], t[1], t[2]), get9(own.rotation), get3(own.arm), get6(own.bias)
-    for p in range(begin, end):
-        entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
-        force = get_lanes6(mine.force)
-        e = along_axis(link, force)
-        if entry.factor != 0.0:
-            e += entry.factor
-        put_lanes(mine.drive, 0, e)
-        _hand_on(model, data, work, i, entry, axpy6(force, -g * e, held), e * speed, turn, arm, bias)
-        if g > 0.0:
-            for q in range(begin, p + 1):
-                _add_products(work, entry.bundle, mine.drive, q, g)
+    if end == begin + 1:  # the common case, in which the loop would keep what is read once
+        _through_axis(model, data, work, i, begin, end, g, speed)
+    else:
+        for p in range(begin, end):
+            _through_axis(model, data, work, i, begin, p + 1, g, speed)
+
+
+@compile_inline
+def _through_axis(model, data, work, i, begin, end, g, speed):
+    """Do as `_through_one` with the last of these entries; g is the inverse pivot, speed what the bias force gives."""
+    link, own, p = model.links[i], data.links[i], end - 1
+    entry, mine = work.paths.entries[at(p)], work.entries[at(p)]
+    f, t = column(link, own.M, own.H, own.J)
+    force = get_lanes6(mine.force)
+    e = along_axis(link, force)
+    if entry.factor != 0.0:
+        e += entry.factor
+    put_lanes(mine.drive, 0, e)
+    force = axpy6(force, -g * e, (f[0], f[1], f[2], t[0], t[1], t[2]))
+    _hand_on(model, data, work, i, entry, force, e * speed, get9(own.rotation), get3(own.arm), get6(own.bias))
+    if g > 0.0:
+        for q in range(begin, end):
+            _add_products(work, entry.bundle, mine.drive, q, g)
 
 
 @compile_inline
@@ -216,9 +236,10 @@ def push(model, data, work):
     Of a link behind a joint of one axis it reads the force along the axis alone; see `push_links`.
     """
     for b in range(len(work.bundles)):
-        bundle, own = work.paths.bundles[at(b)], work.bundles[at(b)]
-        for k in range(bundle.count):
-            own.multiplier[at(k)] = work.multiplier[at(bundle.rows[at(k)])]
+        n, i, found = work.paths.bundles[at(b)].count, work.paths.bundles[at(b)].rows, work.multiplier
+        y, z = found[at(i[1])] if n > 1 else 0.0, found[at(i[2])] if n > 2 else 0.0
+        each = lanes(found[at(i[0])], y, z, found[at(i[3])] if n > 3 else 0.0)
+        put_lanes(work.bundles[at(b)].multiplier, 0, each)
     for p in range(len(work.entries)):
         entry, own = work.paths.entries[at(p)], work.entries[at(p)]
         multiplier = get_lanes(work.bundles[at(entry.bundle)].multiplier, 0)
