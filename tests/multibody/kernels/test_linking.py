@@ -147,3 +147,33 @@ def test_another_version_of_a_kernel_that_is_called(run, tmp_path):
     run()
     (tmp_path / "large.py").write_text(LARGE.replace("+=", "-="))
     assert run() == [str(-POWERS), "0", "0", "0"]
+
+
+PRODUCT = """
+from modalprep.jit import compile_allocating
+
+@compile_allocating
+def product(a, b):
+    return (a @ b).sum()
+"""
+MULTIPLY = """
+import sys
+import numpy as np, product
+print(product.product(np.ones((2, 2)), np.ones((2, 3))), "numba.np.arraymath" in sys.modules)
+try:
+    product.product(np.ones((2, 2)), np.ones((3, 3)))
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_cached_code_is_loaded_without_the_modules_that_compiled_it(tmp_path):
+    """Numba's functions that are copied into a kernel need nothing of their modules, even where they raise.
+
+    To load these modules takes longer than the code of all kernels of a simulation.
+    """
+    (tmp_path / "product.py").write_text(PRODUCT)
+    compiled, loaded = (printed(MULTIPLY, tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")) for _ in range(2))
+    refused = "incompatible array sizes for np.dot(a, b) (matrix * matrix)\n"
+    assert compiled == "12.0 True\n" + refused
+    assert loaded == "12.0 False\n" + refused

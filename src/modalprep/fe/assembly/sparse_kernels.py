@@ -118,10 +118,9 @@ def scatter_rows(rows, values, data):
 def spread_scalar(lo, hi, scalar, indptr, column, row, data):
     """Add a matrix whose rows are nodes to the three displacement components of a matrix whose rows are DOFs."""
     for node in range(lo, hi):
-        for c in range(3):
-            start = row[node, c] + c
-            for k in range(indptr[node], indptr[node + 1]):
-                data[start + column[k]] += scalar[k]
+        for k in range(indptr[node], indptr[node + 1]):
+            for c in range(3):
+                data[row[node, c] + column[k] + c] += scalar[k]
 
 
 @compile_allocating

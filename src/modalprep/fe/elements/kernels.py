@@ -119,22 +119,20 @@ def invert(J, inverse):
 def elastic(lo, hi, grad, dx, lam, mu, K):
     """``K_(Ii)(Jj) = sum_q dx [lam N_I,i N_J,j + mu (N_I,j N_J,i + delta_ij N_I,k N_J,k)]``, exactly symmetric."""
     nq, nf = grad.shape[1], grad.shape[2]
-    H = np.empty((3, 3 * nf))  # of all rows of a node: long sums, which the processor takes four at a time
+    block = np.empty((3, 3))
     for e in range(lo, hi):
-        slope = grad[e].reshape(nq, 3 * nf)
         for i in range(nf):
-            for a in range(3):
-                for c in range(3 * i + 3):
-                    H[a, c] = 0.0
-                for q in range(nq):
-                    g = slope[q, 3 * i + a] * dx[e, q]
-                    for c in range(3 * i + 3):
-                        H[a, c] += g * slope[q, c]
             for j in range(i + 1):
-                trace = mu * (H[0, 3 * j] + H[1, 3 * j + 1] + H[2, 3 * j + 2])
+                block[:] = 0.0
+                for q in range(nq):
+                    for a in range(3):
+                        g = grad[e, q, i, a] * dx[e, q]
+                        for b in range(3):
+                            block[a, b] += g * grad[e, q, j, b]
+                trace = mu * (block[0, 0] + block[1, 1] + block[2, 2])
                 for a in range(3):
                     for b in range(3):
-                        value = lam * H[a, 3 * j + b] + mu * H[b, 3 * j + a]
+                        value = lam * block[a, b] + mu * block[b, a]
                         if a == b:
                             value += trace
                         K[e, 3 * i + a, 3 * j + b] = value

@@ -84,7 +84,7 @@ class SolidBlock:
     @cached_property
     def degree(self) -> int:
         """Degree of the stiffness quadrature: more for curved elements."""
-        return DEGREE[self.kind][0 if self._straight() else 1]
+        return DEGREE[self.kind][0 if self._straight else 1]
 
     def gradients(self, degree: int) -> tuple[np.ndarray, np.ndarray]:
         """Return ``grad (ne, nq, nn, 3)`` and ``dx (ne, nq)``."""
@@ -131,11 +131,11 @@ class SolidBlock:
         dx = self._measure(dN, weight)
         rho = self.section.material.rho * dx
         ne, nn = self.nodes.shape
-        products = np.einsum("qi,qj->qij", N, N).reshape(len(N), -1)
+        products = (N[:, :, None] * N[:, None]).reshape(len(N), -1)
         scalar = (rho @ products).reshape(ne, nn, nn)
-        position = np.einsum("qi,eia->eqa", N, self.x, optimize=True)
+        position = np.swapaxes(np.tensordot(N, self.x, (1, 1)), 0, 1)
         first = rho @ N
-        moment = np.einsum("eq,qi,eqb->eib", rho, N, position, optimize=True)
+        moment = np.swapaxes(np.tensordot(N, rho[..., None] * position, (0, 1)), 0, 1)
         g, h = np.zeros((ne, nn, 3, 3)), np.zeros((ne, nn, 3, 3, 3))
         for a in range(3):
             g[:, :, a, a] = first
@@ -221,18 +221,24 @@ class SolidBlock:
         """Return the block of `some` of the elements."""
         return replace(self, nodes=self.nodes[some], x=self.x[some], elasticity=self.elasticity.piece(some))
 
+    @cached_property
     def _straight(self) -> bool:
         if self.kind != "tetra10":
             return True
         corners = 4
         off = np.abs(self.x[:, corners:] - _middles() @ self.x[:, :corners]).max(axis=(1, 2))
-        return bool(np.all(off <= STRAIGHT * np.ptp(self.x, axis=1).max(axis=1)))
+        return bool(np.all(off <= STRAIGHT * self._size))
+
+    @property
+    def _size(self) -> np.ndarray:
+        """Largest extent ``(ne,)`` along an axis, m."""
+        return np.ptp(self.x, axis=1).max(axis=1)
 
     def _refuse_bad_shape(self, origin: np.ndarray) -> None:
-        _, dN, weight = shapes(self.kind, DEGREE[self.kind][2])
+        affine = self.kind.startswith("tetra") and self._straight  # the same everywhere
+        _, dN, weight = shapes(self.kind, 1 if affine else DEGREE[self.kind][2])
         dx = self._measure(dN, weight)
-        size = np.ptp(self.x, axis=1).max(axis=1) ** 3
-        flat = np.abs(dx).sum(axis=1) <= 1e-11 * size
+        flat = np.abs(dx).sum(axis=1) <= 1e-11 * self._size**3
         for bad, what in ((flat, "flat"), (np.any(dx <= 0, axis=1), "inverted")):
             if np.any(bad):
                 at = ", ".join(f"{v:.4g}" for v in self.x[np.argmax(bad)].mean(axis=0) + origin)
