@@ -9,29 +9,62 @@ from __future__ import annotations
 from modalprep.jit import compile_kernel
 from modalprep.multibody.evaluation.evaluate import GOOD, close, evaluate
 from modalprep.multibody.integration.dop853_table import A_DENSE, C_DENSE, DENSE, FIFTH, STAGES, THIRD, A, B, C
-from modalprep.multibody.integration.stepping import set_weights
+from modalprep.multibody.integration.stepping import OPEN, set_weights
 from modalprep.multibody.kernels.algebra.tuples import copy
+from modalprep.multibody.kernels.closed_loops.multipliers import begins_regular, is_deep, is_near
+
+# Steps across a singular position are long and bent, which their output feels. Where one has too large an error, a
+# stage is mostly too near to that position: a step that is a little shorter has it elsewhere.
+ACROSS, MILD = 4.0, 4.0
 
 
 @compile_kernel
 def explicit_step(eq, run, t, h):
-    """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance."""
-    K = run.K
-    copy(run.ydot, K[0])
-    for s in range(1, STAGES):
-        _combine(run.y, K, A[s], s, h, run.new)
-        run.count[0].evaluations += 1
-        status = evaluate(eq, t + C[s] * h, run.new, K[s])
-        if status != GOOD:
-            return status, 0.0
-    _combine(run.y, K, B, STAGES, h, run.new)
-    run.count[0].evaluations += 1
-    status = evaluate(eq, t + h, run.new, K[STAGES])
+    """Try a step from `y`, `ydot` to `new`, `newdot`; returns status and error relative to the tolerance.
+
+    Where a stage comes near a singular position of closed loops, its gap would spoil its accelerations: all stages are
+    brought onto the loops, which makes them those of another field of derivatives with the same solutions.
+    """
+    status, near, deep = _stages(eq, run, t, h, False)
+    if status == GOOD and near:
+        status, _, deep = _stages(eq, run, t, h, True)
     if status != GOOD:
         return status, 0.0
-    copy(K[STAGES], run.newdot)
+    copy(run.K[STAGES], run.newdot)
     set_weights(eq.model, eq.linear, run, run.new, False)
-    return GOOD, _error(run, h)
+    error = _error(run, h)
+    if near:
+        error *= ACROSS
+        if error > 1.0 or (deep and _avoidable(eq, run, t)):
+            error = MILD
+    return GOOD, error
+
+
+@compile_kernel
+def _stages(eq, run, t, h, closed):
+    """Write all derivatives and `new`; returns a status, and whether a stage `is_near` and `is_deep`."""
+    K, near, deep = run.K, False, False
+    copy(run.ydot, K[0])
+    for s in range(1, STAGES + 1):
+        _combine(run.y, K, A[s] if s < STAGES else B, s, h, run.new)
+        time = t + C[s] * h if s < STAGES else t + h
+        if closed and s < STAGES and close(eq, time, run.new, 0.0, False) < 0:
+            return OPEN, near, deep
+        run.count[0].evaluations += 1
+        status = evaluate(eq, time, run.new, K[s])
+        if status != GOOD:
+            return status, near, deep
+        near, deep = near or is_near(eq.work), deep or is_deep(eq.work)
+    return GOOD, near, deep
+
+
+@compile_kernel
+def _avoidable(eq, run, t):
+    """Whether a shorter step has no stage where round-off decides: it begins clearly elsewhere, and may be shorter."""
+    if run.clock[0].fixed_step > 0.0:
+        return False
+    run.count[0].evaluations += 1
+    return evaluate(eq, t, run.y, run.K[0]) == GOOD and begins_regular(eq.work)
 
 
 @compile_kernel
@@ -62,8 +95,11 @@ def _error(run, h):
 
 @compile_kernel
 def explicit_rows(eq, run, t, h):
-    """Write the dense output of an accepted step, before `y` moves on; three more evaluations, of closed loops."""
-    K, rows, n = run.K, run.rows, len(run.y)
+    """Write the dense output of a step, before `y` moves on; three more evaluations, of closed loops.
+
+    OPEN where round-off decides one of them, so near is it to a singular position, and a shorter step avoids that.
+    """
+    K, rows, n, deep = run.K, run.rows, len(run.y), False
     for s in range(3):
         _combine(run.y, K, A_DENSE[s], STAGES + 1 + s, h, run.old)
         run.count[0].evaluations += 1
@@ -72,6 +108,9 @@ def explicit_rows(eq, run, t, h):
         status = evaluate(eq, t + C_DENSE[s] * h, run.old, K[STAGES + 1 + s])
         if status != GOOD:
             return status
+        deep = deep or is_deep(eq.work)
+    if deep and _avoidable(eq, run, t):
+        return OPEN
     for k in range(n):
         step = run.new[k] - run.y[k]
         rows[0, k] = step

@@ -149,6 +149,8 @@ def advance(eq, run, watch, method, stop, most):
             status = NOT_FINITE
         if status == GOOD and passed:
             status = _hold(eq, run, method, h, end, end == stop)
+            if status == GOOD and method == EXPLICIT and (watch.hook[0] or _due(run, watch, end)):
+                status = explicit_rows(eq, run, t, h)
         if status == FAILED_CALLBACK:
             return RAISED
         if status != GOOD:
@@ -163,8 +165,7 @@ def advance(eq, run, watch, method, stop, most):
             run.clock[0].next_step = h * max(least, SAFETY[method] * error ** (-1.0 / ERROR_ORDER[method]))
             run.clock[0].error = -1.0
         else:
-            if _accept(eq, run, watch, method, h, end) == FAILED_CALLBACK:
-                return RAISED
+            _accept(eq, run, watch, method, h, end)
             _next_size(run, method, h, error)
             if _too_far(eq.model, watch, run):
                 return DIVERGED
@@ -190,8 +191,8 @@ def _try(eq, run, method, t, h):
 def _hold(eq, run, method, h, t, last):
     """Bring the trial `new` of a step to quaternions of length one and onto closed loops; returns a status.
 
-    A step of the explicit method does not end in a singular position that it can pass, unless it is the `last` or
-    follows one that failed: there conditions lose their direction, and round-off decides the accelerations.
+    A step of the explicit method does not end in a singular position that it can pass, unless it is the `last`: there
+    conditions lose their direction, and round-off decides the accelerations. After one that failed it may end nearer.
     """
     normalise(eq.model, run.new)
     if eq.cons is None:
@@ -203,7 +204,7 @@ def _hold(eq, run, method, h, t, last):
     if moves > 0 and method == EXPLICIT:
         run.count[0].evaluations += 1
         status = evaluate(eq, t, run.new, run.newdot)
-    if method == EXPLICIT and not last and run.clock[0].error != 1.0 and near_singular(eq.work):
+    if method == EXPLICIT and not last and near_singular(eq.work, run.clock[0].error == 1.0):
         return OPEN
     if moves > 0 or method == EXPLICIT:
         hold_rank(eq.work)
@@ -212,14 +213,10 @@ def _hold(eq, run, method, h, t, last):
 
 @compile_kernel
 def _accept(eq, run, watch, method, h, t):
-    """Move on to the state `new` at time t, with dense output where it will be asked for."""
-    status = GOOD
+    """Move on to the state `new` at time t, after `explicit_rows`, or with other dense output where it is asked for."""
     if method != EXPLICIT:
         _add_work(run, h)
-    if watch.hook[0] or _due(run, watch, t):
-        if method == EXPLICIT:
-            status = explicit_rows(eq, run, run.clock[0].time, h)
-        else:
+        if watch.hook[0] or _due(run, watch, t):
             hermite_rows(run, h)
     if method == ALPHA:
         alpha_accept(eq, run)
@@ -230,7 +227,6 @@ def _accept(eq, run, watch, method, h, t):
     copy(run.new, run.y)
     copy(run.newdot, run.ydot)
     set_weights(eq.model, eq.linear, run, run.y, True)
-    return status
 
 
 @compile_kernel

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.matrices import (
     product,
     product_transposed,
@@ -21,6 +20,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get_angular,
     put3,
     put6,
+    put9,
 )
 from modalprep.multibody.kernels.modal_interfaces import (
     deflected_acceleration,
@@ -50,14 +50,11 @@ def world(model, data):
     for i in range(len(model.links)):
         p = model.links[i].parent
         own, parent = data.links[i], data.links[p]
-        base, arm, turn = get9(parent.orientation), get3(own.arm), own.rotation
+        base, arm = get9(parent.orientation), get3(own.arm)
         v = add3(cross(seen_spin(data, p), arm), get3(own.slide))
-        a, b, c = get_lanes(turn, 0), get_lanes(turn, 3), get_lanes(turn, 6)  # rows; their fourth numbers mean nothing
-        put_lanes(own.orientation, 0, base[0] * a + base[1] * b + base[2] * c)
-        put_lanes(own.orientation, 3, base[3] * a + base[4] * b + base[5] * c)
-        put_lanes(own.orientation, 6, base[6] * a + base[7] * b + base[8] * c)
         put3(own.position, add3(get3(parent.position), times(base, arm)))
-        put3(own.velocity, add3(get3(parent.velocity), times(base, v)))  # after the orientation, whose row ends in it
+        put3(own.velocity, add3(get3(parent.velocity), times(base, v)))
+        put9(own.orientation, product(base, get9(own.rotation)))
 
 
 @compile_inline

@@ -21,6 +21,7 @@ from modalprep.multibody.kernels.closed_loops.responses import push, respond, wr
 RANK_TOLERANCE = 1e-11  # squared sine between a row and those before it, in the metric: an angle of 3e-6 rad
 STRAY = 10.0  # rows that depend on each other in closed loops are at angles up to so many times the gap of open ones
 REGULAR, SINGULAR = 0.3, 0.2  # sines of independent rows: a step goes past a singular position, not into it
+DEEP = 0.01  # accelerations have the round-off of coordinates over the third power of the sine
 MOST_FRICTION_STEPS = 200  # iterations of friction and normal forces
 TAKEN, FIXED, GONE = -1e303, -1e302, -1e301  # in place of what is left of a row: in the factor; it cannot move; limit
 FRICTION_SETTLED = 1e-13  # change of the friction at their end
@@ -145,10 +146,41 @@ def violation(work, values):
 
 
 @compile_kernel
-def near_singular(work):
-    """Return whether the loops came from a regular closed state into a singular position, or near one; no of None."""
+def is_deep(work):
+    """Return whether the loops are where round-off decides the accelerations; no of None."""
     if work is None:
         return False
+    return work.rank[0] < work.held[0] or (work.rank[0] == work.held[0] and work.sine[0] < DEEP)
+
+
+@compile_kernel
+def is_near(work):
+    """Return whether the loops have come near a singular position since the last closed state; no of None."""
+    if work is None:
+        return False
+    nearer = work.sine[0] < REGULAR and work.sine[0] < 0.5 * work.sine[1]
+    return work.rank[0] < work.held[0] or (work.rank[0] == work.held[0] and nearer)
+
+
+@compile_kernel
+def begins_regular(work):
+    """Return whether the state of the last `factorize` is clearly not `is_deep`, and hold its rank; no of None."""
+    if work is None:
+        return False
+    hold_rank(work)
+    return work.sine[0] > 4.0 * DEEP
+
+
+@compile_kernel
+def near_singular(work, again):
+    """Return whether the loops came from a regular closed state into a singular position, or near one; no of None.
+
+    `again`: after a step that failed, only a position counts where round-off decides.
+    """
+    if work is None:
+        return False
+    if again:
+        return is_deep(work) and work.sine[1] > SINGULAR
     lost = work.rank[0] < work.held[0] or (work.rank[0] == work.held[0] and work.sine[0] < SINGULAR)
     return lost and work.sine[1] > REGULAR
 
