@@ -6,6 +6,7 @@ threads still spin.
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from ctypes import byref, c_char, c_double, c_int32
 
 import numpy as np
@@ -46,6 +47,23 @@ def add_inner_alone(A: np.ndarray, B: np.ndarray, C: np.ndarray) -> None:
     _multiply(1.0, A.T, B, 1.0, C)
     if library():
         library().MKL_Set_Num_Threads_Local(before)
+
+
+def share_threads(jobs: int) -> ThreadPoolExecutor:
+    """Return threads for some jobs at a time, as many as the library may use, in each of which it uses its share.
+
+    Examples
+    --------
+    >>> with share_threads(2) as pool:
+    ...     pool.submit(inner, np.eye(2), np.eye(2)).result()
+    array([[1., 0.],
+           [0., 1.]])
+    """
+    if library() is None:
+        return ThreadPoolExecutor(jobs)
+    most = library().MKL_Get_Max_Threads()
+    share = max(1, most // jobs)
+    return ThreadPoolExecutor(min(jobs, most), initializer=library().MKL_Set_Num_Threads_Local, initargs=(share,))
 
 
 def product(A: np.ndarray, B: np.ndarray) -> np.ndarray:

@@ -1,28 +1,34 @@
 """Hundreds of modes slice by slice: a short Lanczos run around each of many shifts, counted by the inertia there.
 
 A Lanczos basis for n modes has more than 2 n vectors, and keeping it orthogonal costs n^2 operations a DOF and
-reads it from memory at each step. A slice costs a factorisation and a basis of its own.
+reads it from memory at each step. A slice costs a factorisation and a basis of its own. Two slices are found at a
+time, each in a thread of its own, which two cores do faster than both of them one slice.
 
 Grimes, Lewis, Simon, SIAM J. Matrix Anal. Appl. 15 (1994) 228, sections 3 and 4.
 """
 
 from __future__ import annotations
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from modalprep.errors import AccuracyError
-from modalprep.linalg.blas import inner
+from modalprep.linalg.blas import inner, share_threads, subtract
 from modalprep.linalg.factor import Factor
 from modalprep.linalg.lanczos import block_lanczos
 from modalprep.linalg.pencil import Pencil
 
-SMALLEST = 120  # modes of a slice: fewer leave Lanczos too short a run
+AT_ONCE = 2  # slices: each has a factor and a basis
+SMALLEST = 200  # modes of a slice: fewer leave Lanczos too short a run
+BLOCK = 8  # right-hand sides at once: twice as many take a quarter less time each, but more vectors a mode
 VECTOR = 12.0  # operations a DOF and mode of a slice that keep one mode orthogonal
-MANY = 6  # slices from which on they cost less than one run (50 000 DOFs of shell: the same near 800 modes)
-OVERLAP = 12  # known modes that a slice is orthogonal to: a repeated root may lie across its end
+MANY = 4  # slices from which on they cost less than one run (50 000 DOFs of shell: the same CPU time near 800 modes)
+OVERLAP = 12  # modes that neighbouring slices share: a repeated root may lie across the end of one
 CROWDED = 3.0  # modes below a shift over those expected: more bring it back
 CLOSE = 1e-5  # distance of a shift from a mode over the mean distance of modes: nearer, a factor has few digits
 AGAIN = 1e-6  # product of modes found twice: new ones have 1e-10
@@ -35,6 +41,15 @@ def slice_size(pencil: Pencil, n_dof: int) -> int:
     return max(SMALLEST, int(np.sqrt(pencil.operations / (VECTOR * n_dof))))
 
 
+class Slice(NamedTuple):
+    """Modes of number `first` to `last` (counted from 0, without it), around a shift with its factor."""
+
+    shift: float
+    factor: Factor
+    first: int
+    last: int
+
+
 @dataclass
 class Slices:
     """Modes found so far, ascending and without a gap.
@@ -42,17 +57,20 @@ class Slices:
     Parameters
     ----------
     M : (n_dof, n_dof) csr
-    pencil : Pencil
+    pencils : list of Pencil
+        Of the slices that are found at once.
     n : int
         Modes wanted.
     size : int
         Modes of a slice.
+    pool : Executor
     """
 
     M: csr_array
-    pencil: Pencil
+    pencils: list[Pencil]
     n: int
     size: int
+    pool: ThreadPoolExecutor
     found: int = 0
     proven: int = 0  # so many lie below the last shift, by its inertia
     w2: np.ndarray = field(init=False)
@@ -69,7 +87,7 @@ class Slices:
         self.phi[:, first : self.found] = phi[:, : self.found - first]
 
     def advance(self) -> None:
-        """Find the modes around the next shift.
+        """Find the modes around the next shifts.
 
         Raises
         ------
@@ -77,7 +95,7 @@ class Slices:
             When no shift nearby gives as many as its inertia counts.
         """
         left = self.n - self.found
-        half = left / np.ceil(left / self.size) / 2
+        half = left / max(1, round(left / (AT_ONCE * self.size))) / AT_ONCE / 2
         for attempt in range(TRIES):
             first = self.proven if attempt else max(self.found - OVERLAP, self.proven)
             if self._around(half * (1 - BACK * attempt), first):
@@ -85,42 +103,77 @@ class Slices:
         raise AccuracyError("a slice of the spectrum has not as many modes as its inertia counts")
 
     def _around(self, half: float, first: int) -> bool:
-        """Find all modes below the next shift and `half` above it; return whether they are as many as must be.
+        """Find all modes from number `first` to `half` above the last of the next shifts.
 
-        Known modes from number `first` on are found again, so that a repeated root is not cut in two.
+        Return whether those of the first shift are as many as must be; others go in as long as they join. Known modes
+        from `first` on are found again, so that a repeated root is not cut in two.
         """
         try:
-            shift, factor = self._next_shift(half)
-            if self._touches(shift, factor):
-                return False
-            below, above = factor.negative - first, np.clip(self.n - factor.negative, 0, int(np.ceil(half)))
-            known = self.w2[first : self.found].copy(), self.phi[:, first : self.found]
-            w2, phi = block_lanczos(factor, self.M, int(below + above), shift=shift, below=below, known=known)
+            slices = self._planned(half, first)
         except AccuracyError:
             return False
-        if np.sum(w2 < shift) != below or not self._are_new(phi, first):
-            return False
-        self.put(first, w2, phi)
-        self.proven = factor.negative
+        known = self.w2[first : self.found].copy(), self.phi[:, first : self.found]
+        runs = [self.pool.submit(self._modes, part, None if k else known) for k, part in enumerate(slices)]
+        found = [run.result() for run in runs]
+        for k, (part, modes) in enumerate(zip(slices, found, strict=True)):
+            if modes is None or not self._join(part, *modes, bool(k)):
+                return k > 0
+            self.proven = part.factor.negative
         return True
 
-    def _are_new(self, phi: np.ndarray, first: int) -> bool:
-        """Whether modes are orthogonal to those before number `first`, of which one may have been found again."""
-        before = self.phi[:, max(first - self.size, 0) : first]
-        return bool(np.all(np.abs(inner(before, self.M @ phi)) < AGAIN))
+    def _planned(self, half: float, first: int) -> list[Slice]:
+        """Return slices around shifts with some `half`, three times `half` and so on unknown modes below them."""
+        ahead = (half * np.arange(1, 2 * AT_ONCE, 2)).tolist()
+        places, ends = list(self.pool.map(self._next_shift, self.pencils, ahead)), []
+        for (_, one), (_, next_one) in pairwise(places):
+            if not OVERLAP < next_one.negative - one.negative <= CROWDED * 2 * half or next_one.negative > self.n:
+                break
+            ends.append((one.negative + next_one.negative) // 2)
+        below = places[len(ends)][1].negative
+        last = below + int(np.clip(self.n - below, 0, np.ceil(half)))
+        starts = [first, *(end - OVERLAP // 2 for end in ends)]
+        ends = [*(end + OVERLAP // 2 for end in ends), last]
+        return [Slice(*place, *of) for place, *of in zip(places, starts, ends, strict=False)]
 
-    def _next_shift(self, half: float) -> tuple[float, Factor]:
-        """Return a shift with some `half` unknown modes below it, by the density so far, and the factor there."""
+    def _modes(self, part: Slice, known: tuple | None) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the modes of a slice, None where they are not as many as must be."""
+        shift, factor, first, last = part
+        if self._touches(shift, factor):
+            return None
+        below = factor.negative - first
+        try:
+            w2, phi = block_lanczos(factor, self.M, last - first, shift=shift, below=below, known=known, block=BLOCK)
+        except AccuracyError:
+            return None
+        return (w2, phi) if np.sum(w2 < shift) == below else None
+
+    def _join(self, part: Slice, w2: np.ndarray, phi: np.ndarray, apart: bool) -> bool:
+        """Put the modes of a slice, if they are orthogonal to those before; return whether.
+
+        Where the slice before lacks a mode, all its numbers above are too low, and one is found again. Modes of a
+        slice that was found apart from the one before are taken from the widest gap on in what both have.
+        """
+        cut = 1 + int(np.argmax(np.diff(w2[: self.found - part.first]))) if apart else 0
+        first, w2, phi = part.first + cut, w2[cut:], phi[:, cut:]
+        before = self.phi[:, max(first - self.size, 0) : first]
+        common = inner(before, self.M @ phi)
+        if not np.all(np.abs(common) < AGAIN):
+            return False
+        self.put(first, w2, subtract(phi, before, common))
+        return True
+
+    def _next_shift(self, pencil: Pencil, ahead: float) -> tuple[float, Factor]:
+        """Return a shift with some `ahead` unknown modes below it, by the density so far, and the factor there."""
         w = np.sqrt(np.abs(self.w2[: self.found]))
         back = min(self.size, self.found - 1)
-        step = half * (w[-1] - w[-1 - back]) / back
+        step = ahead * (w[-1] - w[-1 - back]) / back
         for _ in range(TRIES):
             shift = (w[-1] + step) ** 2
-            factor = self.pencil.at(shift)
+            factor = pencil.at(shift)
             unknown = factor.negative - self.found
-            if unknown <= CROWDED * half:
+            if unknown <= CROWDED * ahead:
                 break
-            step *= half / unknown
+            step *= ahead / unknown
         return shift, factor
 
     @property
@@ -156,15 +209,19 @@ def sliced_modes(
     AccuracyError
         When a slice does not agree with its count.
     MemoryError
-        When a second factor does not fit into the memory.
+        When factors of the slices do not fit into the memory.
     """
     if not size and n < MANY * SMALLEST:
         return None
-    pencil = Pencil(K, M, shift)
-    if not size and n < MANY * (size := slice_size(pencil, K.shape[0])):
-        return None
-    slices = Slices(M, pencil, n, size)
-    slices.put(0, *block_lanczos(factor, M, size, shift=shift))
-    while slices.found < n:
-        slices.advance()
+    with share_threads(AT_ONCE) as pool:
+        pencils = [pool.submit(Pencil, K, M, shift)]  # with as many threads as will use it: PARDISO relies on that
+        if not size and n < MANY * (size := slice_size(pencils[0].result(), K.shape[0])):
+            return None
+        pencils += [pool.submit(Pencil, K, M, shift) for _ in range(AT_ONCE - 1)]
+        slices = Slices(M, [pencil.result() for pencil in pencils], n, size, pool)
+        slices.put(
+            0, *block_lanczos(factor, M, size // 2, shift=shift, block=BLOCK)
+        )  # alone: it tells how dense they lie
+        while slices.found < n:
+            slices.advance()
     return slices.w2, slices.phi
