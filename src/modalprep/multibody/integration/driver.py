@@ -40,7 +40,8 @@ SAFETY, LEAST_GROWTH, FAILED_GROWTH = (0.9, 0.85, 0.9), 0.2, 0.5
 PROPORTIONAL, INTEGRAL = (0.4, 0.2, 0.4), (0.7, 1.0, 0.7)
 LEAST_BEFORE = (1e-8, 0.1, 1e-8)  # error of the step before: a smaller one says that steps grow, not how they go on
 SMALLEST, LEAST_FIRST = 1e-13, 1e-10  # step size, of the time; the first, of the time that is left
-FIRST, FIRST_CUT = 1e-3, 0.01  # first step of the Rosenbrock method, of the time that is left; the least it is cut to
+FIRST, BEFORE_OUTPUT = 1e-3, 0.1  # first step of the Rosenbrock method, of the time that is left and between outputs
+FIRST_CUT = 0.01  # the least that it is cut to
 UNKNOWN = 1e-6  # s, first step of what has no size
 PROBES = 4  # places of a step at which events are looked for
 MOST_TRIALS = 60  # for the time of an event
@@ -69,7 +70,8 @@ class Watch(NamedTuple):
 def begin(eq, run, method, t, stop):
     """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`.
 
-    A size from the start values says little of an implicit step, whose modes may rest: it tries one.
+    A size from the start values says little of an implicit step, whose modes may rest: it tries one. No output should
+    lie in it, for its dense output has the accelerations of the start, with all vibrations.
     """
     normalise(eq.model, run.y)
     run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
@@ -88,7 +90,7 @@ def begin(eq, run, method, t, stop):
         return GOOD
     if method == ROSENBROCK:
         set_weights(eq.model, eq.linear, run, run.y, True)
-        run.clock[0].next_step = FIRST * (stop - t)
+        run.clock[0].next_step = min(FIRST * (stop - t), BEFORE_OUTPUT * run.clock[0].output)
         return GOOD
     return _first_size(eq, run, ERROR_ORDER[method], stop - t)
 

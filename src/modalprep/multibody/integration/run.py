@@ -86,7 +86,8 @@ class Integration:
             y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(0.0, data))
         self.equations = build_equations(system, packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
-        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end)
+        output = float(np.diff(times).max()) if len(times) > 1 else np.inf
+        self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end, output)
         flexible = np.flatnonzero(packed.model.links["modes"])
         for i in flexible:
             reach = size[packed.modes_of(packed.links[i].body)].max(initial=0.0)

@@ -23,6 +23,7 @@ CLOCK = np.dtype([
     ("atol", np.float64),
     ("rho_inf", np.float64),
     ("span", np.float64),  # of the whole run
+    ("output", np.float64),  # between outputs
     ("slow_share", np.float64),  # of the error of the speeds that is not of vibrations, when it was last filtered
     ("share_step", np.float64),  # the step then; 0: never
     ("least_deflection", np.float64),  # in sizes of the body: a smaller one is not resolved relative to itself
@@ -62,11 +63,13 @@ class Run(NamedTuple):
     count: np.ndarray  # (1,) COUNT
 
 
-def new_run(y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float) -> Run:
+def new_run(
+    y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float, output: float
+) -> Run:
     """Return the state of a run that begins at y."""
     ny = len(y)
     size, clock, count = (np.zeros(1, dtype).view(np.recarray) for dtype in (SIZE, CLOCK, COUNT))
-    settings = {"fixed_step": fixed, "rtol": rtol, "atol": atol, "rho_inf": rho, "span": span}
+    settings = {"fixed_step": fixed, "rtol": rtol, "atol": atol, "rho_inf": rho, "span": span, "output": output}
     for name, value in settings.items():
         clock[name] = value
     vectors = [np.zeros(ny) for _ in range(4)]
