@@ -219,9 +219,8 @@ def sliced_modes(
             return None
         pencils += [pool.submit(Pencil, K, M, shift) for _ in range(AT_ONCE - 1)]
         slices = Slices(M, [pencil.result() for pencil in pencils], n, size, pool)
-        slices.put(
-            0, *block_lanczos(factor, M, size // 2, shift=shift, block=BLOCK)
-        )  # alone: it tells how dense they lie
+        begin = block_lanczos(factor, M, size // 2, shift=shift, block=BLOCK)  # alone: it tells how dense they lie
+        slices.put(0, *begin)
         while slices.found < n:
             slices.advance()
     return slices.w2, slices.phi

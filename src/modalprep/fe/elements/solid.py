@@ -229,7 +229,7 @@ class SolidBlock:
         off = np.abs(self.x[:, corners:] - _middles() @ self.x[:, :corners]).max(axis=(1, 2))
         return bool(np.all(off <= STRAIGHT * self._size))
 
-    @property
+    @cached_property
     def _size(self) -> np.ndarray:
         """Largest extent ``(ne,)`` along an axis, m."""
         return np.ptp(self.x, axis=1).max(axis=1)

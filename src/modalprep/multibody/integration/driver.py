@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from modalprep.by_address import by_address
-from modalprep.jit import compile_kernel
+from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, close, evaluate
 from modalprep.multibody.integration.dop853 import explicit_rows, explicit_step
 from modalprep.multibody.integration.generalized_alpha import alpha_accept, alpha_step
@@ -68,11 +68,7 @@ class Watch(NamedTuple):
 
 @compile_kernel
 def begin(eq, run, method, t, stop):
-    """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`.
-
-    A size from the start values says little of an implicit step, whose modes may rest: it tries one. No output should
-    lie in it, for its dense output has the accelerations of the start, with all vibrations.
-    """
+    """Start at a time from `run.y`: derivative, size of the first step; returns a status of `evaluate`."""
     normalise(eq.model, run.y)
     run.clock[0].time, run.clock[0].begin, run.clock[0].last_step, run.clock[0].error = t, t, 0.0, 1.0
     run.clock[0].slow_share, run.clock[0].share_step = 1.0, 0.0
@@ -88,11 +84,7 @@ def begin(eq, run, method, t, stop):
     if run.clock[0].fixed_step > 0.0:
         run.clock[0].next_step = run.clock[0].fixed_step
         return GOOD
-    if method == ROSENBROCK:
-        set_weights(eq.model, eq.linear, run, run.y, True)
-        run.clock[0].next_step = min(FIRST * (stop - t), BEFORE_OUTPUT * run.clock[0].output)
-        return GOOD
-    return _first_size(eq, run, ERROR_ORDER[method], stop - t)
+    return _first_size(eq, run, method, stop - t)
 
 
 @compile_kernel
@@ -104,12 +96,17 @@ def _least_deflection(model, method):
 
 
 @compile_kernel
-def _first_size(eq, run, order, left):
+def _first_size(eq, run, method, left):
     """First step size of Hairer, Norsett and Wanner (1993), II.4, but not below a floor.
 
-    Modes at rest have no size yet: measured by their tolerance, accelerations alone would ask for 1e-14 of the run.
+    Modes at rest have no size yet: measured by their tolerance, accelerations alone would ask for 1e-14 of the run. The
+    Rosenbrock method therefore tries a share of the run, without an output in it: there the interpolation has the
+    accelerations of the start, with all vibrations.
     """
     set_weights(eq.model, eq.linear, run, run.y, True)
+    if method == ROSENBROCK:
+        run.clock[0].next_step = min(FIRST * left, BEFORE_OUTPUT * run.clock[0].output)
+        return GOOD
     run.weight[-1] = 0.0
     d0, d1 = norm(run, run.y), norm(run, run.ydot)
     h = UNKNOWN if d0 < 1e-5 or d1 < 1e-5 else 0.01 * d0 / d1
@@ -123,7 +120,7 @@ def _first_size(eq, run, order, left):
         for k in range(len(run.y)):
             run.newdot[k] -= run.ydot[k]
         most = max(d1, norm(run, run.newdot) / h)
-        guess = (0.01 / most) ** (1.0 / order) if most > 1e-15 else max(1e-6, 1e-3 * h)
+        guess = (0.01 / most) ** (1.0 / ERROR_ORDER[method]) if most > 1e-15 else max(1e-6, 1e-3 * h)
         run.clock[0].next_step = min(100.0 * h, left, guess)
     return status
 
@@ -151,7 +148,7 @@ def advance(eq, run, watch, method, stop, most):
             status = NOT_FINITE
         if status == GOOD and passed:
             status = _hold(eq, run, method, h, end, end == stop)
-            if status == GOOD and method == EXPLICIT and (watch.hook[0] or _due(run, watch, end)):
+            if status == GOOD and method == EXPLICIT and _is_interpolated(run, watch, end):
                 status = explicit_rows(eq, run, t, h)
         if status == FAILED_CALLBACK:
             return RAISED
@@ -218,7 +215,7 @@ def _accept(eq, run, watch, method, h, t):
     """Move on to the state `new` at time t, after `explicit_rows`, or with other dense output where it is asked for."""
     if method != EXPLICIT:
         _add_work(run, h)
-        if watch.hook[0] or _due(run, watch, t):
+        if _is_interpolated(run, watch, t):
             hermite_rows(run, h)
     if method == ALPHA:
         alpha_accept(eq, run)
@@ -229,6 +226,12 @@ def _accept(eq, run, watch, method, h, t):
     copy(run.new, run.y)
     copy(run.newdot, run.ydot)
     set_weights(eq.model, eq.linear, run, run.y, True)
+
+
+@compile_inline
+def _is_interpolated(run, watch, t):
+    """Whether a step to t will be: for events, or for an output."""
+    return watch.hook[0] != 0 or _due(run, watch, t)
 
 
 @compile_kernel

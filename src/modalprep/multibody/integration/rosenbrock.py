@@ -126,9 +126,7 @@ def _place_error(eq, run, h, error):
         worst = larger(worst, _largest(error, run.weight, links[i].x, links[i].xq))
         for a in range(links[i].modes):
             x, squared = links[i].xq + a, eq.linear[0, links[i].uq + a]
-            share = 1.0
-            if squared * squared > limit:
-                share = max(NOT_FOLLOWED, limit / (squared * squared))
+            share = 1.0 if squared * squared <= limit else max(NOT_FOLLOWED, limit / (squared * squared))
             worst = larger(worst, share * error[x] * run.weight[x])
     return worst
 
