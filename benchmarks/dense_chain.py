@@ -58,10 +58,10 @@ def _modal_rows(modal, model, data, i, M):
         return
     u, own, s, z = model.links[i].u, model.links[i].uq, model.links[i].slot, modal.Z
     for a in range(model.links[i].modes):
-        M[own + a, u] = z[s, a, 0, 5]
+        M[own + a, u] = z[s, a, 5]
         for b in range(a + 1):
-            M[own + a, own + b] = z[s, b, 1 + (a >> 3), a & 7]
-        f = (z[s, a, 0, 0], z[s, a, 0, 1], z[s, a, 0, 2], z[s, a, 0, 3], z[s, a, 0, 4], z[s, a, 0, 5])
+            M[own + a, own + b] = z[s, b, 8 + a]
+        f = (z[s, a, 0], z[s, a, 1], z[s, a, 2], z[s, a, 3], z[s, a, 4], z[s, a, 5])
         _carry(model, data, i, f, M[own + a])
 
 

@@ -10,10 +10,13 @@ from modalprep.multibody.kernels.algebra.lanes import (
     get_lanes,
     get_lanes3,
     get_lanes6,
+    numbers,
     put_lane6,
     put_lanes,
     put_lanes3,
     put_lanes6,
+    sum_lanes,
+    transposed,
 )
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import cross, get3, get9
@@ -29,14 +32,35 @@ def _sum(a, b, f, out):
     put_lanes(out, 4, x - f)
     put_lanes(out, 8, f * y)
     put_lanes(out, 12, four(f) * (x * y))
+    put_lanes(out, 16, x / f)
 
 
 def test_operators_take_lanes_and_numbers():
     a, b = np.random.default_rng(0).standard_normal((2, 8))
-    out = np.empty(16)
+    out = np.empty(20)
     _sum(a, b, 1.7, out)
     x, y = a[:4], b[1:5] + a[:4]
-    np.testing.assert_allclose(out.reshape(4, 4), [x + y, x - 1.7, 1.7 * y, 1.7 * x * y], rtol=EXACT, atol=EXACT)
+    expected = [x + y, x - 1.7, 1.7 * y, 1.7 * x * y, x / 1.7]
+    np.testing.assert_allclose(out.reshape(5, 4), expected, rtol=EXACT, atol=EXACT)
+
+
+@compile_kernel
+def _rows_and_columns(a, out):
+    x, y, z, w = get_lanes(a, 0), get_lanes(a, 4), get_lanes(a, 8), get_lanes(a, 12)
+    put_lanes(out, 0, sum_lanes(x, y, z, w))
+    columns = transposed(x, y, z, w)
+    put_lanes(out, 4, columns[0])
+    put_lanes(out, 8, columns[1])
+    put_lanes(out, 12, columns[2])
+    put_lanes(out, 16, columns[3])
+    each = numbers(y)
+    out[20], out[21], out[22], out[23] = each[3], each[2], each[1], each[0]
+
+
+def test_sums_and_transposes():
+    a, out = np.arange(16.0).reshape(4, 4) ** 2, np.empty(24)
+    _rows_and_columns(a.ravel(), out)
+    np.testing.assert_array_equal(out.reshape(6, 4), [a.sum(axis=1), *a.T, a[1][::-1]])  # whole numbers
 
 
 @compile_kernel

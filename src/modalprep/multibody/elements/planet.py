@@ -7,6 +7,7 @@ import numpy as np
 from modalprep.body.mass import affine_part, deflected
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.elements.dense import BodyState, DenseLoads, Scene, plus
+from modalprep.multibody.kernels.algebra.lanes import WIDTH, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.matrices import times
 from modalprep.multibody.kernels.algebra.tuples import (
     dot3,
@@ -62,9 +63,11 @@ def _on_modes(modal, model, i, field):
             if model.links[i].modal_mass == GROWS:
                 apply_slopes(modal, model, i)
             P = take12(modal.affine[0], 0)
-            for a in range(model.links[i].modes):
-                S, L = mode_moments(modal, model, i, P, a)
-                modal.load[s, a] += dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])
+            load = modal.load[s]
+            for b in range(0, model.links[i].modes, WIDTH):
+                S, L = mode_moments(modal, model, i, P, b)
+                own = dot3(g, S) + q * (3.0 * dot3(n, times(L, n)) - L[0] - L[4] - L[8])
+                put_lanes(load, b, get_lanes(load, b) + own)
 
 
 def dense(scene: Scene) -> DenseLoads:

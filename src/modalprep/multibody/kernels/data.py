@@ -81,18 +81,19 @@ LINK_DATA = np.dtype([
 
 @by_address
 class Integrals(NamedTuple):
-    """Mass integrals of the flexible bodies in their links' frames, modes padded to the largest number N.
+    """Mass integrals of the flexible bodies in their links' frames.
 
-    The affine part and the rest of a body's motion are those of body/mass.py. The numbers of one mode i stand together,
-    functions r first, then axes: in `base` B (12); in `by_q` (factors of q_j and q'_j) D (12); in `rest` (of q_j) P'_ab
-    (9); in `gyro` (of q'_j) ``eps_cab P'_ba`` (3). Rows j are filled up with zeros to N4, a multiple of four.
+    N is the largest number of modes, filled up to a multiple of four with zeros. The affine part and the rest of a
+    body's motion are those of body/mass.py. Rows of N numbers, one of each mode i, stand one after the other
+    (algebra/rows.py), functions r first, then axes: in `base` B (12 rows); in `by_q` (factors of q_j and q'_j) D (12);
+    in `rest` (of q_j) P'_ab (9); in `gyro` (of q'_j) ``eps_cab P'_ba`` (3).
     """
 
     place: np.ndarray  # (nk, 25) p(0), p(0) / p(0).p(0) of the mean strain, sqrt(m)
     base: np.ndarray  # (nk, 12 N)
-    by_q: np.ndarray  # (nk, N4, 12 N)
-    rest: np.ndarray  # (nk, N4, 9 N)
-    gyro: np.ndarray  # (nk, N4, 3 N)
+    by_q: np.ndarray  # (nk, N, 12 N), j first
+    rest: np.ndarray  # (nk, N, 9 N)
+    gyro: np.ndarray  # (nk, N, 3 N)
     mass: np.ndarray  # (nk, N, N) M - B^T B, M the modal mass
 
 
@@ -101,10 +102,10 @@ class Modal(NamedTuple):
     """Constants of the flexible bodies."""
 
     integrals: Integrals  # of the bodies as they are given
-    diagonal: np.ndarray  # (nk, N, 2) K, D
+    diagonal: np.ndarray  # (nk, 2, N) K, D
     second: np.ndarray  # (nk, N, N, N) c_ljk of the rest, j first; (nk, 0, 0, 0) where no body has T
-    shape: np.ndarray  # (interfaces, 6 N) phi (3), psi (3)
-    Kg_node: np.ndarray  # (interfaces, N, 6 N) Kg_F (3), Kg_T (3)
+    shape: np.ndarray  # (interfaces, 6 N) rows of phi (3), psi (3)
+    Kg_node: np.ndarray  # (interfaces, N, 6 N) rows of Kg_F (3), Kg_T (3)
     arm: np.ndarray  # (interfaces, 3) `strain_arms` of body/line.py
 
 
@@ -122,27 +123,26 @@ class Model(NamedTuple):
 
 @by_address
 class ModalData(NamedTuple):
-    """What an evaluation writes of the flexible bodies; rows of eight are filled up with zeros."""
+    """What an evaluation writes of the flexible bodies; N as in `Integrals`, rows filled up with zeros."""
 
     integrals: Integrals  # now: the model's own arrays, copies where a body loses mass
-    q: np.ndarray  # (nf, N4)
-    qd: np.ndarray  # (nf, N4)
+    q: np.ndarray  # (nf, N)
+    qd: np.ndarray  # (nf, N)
     load: np.ndarray  # (nf, N) external modal forces
-    qdd: np.ndarray  # (nf, N / 8, 8)
-    Z: np.ndarray  # (nf, N, 1 + N / 8, 8): [S C | b_f | 1 / pivot], then M_ff by blocks of eight; eliminated in place
-    Phi: np.ndarray  # (links on flexible parents + 1, N, 8): [Phi_k] by mode; the last for passing use
-    PhiT: np.ndarray  # (links on flexible parents + 1, 6, N / 8, 8): the same by component
-    dp: np.ndarray  # (12 N,) one body's dp(q); then D q', P' q, the gyroscopic products with q'
+    qdd: np.ndarray  # (nf, N)
+    Z: np.ndarray  # (nf, N, 8 + N): [S C | b_f | 1 / pivot], then M_ff, the upper half; eliminated in place
+    Phi: np.ndarray  # (links on flexible parents + 1, 6 N): rows of [Phi_k]; the last for passing use
+    dp: np.ndarray  # (12 N,) rows of one body's dp(q); then D q', P' q, the gyroscopic products with q'
     Dqd: np.ndarray  # (12 N,)
     affine: np.ndarray  # (5, 12) p, p', p'' without q'', workspace
-    rest: np.ndarray  # (9 N,)
+    rest: np.ndarray  # (12 N,) nine rows; the others stay zero
     gyro: np.ndarray  # (3 N,)
-    eta: np.ndarray  # (2, N4) coordinates of the rest and their rates
+    eta: np.ndarray  # (2, N) coordinates of the rest and their rates
     slope: np.ndarray  # (3, N, N) of a body with T: d eta / d q, its rate, M' d eta
-    turned: np.ndarray  # (9, N) of a body with T: rows of `rest` or `gyro` for eta
+    turned: np.ndarray  # (N,) of a body with T: a row of `rest` or `gyro` for eta
     curved: np.ndarray  # (2, N) of a body with T: c q' q', and its modal force
-    phi: np.ndarray  # (6 N,) one interface's phi(q), psi(q) and their rates
-    turn: np.ndarray  # (6 N,)
+    phi: np.ndarray  # (6 N,) rows of the inertia that one interface carries, times its Phi
+    turn: np.ndarray  # (6 N,) rows of one interface's ``Kg_F q'``, ``Kg_T q'``
 
 
 LOAD, INVERSE = 6, 7  # in the first eight of a row of `ModalData.Z`: b_f and 1 / pivot, after S and C
@@ -168,7 +168,7 @@ def new_data(model: Model, *, depleting: bool = False) -> Data:
     >>> packed = pack(System(bodies={"arm": uniform_beam(modes=2)}, joints=(hinge,)))
     >>> data = new_data(packed.model)
     >>> data.links["mass"], data.modal.Z.shape
-    (array([12.,  0.]), (1, 2, 2, 8))
+    (array([12.,  0.]), (1, 4, 12))
     """
     links = np.zeros(len(model.links) + 1, LINK_DATA).view(np.recarray)
     for name in ("mass", "first_moment", "inertia"):
@@ -180,13 +180,13 @@ def new_data(model: Model, *, depleting: bool = False) -> Data:
 
 
 def _modal_data(model: Model, modal: Modal, depleting: bool) -> ModalData:
-    N, N4, grows = modal.diagonal.shape[1], modal.integrals.by_q.shape[1], modal.second.shape[1]
-    slots, attached, blocks = int(model.links["slot"].max()) + 1, int(model.links["phi"].max()) + 2, -(-N // 8)
+    N, grows = modal.integrals.by_q.shape[1], modal.second.shape[1]
+    slots, attached = int(model.links["slot"].max()) + 1, int(model.links["phi"].max()) + 2
     integrals = Integrals(*(x.copy() for x in modal.integrals)) if depleting else modal.integrals
     shapes = {
-        "q": (slots, N4), "qd": (slots, N4), "load": (slots, N), "qdd": (slots, blocks, 8),
-        "Z": (slots, N, 1 + blocks, 8), "Phi": (attached, N, 8), "PhiT": (attached, 6, blocks, 8), "dp": (12 * N,),
-        "Dqd": (12 * N,), "affine": (5, 12), "rest": (9 * N,), "gyro": (3 * N,), "eta": (2, N4),
-        "slope": (3, grows, grows), "turned": (9, grows), "curved": (2, grows), "phi": (6 * N,), "turn": (6 * N,),
+        "q": (slots, N), "qd": (slots, N), "load": (slots, N), "qdd": (slots, N), "Z": (slots, N, 8 + N),
+        "Phi": (attached, 6 * N), "dp": (12 * N,), "Dqd": (12 * N,), "affine": (5, 12), "rest": (12 * N,),
+        "gyro": (3 * N,), "eta": (2, N), "slope": (3, grows, grows), "turned": (grows,), "curved": (2, grows),
+        "phi": (6 * N,), "turn": (6 * N,),
     }  # fmt: skip
     return ModalData(integrals, **{name: np.zeros(shape) for name, shape in shapes.items()})

@@ -3,25 +3,32 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel
-from modalprep.multibody.kernels.algebra.lanes import four, get_lanes, get_lanes6, put_lanes, put_lanes6
-from modalprep.multibody.kernels.algebra.matrices import (
-    inertia_times,
+from modalprep.multibody.kernels.algebra.lanes import (
+    WIDTH,
+    four,
+    get_lanes,
+    get_lanes6,
+    numbers,
+    put_lanes,
+    put_lanes6,
+    sum_lanes,
 )
+from modalprep.multibody.kernels.algebra.matrices import inertia_times, less_outer, less_product
+from modalprep.multibody.kernels.algebra.rows import add8, add_heads, heads, mode6, put_rows6, rows6
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     add3,
-    add8,
+    add6,
+    add9,
     axpy3,
     axpy6,
-    axpy8,
     cross,
     dot3,
-    dot8,
+    dot6,
     get6,
-    get8,
+    get9,
     put6,
-    put8,
-    row8,
+    put9,
 )
 from modalprep.multibody.kernels.data import INVERSE, LOAD
 from modalprep.multibody.kernels.modal_interfaces import (
@@ -40,20 +47,18 @@ def add_to_modes(modal, model, i, M, H, J, p, r):
 
 @compile_inline
 def _add_to_modes(modal, slot, s, n, M, H, J, p, r):
-    blocks = n + 7 >> 3
+    N, Phi, Z = modal.q.shape[1], modal.Phi[slot], modal.Z[s]
+    for b in range(0, n, WIDTH):
+        phi = rows6(Phi, b, N)
+        c = inertia_times(M, H, J, phi)
+        put_rows6(modal.phi, b, N, c)
+        f = (c[0], c[1], c[2])
+        t = add3((c[3], c[4], c[5]), cross(r, f))
+        add_heads(Z, b, (f[0], f[1], f[2], t[0], t[1], t[2], dot6(p, phi), four(0.0)))
     for a in range(n):
-        phi = row8(modal.Phi, slot, a)
-        c = inertia_times(M, H, J, (phi[0], phi[1], phi[2], phi[3], phi[4], phi[5]))
-        f, t = (c[0], c[1], c[2]), (c[3], c[4], c[5])
-        t = add3(t, cross(r, f))
-        b = dot8(phi, (p[0], p[1], p[2], p[3], p[4], p[5], 0.0, 0.0))
-        put8(modal.Z, s, a, 0, add8(get8(modal.Z, s, a, 0), (f[0], f[1], f[2], t[0], t[1], t[2], b, 0.0)))
-        for k in range(a >> 3, blocks):
-            row = get8(modal.Z, s, a, 1 + k)
-            row = axpy8(axpy8(row, c[0], get8(modal.PhiT, slot, 0, k)), c[1], get8(modal.PhiT, slot, 1, k))
-            row = axpy8(axpy8(row, c[2], get8(modal.PhiT, slot, 2, k)), c[3], get8(modal.PhiT, slot, 3, k))
-            row = axpy8(axpy8(row, c[4], get8(modal.PhiT, slot, 4, k)), c[5], get8(modal.PhiT, slot, 5, k))
-            put8(modal.Z, s, a, 1 + k, row)
+        c = mode6(modal.phi, a, N)
+        for b in range(a & -WIDTH, n, WIDTH):
+            put_lanes(Z[a], 8 + b, get_lanes(Z[a], 8 + b) + dot6(c, rows6(Phi, b, N)))
 
 
 @compile_inline
@@ -69,41 +74,44 @@ def eliminate_modes(modal, model, data, i, c1, c2):
 @compile_inline
 def _eliminate(modal, model, own, i, c1, c2):
     k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
+    Z = modal.Z[s]
     for a in range(n):
-        modal.Z[s, a, 1 + (a >> 3), a & 7] += c1 * model.modal.diagonal[k, a, 1] + c2 * model.modal.diagonal[k, a, 0]
-        modal.Z[s, a, 0, LOAD] -= modal.load[s, a]
+        Z[a, 8 + a] += c1 * model.modal.diagonal[k, 1, a] + c2 * model.modal.diagonal[k, 0, a]
+        Z[a, LOAD] -= modal.load[s, a]
     for a in range(n):
-        d = modal.Z[s, a, 1 + (a >> 3), a & 7]
-        if not d > 0.0:
+        row = Z[a]
+        if not row[8 + a] > 0.0:
             return False
-        g = 1.0 / d
-        row = get8(modal.Z, s, a, 0)
+        g = 1.0 / row[8 + a]
+        x, y = get_lanes(row, 0), get_lanes(row, 4)
         for b in range(a + 1, n):
-            f = modal.Z[s, a, 1 + (b >> 3), b & 7] * g
-            put8(modal.Z, s, b, 0, axpy8(get8(modal.Z, s, b, 0), -f, row))
-        for k in range(1 + (a >> 3), 1 + (n + 7 >> 3)):
-            right = get8(modal.Z, s, a, k)
-            for b in range(a + 1, min(n, 8 * k)):
-                f = modal.Z[s, a, 1 + (b >> 3), b & 7] * g
-                put8(modal.Z, s, b, k, axpy8(get8(modal.Z, s, b, k), -f, right))
-        _condense(own, g, row)
-        modal.Z[s, a, 0, INVERSE] = g
+            other, f = Z[b], -g * row[8 + b]
+            add8(other, f, x, y)
+            for c in range(8 + (b & -WIDTH), 8 + n, WIDTH):
+                put_lanes(other, c, get_lanes(other, c) + f * get_lanes(row, c))
+        row[INVERSE] = g
+    _condense(own, Z, n)
     return True
 
 
 @compile_inline
-def _condense(own, g, v):
-    """Take ``g v v^T`` off the articulated inertia of link i, and ``g v v[LOAD]`` off its bias."""
-    x, y, z = g * v[0], g * v[1], g * v[2]
-    M, J = get6(own.M), get6(own.J)
-    put6(own.M, (M[0] - x * v[0], M[1] - x * v[1], M[2] - x * v[2], M[3] - y * v[1], M[4] - y * v[2], M[5] - z * v[2]))
-    for c in range(3):
-        own.H[c] -= x * v[3 + c]
-        own.H[3 + c] -= y * v[3 + c]
-        own.H[6 + c] -= z * v[3 + c]
-    x, y, z = g * v[3], g * v[4], g * v[5]
-    put6(own.J, (J[0] - x * v[3], J[1] - x * v[4], J[2] - x * v[5], J[3] - y * v[4], J[4] - y * v[5], J[5] - z * v[5]))
-    _condense_bias(own, g, v)
+def _condense(own, Z, n):
+    """Take ``g v v^T`` of all modes off the articulated inertia of a link, and ``g v v[LOAD]`` off its bias."""
+    z = four(0.0)
+    M, H, J, P = (z, z, z, z, z, z), (z, z, z, z, z, z, z, z, z), (z, z, z, z, z, z), (z, z, z, z, z, z)
+    for b in range(0, n, WIDTH):
+        v = heads(Z, b)
+        f, t, load = (v[0], v[1], v[2]), (v[3], v[4], v[5]), v[LOAD] * v[INVERSE]
+        M, H, J = less_outer(M, v[INVERSE], f), less_product(H, v[INVERSE], f, t), less_outer(J, v[INVERSE], t)
+        P = axpy6(P, -1.0 * load, (v[0], v[1], v[2], v[3], v[4], v[5]))
+    a, b = numbers(sum_lanes(M[0], M[1], M[2], M[3])), numbers(sum_lanes(M[4], M[5], J[4], J[5]))
+    c, d = numbers(sum_lanes(J[0], J[1], J[2], J[3])), numbers(sum_lanes(P[0], P[1], P[2], P[3]))
+    e, f = numbers(sum_lanes(H[0], H[1], H[2], H[3])), numbers(sum_lanes(H[4], H[5], H[6], H[7]))
+    g = numbers(sum_lanes(P[4], P[5], H[8], z))
+    put6(own.M, add6(get6(own.M), (a[0], a[1], a[2], a[3], b[0], b[1])))
+    put9(own.H, add9(get9(own.H), (e[0], e[1], e[2], e[3], f[0], f[1], f[2], f[3], g[2])))
+    put6(own.J, add6(get6(own.J), (c[0], c[1], c[2], c[3], b[2], b[3])))
+    put6(own.force, add6(get6(own.force), (d[0], d[1], d[2], d[3], g[0], g[1])))
 
 
 @compile_inline
@@ -123,9 +131,9 @@ def eliminate_load(modal, model, data, i):
         return
     s, n = model.links[i].slot, model.links[i].modes
     for a in range(n):
-        row = get8(modal.Z, s, a, 0)
+        row = modal.Z[s, a]
         for b in range(a + 1, n):
-            modal.Z[s, b, 0, LOAD] -= modal.Z[s, a, 1 + (b >> 3), b & 7] * row[INVERSE] * row[LOAD]
+            modal.Z[s, b, LOAD] -= row[8 + b] * row[INVERSE] * row[LOAD]
         _condense_bias(data.links[i], row[INVERSE], row)
 
 
@@ -137,18 +145,14 @@ def modal_accelerations(modal, model, data, i, udot):
     if model.links[i].slot < 0:
         return
     s, n, u = model.links[i].slot, model.links[i].modes, model.links[i].uq
-    at = get6(data.links[i].acceleration)
-    blocks = n + 7 >> 3
-    for k in range(blocks):
-        for c in range(8):
-            modal.qdd[s, k, c] = 0.0
+    A, qdd = get6(data.links[i].acceleration), modal.qdd[s]
     for a in range(n - 1, -1, -1):
-        row = get8(modal.Z, s, a, 0)
-        v = dot8(row, (at[0], at[1], at[2], at[3], at[4], at[5], 1.0, 0.0))
-        for k in range(a >> 3, blocks):
-            v += dot8(get8(modal.Z, s, a, 1 + k), row8(modal.qdd, s, k))
+        row = modal.Z[s, a]
+        v = dot6(get6(row), A) + row[LOAD]
+        for b in range(a + 1, n):
+            v += row[8 + b] * qdd[b]
         v = -v * row[INVERSE]
-        modal.qdd[s, a >> 3, a & 7] = v
+        qdd[a] = v
         udot[u + a] = v
 
 
@@ -166,7 +170,7 @@ def take_loads(modal, model, i):
         s = model.links[i].slot
         if s >= 0:
             for a in range(model.links[i].modes):
-                modal.Z[s, a, 0, LOAD] = -modal.load[s, a]
+                modal.Z[s, a, LOAD] = -modal.load[s, a]
 
 
 @compile_inline
@@ -180,13 +184,13 @@ def condense_rows(modal, model, i, begin, end, work):
 @compile_kernel
 def _condense_rows(modal, s, n, begin, end, work):
     for a in range(n):
-        row = get8(modal.Z, s, a, 0)
+        row = modal.Z[s, a]
         for p in range(begin, end):
             k, forces, own = work.paths.entries[p].bundle, work.modal[p], work.entries[p]
             f, free = get_lanes(forces, 4 * a) * row[INVERSE], work.bundles[k].free
             for b in range(a + 1, n):
-                put_lanes(forces, 4 * b, get_lanes(forces, 4 * b) - f * modal.Z[s, a, 1 + (b >> 3), b & 7])
-            put_lanes6(own.force, axpy6(get_lanes6(own.force), -1.0 * f, row))
+                put_lanes(forces, 4 * b, get_lanes(forces, 4 * b) - f * row[8 + b])
+            put_lanes6(own.force, axpy6(get_lanes6(own.force), -1.0 * f, get6(row)))
             put_lanes(free, 0, get_lanes(free, 0) - f * row[LOAD])
             put_lanes(own.drive, 0, f)
             for q in range(begin, p + 1):
@@ -200,14 +204,14 @@ def push_bias_of_modes(modal, model, i, size, forces, p, k):
     """Take eliminated modal forces, lane k of ``forces[p]``, times a size, off the bias of link i's modes."""
     if modal is not None:
         for a in range(model.links[i].modes):
-            modal.Z[model.links[i].slot, a, 0, LOAD] -= size * forces[p, 4 * a + k]
+            modal.Z[model.links[i].slot, a, LOAD] -= size * forces[p, 4 * a + k]
 
 
 @compile_inline
 def clear_bias_of_modes(modal, model):
     """Set the modal bias forces to zero."""
     if modal is not None:
-        modal.Z[:, :, 0, LOAD] = 0.0
+        modal.Z[:, :, LOAD] = 0.0
 
 
 @compile_inline
@@ -221,12 +225,12 @@ def push_modes(modal, model, force):
 
 @compile_inline
 def write_accelerations(modal, model, i, udot):
-    """Write q'' of link i from ``udot (nu,)``; the rest of its blocks of eight stays zero."""
+    """Write q'' of link i from ``udot (nu,)``."""
     if modal is not None:
         s = model.links[i].slot
         if s >= 0:
             for a in range(model.links[i].modes):
-                modal.qdd[s, a >> 3, a & 7] = udot[model.links[i].uq + a]
+                modal.qdd[s, a] = udot[model.links[i].uq + a]
 
 
 @compile_inline
@@ -236,7 +240,7 @@ def add_bias_to_modes(modal, model, i, force, torque):
         slot, p = model.links[i].phi, model.links[i].parent
         if slot >= 0:
             for a in range(model.links[p].modes):
-                modal.Z[model.links[p].slot, a, 0, LOAD] += on_shape(modal, slot, a, force, torque)
+                modal.Z[model.links[p].slot, a, LOAD] += on_shape(modal, slot, a, force, torque)
 
 
 @compile_inline
@@ -268,15 +272,15 @@ def modal_forces(modal, model, data, i, f, out):
         s, n, u, at = model.links[i].slot, model.links[i].modes, model.links[i].uq, get6(data.links[i].acceleration)
         if s >= 0:
             for a in range(n):
-                row = get8(modal.Z, s, a, 0)
-                out[u + a] = dot8(row, (at[0], at[1], at[2], at[3], at[4], at[5], 1.0, 0.0)) - modal.load[s, a]
+                row = modal.Z[s, a]
+                out[u + a] = dot6(get6(row), at) + row[LOAD] - modal.load[s, a]
             for a in range(n):
-                row, qdd = get8(modal.Z, s, a, 0), modal.qdd[s, a >> 3, a & 7]
-                f = axpy6(f, qdd, (row[0], row[1], row[2], row[3], row[4], row[5]))
-                out[u + a] += modal.Z[s, a, 1 + (a >> 3), a & 7] * qdd
+                row, qdd = modal.Z[s, a], modal.qdd[s, a]
+                f = axpy6(f, qdd, get6(row))
+                out[u + a] += row[8 + a] * qdd
                 for b in range(a + 1, n):  # the upper half of M_ff
-                    out[u + a] += modal.Z[s, a, 1 + (b >> 3), b & 7] * modal.qdd[s, b >> 3, b & 7]
-                    out[u + b] += modal.Z[s, a, 1 + (b >> 3), b & 7] * qdd
+                    out[u + a] += row[8 + b] * modal.qdd[s, b]
+                    out[u + b] += row[8 + b] * qdd
     return f
 
 
@@ -291,12 +295,12 @@ def modal_sums(modal, model, link, v, w):
         s, k, n = model.links[link].slot, model.links[link].kind, model.links[link].modes
         if s >= 0:
             for a in range(n):
-                Z, q, qd = get8(modal.Z, s, a, 0), modal.q[s, a], modal.qd[s, a]
+                Z, q, qd = modal.Z[s, a], modal.q[s, a], modal.qd[s, a]
                 S, C = (Z[0], Z[1], Z[2]), (Z[3], Z[4], Z[5])
                 linear, angular = axpy3(linear, qd, S), axpy3(angular, qd, C)
-                own = qd * modal.Z[s, a, 1 + (a >> 3), a & 7]
+                own = qd * Z[8 + a]
                 for b in range(a + 1, n):  # M_ff is symmetric, its upper half is there
-                    own += 2.0 * modal.qd[s, b] * modal.Z[s, a, 1 + (b >> 3), b & 7]
+                    own += 2.0 * modal.qd[s, b] * Z[8 + b]
                 kinetic += qd * (dot3(S, v) + dot3(C, w) + own)
-                strain += 0.5 * model.modal.diagonal[k, a, 0] * q * q
+                strain += 0.5 * model.modal.diagonal[k, 0, a] * q * q
     return linear, angular, kinetic, strain

@@ -4,18 +4,30 @@ from __future__ import annotations
 
 from modalprep.body import line
 from modalprep.jit import compile_inline
+from modalprep.multibody.kernels.algebra.lanes import WIDTH, four, get_lanes, put_lanes
 from modalprep.multibody.kernels.algebra.matrices import (
     product_transposed,
     symmetric_times,
     times,
 )
+from modalprep.multibody.kernels.algebra.rows import (
+    combined3,
+    combined6,
+    combined9,
+    dots4,
+    dots9,
+    mode12,
+    put_heads,
+    put_rows3,
+    put_rows6,
+    rows3,
+    rows9,
+    rows12,
+)
 from modalprep.multibody.kernels.algebra.tuples import (
-    ZERO8,
-    ZERO9,
     add3,
     add9,
     axpy3,
-    axpy9,
     cross,
     dot3,
     dot12,
@@ -23,10 +35,8 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get6,
     put3,
     put6,
-    put8,
     put9,
     put_angular,
-    take9,
     take12,
 )
 from modalprep.multibody.kernels.data import GROWS, UNIT
@@ -41,56 +51,51 @@ def expand(modal, model, i):
 
     modal.affine gets p(q), its rate and, without q'', its acceleration; two more rows are workspace.
     """
-    k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
+    k, s, n, N = model.links[i].kind, model.links[i].slot, model.links[i].modes, modal.q.shape[1]
     rest_coordinates(modal, model, i)
-    _products_by_modes(modal, k, s, n, model.links[i].modal_mass != UNIT)
-    _affine_sums(modal, k, s, n)
-    _as_a_line(modal, k, n)
+    for b in range(0, n, WIDTH):
+        rest = combined9(modal.integrals.rest[k], modal.eta[0], n, b, N)
+        put_rows6(modal.rest, b, N, (rest[0], rest[1], rest[2], rest[3], rest[4], rest[5]))
+        put_rows3(modal.rest, b + 6 * N, N, (rest[6], rest[7], rest[8]))
+        put_rows3(modal.gyro, b, N, combined3(modal.integrals.gyro[k], modal.eta[1], n, b, N))
+    if model.links[i].modal_mass == UNIT:
+        _move_straight(modal, k, s, n, N)
+        return
+    for b in range(0, n, WIDTH):
+        for r in (b, b + 6 * N):
+            put_rows6(modal.dp, r, N, combined6(modal.integrals.by_q[k], modal.q[s], n, r, N))
+            put_rows6(modal.Dqd, r, N, combined6(modal.integrals.by_q[k], modal.qd[s], n, r, N))
+    _affine_sums(modal, k, s, n, N)
+    _as_a_line(modal, k, n, N)
 
 
 @compile_inline
-def _products_by_modes(modal, k, s, n, bends):
-    """Write ``D q`` (to dp), ``D q'``, ``P' eta`` and the gyroscopic products; without `bends` D is zero."""
-    for r in range(12 * n):
-        modal.dp[r], modal.Dqd[r] = 0.0, 0.0
-    for r in range(9 * n):
-        modal.rest[r] = 0.0
-    for r in range(3 * n):
-        modal.gyro[r] = 0.0
-    for b in range(0, n, 4):  # rows are filled up with zeros; four at once spare the loads and stores of the sums
-        if bends:
-            f0, f1, f2, f3 = modal.q[s, b], modal.q[s, b + 1], modal.q[s, b + 2], modal.q[s, b + 3]
-            g0, g1, g2, g3 = modal.qd[s, b], modal.qd[s, b + 1], modal.qd[s, b + 2], modal.qd[s, b + 3]
-            for r in range(12 * n):
-                d0, d1 = modal.integrals.by_q[k, b, r], modal.integrals.by_q[k, b + 1, r]
-                d2, d3 = modal.integrals.by_q[k, b + 2, r], modal.integrals.by_q[k, b + 3, r]
-                modal.dp[r] += f0 * d0 + f1 * d1 + f2 * d2 + f3 * d3
-                modal.Dqd[r] += g0 * d0 + g1 * d1 + g2 * d2 + g3 * d3
-        f0, f1, f2, f3 = modal.eta[0, b], modal.eta[0, b + 1], modal.eta[0, b + 2], modal.eta[0, b + 3]
-        g0, g1, g2, g3 = modal.eta[1, b], modal.eta[1, b + 1], modal.eta[1, b + 2], modal.eta[1, b + 3]
-        for r in range(9 * n):
-            modal.rest[r] += f0 * modal.integrals.rest[k, b, r] + f1 * modal.integrals.rest[k, b + 1, r]
-            modal.rest[r] += f2 * modal.integrals.rest[k, b + 2, r] + f3 * modal.integrals.rest[k, b + 3, r]
-        for r in range(3 * n):
-            modal.gyro[r] += g0 * modal.integrals.gyro[k, b, r] + g1 * modal.integrals.gyro[k, b + 1, r]
-            modal.gyro[r] += g2 * modal.integrals.gyro[k, b + 2, r] + g3 * modal.integrals.gyro[k, b + 3, r]
+def _move_straight(modal, k, s, n, N):
+    """Write p, p', p'' and dp of a body without second order: dp is constant."""
+    base, place = modal.integrals.base[k], modal.integrals.place[k]
+    for c in range(0, 12, WIDTH):
+        put_lanes(modal.affine[0], c, get_lanes(place, c) + dots4(base, c * N, N, modal.q[s], n))
+        put_lanes(modal.affine[1], c, dots4(base, c * N, N, modal.qd[s], n))
+        put_lanes(modal.affine[2], c, four(0.0))
+        for a in range(0, n, WIDTH):
+            for r in range(c * N + a, (c + WIDTH) * N + a, N):
+                put_lanes(modal.dp, r, get_lanes(base, r))
 
 
 @compile_inline
-def _affine_sums(modal, k, s, n):
+def _affine_sums(modal, k, s, n, N):
     """Write ``B q``, ``B q'``, ``q' D q'``, ``t = q D q / 2`` and its rate to the rows of modal.affine."""
-    for c in range(12):
-        b, bd, t, td, tdd = 0.0, 0.0, 0.0, 0.0, 0.0
-        for a in range(n):
-            f, g, base, bent = modal.q[s, a], modal.qd[s, a], modal.integrals.base[k, 12 * a + c], modal.dp[12 * a + c]
-            b, bd = b + f * base, bd + g * base
-            t, td, tdd = t + 0.5 * f * bent, td + g * bent, tdd + g * modal.Dqd[12 * a + c]
-        modal.affine[0, c], modal.affine[1, c], modal.affine[2, c] = b, bd, tdd
-        modal.affine[3, c], modal.affine[4, c] = t, td
+    base, q, qd = modal.integrals.base[k], modal.q[s], modal.qd[s]
+    for c in range(0, 12, WIDTH):
+        put_lanes(modal.affine[0], c, dots4(base, c * N, N, q, n))
+        put_lanes(modal.affine[1], c, dots4(base, c * N, N, qd, n))
+        put_lanes(modal.affine[2], c, dots4(modal.Dqd, c * N, N, qd, n))
+        put_lanes(modal.affine[3], c, 0.5 * dots4(modal.dp, c * N, N, q, n))
+        put_lanes(modal.affine[4], c, dots4(modal.dp, c * N, N, qd, n))
 
 
 @compile_inline
-def _as_a_line(modal, k, n):
+def _as_a_line(modal, k, n, N):
     """Make the sums of `_affine_sums` p, p' and p'', and ``D q`` dp, for a body that bends as a line: theory (4.6)."""
     tau, speed, change = 0.0, 0.0, 0.0
     for c in range(12):
@@ -106,19 +111,21 @@ def _as_a_line(modal, k, n):
         modal.affine[1, c] = h * bd + g * td + speed * along
         modal.affine[2, c] = g * modal.affine[2, c] + 2.0 * speed * rate + speed * speed * curve + change * along
         modal.affine[3, c] = along
-    for a in range(n):
-        f = 0.0
+    base, strain, along = modal.integrals.base[k], modal.integrals.place[k], modal.affine[3]
+    for b in range(0, n, WIDTH):
+        f = four(0.0)
         for c in range(12):
-            f += modal.integrals.place[k, 12 + c] * modal.dp[12 * a + c]
+            f = f + strain[12 + c] * get_lanes(modal.dp, c * N + b)
         for c in range(12):
-            base = modal.integrals.base[k, 12 * a + c]
-            modal.dp[12 * a + c] = h * base + g * modal.dp[12 * a + c] + f * modal.affine[3, c]
+            r = c * N + b
+            put_lanes(modal.dp, r, h * get_lanes(base, r) + g * get_lanes(modal.dp, r) + f * along[c])
 
 
 @compile_inline
-def mode_moments(modal, model, i, p, a):
-    """Return S_a(q) (3) and L_ab(q) (9) of mode a of link i's body, after `expand`, which gave p."""
-    d, e, root = take12(modal.dp, 12 * a), take9(modal.rest, 9 * a), modal.integrals.place[model.links[i].kind, 24]
+def mode_moments(modal, model, i, p, b):
+    """Return S_a(q) (3) and L_ab(q) (9) of four modes from b on of link i's body, after `expand`, which gave p."""
+    N, root = modal.q.shape[1], modal.integrals.place[model.links[i].kind, 24]
+    d, e = rows12(modal.dp, b, N), rows9(modal.rest, b, N)
     L = product_transposed((d[0], d[3], d[6], d[1], d[4], d[7], d[2], d[5], d[8]),
                            (p[0], p[3], p[6], p[1], p[4], p[7], p[2], p[5], p[8]))  # fmt: skip
     x, y, z = d[9], d[10], d[11]
@@ -155,13 +162,10 @@ def own_flexible(modal, model, data, i, y):
         modal.q[s, a] = y[model.links[i].xq + a]
         modal.qd[s, a] = y[model.nx + model.links[i].uq + a]
         modal.load[s, a] = 0.0
-    w, m, root = get3(data.links[i].omega), data.links[i].mass, modal.integrals.place[k, 24]
+    w, m, root, N = get3(data.links[i].omega), data.links[i].mass, modal.integrals.place[k, 24], modal.q.shape[1]
     expand(modal, model, i)
     p, rates, second = take12(modal.affine[0], 0), take12(modal.affine[1], 0), take12(modal.affine[2], 0)
-    E, Y = ZERO9, ZERO9
-    for a in range(n):
-        rest = take9(modal.rest, 9 * a)
-        E, Y = axpy9(E, modal.eta[0, a], rest), axpy9(Y, modal.eta[1, a], rest)
+    E, Y = dots9(modal.rest, N, modal.eta[0], n), dots9(modal.rest, N, modal.eta[1], n)
     grows = model.links[i].modal_mass == GROWS
     growing = (0.0, 0.0, 0.0)
     if grows:
@@ -170,22 +174,22 @@ def own_flexible(modal, model, data, i, y):
     f1, t1 = _affine_force(w, p[3:6], rates[3:6], second[3:6])
     f2, t2 = _affine_force(w, p[6:9], rates[6:9], second[6:9])
     f3, t3 = _affine_force(w, p[9:], rates[9:], second[9:])
+    K, D = model.modal.diagonal[k, 0], model.modal.diagonal[k, 1]
     ww = dot3(w, w)
-    for a in range(n):
-        d, e = take12(modal.dp, 12 * a), take9(modal.rest, 9 * a)
+    for b in range(0, n, WIDTH):
+        d, e, g = rows12(modal.dp, b, N), rows9(modal.rest, b, N), rows3(modal.gyro, b, N)
         # w~ w~ = w w^T - w.w, 2 w~_ab P'_ab q' = 2 w_c eps_cab P'_ba q'
         f = w[0] * (w[0] * e[0] + w[1] * e[1] + w[2] * e[2])
-        f += w[1] * (w[0] * e[3] + w[1] * e[4] + w[2] * e[5])
-        f += w[2] * (w[0] * e[6] + w[1] * e[7] + w[2] * e[8]) - ww * (e[0] + e[4] + e[8])
-        f += 2.0 * (w[0] * modal.gyro[3 * a] + w[1] * modal.gyro[3 * a + 1] + w[2] * modal.gyro[3 * a + 2])
-        f += dot3(f0, d[:3]) + dot3(f1, d[3:6]) + dot3(f2, d[6:9]) + dot3(f3, d[9:])
-        f += model.modal.diagonal[k, a, 0] * modal.q[s, a] + model.modal.diagonal[k, a, 1] * modal.qd[s, a]
+        f = f + w[1] * (w[0] * e[3] + w[1] * e[4] + w[2] * e[5])
+        f = f + w[2] * (w[0] * e[6] + w[1] * e[7] + w[2] * e[8]) - ww * (e[0] + e[4] + e[8])
+        f = f + 2.0 * dot3(w, g) + dot3(f0, d[:3]) + dot3(f1, d[3:6]) + dot3(f2, d[6:9]) + dot3(f3, d[9:])
+        f = f + get_lanes(K, b) * get_lanes(modal.q[s], b) + get_lanes(D, b) * get_lanes(modal.qd[s], b)
         if grows:
-            f += modal.curved[1, a]
+            f = f + get_lanes(modal.curved[1], b)
         c = add3(add3(cross(p[:3], d[:3]), cross(p[3:6], d[3:6])), add3(cross(p[6:9], d[6:9]), cross(p[9:], d[9:])))
         c = add3(c, (e[7] - e[5], e[2] - e[6], e[3] - e[1]))
-        put8(modal.Z, s, a, 0, (root * d[0], root * d[1], root * d[2], c[0], c[1], c[2], f, 0.0))
-    _own_modal_mass(modal, model, i)
+        put_heads(modal.Z[s], b, (root * d[0], root * d[1], root * d[2], c[0], c[1], c[2], f, four(0.0)))
+    _own_modal_mass(modal, model, i, N)
     torque = add3(add3(add3(t0, t1), add3(t2, t3)), add3(_rest_torque(w, E, Y), growing))
     E = (
         E[0] + p[0] * p[0] + p[3] * p[3] + p[6] * p[6] + p[9] * p[9],
@@ -219,17 +223,18 @@ def _rest_torque(w, E, Y):
 
 
 @compile_inline
-def _own_modal_mass(modal, model, i):
+def _own_modal_mass(modal, model, i, N):
     """Write link i's own M_ff to modal.Z: ``d eta^T (1 - B^T B) d eta + dp^T dp``, 1 without geometric stiffness."""
-    k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
-    for a in range(n):
-        for b in range(n + 7 >> 3):
-            put8(modal.Z, s, a, 1 + b, ZERO8)
-        modal.Z[s, a, 1 + (a >> 3), a & 7] = 1.0
-    if model.links[i].modal_mass != UNIT:
+    k, s, n, Z = model.links[i].kind, model.links[i].slot, model.links[i].modes, modal.Z[model.links[i].slot]
+    if model.links[i].modal_mass == UNIT:
         for a in range(n):
-            d = take12(modal.dp, 12 * a)
-            for b in range(a, n):
-                modal.Z[s, a, 1 + (b >> 3), b & 7] = modal.integrals.mass[k, a, b] + dot12(d, take12(modal.dp, 12 * b))
+            for b in range(a & -WIDTH, n, WIDTH):
+                put_lanes(Z[a], 8 + b, four(0.0))
+            Z[a, 8 + a] = 1.0
+        return
+    for a in range(n):
+        own, mass = mode12(modal.dp, a, N), modal.integrals.mass[k, a]
+        for b in range(a & -WIDTH, n, WIDTH):
+            put_lanes(Z[a], 8 + b, get_lanes(mass, b) + dot12(own, rows12(modal.dp, b, N)))
     if model.links[i].modal_mass == GROWS:
         grown_mass(modal, k, s, n)

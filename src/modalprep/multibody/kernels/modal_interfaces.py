@@ -7,6 +7,7 @@ compiled.
 from __future__ import annotations
 
 from modalprep.jit import compile_inline, compile_kernel
+from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.algebra.matrices import (
     UNIT9,
     product,
@@ -17,15 +18,22 @@ from modalprep.multibody.kernels.algebra.rotations import (
     half_tangent,
     half_tangent_rate,
 )
+from modalprep.multibody.kernels.algebra.rows import (
+    combined6,
+    dots6,
+    mode6,
+    put_rows3,
+    put_rows6,
+    rows3,
+    rows6,
+)
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
     ZERO6,
-    ZERO8,
     add3,
     add6,
     axpy3,
     axpy6,
-    axpy8,
     combined,
     cross,
     dot3,
@@ -34,9 +42,8 @@ from modalprep.multibody.kernels.algebra.tuples import (
     get9,
     get_angular,
     put6,
-    row8,
+    sub6,
     take3,
-    take6,
 )
 from modalprep.multibody.kernels.data import UNIT
 from modalprep.multibody.kernels.modal_inertia import shortening, swing
@@ -49,45 +56,35 @@ def node_shape(modal, model, p, node, slot):
     Returns the displacement and ``psi q`` (8), their rates, and ``-q' Kg q'``: 3 + 3 numbers each.
     """
     s, n, row = model.links[p].slot, model.links[p].modes, model.links[p].first_interface + node
-    for r in range(6 * n):
-        modal.phi[r], modal.turn[r] = model.modal.shape[row, r], 0.0
-    if model.links[p].modal_mass != UNIT:
-        for b in range(n):
-            f, g = modal.q[s, b], modal.qd[s, b]
-            for r in range(6 * n):
-                modal.phi[r] -= f * model.modal.Kg_node[row, b, r]
-                modal.turn[r] -= g * model.modal.Kg_node[row, b, r]
-    moved, rates, second = ZERO6, ZERO6, ZERO6
-    for a in range(n):
-        phi = take6(modal.phi, 6 * a)
-        moved = axpy6(moved, 0.5 * modal.q[s, a], add6(take6(model.modal.shape[row], 6 * a), phi))
-        rates = axpy6(rates, modal.qd[s, a], phi)
-        second = axpy6(second, modal.qd[s, a], take6(modal.turn, 6 * a))
-        for c in range(6):
-            modal.Phi[slot, a, c] = phi[c]
+    shape, Phi, q, qd, N = model.modal.shape[row], modal.Phi[slot], modal.q[s], modal.qd[s], modal.q.shape[1]
     if model.links[p].modal_mass == UNIT:
-        return moved, rates, second
-    return _as_a_line(modal, model.modal.shape[row], get3(model.modal.arm[row]), s, n, slot, moved, rates, second)
+        for b in range(0, n, WIDTH):
+            put_rows6(Phi, b, N, rows6(shape, b, N))
+        return dots6(shape, N, q, n), dots6(shape, N, qd, n), ZERO6
+    for b in range(0, n, WIDTH):
+        bent = combined6(model.modal.Kg_node[row], q, n, b, N)
+        put_rows6(Phi, b, N, axpy6(rows6(shape, b, N), -1.0, bent))
+        put_rows6(modal.turn, b, N, combined6(model.modal.Kg_node[row], qd, n, b, N))
+    moved = add6(dots6(shape, N, q, n), dots6(Phi, N, q, n))
+    moved = (0.5 * moved[0], 0.5 * moved[1], 0.5 * moved[2], 0.5 * moved[3], 0.5 * moved[4], 0.5 * moved[5])
+    second = sub6(ZERO6, dots6(modal.turn, N, qd, n))
+    return _as_a_line(modal, shape, get3(model.modal.arm[row]), s, n, slot, moved, dots6(Phi, N, qd, n), second)
 
 
 @compile_inline
 def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
     """Give the translations of `node_shape` their third and fourth order, by the strain of the arm (body/line.py)."""
-    linear, speed = ZERO3, ZERO3
-    for a in range(n):
-        first = take3(shape, 6 * a)
-        linear, speed = axpy3(linear, modal.q[s, a], first), axpy3(speed, modal.qd[s, a], first)
+    N, Phi = modal.q.shape[1], modal.Phi[slot]
+    linear, speed = take3(dots6(shape, N, modal.q[s], n), 0), take3(dots6(shape, N, modal.qd[s], n), 0)
     bent, bending = axpy3(take3(moved, 0), -1.0, linear), axpy3(take3(rates, 0), -1.0, speed)
     tau, rate, change = dot3(arm, bent), dot3(arm, bending), dot3(arm, take3(second, 0))
     g, g_slope, g_curve = shortening(tau)
     h, h_slope, h_curve = swing(tau)
     along = combined(h_slope, linear, g_slope, bent)
-    for a in range(n):
-        first = take3(shape, 6 * a)
-        across = axpy3(take3(modal.Phi[slot, a], 0), -1.0, first)
-        v = axpy3(combined(h, first, g, across), dot3(arm, across), along)
-        for c in range(3):
-            modal.Phi[slot, a, c] = v[c]
+    for b in range(0, n, WIDTH):
+        first = rows3(shape, b, N)
+        across = axpy3(rows3(Phi, b, N), -1.0, first)
+        put_rows3(Phi, b, N, axpy3(combined(h, first, g, across), dot3(arm, across), along))
     u, v = combined(h, linear, g, bent), axpy3(combined(h, speed, g, bending), rate, along)
     turning = combined(2.0 * rate * h_slope, speed, 2.0 * rate * g_slope, bending)
     bulging = combined(rate * rate * h_curve, linear, rate * rate * g_curve, bent)
@@ -101,15 +98,13 @@ def _as_a_line(modal, shape, arm, s, n, slot, moved, rates, second):
 
 @compile_inline
 def turn_shape(modal, slot, n, x, s, offset):
-    """Turn the rows ``psi(q)`` of modal.Phi to angular velocities and move the point by `offset`; fill modal.PhiT."""
-    argument = half_tangent(x)
-    for a in range(n):
-        phi = row8(modal.Phi, slot, a)
+    """Turn the rows ``psi(q)`` of modal.Phi to angular velocities and move the point by `offset`."""
+    argument, Phi, N = half_tangent(x), modal.Phi[slot], modal.q.shape[1]
+    for b in range(0, n, WIDTH):
+        phi = rows6(Phi, b, N)
         t = cayley_rate(argument, s, half_tangent_rate(x, (phi[3], phi[4], phi[5])))
         v = add3((phi[0], phi[1], phi[2]), cross(t, offset))
-        for c in range(3):
-            modal.Phi[slot, a, c], modal.Phi[slot, a, 3 + c] = v[c], t[c]
-            modal.PhiT[slot, c, a >> 3, a & 7], modal.PhiT[slot, 3 + c, a >> 3, a & 7] = v[c], t[c]
+        put_rows6(Phi, b, N, (v[0], v[1], v[2], t[0], t[1], t[2]))
 
 
 @compile_inline
@@ -135,9 +130,7 @@ def node_motion(modal, model, data, p, node, slot, arm):
 @compile_inline
 def elastic_acceleration(modal, slot, n, s):
     """Return the sum of modal.Phi[slot] times q'' (linear, angular)."""
-    v = ZERO8
-    for a in range(n):
-        v = axpy8(v, modal.qdd[s, a >> 3, a & 7], row8(modal.Phi, slot, a))
+    v = dots6(modal.Phi[slot], modal.q.shape[1], modal.qdd[s], n)
     return (v[0], v[1], v[2]), (v[3], v[4], v[5])
 
 
@@ -256,7 +249,7 @@ def _interface_motion(model, data, link, node, r, shape):
     r, turn, x, scale, v, w, linear, angular = node_motion(modal, model, data, link, node, slot, r)
     turn_shape(modal, slot, n, x, scale, ZERO3)
     for a in range(n):
-        put6(shape[a], get6(modal.Phi[slot, a]))
+        put6(shape[a], mode6(modal.Phi[slot], a, modal.q.shape[1]))
     return r, turn, v, w, linear, angular
 
 
@@ -268,7 +261,7 @@ def shape_acceleration(modal, model, link, shape):
         s = model.links[link].slot
         if s >= 0:
             for a in range(model.links[link].modes):
-                v = axpy6(v, modal.qdd[s, a >> 3, a & 7], get6(shape[a]))
+                v = axpy6(v, modal.qdd[s, a], get6(shape[a]))
     return (v[0], v[1], v[2]), (v[3], v[4], v[5])
 
 
@@ -295,5 +288,5 @@ def _load_modes(model, data, link, node, r, force, torque):
 @compile_inline
 def on_shape(modal, slot, a, force, torque):
     """Generalised force of a force and a torque on mode a."""
-    phi = row8(modal.Phi, slot, a)
+    phi = mode6(modal.Phi[slot], a, modal.q.shape[1])
     return dot3(force, (phi[0], phi[1], phi[2])) + dot3(torque, (phi[3], phi[4], phi[5]))

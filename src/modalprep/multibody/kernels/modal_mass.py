@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 from modalprep.jit import compile_inline
-from modalprep.multibody.kernels.algebra.tuples import (
-    axpy3,
-    take9,
-)
+from modalprep.multibody.kernels.algebra.tuples import axpy3
 from modalprep.multibody.kernels.data import GROWS
 
 
@@ -40,36 +37,37 @@ def apply_slopes(modal, model, i):
 
     `curved` gets ``c q' q'`` and its modal force ``d eta^T M' (c q' q')``.
     """
-    k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
+    k, s, n, N = model.links[i].kind, model.links[i].slot, model.links[i].modes, modal.q.shape[1]
     torque = (0.0, 0.0, 0.0)
     for a in range(n):
-        e, f = take9(modal.rest, 9 * a), 0.0
+        f = 0.0
         for b in range(n):
             f += modal.slope[1, a, b] * modal.qd[s, b]
         modal.curved[1, a], modal.curved[0, a] = 0.0, f
-        torque = axpy3(torque, f, (e[7] - e[5], e[2] - e[6], e[3] - e[1]))
+        e = modal.rest
+        turn = (e[7 * N + a] - e[5 * N + a], e[2 * N + a] - e[6 * N + a], e[3 * N + a] - e[N + a])
+        torque = axpy3(torque, f, turn)
     for a in range(n):
         force = 0.0
         for b in range(n):
             force += modal.integrals.mass[k, a, b] * modal.curved[0, b]
         for b in range(n):
             modal.curved[1, b] += modal.slope[0, a, b] * force
-    _through_slopes(modal, modal.rest, 9, n)
-    _through_slopes(modal, modal.gyro, 3, n)
+    _through_slopes(modal, modal.rest, 9, n, N)
+    _through_slopes(modal, modal.gyro, 3, n, N)
     return torque
 
 
 @compile_inline
-def _through_slopes(modal, rows, width, n):
-    """Replace rows ``(n, width)`` of eta by those of q, ``d eta^T rows``."""
-    for a in range(n):
-        for c in range(width):
-            modal.turned[c, a], rows[width * a + c] = rows[width * a + c], 0.0
-    for b in range(n):
+def _through_slopes(modal, rows, count, n, N):
+    """Replace so many rows of eta by those of q, ``rows d eta``."""
+    for c in range(count):
         for a in range(n):
-            f = modal.slope[0, b, a]
-            for c in range(width):
-                rows[width * a + c] += f * modal.turned[c, b]
+            modal.turned[a], rows[c * N + a] = rows[c * N + a], 0.0
+        for b in range(n):
+            f = modal.turned[b]
+            for a in range(n):
+                rows[c * N + a] += f * modal.slope[0, b, a]
 
 
 @compile_inline
@@ -83,9 +81,9 @@ def grown_mass(modal, k, s, n):
                 modal.slope[2, a, b] += modal.integrals.mass[k, a, c] * modal.slope[0, c, b]
     for a in range(n):
         for b in range(a, n):
-            modal.Z[s, a, 1 + (b >> 3), b & 7] -= modal.integrals.mass[k, a, b]
+            modal.Z[s, a, 8 + b] -= modal.integrals.mass[k, a, b]
     for c in range(n):
         for a in range(n):
             f = modal.slope[0, c, a]
             for b in range(a, n):
-                modal.Z[s, a, 1 + (b >> 3), b & 7] += f * modal.slope[2, c, b]
+                modal.Z[s, a, 8 + b] += f * modal.slope[2, c, b]

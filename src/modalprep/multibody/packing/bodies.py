@@ -9,6 +9,7 @@ import numpy as np
 from modalprep.body.flexible_body import FlexibleBody
 from modalprep.body.line import strain_arms
 from modalprep.body.mass import affine_part
+from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.data import EPSILON, Integrals, Modal
 
 UPPER = np.triu_indices(3)
@@ -67,43 +68,48 @@ class Bodies:
         if not self.flexible:
             return None
         N, kinds = max(body.n for body, _ in self.flexible), len(self.flexible)
+        N += -N % WIDTH
         first = {kind: node for node, kind in self.found.values()}
-        N4 = N + -N % 4
         grows = N if any(body.T is not None for body, _ in self.flexible) else 0
-        of_kind = ((25,), (12 * N,), (N4, 12 * N), (N4, 9 * N), (N4, 3 * N), (N, N), (N, 2), (grows, grows, grows))
+        of_kind = ((25,), (12 * N,), (N, 12 * N), (N, 9 * N), (N, 3 * N), (N, N), (2, N), (grows, grows, grows))
         out = [
             *(np.zeros((kinds, *shape)) for shape in of_kind),
             *(np.zeros((self.count, *shape)) for shape in ((6 * N,), (N, 6 * N), (3,))),
         ]
         for k, (body, align) in enumerate(self.flexible):
             rows = slice(first[k], first[k] + len(body.interface_name))
-            for number, (array, value) in enumerate(zip(out, _modes(body, align), strict=True)):
+            for number, (array, value) in enumerate(zip(out, _modes(body, align, N), strict=True)):
                 place = k if number < len(of_kind) else rows
                 array[place][(..., *(slice(size) for size in value.shape[-(array.ndim - 1) :]))] = value
         integrals = len(Integrals._fields)
         return Modal(Integrals(*out[:integrals]), *out[integrals:])
 
 
-def _modes(body: FlexibleBody, Q: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return the arrays of `Integrals` and `Modal` of one body, its axes turned by Q; see there."""
+def _modes(body: FlexibleBody, Q: np.ndarray, N: int) -> tuple[np.ndarray, ...]:
+    """Return the arrays of `Integrals` and `Modal` of one body, its axes turned by Q, with rows of N; see there."""
     n, part = body.n, affine_part(body)
-    base, by_q = (np.einsum("ar...,ac->...rc", x, Q) for x in (part.first, part.second))
-    rest = np.einsum("abij,ac,bd->jicd", part.rest, Q, Q)
-    gyro = np.einsum("cab,jiba->jic", EPSILON, rest)
-    node = [np.concatenate([x @ Q, y @ Q], axis=-1) for x, y in (
-        (body.phi.transpose(0, 2, 1), body.psi.transpose(0, 2, 1)),
-        (body.Kg_F.transpose(0, 3, 2, 1), body.Kg_T.transpose(0, 3, 2, 1)),
+    base, by_q = (np.einsum("ar...,ac->rc...", x, Q).reshape(12, *x.shape[2:]) for x in (part.first, part.second))
+    rest = np.einsum("abij,ac,bd->jcdi", part.rest, Q, Q)
+    gyro = np.einsum("cab,jbai->jci", EPSILON, rest)
+    node = [np.concatenate([Q.T @ x, Q.T @ y], axis=-2) for x, y in (
+        (body.phi, body.psi), (body.Kg_F.transpose(0, 3, 1, 2), body.Kg_T.transpose(0, 3, 1, 2)),
     )]  # fmt: skip
     return (
         np.concatenate([(part.place.T @ Q).ravel(), (part.strain.T @ Q).ravel(), [part.root_mass]]),
-        base.ravel(),
-        by_q.swapaxes(0, 1).reshape(n, 12 * n),
-        rest.reshape(n, 9 * n),
-        gyro.reshape(n, 3 * n),
+        _filled(base, N),
+        _filled(by_q.transpose(2, 0, 1), N),
+        _filled(rest.reshape(n, 9, n), N),
+        _filled(gyro, N),
         part.mass,
-        np.stack([body.K, body.D], axis=1),
+        np.stack([body.K, body.D]),
         part.rest_second.swapaxes(0, 1),
-        node[0].reshape(len(body.phi), 6 * n),
-        node[1].reshape(len(body.phi), n, 6 * n),
+        _filled(node[0], N),
+        _filled(node[1], N),
         strain_arms(body.interface_position, body.points) @ Q,
     )
+
+
+def _filled(rows: np.ndarray, N: int) -> np.ndarray:
+    """Return rows (..., r, n) one after the other, filled up with zeros: (..., r N)."""
+    *outer, count, n = rows.shape
+    return np.concatenate([rows, np.zeros((*outer, count, N - n))], axis=-1).reshape(*outer, count * N)

@@ -149,7 +149,7 @@ def no_constraints(tables: Tables) -> Constraints:
 def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float = 1.0) -> Work:
     """Allocate what changes in constraints, all active; lengths count by a size (m)."""
     modal = packed.model.modal
-    nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[1]
+    nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[2]
     m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed)
     nb, moving = len(paths.bundles), paths.row[paths.row >= 0]
     return Work(

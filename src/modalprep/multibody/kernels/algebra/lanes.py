@@ -6,150 +6,64 @@ functions on tuples (tuples.py, matrices.py) take lanes in place of numbers.
 
 from __future__ import annotations
 
-import operator
-from typing import Any
-
-from llvmlite import ir
-from numba import types
-from numba.core import cgutils
-from numba.core.imputils import lower_builtin
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, models, register_model
+from numba.core import config
 
 from modalprep.jit import compile_inline
 
+if config.DISABLE_JIT:
+    from modalprep.multibody.kernels.algebra import plain_lanes as instructions
+else:
+    from modalprep.multibody.kernels.algebra import vector_instructions as instructions
+
 WIDTH = 4
-VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
-
-
-class LanesType(types.Type):
-    """Type of four numbers."""
-
-    def __init__(self) -> None:
-        super().__init__("Lanes")
-
-
-LANES = LanesType()
-
-
-@register_model(LanesType)
-class _Vector(models.PrimitiveModel):
-    """A vector of LLVM."""
-
-    def __init__(self, manager: Any, kind: LanesType) -> None:
-        super().__init__(manager, kind, VECTOR)
-
-
-def _spread(builder: Any, kind: types.Type, value: Any) -> Any:
-    """Return a value as four numbers."""
-    if isinstance(kind, LanesType):
-        return value
-    first = builder.insert_element(ir.Constant(VECTOR, ir.Undefined), value, ir.IntType(32)(0))
-    return builder.shuffle_vector(first, first, ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH))
-
-
-def _operator(key: Any, instruction: str) -> None:
-    """Let an operator take lanes, or lanes and a number."""
-
-    @infer_global(key)
-    class _Typing(AbstractTemplate):
-        def generic(self, args: tuple, kws: dict) -> Any:
-            known = all(isinstance(kind, LanesType) or kind == types.float64 for kind in args)
-            return signature(LANES, *args) if known and LANES in args else None
-
-    def lower(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-        return getattr(builder, instruction)(*(_spread(builder, *pair) for pair in zip(sig.args, args, strict=True)))
-
-    for pair in ((LanesType, LanesType), (LanesType, types.Float), (types.Float, LanesType)):
-        lower_builtin(key, *pair)(lower)
-
-
-for _key, _instruction in (
-    (operator.add, "fadd"), (operator.iadd, "fadd"), (operator.sub, "fsub"), (operator.mul, "fmul"),
-):  # fmt: skip
-    _operator(_key, _instruction)
-
-
-def _pointer(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-    """Return where four numbers of an array begin."""
-    array = context.make_array(sig.args[0])(context, builder, args[0])
-    place = cgutils.get_item_pointer(context, builder, sig.args[0], array, args[1:2])
-    return builder.bitcast(place, VECTOR.as_pointer())
-
-
-@intrinsic
-def _load(typing: Any, array: Any, index: Any) -> Any:
-    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-        return builder.load(_pointer(context, builder, sig, args), align=8)
-
-    return LANES(array, types.intp), build
-
-
-@intrinsic
-def _store(typing: Any, array: Any, index: Any, value: Any) -> Any:
-    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-        builder.store(args[2], _pointer(context, builder, sig, args), align=8)
-        return context.get_dummy_value()
-
-    return types.void(array, types.intp, LANES), build
-
-
-@intrinsic
-def _four(typing: Any, value: Any) -> Any:
-    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-        return _spread(builder, types.float64, args[0])
-
-    return LANES(types.float64), build
-
-
-@intrinsic
-def _lanes(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
-    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-        found = ir.Constant(VECTOR, ir.Undefined)
-        for k, value in enumerate(args):
-            found = builder.insert_element(found, value, ir.IntType(32)(k))
-        return found
-
-    return LANES(*WIDTH * (types.float64,)), build
-
-
-@intrinsic
-def _add(typing: Any, value: Any) -> Any:
-    def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
-        each = [builder.extract_element(args[0], ir.IntType(32)(k)) for k in range(WIDTH)]
-        return builder.fadd(builder.fadd(each[0], each[2]), builder.fadd(each[1], each[3]))
-
-    return types.float64(LANES), build
 
 
 @compile_inline
 def add_lanes(v):
     """Return the sum of four numbers."""
-    return _add(v)
+    return instructions.total(v)
+
+
+@compile_inline
+def numbers(v):
+    """Return four numbers as a tuple."""
+    return instructions.numbers(v)
+
+
+@compile_inline
+def sum_lanes(a, b, c, d):
+    """Return the sums of a, of b, of c and of d."""
+    return instructions.sums(a, b, c, d)
+
+
+@compile_inline
+def transposed(a, b, c, d):
+    """Return the first numbers of a, b, c, d, then their second ones, and so on."""
+    return instructions.transpose(a, b, c, d)
 
 
 @compile_inline
 def four(value):
     """Return four times the same number."""
-    return _four(value)
+    return instructions.spread(value)
 
 
 @compile_inline
 def lanes(a, b, c, d):
     """Return four numbers in one."""
-    return _lanes(a, b, c, d)
+    return instructions.join(a, b, c, d)
 
 
 @compile_inline
 def get_lanes(a, i):
     """Four numbers ``a[i:i + 4]``."""
-    return _load(a, i)
+    return instructions.load(a, i)
 
 
 @compile_inline
 def put_lanes(a, i, v):
     """Write four numbers to ``a[i:i + 4]``."""
-    _store(a, i, v)
+    instructions.store(a, i, v)
 
 
 @compile_inline

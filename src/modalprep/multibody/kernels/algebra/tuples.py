@@ -11,7 +11,6 @@ from modalprep.jit import compile_inline
 
 ZERO3 = (0.0, 0.0, 0.0)
 ZERO6 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-ZERO8 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 ZERO9 = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -156,51 +155,9 @@ def row3(A, i, c):
 
 
 @compile_inline
-def row9(A, i, c):
-    """Nine numbers of row i from column c."""
-    return (
-        A[i, c], A[i, c + 1], A[i, c + 2], A[i, c + 3], A[i, c + 4], A[i, c + 5], A[i, c + 6], A[i, c + 7], A[i, c + 8],
-    )  # fmt: skip
-
-
-@compile_inline
-def row8(A, i, j):
-    """Eight numbers ``A[i, j, :8]``."""
-    return A[i, j, 0], A[i, j, 1], A[i, j, 2], A[i, j, 3], A[i, j, 4], A[i, j, 5], A[i, j, 6], A[i, j, 7]
-
-
-@compile_inline
-def add8(a, b):
-    """Return ``a + b``."""
-    return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5], a[6] + b[6], a[7] + b[7]
-
-
-@compile_inline
-def get8(A, k, i, j):
-    """Eight numbers ``A[k, i, j, :8]``."""
-    return (
-        A[k, i, j, 0], A[k, i, j, 1], A[k, i, j, 2], A[k, i, j, 3], A[k, i, j, 4], A[k, i, j, 5], A[k, i, j, 6],
-        A[k, i, j, 7],
-    )  # fmt: skip
-
-
-@compile_inline
-def put8(A, k, i, j, v):
-    """Write eight numbers to ``A[k, i, j, :8]``."""
-    A[k, i, j, 0], A[k, i, j, 1], A[k, i, j, 2], A[k, i, j, 3] = v[0], v[1], v[2], v[3]
-    A[k, i, j, 4], A[k, i, j, 5], A[k, i, j, 6], A[k, i, j, 7] = v[4], v[5], v[6], v[7]
-
-
-@compile_inline
 def take6(a, i):
     """Six numbers ``a[i:i + 6]``."""
     return a[i], a[i + 1], a[i + 2], a[i + 3], a[i + 4], a[i + 5]
-
-
-@compile_inline
-def take9(a, i):
-    """Nine numbers ``a[i:i + 9]``."""
-    return a[i], a[i + 1], a[i + 2], a[i + 3], a[i + 4], a[i + 5], a[i + 6], a[i + 7], a[i + 8]
 
 
 @compile_inline
@@ -230,24 +187,9 @@ def axpy9(a, f, b):
 
 
 @compile_inline
-def axpy8(a, f, b):
-    """Return ``a + f b``."""
-    return (
-        a[0] + f * b[0], a[1] + f * b[1], a[2] + f * b[2], a[3] + f * b[3], a[4] + f * b[4], a[5] + f * b[5],
-        a[6] + f * b[6], a[7] + f * b[7],
-    )  # fmt: skip
-
-
-@compile_inline
 def dot6(a, b):
     """Return ``a . b``."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5]
-
-
-@compile_inline
-def dot8(a, b):
-    """Return ``a . b``."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3] + a[4] * b[4] + a[5] * b[5] + a[6] * b[6] + a[7] * b[7]
 
 
 @compile_inline

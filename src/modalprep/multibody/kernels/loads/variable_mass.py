@@ -96,10 +96,11 @@ def _set_modes(modal, model, link, now):
         place[15 + r] /= max(size, 1e-300)
     place[24] = root
     first, second, tensor = RIGID, RIGID + 12 * n, RIGID + 12 * n + 12 * n * n
+    base, N = modal.integrals.base[k], modal.q.shape[1]
     for i in range(n):
-        _coordinates(now, first + 12 * i, L, c, root, modal.integrals.base[k], 12 * i)
+        _coordinates(now, first + 12 * i, L, c, root, base, i, N)
         for j in range(n):
-            _coordinates(now, second + 12 * (n * j + i), L, c, root, modal.integrals.by_q[k, j], 12 * i)
+            _coordinates(now, second + 12 * (n * j + i), L, c, root, modal.integrals.by_q[k, j], i, N)
     unit = tensor + 9 * n * n
     for j in range(n):
         rest, gyro = modal.integrals.rest[k, j], modal.integrals.gyro[k, j]
@@ -109,12 +110,12 @@ def _set_modes(modal, model, link, now):
                 for b in range(3):
                     f = 0.0
                     for r in range(4):
-                        f += modal.integrals.base[k, 12 * i + 3 * r + a] * modal.integrals.base[k, 12 * j + 3 * r + b]
-                    rest[9 * i + 3 * a + b] = now[tensor + 9 * (n * j + i) + 3 * a + b] - f
+                        f += base[(3 * r + a) * N + i] * base[(3 * r + b) * N + j]
+                    rest[(3 * a + b) * N + i] = now[tensor + 9 * (n * j + i) + 3 * a + b] - f
                     own += f if a == b else 0.0
-            gyro[3 * i] = rest[9 * i + 7] - rest[9 * i + 5]
-            gyro[3 * i + 1] = rest[9 * i + 2] - rest[9 * i + 6]
-            gyro[3 * i + 2] = rest[9 * i + 3] - rest[9 * i + 1]
+            gyro[i] = rest[7 * N + i] - rest[5 * N + i]
+            gyro[N + i] = rest[2 * N + i] - rest[6 * N + i]
+            gyro[2 * N + i] = rest[3 * N + i] - rest[N + i]
             modal.integrals.mass[k, j, i] = now[unit + n * j + i] - own
 
 
@@ -141,15 +142,15 @@ def _extent(now, c):
 
 
 @compile_inline
-def _coordinates(now, at, L, c, root, out, to):
-    """Write the affine coordinates (4, 3) of a field by its moments ``int rho (1, x, y, z) u`` (4, 3)."""
+def _coordinates(now, at, L, c, root, out, i, N):
+    """Write the affine coordinates (4, 3) of the field of mode i by its moments ``int rho (1, x, y, z) u`` (4, 3)."""
     for a in range(3):
         total = now[at + a]
         x, y, z = now[at + 3 + a] - c[0] * total, now[at + 6 + a] - c[1] * total, now[at + 9 + a] - c[2] * total
         x = x / L[0] if L[0] > 0.0 else 0.0
         y = (y - L[3] * x) / L[4] if L[4] > 0.0 else 0.0
         z = (z - L[6] * x - L[7] * y) / L[8] if L[8] > 0.0 else 0.0
-        out[to + a], out[to + 3 + a], out[to + 6 + a], out[to + 9 + a] = total / root, x, y, z
+        out[a * N + i], out[(3 + a) * N + i], out[(6 + a) * N + i], out[(9 + a) * N + i] = total / root, x, y, z
 
 
 @compile_kernel
