@@ -57,7 +57,7 @@ from modalprep.multibody.kernels.modal import (
     take_loads,
     write_accelerations,
 )
-from modalprep.multibody.kernels.modal_inertia import own_inertia
+from modalprep.multibody.kernels.modal_inertia import modal_coordinates, own_inertia
 from modalprep.multibody.kernels.modal_interfaces import (
     parent_acceleration,
     parent_frame,
@@ -71,6 +71,17 @@ def outward(model, data, y, motion):
 
     External wrenches and modal loads become zero.
     """
+    _move(model, data, y, motion, True)
+
+
+@compile_kernel
+def outward_motion(model, data, y, motion):
+    """Kinematics of every link as of `outward`; inertias, biases and loads stay what they were."""
+    _move(model, data, y, motion, False)
+
+
+@compile_inline
+def _move(model, data, y, motion, inertia):
     for i in range(len(model.links)):
         link, own, wP = model.links[i], data.links[i], get3(data.links[model.links[i].parent].omega)
         # the joint's frame: angular velocity, and the acceleration left when A and q'' of the parent are zero
@@ -90,8 +101,10 @@ def outward(model, data, y, motion):
         put3(own.slide, slide)
         put3(own.omega, w)
         put6(own.bias, add6((bias[0], bias[1], bias[2], turning[0], turning[1], turning[2]), extra))
-        put6(own.wrench, ZERO6)
-        own_inertia(data.modal, model, data, i, y)
+        modal_coordinates(data.modal, model, i, y)
+        if inertia:
+            put6(own.wrench, ZERO6)
+            own_inertia(data.modal, model, data, i)
 
 
 @compile_kernel

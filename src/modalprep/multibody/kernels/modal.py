@@ -145,15 +145,14 @@ def modal_accelerations(modal, model, data, i, udot):
     if model.links[i].slot < 0:
         return
     s, n, u = model.links[i].slot, model.links[i].modes, model.links[i].uq
-    A, qdd = get6(data.links[i].acceleration), modal.qdd[s]
-    for a in range(n - 1, -1, -1):
-        row = modal.Z[s, a]
-        v = dot6(get6(row), A) + row[LOAD]
-        for b in range(a + 1, n):
-            v += row[8 + b] * qdd[b]
-        v = -v * row[INVERSE]
-        qdd[a] = v
-        udot[u + a] = v
+    A, Z, qdd = get6(data.links[i].acceleration), modal.Z[s], modal.qdd[s]
+    for a in range(n):
+        qdd[a] = -dot6(get6(Z[a]), A) - Z[a, LOAD]
+    for a in range(n - 1, -1, -1):  # by columns: a sum over a row would wait for each number in turn
+        v = qdd[a] * Z[a, INVERSE]
+        qdd[a] = udot[u + a] = v
+        for b in range(a):
+            qdd[b] -= Z[b, 8 + a] * v
 
 
 @compile_inline

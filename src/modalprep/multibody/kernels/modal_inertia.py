@@ -12,7 +12,6 @@ from modalprep.multibody.kernels.algebra.matrices import (
 )
 from modalprep.multibody.kernels.algebra.rows import (
     combined3,
-    combined6,
     combined9,
     dots4,
     dots9,
@@ -23,6 +22,7 @@ from modalprep.multibody.kernels.algebra.rows import (
     rows3,
     rows9,
     rows12,
+    twice_combined6,
 )
 from modalprep.multibody.kernels.algebra.tuples import (
     add3,
@@ -63,8 +63,9 @@ def expand(modal, model, i):
         return
     for b in range(0, n, WIDTH):
         for r in (b, b + 6 * N):
-            put_rows6(modal.dp, r, N, combined6(modal.integrals.by_q[k], modal.q[s], n, r, N))
-            put_rows6(modal.Dqd, r, N, combined6(modal.integrals.by_q[k], modal.qd[s], n, r, N))
+            bent, turning = twice_combined6(modal.integrals.by_q[k], modal.q[s], modal.qd[s], n, r, N)
+            put_rows6(modal.dp, r, N, bent)
+            put_rows6(modal.Dqd, r, N, turning)
     _affine_sums(modal, k, s, n, N)
     _as_a_line(modal, k, n, N)
 
@@ -134,11 +135,22 @@ def mode_moments(modal, model, i, p, b):
 
 
 @compile_inline
-def own_inertia(modal, model, data, i, y):
-    """Write the own inertia and bias force of link i's body to the data; `modal` may be None."""
+def modal_coordinates(modal, model, i, y):
+    """Take the modal coordinates of link i's body and their rates from a state; `modal` may be None."""
+    if modal is not None:
+        s = model.links[i].slot
+        if s >= 0:
+            for a in range(model.links[i].modes):
+                modal.q[s, a] = y[model.links[i].xq + a]
+                modal.qd[s, a] = y[model.nx + model.links[i].uq + a]
+
+
+@compile_inline
+def own_inertia(modal, model, data, i):
+    """Write the own inertia and bias force of link i's body to the data, after `modal_coordinates`."""
     if modal is not None:
         if model.links[i].slot >= 0:
-            own_flexible(modal, model, data, i, y)
+            own_flexible(modal, model, data, i)
             return
     own_rigid(data.links[i])
 
@@ -155,13 +167,11 @@ def own_rigid(own):
 
 
 @compile_inline
-def own_flexible(modal, model, data, i, y):
+def own_flexible(modal, model, data, i):
     """Write link i's own inertia and bias to the data: the equations of one body, see body/mass.py."""
     k, s, n = model.links[i].kind, model.links[i].slot, model.links[i].modes
-    for a in range(n):
-        modal.q[s, a] = y[model.links[i].xq + a]
-        modal.qd[s, a] = y[model.nx + model.links[i].uq + a]
-        modal.load[s, a] = 0.0
+    for b in range(0, n, WIDTH):
+        put_lanes(modal.load[s], b, four(0.0))
     w, m, root, N = get3(data.links[i].omega), data.links[i].mass, modal.integrals.place[k, 24], modal.q.shape[1]
     expand(modal, model, i)
     p, rates, second = take12(modal.affine[0], 0), take12(modal.affine[1], 0), take12(modal.affine[2], 0)

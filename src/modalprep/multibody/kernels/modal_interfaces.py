@@ -19,13 +19,13 @@ from modalprep.multibody.kernels.algebra.rotations import (
     half_tangent_rate,
 )
 from modalprep.multibody.kernels.algebra.rows import (
-    combined6,
     dots6,
     mode6,
     put_rows3,
     put_rows6,
     rows3,
     rows6,
+    twice_combined6,
 )
 from modalprep.multibody.kernels.algebra.tuples import (
     ZERO3,
@@ -62,9 +62,9 @@ def node_shape(modal, model, p, node, slot):
             put_rows6(Phi, b, N, rows6(shape, b, N))
         return dots6(shape, N, q, n), dots6(shape, N, qd, n), ZERO6
     for b in range(0, n, WIDTH):
-        bent = combined6(model.modal.Kg_node[row], q, n, b, N)
+        bent, turning = twice_combined6(model.modal.Kg_node[row], q, qd, n, b, N)
         put_rows6(Phi, b, N, axpy6(rows6(shape, b, N), -1.0, bent))
-        put_rows6(modal.turn, b, N, combined6(model.modal.Kg_node[row], qd, n, b, N))
+        put_rows6(modal.turn, b, N, turning)
     moved = add6(dots6(shape, N, q, n), dots6(Phi, N, q, n))
     moved = (0.5 * moved[0], 0.5 * moved[1], 0.5 * moved[2], 0.5 * moved[3], 0.5 * moved[4], 0.5 * moved[5])
     second = sub6(ZERO6, dots6(modal.turn, N, qd, n))

@@ -92,12 +92,13 @@ def combined3(table, f, n, b, N):
 
 
 @compile_inline
-def combined6(table, f, n, b, N):
-    """Return ``sum_j f_j table[j]`` of six rows from b on."""
-    total = zero6()
+def twice_combined6(table, f, g, n, b, N):
+    """Return ``sum_j f_j table[j]`` and ``sum_j g_j table[j]`` of six rows from b on."""
+    first, second = zero6(), zero6()
     for j in range(n):
-        total = axpy6(total, f[j], rows6(table[j], b, N))
-    return total
+        row = rows6(table[j], b, N)
+        first, second = axpy6(first, f[j], row), axpy6(second, g[j], row)
+    return first, second
 
 
 @compile_inline

@@ -74,6 +74,8 @@ def _pointer(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
 
 @intrinsic
 def load(typing: Any, array: Any, index: Any) -> Any:
+    """Four numbers ``array[index:index + 4]``."""
+
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         return builder.load(_pointer(context, builder, sig, args), align=8)
 
@@ -82,6 +84,8 @@ def load(typing: Any, array: Any, index: Any) -> Any:
 
 @intrinsic
 def store(typing: Any, array: Any, index: Any, value: Any) -> Any:
+    """Write four numbers to ``array[index:index + 4]``."""
+
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         builder.store(args[2], _pointer(context, builder, sig, args), align=8)
         return context.get_dummy_value()
@@ -91,6 +95,8 @@ def store(typing: Any, array: Any, index: Any, value: Any) -> Any:
 
 @intrinsic
 def spread(typing: Any, value: Any) -> Any:
+    """Return four times the same number."""
+
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         return _spread(builder, types.float64, args[0])
 
@@ -99,6 +105,8 @@ def spread(typing: Any, value: Any) -> Any:
 
 @intrinsic
 def join(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return four numbers in one."""
+
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         found = ir.Constant(VECTOR, ir.Undefined)
         for k, value in enumerate(args):
@@ -110,6 +118,8 @@ def join(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 @intrinsic
 def total(typing: Any, value: Any) -> Any:
+    """Return the sum of four numbers."""
+
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         each = [builder.extract_element(args[0], ir.IntType(32)(k)) for k in range(WIDTH)]
         return builder.fadd(builder.fadd(each[0], each[2]), builder.fadd(each[1], each[3]))
@@ -119,6 +129,7 @@ def total(typing: Any, value: Any) -> Any:
 
 @intrinsic
 def numbers(typing: Any, value: Any) -> Any:
+    """Return four numbers as a tuple."""
     kind = types.UniTuple(types.float64, WIDTH)
 
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
@@ -135,6 +146,8 @@ def _mixed(builder: Any, a: Any, b: Any, places: tuple[int, ...]) -> Any:
 
 @intrinsic
 def sums(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return the sums of four lanes."""
+
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:
         even, odd, low, high = (0, 4, 2, 6), (1, 5, 3, 7), (0, 1, 4, 5), (2, 3, 6, 7)
         pairs = [builder.fadd(_mixed(builder, *two, even), _mixed(builder, *two, odd)) for two in (args[:2], args[2:])]
@@ -145,6 +158,7 @@ def sums(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
 
 @intrinsic
 def transpose(typing: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
+    """Return the first numbers of four lanes, then their second ones, and so on."""
     kind = types.UniTuple(LANES, WIDTH)
 
     def build(context: Any, builder: Any, sig: Any, args: tuple) -> Any:

@@ -10,7 +10,7 @@ import numpy as np
 
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
-from modalprep.multibody.kernels.articulated_body import inward, outward
+from modalprep.multibody.kernels.articulated_body import inward, outward, outward_motion
 from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
 from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR, factorize, solve, violation
 from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
@@ -51,9 +51,7 @@ def project_positions(cons, model, data, trial, y, motion, t, work, hinge, stiff
     """
     last = np.inf
     for k in range(most + 1):
-        outward(model, trial, y, motion)
-        world(model, trial)
-        constraint_residual(cons, model, trial, y, motion, t, work, False)
+        _measure(cons, model, trial, y, motion, t, work)
         worst = violation(work, work.phi)
         if worst <= FINE * tolerance or (worst <= tolerance and (k == most or worst > SLOW * last)):
             return k
@@ -79,7 +77,7 @@ def project_velocities(cons, model, data, y, motion, work, hinge, stiff, toleran
     """Bring the speeds of y onto ``Phi' = 0`` by the least change, after `project_positions`; False on failure.
 
     `factored` as there, but the factor is made anew where it leaves more than `tolerance` of a row: of one that was
-    redundant where the loops were open.
+    redundant where the loops were open. With the factor of a state nearby, something is left: `settle` repeats it.
     """
     copy(work.rate, work.wanted)
     if factored:
@@ -93,6 +91,14 @@ def project_velocities(cons, model, data, y, motion, work, hinge, stiff, toleran
     for k in range(len(work.step)):
         y[model.nx + k] += work.step[k]
     return True
+
+
+@compile_kernel
+def _measure(cons, model, trial, y, motion, t, work):
+    """Write what the rows of a state measure."""
+    outward_motion(model, trial, y, motion)
+    world(model, trial)
+    constraint_residual(cons, model, trial, y, motion, t, work, False)
 
 
 @compile_kernel
@@ -131,10 +137,15 @@ def settle(cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance
     steps = project_positions(
         cons, model, data, trial, y, motion, t, work, hinge, stiff, tolerance, most, factored
     )  # fmt: skip
-    fine = FINE_RATE * tolerance
-    if steps >= 0 and violation(work, work.rate) > fine:
-        moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, fine, factored)
+    old = steps > 0 and not factored  # the factor is that of a state before the coordinates moved
+    fine, last = FINE_RATE * tolerance, np.inf
+    while steps >= 0 and violation(work, work.rate) > fine and violation(work, work.rate) < SLOW * last:
+        last = violation(work, work.rate)
+        moves = project_velocities(cons, model, data, y, motion, work, hinge, stiff, fine, factored or old)
         steps = steps + 1 if moves else -1
+        if not old:
+            break
+        _measure(cons, model, trial, y, motion, t, work)
     return steps
 
 
@@ -147,8 +158,6 @@ def rate_slopes(cons, model, data, y, motion, t, work, out):
     for u in range(out.shape[1]):
         y[model.nx :] = 0.0
         y[model.nx + u] = 1.0
-        outward(model, data, y, motion)
-        world(model, data)
-        constraint_residual(cons, model, data, y, motion, t, work, False)
+        _measure(cons, model, data, y, motion, t, work)
         for i in range(out.shape[0]):
             out[i, u] = work.rate[i] + work.push[i]
