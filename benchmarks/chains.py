@@ -64,12 +64,15 @@ def compiled(given: tuple) -> Callable[[int], None]:
     return lambda count: repeat(count, *given)
 
 
-def from_python(given: tuple) -> Callable[[int], None]:
-    """Return a call that evaluates the accelerations of rigid bodies a number of times from Python."""
+def from_python(system: mp.System) -> Callable[[int], None]:
+    """Return a call that evaluates the accelerations at that state a number of times from Python."""
+    equations = mp.multibody.EquationsOfMotion(system)
+    equations.y[:] = arguments(system)[2]
+    update = equations.update
 
     def call(count: int) -> None:
         for _ in range(count):
-            kernel.accelerations(*given)
+            update()
 
     return call
 

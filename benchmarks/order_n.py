@@ -32,6 +32,8 @@ from peers_flexible import flexible
 from peers_rigid import mujoco, pinocchio, pinocchio_compiled, pinocchio_library
 from real_time import RTOL, ten_links, timed
 
+from modalprep.by_address import Addressed
+
 MODES = (0, 3, 6, 12, 24)
 DENSE_MODES = 6
 LONGEST_DENSE = 700  # speeds: the dense way takes seconds beyond
@@ -84,7 +86,7 @@ def rigid(quick: bool) -> dict[str, float | None]:
     for n in counts:
         given = arguments(chain(n))
         made, drop = pinocchio_compiled(library, n) if library else (None, lambda: None)
-        calls = [from_python(given), compiled(given), pinocchio(n), mujoco(n), made]
+        calls = [from_python(chain(n)), compiled(given), pinocchio(n), mujoco(n), made]
         spent = iter(medians([call for call in calls if call], 31 if quick else 101))
         python, loop, *peers = (next(spent) if call else None for call in calls)
         drop()
@@ -116,7 +118,7 @@ def arrays(given: object) -> Iterator[np.ndarray]:
     """Yield all arrays of nested tuples."""
     if isinstance(given, np.ndarray):
         yield given
-    elif isinstance(given, tuple):
+    elif isinstance(given, tuple | Addressed):
         for part in given:
             yield from arrays(part)
 

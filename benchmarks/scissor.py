@@ -110,7 +110,7 @@ def repeat(count, equations, y, ydot):
 def compiled(system: mp.System) -> Callable[[int], None]:
     """Return a call that evaluates the equations of a run a number of times at the start, in compiled code."""
     evaluator = Evaluator(system)
-    equations = build_equations(system, evaluator.packed, evaluator.loading)
+    equations = build_equations(evaluator.packed, evaluator.loading)
     y = np.append(evaluator.start, 0.0)
     ydot = np.zeros(evaluator.nx + evaluator.nu + 1)
     return lambda count: repeat(count, equations, y, ydot)

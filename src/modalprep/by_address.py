@@ -1,18 +1,20 @@
 """Records of arrays that compiled code takes as one pointer.
 
 Numba hands a tuple of arrays to a function number by number: hundreds of arguments, in every call, for the equations
-of a system. A tuple of a class with `by_address` is the address of a block of words instead, which holds where each
+of a system. A record of a class with `by_address` is the address of a block of words instead, which holds where each
 array lies, its shape and strides, the addresses of the records inside, and numbers. The block is written once, at the
-first call, and never changes: compiled code may keep what it has read of it.
+first call, and never changes: compiled code may keep what it has read of it. Records that are made again and again are
+copies of a `Pattern`.
 """
 
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterator, Sequence
 from ctypes import c_void_p
 from functools import cached_property
 from struct import pack, unpack
-from typing import Any, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from llvmlite import ir
@@ -29,7 +31,11 @@ from numba.extending import (
 )
 
 WORD = 8
-SHAPE, STRIDES = np.ndarray.shape.__get__, np.ndarray.strides.__get__  # those of a recarray take ten times as long
+# of all arrays alike: the attributes of a recarray take ten times as long
+SHAPE, STRIDES = np.ndarray.shape.__get__, np.ndarray.strides.__get__
+DTYPE, NDIM, FLAGS = np.ndarray.dtype.__get__, np.ndarray.ndim.__get__, np.ndarray.flags.__get__
+ROWS, COLUMNS, ORDER = 0x0001, 0x0002, 0x0503  # flags of an array that make its type: order, aligned, writeable
+LINE = 64  # bytes, of the processor's cache
 Named = TypeVar("Named")
 
 
@@ -50,15 +56,53 @@ def _data(array: np.ndarray) -> int:
     return c_void_p.from_address(id(array) + object.__basicsize__).value or 0
 
 
+class _Lazy:
+    """A field of a copy of a `Pattern`: its array is made when it is asked for, and stays with the record."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def __get__(self, record: Addressed | None, owner: type) -> Any:
+        if record is None:
+            return self
+        kind, shape, dtype, first = record._places[self.name]
+        record.__dict__[self.name] = array = np.ndarray.__new__(kind, shape, dtype, record._block, first)
+        return array
+
+
 class Addressed:
-    """What `by_address` adds to a NamedTuple."""
+    """What `by_address` makes of a NamedTuple: a record of the same fields, which do not change."""
+
+    _named: ClassVar[Any]  # the NamedTuple
+    _fields: ClassVar[tuple[str, ...]]
+    _places: dict[str, tuple]  # of a copy of a `Pattern`: class, shape, dtype and first byte of its arrays
+    _block: np.ndarray
+
+    def __init__(self, *values: Any, **named: Any) -> None:
+        self.__dict__.update(zip(self._fields, self._named(*values, **named), strict=True))
+
+    def __iter__(self) -> Iterator:
+        return iter([getattr(self, name) for name in self._fields])
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{type(self).__name__}.{name} cannot be exchanged, what it holds may change")
+
+    def __index__(self) -> int:
+        return self._address
+
+    def __reduce__(self) -> tuple:
+        """Copies and pickles have blocks of their own."""
+        return type(self), tuple(self)
+
+    def _replace(self, **changes: Any) -> Any:
+        return type(self)(**(dict(zip(self._fields, self, strict=True)) | changes))
 
     @cached_property
     def _words(self) -> np.ndarray:
         words: list[int] = []
-        for value in self:  # type: ignore[attr-defined]
+        for value in self:
             if isinstance(value, np.ndarray):
-                words += [_data(value), *SHAPE(value), *STRIDES(value)]
+                words += (_data(value), *SHAPE(value), *STRIDES(value))
             elif isinstance(value, Addressed):
                 words.append(value._address)
             elif isinstance(value, float):
@@ -69,18 +113,107 @@ class Addressed:
 
     @cached_property
     def _address(self) -> int:
-        return self._words.ctypes.data
+        return _data(self._words)
 
-    def __reduce__(self) -> tuple:
-        """Copies and pickles have blocks of their own."""
-        return type(self), tuple(self)  # type: ignore[arg-type]
+    @cached_property
+    def _type(self) -> AddressType:
+        key = type(self), *map(layout, self)
+        if key not in TYPES:
+            fields = {name: typeof(value) for name, value in zip(self._fields, self, strict=True)}
+            TYPES[key] = AddressType(type(self).__name__, fields)
+        return TYPES[key]
+
+
+TYPES: dict[tuple, AddressType] = {}  # numba's types of records, by class and layout
+
+
+def layout(value: Any) -> Any:
+    """Return what the type of a field depends on."""
+    if isinstance(value, np.ndarray):
+        order = FLAGS(value).num & ORDER
+        return DTYPE(value), NDIM(value), order - COLUMNS if order & ROWS and order & COLUMNS else order
+    return value._type.name if isinstance(value, Addressed) else type(value)
+
+
+Made = TypeVar("Made", bound=Addressed)
+
+
+class Pattern(Generic[Made]):
+    """A record from which others are made at once: its arrays lie in one block of memory, and are copied with it.
+
+    Numbers and the records inside are shared, where no others are given.
+
+    Parameters
+    ----------
+    record : Made
+        What the copies are like.
+    given : sequence of str
+        Arrays that every copy is given.
+
+    Examples
+    --------
+    >>> from typing import NamedTuple
+    >>> @by_address
+    ... class Line(NamedTuple):
+    ...     slope: float
+    ...     points: np.ndarray  # (n,)
+    >>> line = Pattern(Line(2.0, np.ones(3)))
+    >>> one, two = line.copy(), line.copy()
+    >>> one.points[0] = 5.0
+    >>> one.points, two.points
+    (array([5., 1., 1.]), array([1., 1., 1.]))
+    """
+
+    def __init__(self, record: Made, given: Sequence[str] = ()) -> None:
+        self.kind, self.type, size = type(record), record._type, 0
+        self.places: dict[str, tuple] = {}
+        fields = dict(zip(record._fields, record, strict=True))
+        self.layouts = {name: layout(value) for name, value in fields.items()}
+        self.others = {name: value for name, value in fields.items() if not isinstance(value, np.ndarray)}
+        own = {name: x for name, x in fields.items() if name not in self.others and name not in given}
+        for name, array in own.items():
+            self.places[name] = type(array), array.shape, array.dtype, size
+            size += -(-array.nbytes // LINE) * LINE
+        self.block, arrays = np.zeros(size + LINE, dtype=np.uint8), {}
+        for name, (kind, shape, dtype, first) in self.places.items():
+            arrays[name] = np.ndarray.__new__(kind, shape, dtype, self.block, first)
+            arrays[name][...] = own[name]
+        self.words = record._replace(**arrays)._words.copy()
+        self.moves = np.zeros_like(self.words)
+        addresses = [self.type.first[name] for name in own]
+        self.words[addresses] -= _data(self.block)
+        self.moves[addresses] = 1
+
+    def copy(self, **others: np.ndarray | Addressed) -> Made:
+        """Return a record whose arrays hold what those of the pattern held, with other records and arrays if given.
+
+        Raises
+        ------
+        TypeError
+            When one of these has another type, or an array another order in memory.
+        """
+        found = object.__new__(self.kind)
+        block = self.block.copy()
+        words, first = self.words + _data(block) * self.moves, self.type.first
+        for name, value in others.items():
+            if layout(value) != self.layouts[name]:
+                raise TypeError(f"{self.kind.__name__}.{name} has another layout than that of the pattern")
+            if isinstance(value, Addressed):
+                words[first[name]] = value._address
+            else:
+                numbers = _data(value), *SHAPE(value), *STRIDES(value)
+                words[first[name] : first[name] + len(numbers)] = numbers
+        found.__dict__.update(
+            self.others, **others, _block=block, _places=self.places, _words=words, _address=_data(words),
+            _type=self.type,
+        )  # fmt: skip
+        return found
 
 
 def by_address(cls: type[Named]) -> type[Named]:
     """Return a NamedTuple of arrays, numbers, records and None whose values kernels take as one pointer.
 
-    Kernels read its fields and cannot make one. Its arrays must not be exchanged, which a tuple does not allow; what
-    they hold may change.
+    Kernels read its fields and cannot make one. Its arrays cannot be exchanged; what they hold may change.
 
     Examples
     --------
@@ -96,14 +229,16 @@ def by_address(cls: type[Named]) -> type[Named]:
     >>> rise(Line(2.0, np.array([1.0, 3.0])), 1)
     6.0
     """
-    found = type(cls.__name__, (Addressed, cls), {"__module__": cls.__module__, "__doc__": cls.__doc__})
-    found.__qualname__ = cls.__qualname__
-    return found
+    return type(cls.__name__, (Addressed,), {
+        "__module__": cls.__module__, "__qualname__": cls.__qualname__, "__doc__": cls.__doc__,
+        "__annotations__": cls.__annotations__, "_named": cls, "_fields": cls._fields,
+        **{name: _Lazy(name) for name in cls._fields},
+    })  # fmt: skip
 
 
 @typeof_impl.register(Addressed)
 def _type_of(value: Any, context: Any) -> AddressType:
-    return AddressType(type(value).__name__, {name: typeof(x) for name, x in zip(value._fields, value, strict=True)})
+    return value._type
 
 
 def _words(kind: types.Type) -> int:
@@ -120,9 +255,9 @@ class _Address(models.OpaqueModel):
 
 @unbox(AddressType)
 def _unbox(kind: AddressType, value: Any, c: Any) -> NativeValue:
-    number = c.pyapi.object_getattr_string(value, "_address")
-    address = c.pyapi.long_as_voidptr(number)
-    c.pyapi.decref(number)
+    """Take the address from a record, or as the number that `jit.bound` gives."""
+    number = c.pyapi.number_as_ssize_t(value)
+    address = c.builder.inttoptr(number, c.context.get_value_type(kind))
     return NativeValue(address, is_error=c.pyapi.c_api_error())
 
 

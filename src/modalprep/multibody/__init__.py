@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from modalprep.multibody.evaluation.coordinates import Coordinates as Coordinates
     from modalprep.multibody.evaluation.coordinates import JointState as JointState
     from modalprep.multibody.evaluation.coordinates import coordinates as coordinates
+    from modalprep.multibody.evaluation.equations_of_motion import EquationsOfMotion as EquationsOfMotion
     from modalprep.multibody.evaluation.feedback import feedback as feedback
     from modalprep.multibody.evaluation.impact import Impact as Impact
     from modalprep.multibody.evaluation.impact import impact as impact
@@ -68,6 +69,7 @@ _NAMES = {
     "deploying.simulate": "simulate_deployment",
     "evaluation.state": "State Frame",
     "evaluation.coordinates": "coordinates Coordinates JointState",
+    "evaluation.equations_of_motion": "EquationsOfMotion",
     "evaluation.feedback": "feedback",
     "evaluation.impact": "impact Impact",
     "free_body.free_flyer": "simulate_free_body FreeBodyMotion",

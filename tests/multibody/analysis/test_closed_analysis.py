@@ -239,7 +239,7 @@ def test_linear_equations_are_the_derivative_of_the_run(seed):
     linear = mp.linearise(system, y, t)
     free, loading = linear.independent, Loading(system, evaluator.packed, 2.0)
     loading.loops.work.value[:] = evaluator.loops.work.value  # lengths as at the start
-    model = build_equations(system, evaluator.packed, loading)
+    model = build_equations(evaluator.packed, loading)
     z, w, h = rng.standard_normal(len(free)), rng.standard_normal(len(free)), 1e-5
 
     def rates(size):

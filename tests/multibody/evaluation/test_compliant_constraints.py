@@ -70,7 +70,7 @@ def test_one_implicit_solve_is_the_dense_one():
     """``(M + c1 D + c2 K) x = F - D a - K b``; K and D by differences of accelerations, M of the dense equations."""
     system = resting()
     packed = pack(system)
-    model = build_equations(system, packed, Loading(system, packed, 1.0))
+    model = build_equations(packed, Loading(system, packed, 1.0))
     nx, nu = packed.nx, packed.nu
     y, base, moved = np.append(start_state(packed), 0.0), np.zeros(nx + nu + 1), np.zeros(nx + nu + 1)
     evaluate(model, 0.0, y, base)

@@ -91,7 +91,7 @@ SMALL = 1e-7  # a stray of a step
 def strayed(name):
     """Equations of a loop, evaluated at a state that has strayed from it in coordinates and speeds."""
     evaluator = Evaluator(LOOPS[name])
-    equations = build_equations(LOOPS[name], evaluator.packed, evaluator.loading)
+    equations = build_equations(evaluator.packed, evaluator.loading)
     y = np.append(evaluator.start, 0.0)
     y[:-1] += SMALL * np.random.default_rng(1).standard_normal(len(y) - 1)
     evaluate(equations, 0.0, y, np.zeros(evaluator.nx + evaluator.nu + 1))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from fresh_process import printed
 
-from modalprep.by_address import by_address
-from modalprep.jit import compile_kernel
+from modalprep.by_address import Pattern, by_address
+from modalprep.jit import bound, compile_kernel
 
 ROW = np.dtype([("number", np.int64), ("place", np.float64, 3)])
 
@@ -68,6 +68,48 @@ def test_copies_have_their_own_block(remake):
     assert found[3] == 11.0
     read(given._replace(factor=2.5), found)
     assert found[0] == 2.5
+
+
+def test_copies_of_a_pattern_are_records_of_their_own():
+    """Kernels read copies as they read the record; what is written to one is not in the others."""
+    given, found = outer(np.arange(6.0).reshape(2, 3)), np.zeros((3, 8))
+    inner = Pattern(given.inner)
+    pattern = Pattern(given)
+    copies = [pattern.copy(inner=inner.copy()) for _ in range(2)]
+    copies[0].matrix[1, 2], copies[0].rows[1].number = 11.0, 9
+    for record, out in zip((*copies, given), found, strict=True):
+        read(record, out)
+    np.testing.assert_array_equal(found[0], [0.5, 6, 9.0, 11.0, 9, 5.0, 2, 3])
+    np.testing.assert_array_equal(found[1:], [[0.5, 6, 9.0, 5.0, 4, 5.0, 2, 3]] * 2)
+    assert all(record.inner.vector[0] == -1.0 for record in (*copies, given))
+
+
+def test_copies_of_a_pattern_take_arrays_of_other_sizes_but_not_of_other_kinds():
+    found, matrix = np.zeros(8), np.arange(12.0).reshape(3, 4)
+    pattern = Pattern(outer(np.zeros((2, 3))), ("matrix",))
+    read(pattern.copy(matrix=matrix), found)
+    assert found[3] == matrix[1, 2]
+    np.testing.assert_array_equal(found[6:], [3, 4])
+    for other in (matrix.astype(int), np.asfortranarray(matrix), matrix[0]):
+        with pytest.raises(TypeError, match="Outer.matrix has another layout"):
+            pattern.copy(matrix=other)
+
+
+def test_arrays_of_a_record_cannot_be_exchanged():
+    """Kernels keep the address of the first."""
+    with pytest.raises(AttributeError, match="Outer.matrix cannot be exchanged"):
+        outer(np.zeros((2, 3))).matrix = np.zeros((2, 3))
+
+
+def test_calls_with_bound_arguments_see_what_these_hold_now():
+    """The call alone keeps the record and its arrays."""
+    found = np.zeros(8)
+    call = bound(read, outer(np.zeros((2, 3))), found)
+    call()
+    assert found[3] == 0.0
+    call.first[0].matrix[1, 2] = 4.0
+    call()
+    assert found[3] == 4.0
 
 
 def test_functions_of_one_name_keep_their_own_code():

@@ -88,7 +88,7 @@ def test_closed_loops_equal_the_dense_solution(seed):
     system, y, _ = closed_tree(seed)
     system = in_orbit(system, NEAR)
     loading, whole = Loading(system, pack(system), 1.0), np.append(y, 0.0)
-    eq, rates = build_equations(system, pack(system), loading), np.zeros(len(whole))
+    eq, rates = build_equations(pack(system), loading), np.zeros(len(whole))
     assert evaluate(eq, 0.3, whole, rates) == GOOD
     found, motion = rates[eq.model.nx : -1], eq.motion
     assert eq.work.rank[0] == len(eq.cons.rows)

@@ -38,7 +38,7 @@ class Observed:
     def __init__(self, system, y):
         self.system, self.packed, self.y = system, pack(system), y
         loading = Loading(system, self.packed, 1.0)
-        self.model, self.loops = build_equations(system, self.packed, loading), loading.loops
+        self.model, self.loops = build_equations(self.packed, loading), loading.loops
         whole, rates = np.append(y, 0.7), np.zeros(len(y) + 1)
         assert evaluate(self.model, T, whole, rates) == GOOD
         table = Channels(system, self.packed, self.loops)

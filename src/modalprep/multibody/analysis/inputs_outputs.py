@@ -141,7 +141,7 @@ def _recovered(evaluator: Evaluator, name: str) -> Callable[[np.ndarray], float]
     """Return a recovered quantity, with the loads of the inputs."""
     seen = RecoveredState(evaluator.system, evaluator.packed, evaluator.loops)
     value = seen.reader(name, "output")
-    eq = build_equations(evaluator.system, evaluator.packed, evaluator.loading, evaluator.data)
+    eq = build_equations(evaluator.packed, evaluator.loading, evaluator.data)
 
     def read(y: np.ndarray) -> float:
         ydot = np.concatenate([np.zeros(evaluator.nx), evaluator.udot, [0.0]])

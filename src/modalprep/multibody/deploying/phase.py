@@ -149,9 +149,7 @@ class Phase:
         if self.packed.types[self.packed.links_of(d.name)[0]] == SLIDING:
             target.pop(0)
         rows = root + np.array(list(target))
-        apply_impulse(
-            build_equations(system, packed, loading), packed, self.t, y, rows, np.array(list(target.values()))
-        )
+        apply_impulse(build_equations(packed, loading), packed, self.t, y, rows, np.array(list(target.values())))
         _carry(packed, y, self.packed, self.steps.y)
         free = y[packed.nx + root : packed.nx + root + 6]
         return rotation, free[3:], float(free[0])

@@ -46,7 +46,7 @@ def _row(packer: Packer, load: AxialSpring) -> tuple:
 
 def implicit(packed: np.recarray) -> list[ImplicitRow]:
     """Return a row along the line of each spring that cannot go slack."""
-    tight = packed[packed["tension_only"] == 0]
+    tight = [c for c in packed if not c.tension_only]
     return [ImplicitRow(DISTANCE, np.zeros(3), c.stiffness, c.damping, ground_or_interface(c)) for c in tight]
 
 

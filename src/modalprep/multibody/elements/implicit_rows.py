@@ -53,6 +53,5 @@ def with_force_elements(loops: Constraints | None, loads: Loads) -> Constraints 
 
 def _joined(one: Constraints, two: Constraints) -> Constraints:
     """Return the rows of both; functions of time are those of the first."""
-    return Constraints(
-        one.tables, *(np.concatenate(pair).view(np.recarray) for pair in zip(one[1:], two[1:], strict=True))
-    )
+    fields = ([getattr(x, name) for x in (one, two)] for name in ("ends", "rows", "terms"))
+    return Constraints(one.tables, *(np.concatenate(pair).view(np.recarray) for pair in fields))

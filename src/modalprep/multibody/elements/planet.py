@@ -20,11 +20,12 @@ from modalprep.multibody.kernels.modal_inertia import expand, mode_moments
 from modalprep.multibody.kernels.modal_mass import apply_slopes
 from modalprep.multibody.model.environment import CentralGravity, Orbit
 from modalprep.multibody.model.system import System
+from modalprep.multibody.packing.tree import blank
 
 
 def pack(system: System) -> np.recarray:
     """Return one row, of zeros where there is no planet."""
-    row = np.zeros(1, PLANET)
+    row = blank(PLANET, 1)
     for load in system.loads:
         if isinstance(load, CentralGravity):
             row["mu"], row["centre"] = load.mu, load.centre
@@ -36,7 +37,7 @@ def pack(system: System) -> np.recarray:
         if dipole is not None:
             row["field"] = dipole.strength * (dipole.radius / orbit.radius) ** 3
             row["tilt"], row["longitude"] = dipole.tilt, dipole.longitude
-    return row.view(np.recarray)
+    return row
 
 
 @compile_kernel

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
+from modalprep.by_address import Pattern, by_address, layout
 from modalprep.jit import compile_kernel
 from modalprep.multibody.elements.implicit_rows import with_force_elements
 from modalprep.multibody.elements.registry import Loads, apply, prescribe
@@ -49,10 +49,9 @@ from modalprep.multibody.kernels.joints import along_axis
 from modalprep.multibody.kernels.loads.deployment import Reels, pay_out, take_up
 from modalprep.multibody.kernels.loads.variable_mass import refresh
 from modalprep.multibody.kernels.modal import push_modes
-from modalprep.multibody.model.system import System
 from modalprep.multibody.packing.constraints import constraint_work, no_constraints
 from modalprep.multibody.packing.packed import Packed
-from modalprep.multibody.packing.tree import rows
+from modalprep.multibody.packing.tree import blank
 
 MOST_PROJECTIONS = 10
 GOOD, FAILED_CALLBACK = -1, -2  # any other status is the link whose pivot is not positive
@@ -94,29 +93,40 @@ class Equations(NamedTuple):
     reels: Reels  # deployments
 
 
-def build_equations(system: System, packed: Packed, loading: Loading, data: Data | None = None) -> Equations:
+def build_equations(packed: Packed, loading: Loading, data: Data | None = None) -> Equations:
     """Return the arrays of a packed system and its loads; modal stiffness and damping stand in `linear`.
 
     `data` is that of an evaluation before, whose memory is used again; new if none is given.
     """
-    nu, links = packed.nu, packed.model.links
-    linear = np.zeros((2, nu))
-    for i in np.flatnonzero(links["modes"]):
-        body, first = system.bodies[packed.links[i].body], links["uq"][i]
-        linear[:, first : first + body.n] = body.K, body.D
     loops = loading.loops
     implicit = with_force_elements(loops.arrays if loops else None, loading.arrays)
     cons = loops.arrays if loops else None if implicit is None else no_constraints(implicit.tables)
-    work = loops.work if loops else None if cons is None else constraint_work(cons, packed)
     data = data or packed.data()
-    trial = loops.trial if loops else data
-    return Equations(
-        packed.model, data, trial, loading.arrays, loading.motion, loading.tau, loading.slope,
-        np.zeros(nu), linear, rows(FLAGS, [(loading.active, 0, 0)]), np.zeros(packed.nx + nu), np.zeros(nu),
-        rows(SHARED, [(0.0, 0.0, 0.0, 0.0, 0.0)]), cons, work, implicit,
-        constraint_work(implicit, packed, size=loops.closing.size if loops else 1.0) if implicit else None,
-        loading.reels,
-    )  # fmt: skip
+    records = {
+        "model": packed.model, "data": data, "trial": loops.trial if loops else data, "loads": loading.arrays,
+        "cons": cons, "work": loops.work if loops else None if cons is None else constraint_work(cons, packed),
+        "implicit": implicit, "reels": loading.reels,
+        "implicit_work": constraint_work(implicit, packed, size=loops.closing.size if loops else 1.0)
+        if implicit else None,
+    }  # fmt: skip
+    given = {"motion": loading.motion, "tau": loading.tau, "slope": loading.slope}
+    key = "equations", *map(layout, records.values())
+    if key not in packed.patterns:
+        packed.patterns[key] = Pattern(Equations(**records, **given, **_own_arrays(packed)), tuple(given))
+    present = {name: record for name, record in records.items() if record is not None}
+    equations = packed.patterns[key].copy(**present, **given)
+    if loading.active:
+        equations.flags["loaded"] = 1
+    return equations
+
+
+def _own_arrays(packed: Packed) -> dict[str, np.ndarray]:
+    """Return the arrays of `Equations` that belong to one run."""
+    nu = packed.nu
+    return {
+        "hinge": np.zeros(nu), "linear": packed.linear, "flags": blank(FLAGS, 1),
+        "state": np.zeros(packed.nx + nu), "reference": np.zeros(nu), "shared": blank(SHARED, 1),
+    }  # fmt: skip
 
 
 @compile_kernel
@@ -147,9 +157,24 @@ def load(eq, t, y):
 @compile_kernel
 def evaluate(eq, t, y, ydot):
     """Time derivative of ``[coordinates | speeds | work]``; returns GOOD, FAILED_CALLBACK or the link that failed."""
-    model, data, nx, nu = eq.model, eq.data, eq.model.nx, len(eq.tau)
+    nx, nu = eq.model.nx, len(eq.tau)
     if not load(eq, t, y):
         return FAILED_CALLBACK
+    status = respond(eq, t, y, ydot)
+    if status >= 0:
+        return status
+    ydot[nx + nu] = power(eq, eq.work, y)
+    if eq.flags[0].reference:
+        copy(y, eq.state)
+        call_address(eq.flags[0].reference, t)
+        copy(eq.reference, ydot[nx : nx + nu])
+    return GOOD
+
+
+@compile_kernel
+def respond(eq, t, y, ydot):
+    """Rates of the coordinates and accelerations after `load`; returns GOOD or the link that failed."""
+    model, data, nx, nu = eq.model, eq.data, eq.model.nx, len(eq.tau)
     closed = any_rows(eq.cons)
     if closed:
         constraint_residual(eq.cons, model, data, y, eq.motion, t, eq.work, True)
@@ -161,11 +186,6 @@ def evaluate(eq, t, y, ydot):
     else:
         forward(model, data, eq.tau, ydot[nx : nx + nu])
     kinematic(model, y, ydot)
-    ydot[nx + nu] = power(eq, eq.work, y)
-    if eq.flags[0].reference:
-        copy(y, eq.state)
-        call_address(eq.flags[0].reference, t)
-        copy(eq.reference, ydot[nx : nx + nu])
     return GOOD
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.dense import Frame
-from modalprep.multibody.elements.registry import Energies
+from modalprep.multibody.elements.registry import Energies, Loads
 from modalprep.multibody.evaluation.loops import Loops
 from modalprep.multibody.evaluation.state import State, callback_loads
 from modalprep.multibody.kernels.data import Data
@@ -29,6 +30,11 @@ def frames(packed: Packed, data: Data) -> Callable[[str, int], Frame]:
         return Frame(position, rotation.reshape(3, 3), *speeds)
 
     return frame
+
+
+def _is_constant(system: System, loads: Loads) -> bool:
+    """Whether packed loads are those of any time span, and nothing is written to them."""
+    return not (system.loads or system.depletions or len(loads.environment.tables.until))
 
 
 class Loading:
@@ -69,7 +75,8 @@ class Loading:
 
     def __init__(self, system: System, packed: Packed, t_end: float) -> None:
         self.system, self.packed, self.t_end = system, packed, t_end
-        self.arrays = registry.pack_loads(system, packed, t_end)
+        is_constant = partial(_is_constant, system)
+        self.arrays = packed.kept("loads", lambda: registry.pack_loads(system, packed, t_end), is_constant)
         loaded = system.loads or system.orbit or system.depletions
         self.active = bool(loaded) or any(joint.elements for joint in system.joints)
         self.compiled = not any(isinstance(load, Callback) for load in system.loads)
@@ -94,8 +101,9 @@ class Loading:
 
     def prescribe(self, t: float, data: Data | None = None) -> np.ndarray:
         """Return `motion` at time t, and let bodies have the mass of that time in `data`."""
-        registry.prescribe(self.arrays, t, self.motion)
-        if data is not None:
+        if len(self.arrays.motions):
+            registry.prescribe(self.arrays, t, self.motion)
+        if data is not None and self.packed.depleting:
             refresh(self.arrays.fill, self.arrays.environment.tables, self.packed.model, data, t)
         return self.motion
 

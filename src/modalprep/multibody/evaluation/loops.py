@@ -8,18 +8,22 @@ from modalprep.errors import InputError
 from modalprep.multibody.kernels import articulated_body as kernel
 from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops import constraints, multipliers, projection
-from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, COUPLER, DISTANCE, POINT
-from modalprep.multibody.kernels.closed_loops.projection import CLOSED
-from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPEEDS, SPHERICAL, Data
+from modalprep.multibody.kernels.closed_loops.constraints import ANGLE, DISTANCE, POINT
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED, FACE, MOST_STEPS
+from modalprep.multibody.kernels.data import REVOLUTE, SLIDING, SPEEDS, Data
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.model.constraints import Coupler
 from modalprep.multibody.model.system import System
-from modalprep.multibody.packing.constraints import constraint_work, pack_constraints
+from modalprep.multibody.packing.constraints import Closing, constraint_work, pack_constraints
 from modalprep.multibody.packing.packed import Packed
+from modalprep.multibody.packing.tree import rows
 
-CLOSED_RATE = 1e-8  # of the largest rate, the same way
-MOST_STEPS = 60
-HELD = 1e8  # how much heavier a coordinate is that should stay
+MOVED = 1e-6  # rad or m, of an assembly: what is told
+
+
+def _is_constant(closing: Closing) -> bool:
+    """Whether packed constraints are those of any time span."""
+    return len(closing.arrays.tables.until) == 0
 
 
 class Loops:
@@ -53,18 +57,19 @@ class Loops:
 
     def __init__(self, system: System, packed: Packed, t_end: float) -> None:
         self.system, self.packed = system, packed
-        self.closing = pack_constraints(system, packed, t_end)
+        self.closing = packed.kept("closing", lambda: pack_constraints(system, packed, t_end), _is_constant)
         self.arrays = self.closing.arrays
         self.work, self.trial = constraint_work(self.arrays, packed, self.closing.value), packed.data()
+        self.faces, self.kept = rows(FACE, self._faces()), self._kept()
         self.notes: list[str] = []
         for k, closure in enumerate(system.closures):
             self.activate(k, closure.active)
 
     def activate(self, closure: int, active: bool) -> None:
         """Let a closure hold, or let it go: then its rows are measured, but push nothing and count as closed."""
-        rows = self.closing.of(closure)
-        self.work.unit[rows] = self.closing.unit[rows] if active else 0.0
-        self.work.floor[rows] = self.closing.floor[rows] if active else np.inf
+        own = self.closing.of(closure)
+        self.work.unit[own] = self.closing.unit[own] if active else 0.0
+        self.work.floor[own] = self.closing.floor[own] if active else np.inf
 
     def active(self, closure: int) -> bool:
         """Return whether a closure holds."""
@@ -113,35 +118,32 @@ class Loops:
             When a loop cannot be closed; the sentence names the closure and its gap.
         """
         self.notes.clear()
-        self._as_at_start(data, y, motion, t)
-        held = self._held(data, y, motion)
-        soft = self.softest()
-        for hinge, stiff in ((held, HELD * soft), (held, soft), (0 * held, soft)):
-            found = y.copy()
-            if self._closed(data, found, motion, t, hinge, stiff):
-                self._note_moved(y, found)
-                self._note_redundant()
-                return found
-        raise InputError(self._gap(data, y, motion, t))
+        found, hinge, closing = np.empty_like(y), np.empty(self.packed.nu), self.closing
+        given = self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, self.faces, self.kept, hinge
+        if not projection.assemble(*given, self.packed.softest, closing.size, found):
+            raise InputError(self._gap(data, y, motion, t))
+        self._note_moved(y, found)
+        self._note_redundant()
+        return found
 
     def settle(self, data: Data, y: np.ndarray, motion: np.ndarray, t: float) -> bool:
         """Project a state in place, stiff modes moving least; False when it cannot be closed."""
         none = np.zeros(self.packed.nu)
-        args = (self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, none, self.softest())
-        return projection.settle(*args, CLOSED, MOST_STEPS, False) >= 0
+        args = (self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, none)
+        return projection.settle(*args, self.packed.softest, CLOSED, MOST_STEPS, False) >= 0
 
     def begin(self, closure: int) -> None:
         """Let a closure hold the ends as they are, after `residual`."""
-        rows = self.closing.of(closure)
-        self.work.value[rows] += self.work.phi[rows]
+        own = self.closing.of(closure)
+        self.work.value[own] += self.work.phi[own]
         self.activate(closure, True)
 
     def exerted(self) -> dict[str, np.ndarray]:
         """Return ``name.force``, ``name.torque``, ``name.multiplier`` of the multipliers, as in `Result.channels`."""
         found: dict[str, np.ndarray] = {}
         for k, closure in enumerate(self.system.closures):
-            rows = self.closing.of(k)
-            size, lane = self.work.multiplier[rows], self.work.paths.lane[rows]
+            own = self.closing.of(k)
+            size, lane = self.work.multiplier[own], self.work.paths.lane[own]
             lines = self.work.groups["line"].reshape(-1, 9, WIDTH)[lane // WIDTH, :, lane % WIDTH]
             if isinstance(closure, Coupler):
                 found[f"{closure.name}.multiplier"] = size[0]
@@ -151,72 +153,35 @@ class Loops:
             found[f"{closure.name}.torque"] = to_a @ (size @ lines[:, 6:])
         return found
 
-    def _closed(self, data, y, motion, t, hinge, stiff) -> bool:
-        if not self._project_positions(data, y, motion, t, hinge, stiff) or self._other_way_round():
-            return False
-        if not self._project_velocities(data, y, motion, hinge, stiff):
-            return False
-        kernel.outward(self.packed.model, data, y, motion)
-        self.residual(data, y, motion, t)
-        reach = np.abs(y[self.packed.nx :]).max(initial=0.0) + np.abs(self.work.push).max() / self.closing.size
-        return bool(multipliers.violation(self.work, self.work.rate) <= CLOSED_RATE * reach)
-
-    def _project_positions(self, data, y, motion, t, hinge, stiff) -> bool:
-        args = (self.arrays, self.packed.model, data, self.trial, y, motion, t, self.work, hinge, stiff)
-        return projection.project_positions(*args, CLOSED, MOST_STEPS, False) >= 0
-
-    def _project_velocities(self, data, y, motion, hinge, stiff) -> bool:
-        args = (self.arrays, self.packed.model, data, y, motion, self.work, hinge, stiff)
-        return projection.project_velocities(*args, 0.0, False)
-
-    def _other_way_round(self) -> bool:
-        """Whether the axes of a closure agree but point against each other: ``ea.eb = 0`` holds both ways."""
-        for k, closure in enumerate(self.system.closures):
-            count = sum(self.closing.rows[i].kind == ANGLE for i in self.closing.of(k))
-            if count >= 2 and self.active(k):
-                turn = self._axes(2 * k).T @ self._axes(2 * k + 1) @ closure.rotation.T
-                if closure.axis @ turn @ closure.axis < 0 or (count == 3 and np.trace(turn) < 2):
-                    return True
-        return False
-
     def _axes(self, end: int) -> np.ndarray:
-        turn, link = self.work.ends["rotation"][end].reshape(3, 3), self.arrays.ends["link"][end]
-        return turn @ self.packed.align(link).T if link >= 0 else turn
+        return self.work.ends["rotation"][end].reshape(3, 3) @ self._align(end).T
 
-    def _as_at_start(self, data, y, motion, t) -> None:
-        """Take lengths and sums of joint coordinates that have no value from the start values."""
-        arrays = self.arrays
-        kind = arrays.rows["kind"]
-        rows = ((kind == DISTANCE) | (kind == COUPLER)) & (arrays.rows["table"] < 0)
-        if np.any(rows):
-            kernel.outward(self.packed.model, data, y, motion)
-            self.residual(data, y, motion, t)
-            self.work.value[rows] += self.work.phi[rows]
+    def _faces(self) -> list[tuple]:
+        """Return the closures that could close the other way round, as records FACE."""
+        found = []
+        for k, closure in enumerate(self.system.closures):
+            turns = [i for i in self.closing.of(k) if self.closing.rows[i].kind == ANGLE]
+            if len(turns) >= 2:
+                axes = np.vstack([closure.axis, np.eye(3)])
+                in_a, in_b = axes @ self._align(2 * k), axes @ closure.rotation @ self._align(2 * k + 1)
+                found.append((2 * k, 2 * k + 1, turns[0], len(turns) == 3, in_a.ravel(), in_b.ravel()))
+        return found
 
-    def _held(self, data, y, motion) -> np.ndarray:
-        """Inertias that keep the coordinates of joints with `keep_start`: each HELD times what the hinge carries."""
-        model, hinge = self.packed.model, np.zeros(self.packed.nu)
-        kernel.outward(model, data, y, motion)
-        kernel.inward(model, data, np.zeros(self.packed.nu), hinge, 0.0, 0.0)
-        for i, link in enumerate(self.packed.links):
-            kind, u = self.packed.types[i], model.links["u"][i]
-            if link.joint.keep_start and SPEEDS[kind]:
-                along, about = data.links["M"][i, [0, 3, 5]], data.links["J"][i, [0, 3, 5]]
-                one = about[2:] if self.packed.turns(i) else along[2:]
-                sizes = {REVOLUTE: one, SLIDING: one, SPHERICAL: about, FREE: [*along, *about]}[kind]
-                hinge[u : u + SPEEDS[kind]] = HELD * np.abs(sizes).max()
-        return hinge
+    def _kept(self) -> np.ndarray:
+        """Return the links whose coordinates should stay in an assembly (nk,)."""
+        links = zip(self.packed.links, self.packed.types.tolist(), strict=True)
+        return np.array([i for i, (link, kind) in enumerate(links) if link.joint.keep_start and SPEEDS[kind]], int)
 
-    def softest(self) -> float:
-        """Return 1 / K of the softest mode, 0 without modes."""
-        stiffness = np.concatenate([body.K for body in self.system.bodies.values()])
-        return 1 / stiffness[stiffness > 0].min() if np.any(stiffness > 0) else 0.0
+    def _align(self, end: int) -> np.ndarray:
+        """Return the rotation from the axes of an end's link to those of its body."""
+        link = self.arrays.ends["link"][end]
+        return self.packed.align(link) if link >= 0 else np.eye(3)
 
     def _note_moved(self, before: np.ndarray, after: np.ndarray) -> None:
-        moved = []
-        for i, link in enumerate(self.packed.links):
+        moved, far = [], np.abs(after - before) > MOVED
+        for i, link in enumerate(self.packed.links if far.any() else ()):
             x = self.packed.model.links["x"][i]
-            if self.packed.types[i] in (REVOLUTE, SLIDING) and abs(after[x] - before[x]) > 1e-6:
+            if self.packed.types[i] in (REVOLUTE, SLIDING) and far[x]:
                 unit = "rad" if self.packed.turns(i) else "m"
                 moved.append(f"{link.joint.name} from {before[x]:.6g} to {after[x]:.6g} {unit}")
         if moved:
@@ -235,13 +200,15 @@ class Loops:
 
     def _gap(self, data, y, motion, t) -> str:
         """Say which closure stays open, and by how much."""
-        found, free, soft = y.copy(), np.zeros(self.packed.nu), self.softest()
-        reached = self._project_positions(data, found, motion, t, free, soft)
-        if reached and self._other_way_round():
+        found, model, arrays = y.copy(), self.packed.model, self.arrays
+        metric = self.work, np.zeros(self.packed.nu), self.packed.softest
+        given = arrays, model, data, self.trial, found, motion, t, *metric, CLOSED, MOST_STEPS, False
+        reached = projection.project_positions(*given) >= 0
+        if reached and projection.faces_away(self.faces, self.work):
             return "the loops close only with an axis pointing the other way; give start values nearer to closed loops"
         if reached:
-            self._project_velocities(data, found, motion, free, soft)
-            kernel.outward(self.packed.model, data, found, motion)
+            projection.project_velocities(arrays, model, data, found, motion, *metric, 0.0, False)
+            kernel.outward(model, data, found, motion)
             self.residual(data, found, motion, t)
         what, stops, gap, unit = self._worst(self.work.rate if reached else self.work.phi)
         if reached:

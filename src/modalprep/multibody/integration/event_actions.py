@@ -27,7 +27,8 @@ class Changes:
     """
 
     def __init__(self, system: System, events: Sequence[Event], loading: Loading, eq: Equations) -> None:
-        check_changes(system, events)
+        if events:
+            check_changes(system, events)
         self.loading, self.equations = loading, eq
         self.number = {closure.name: k for k, closure in enumerate(system.closures)}
         self.impacts: dict[str, list[Impact]] = {event.name: [] for event in events if event.changes}

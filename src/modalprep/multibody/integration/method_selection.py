@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.jit import compile_kernel
+from modalprep.jit import bound, compile_kernel
 from modalprep.multibody.evaluation.evaluate import GOOD, Equations, evaluate
 from modalprep.multibody.evaluation.loading import Loading
 from modalprep.multibody.integration.driver import ALPHA, EXPLICIT, REACHED, ROSENBROCK, RUNNING, Watch, advance, begin
@@ -77,8 +77,9 @@ def choose(eq: Equations, run: Run, loading: Loading, method: str, t_end: float)
 
 def top_frequency(eq: Equations, run: Run, t: float) -> float:
     """Return the highest frequency (rad/s) of small motions about the start at t, by power iteration on differences."""
-    y, near, base, moved = run.y.copy(), run.y.copy(), np.zeros_like(run.y), np.zeros_like(run.y)
-    return float(np.sqrt(_iterated(eq, t, y, any_direction(len(eq.tau)).copy(), near, base, moved)))
+    scratch = np.empty((5, len(run.y)))
+    scratch[:2], scratch[2, : len(eq.tau)] = run.y, any_direction(len(eq.tau))
+    return float(np.sqrt(bound(_iterated, eq, scratch, rest=(float,))(t)))
 
 
 @lru_cache(8)
@@ -88,9 +89,13 @@ def any_direction(count: int) -> np.ndarray:
 
 
 @compile_kernel
-def _iterated(eq, t, y, d, near, base, moved):
-    """Return the largest square of a frequency, from a direction ``d (nu,)``; 0 where the equations fail."""
+def _iterated(eq, scratch, t):
+    """Return the largest square of a frequency; 0 where the equations fail.
+
+    `scratch` (5, ny) begins with the state, twice, and a direction of its nu speeds.
+    """
     nx, square = eq.model.nx, 0.0
+    y, near, d, base, moved = scratch[0], scratch[1], scratch[2, : len(eq.tau)], scratch[3], scratch[4]
     if len(d) == 0 or evaluate(eq, t, y, base) != GOOD:
         return 0.0
     for _ in range(ITERATIONS):

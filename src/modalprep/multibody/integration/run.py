@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from modalprep.multibody.evaluation.evaluate import (
-    GOOD,
-    build_equations,
-)
+from modalprep.jit import bound
+from modalprep.multibody.evaluation.evaluate import GOOD, build_equations
 from modalprep.multibody.evaluation.event_functions import Observer, event_functions, state_reader
 from modalprep.multibody.evaluation.impact import Impact
 from modalprep.multibody.evaluation.loading import Loading
@@ -21,6 +19,7 @@ from modalprep.multibody.integration.event_actions import Changes
 from modalprep.multibody.integration.failure import diverged, failure, refuse_fixed_step, refuse_noise
 from modalprep.multibody.integration.method_selection import TRIAL_STEPS, Choice, choose, review, without
 from modalprep.multibody.integration.stepping import new_run
+from modalprep.multibody.integration.watching import CHUNK, new_watch
 from modalprep.multibody.kernels.callbacks import Pointer
 from modalprep.multibody.model.events import Event
 from modalprep.multibody.model.system import System
@@ -31,9 +30,7 @@ NAMES = {
     ROSENBROCK: "implicit, Rosenbrock-W of order 3",
     ALPHA: "implicit, generalized-alpha",
 }
-CHUNK = 256  # steps between two reports of progress
 EVALUATIONS_OF_A_STEP = 5  # about
-SAMPLES = 256  # states in the buffer
 Record = Callable[[np.ndarray, np.ndarray], None]
 
 
@@ -84,23 +81,34 @@ class Integration:
             loading.enter(*loading.stretches[0])
             y = y.copy()
             y[:-1] = loading.loops.assemble(data, y[:-1], loading.prescribe(0.0, data))
-        self.equations = build_equations(system, packed, loading, data)
+        self.equations = build_equations(packed, loading, data)
         self.changes = Changes(system, self.events, loading, self.equations)
-        output = float(np.diff(times).max()) if len(times) > 1 else np.inf
+        output = float((times[1:] - times[:-1]).max()) if len(times) > 1 else np.inf
         self.steps = new_run(y, len(packed.links), rtol, atol, rho, step or 0.0, loading.t_end, output)
-        flexible = np.flatnonzero(packed.model.links["modes"])
-        for i in flexible:
-            reach = size[packed.modes_of(packed.links[i].body)].max(initial=0.0)
-            self.steps.modal_size[i, 2] = 1.0 / reach if reach > 0 else 0.0
+        sizes, scale = size.tolist(), self.steps.modal_size
+        for i, own, _ in packed.flexible:
+            reach = max(sizes[own])
+            scale[i, 2] = 1.0 / reach if reach > 0 else 0.0
         self.pointers = {
             "callback": None if loading.compiled else self._pointer(self._loads),
             "reference": self._pointer(lambda t: self._reference(reference, t)) if reference else None,
         }
-        for flag in ("callback", "reference"):
-            self.equations.flags[flag] = self.pointers[flag].address if self.pointers[flag] else 0
+        for flag, pointer in self.pointers.items():
+            if pointer:
+                self.equations.flags[flag] = pointer.address
         self.watch = self._watch(times, size)
+        self.start = bound(driver.begin, self.equations, self.steps, rest=(int, float, float))
+        self.advance = bound(driver.advance, self.equations, self.steps, self.watch, rest=(int, float, int))
+        self._clock, self._count = (np.asarray(x) for x in (self.steps.clock, self.steps.count))  # read more quickly
         self.looked = (0, 0.0)  # evaluations and time when `refuse_endless` looked
         self.choice = choose(self.equations, self.steps, loading, method, loading.t_end)
+
+    @property
+    def _t(self) -> float:
+        return float(self._clock["time"][0])
+
+    def _counted(self, name: str) -> int:
+        return int(self._count[name][0])
 
     def _pointer(self, function: Callable[[float], None]) -> Pointer:
         return Pointer(function, self.equations.shared["raised"])
@@ -115,30 +123,21 @@ class Integration:
             self.equations.reference[:] = accelerations(self.equations.state, self.equations.motion, t)
 
     def _watch(self, times: np.ndarray, size: np.ndarray) -> Watch:
-        count = len(self.events)
-        values, hook = np.zeros(count), np.zeros(1, dtype=np.int64)
-        if count:
+        watch = new_watch(times, size, len(self.steps.y), self.equations, self.events)
+        if self.events:
             functions = event_functions(self.system, self.packed, self.loading, self.events, self.observer)
             state_at = state_reader(self.system, self.packed, self.loading, self.equations, self.events, self.observer)
 
             def ask(t: float) -> None:
                 state = state_at(t)
-                values[:] = [
+                watch.values[:] = [
                     function(t, state) if self.changes.armed(event) else 1.0
                     for function, event in zip(functions, self.events, strict=True)
                 ]
 
             self.pointers["events"] = pointer = self._pointer(ask)
-            hook[0] = pointer.address
-        sense = np.array([[e.direction, e.terminal or e.changes] for e in self.events], dtype=np.int64).reshape(
-            count, 2
-        )
-        samples = np.zeros((SAMPLES, len(self.steps.y)))
-        found = np.zeros((CHUNK * driver.PROBES * count, 2))
-        return Watch(
-            np.ascontiguousarray(times), samples, size, self.equations.state, self.equations.shared, hook, values,
-            np.zeros(count), np.zeros(count), sense, found,
-        )  # fmt: skip
+            watch.hook[0] = pointer.address
+        return watch
 
     def run(self, record: Record, progress: Callable[[float], None] | None) -> Outcome:
         """Integrate to the last output time; `record` gets output times (k,) and states (k, nx + nu + 1).
@@ -161,33 +160,33 @@ class Integration:
     def _follow(self, end: float, found: list, record: Record, progress: Callable[[float], None] | None) -> int:
         """Take steps to the time `end`, or to what ends the run before; returns a code of `driver.advance`."""
         while True:
-            t, count = float(self.steps.clock[0].time), int(self.steps.count[0].evaluations)
-            halved = int(self.steps.count[0].halved)
-            code = driver.advance(self.equations, self.steps, self.watch, self.choice.method, end, self._chunk())
-            found += [(int(e), float(t)) for e, t in self.watch.found[: self.steps.count[0].events]]
+            t, count = self._t, self._counted("evaluations")
+            halved = self._counted("halved")
+            code = self.advance(self.choice.method, end, self._chunk())
+            found += [(int(e), float(t)) for e, t in self.watch.found[: self._counted("events")]]
             self._drain(record)
             self.raise_callback()
             if code == driver.COLLAPSED:
                 self._escape(record, end)
                 continue
             if progress:
-                progress(float(self.steps.clock[0].time))
+                progress(self._t)
             if code == driver.STOPPED and self._change(found, record, end):
                 continue
             if code not in (driver.RUNNING, driver.FULL):
                 return code
-            moved = float(self.steps.clock[0].time) - t
-            refuse_fixed_step(self, int(self.steps.count[0].halved) - halved)
-            refuse_noise(self, self.steps.count[0].evaluations - count, moved)
+            moved = self._t - t
+            refuse_fixed_step(self, self._counted("halved") - halved)
+            refuse_noise(self, self._counted("evaluations") - count, moved)
             refuse_endless(self)
-            if code == driver.RUNNING and moved > 0.0 and self.steps.count[0].evaluations > self.choice.review:
-                self._review((self.steps.count[0].evaluations - count) / moved, record, end)
+            if code == driver.RUNNING and moved > 0.0 and self._counted("evaluations") > self.choice.review:
+                self._review((self._counted("evaluations") - count) / moved, record, end)
 
     def _begin(self, begin: float, end: float) -> None:
-        status = driver.begin(self.equations, self.steps, self.choice.method, begin, end)
+        status = self.start(self.choice.method, begin, end)
         self.raise_callback()
-        if status != GOOD or not np.all(np.isfinite(self.steps.ydot)):
-            self.steps.count[0].cause = status
+        if status != GOOD or not np.isfinite(self.steps.ydot).all():
+            self._count["cause"] = status
             raise failure(self, begin)
         if self.events and begin == self.loading.stretches[0][0]:
             self._look(begin)
@@ -200,7 +199,7 @@ class Integration:
 
     def _change(self, found: list[tuple[int, float]], record: Record, end: float) -> bool:
         """Go on with other speeds and closures after the events that stopped the run; False where it ends."""
-        t = float(self.steps.clock[0].time)
+        t = self._t
         found[:] = [(e, s) for e, s in found if s <= t]  # what was seen beyond may not come
         here = [e for e, s in found if s == t]
         if any(self.events[e].terminal for e in here):
@@ -226,7 +225,7 @@ class Integration:
 
     def _chunk(self) -> int:
         """Return how many steps to take at once: two times at least up to the next review."""
-        left = (self.choice.review - self.steps.count[0].evaluations) / (2 * EVALUATIONS_OF_A_STEP)
+        left = (self.choice.review - self._counted("evaluations")) / (2 * EVALUATIONS_OF_A_STEP)
         return int(min(CHUNK, max(TRIAL_STEPS, left)))
 
     def _review(self, spent: float, record: Record, end: float) -> None:
@@ -237,7 +236,7 @@ class Integration:
 
     def _escape(self, record: Record, end: float) -> None:
         """Go on without an implicit method that does not converge, where the choice is free."""
-        choice = without(self.choice, t := float(self.steps.clock[0].time))
+        choice = without(self.choice, t := self._t)
         if choice.method == self.choice.method:
             raise failure(self, t)
         self._go_on(choice, record, end)
@@ -246,7 +245,7 @@ class Integration:
         changes, self.choice = choice.method != self.choice.method, choice
         if changes:
             self._sample_all(record)
-            self._begin(float(self.steps.clock[0].time), end)
+            self._begin(self._t, end)
 
     def _sample_all(self, record: Record) -> None:
         full = True
@@ -255,11 +254,11 @@ class Integration:
             self._drain(record)
 
     def _drain(self, record: Record) -> None:
-        count, done = self.steps.count[0].buffered, self.steps.count[0].sampled
+        count, done = self._counted("buffered"), self._counted("sampled")
         if count:
             record(self.watch.times[done - count : done], self.watch.samples[:count])
             self.raise_callback()
-        self.steps.count[0].buffered = 0
+        self._count["buffered"] = 0
 
     def raise_callback(self) -> None:
         """Raise what a function of the user raised in compiled code."""
@@ -268,7 +267,7 @@ class Integration:
                 raise pointer.error
 
     def _outcome(self, code: int, found: list[tuple[int, float]], record: Record) -> Outcome:
-        t = float(self.steps.clock[0].time)
+        t = self._t
         if code in (driver.STOPPED, driver.DIVERGED):
             self._sample_all(record)
         times = {e.name: np.sort([s for k, s in found if k == i and s <= t]) for i, e in enumerate(self.events)}
@@ -278,7 +277,7 @@ class Integration:
         if code == driver.STOPPED:
             names = [e.name for e in self.events if e.terminal and t in times[e.name]]
             message = f"event {names[0]!r} ended the run at t = {t:.6g} s"
-            if not np.any(self.watch.times[: self.steps.count[0].sampled] >= t):
+            if not np.any(self.watch.times[: self._counted("sampled")] >= t):
                 record(np.array([t]), self.steps.y[None])
                 self.raise_callback()
         impacts = {name: tuple(found) for name, found in self.changes.impacts.items()}
@@ -287,6 +286,6 @@ class Integration:
         )
 
     def _stats(self) -> dict[str, str | int | float]:
-        counts = {name: int(self.steps.count[name][0]) for name in ("steps", "evaluations", "rejected", "halved")}
+        counts = {name: self._counted(name) for name in ("steps", "evaluations", "rejected", "halved")}
         ratio = {} if self.choice.ratio is None else {"stiffness_ratio": float(self.choice.ratio)}
         return {"method": self.choice.name} | counts | ratio

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from modalprep.by_address import by_address
+from modalprep.by_address import Pattern, by_address
 from modalprep.jit import compile_inline, compile_kernel
 from modalprep.multibody.kernels.data import FREE, REVOLUTE, SLIDING, SPHERICAL
 from modalprep.multibody.kernels.joints import normalise
+from modalprep.multibody.packing.tree import blank
 
 CLOCK = np.dtype([
     ("time", np.float64),  # s
@@ -67,14 +69,20 @@ def new_run(
     y: np.ndarray, links: int, rtol: float, atol: float, rho: float, fixed: float, span: float, output: float
 ) -> Run:
     """Return the state of a run that begins at y."""
-    ny = len(y)
-    size, clock, count = (np.zeros(1, dtype).view(np.recarray) for dtype in (SIZE, CLOCK, COUNT))
+    run = _pattern(len(y), links).copy()
+    run.y[:] = y
     settings = {"fixed_step": fixed, "rtol": rtol, "atol": atol, "rho_inf": rho, "span": span, "output": output}
     for name, value in settings.items():
-        clock[name] = value
-    vectors = [np.zeros(ny) for _ in range(4)]
+        run.clock[name] = value
+    return run
+
+
+@lru_cache(16)
+def _pattern(ny: int, links: int) -> Pattern[Run]:
+    size, clock, count = (blank(dtype, 1) for dtype in (SIZE, CLOCK, COUNT))
+    vectors = [np.zeros(ny) for _ in range(5)]
     rows = np.zeros((16, ny)), np.zeros((7, ny)), np.ones(ny)
-    return Run(y.copy(), *vectors, *rows, size, np.zeros((links, 3)), clock, count)
+    return Pattern(Run(*vectors, *rows, size, np.zeros((links, 3)), clock, count))
 
 
 @compile_kernel

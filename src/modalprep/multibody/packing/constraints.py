@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from modalprep.by_address import Pattern
 from modalprep.multibody.kernels.algebra.lanes import WIDTH
 from modalprep.multibody.kernels.closed_loops.constraints import (
     ANGLE,
@@ -36,7 +37,7 @@ from modalprep.multibody.model.time_function import TimeFunction
 from modalprep.multibody.packing.packed import Packed
 from modalprep.multibody.packing.row_paths import row_paths
 from modalprep.multibody.packing.time_tables import tabulate
-from modalprep.multibody.packing.tree import turn_to
+from modalprep.multibody.packing.tree import blank, rows, turn_to
 
 IMMOBILE = 1e-18  # a row whose mobility is below this share of 1 / mass moves nothing: 1e-9 of a lever
 
@@ -114,13 +115,13 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
     >>> len(closing.rows), closing.rows[0].stops, closing.arrays.ends["link"].tolist()
     (5, 'displacement of arm.tip to ground along (1, 0, 0)', [0, -1])
     """
-    rows = [row for k, closure in enumerate(system.closures) for row in _rows(k, closure)]
-    functions = [row.function for row in rows if row.function is not None]
+    conditions = [row for k, closure in enumerate(system.closures) for row in _rows(k, closure)]
+    functions = [row.function for row in conditions if row.function is not None]
     numbers = iter(range(len(functions)))
     size = _size(system)
     mass = sum(body.m for body in system.bodies.values())
-    packed_rows, value, unit, floor = np.zeros(len(rows), ROW).view(np.recarray), *np.zeros((3, len(rows)))
-    for i, row in enumerate(rows):
+    packed_rows, value, unit, floor = blank(ROW, len(conditions)), *np.zeros((3, len(conditions)))
+    for i, row in enumerate(conditions):
         at, length = packed_rows[i], row.kind in (POINT, DISTANCE)
         at["kind"], at["a"], at["b"] = row.kind, 2 * row.closure, 2 * row.closure + 1
         at["table"] = -1 if row.function is None else next(numbers)
@@ -130,30 +131,42 @@ def pack_constraints(system: System, packed: Packed, t_end: float) -> Closing:
         if row.kind == SLIP:
             at["friction"], at["sliding"] = row.friction
             unit[i], floor[i] = 0.0, np.inf
-    terms = [term for i, row in enumerate(rows) for term in _terms(system, packed, i, system.closures[row.closure])]
+    terms = [
+        term for i, row in enumerate(conditions) for term in _terms(system, packed, i, system.closures[row.closure])
+    ]
     ends = [end for closure in system.closures for end in _ends(system, packed, closure)]
     arrays = Constraints(
         tabulate(functions, t_end),
-        np.array(ends, END).view(np.recarray),
+        rows(END, ends),
         packed_rows,
-        np.array(terms, TERM).reshape(-1).view(np.recarray),
+        rows(TERM, terms),
     )
-    return Closing(arrays, tuple(rows), size, value, unit, floor)
+    return Closing(arrays, tuple(conditions), size, value, unit, floor)
 
 
 def no_constraints(tables: Tables) -> Constraints:
     """Return constraints without a row, for a system that has compliant ones alone."""
-    return Constraints(tables, *(np.zeros(0, dtype).view(np.recarray) for dtype in (END, ROW, TERM)))
+    return Constraints(tables, *(blank(dtype, 0) for dtype in (END, ROW, TERM)))
 
 
 def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float = 1.0) -> Work:
     """Allocate what changes in constraints, all active; lengths count by a size (m)."""
+    held = *(table.tobytes() for table in (arrays.ends, arrays.rows, arrays.terms)), size
+    if held not in packed.patterns:
+        packed.patterns[held] = Pattern(_work(arrays, packed, size))
+    work = packed.patterns[held].copy()
+    if value is not None:
+        work.value[:] = value
+    return work
+
+
+def _work(arrays: Constraints, packed: Packed, size: float) -> Work:
     modal = packed.model.modal
     nu, N = packed.nu, 0 if modal is None else modal.diagonal.shape[2]
     m, ne, paths = len(arrays.rows), len(arrays.ends), row_paths(arrays, packed)
     nb, moving = len(paths.bundles), paths.row[paths.row >= 0]
     return Work(
-        np.zeros(m) if value is None else value.copy(),
+        np.zeros(m),
         np.where(np.isin(arrays.rows["kind"], (POINT, DISTANCE)), 1 / size, 1.0),
         np.zeros(m),
         _ends_at_rest(arrays),
@@ -168,11 +181,11 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
         np.ones(2),
         *(np.zeros(nu) for _ in range(2)),
         paths,
-        np.zeros(len(paths.groups), GROUP_DATA).view(np.recarray),
-        np.zeros(nb, BUNDLE_DATA).view(np.recarray),
-        np.zeros(len(paths.entries), ENTRY_DATA).view(np.recarray),
+        blank(GROUP_DATA, len(paths.groups)),
+        blank(BUNDLE_DATA, nb),
+        blank(ENTRY_DATA, len(paths.entries)),
         np.zeros((len(paths.entries), WIDTH * N)),
-        np.zeros((nb, nb), RESPONSES).view(np.recarray),
+        blank(RESPONSES, nb, nb),
         np.zeros(6 * WIDTH),
         np.zeros((ne, N, 6)),
     )
@@ -180,7 +193,7 @@ def constraint_work(arrays: Constraints, packed: Packed, value=None, size: float
 
 def _ends_at_rest(arrays: Constraints) -> np.ndarray:
     """Return what is written of the ends, those on the ground at their places."""
-    found = np.zeros(len(arrays.ends), END_DATA).view(np.recarray)
+    found = blank(END_DATA, len(arrays.ends))
     ground = arrays.ends["link"] < 0
     found.position[ground], found.rotation[ground] = arrays.ends["position"][ground], np.eye(3).ravel()
     return found

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from modalprep.multibody.kernels.closed_loops.constraints import Paths
+from modalprep.by_address import Pattern
 from modalprep.multibody.kernels.data import COORDINATES, PRESCRIBED, SPEEDS, Data, Model, new_data
 from modalprep.multibody.model.joint import Joint
 
+Made = TypeVar("Made")
 Place = int | tuple[int, int]  # in the state (nx + nu,), or of a prescribed hinge in the motion (nl, 3)
 
 
@@ -34,9 +36,42 @@ class Packed:
     depleting: bool
 
     @cached_property
-    def row_paths(self) -> dict[bytes, Paths]:
-        """What `packing.row_paths` has made of constraints, by what they hold."""
+    def patterns(self) -> dict[tuple, Pattern]:
+        """What is made anew for each run of the system, by what it depends on."""
         return {}
+
+    def kept(self, name: str, make: Callable[[], Made], is_constant: Callable[[Made], bool]) -> Made:
+        """Return what is made once where it `is_constant`, else anew."""
+        found = self._constant.get(name) or make()
+        if is_constant(found):
+            self._constant[name] = found
+        return found
+
+    @cached_property
+    def _constant(self) -> dict[str, Any]:
+        return {}
+
+    @cached_property
+    def softest(self) -> float:
+        """1 / K of the softest mode, 0 without modes."""
+        stiffness = self.model.modal.diagonal[:, :, 0] if self.model.modal else np.zeros(0)
+        return 1 / stiffness[stiffness > 0].min() if np.any(stiffness > 0) else 0.0
+
+    @cached_property
+    def flexible(self) -> tuple[tuple[int, slice, slice], ...]:
+        """Of links with modes: their number, the places of their coordinates and speeds, and speeds."""
+        columns = (self.model.links[name].tolist() for name in ("modes", "xq", "uq"))
+        return tuple(
+            (i, slice(x, x + n), slice(u, u + n)) for i, (n, x, u) in enumerate(zip(*columns, strict=True)) if n
+        )
+
+    @cached_property
+    def linear(self) -> np.ndarray:
+        """Stiffness and damping of all speeds (2, nu), those of modes; zero at joints."""
+        found, kinds = np.zeros((2, self.nu)), self.model.links["kind"]
+        for i, _, own in self.flexible:
+            found[:, own] = self.model.modal.diagonal[kinds[i], : own.stop - own.start].T
+        return found
 
     @property
     def nx(self) -> int:
@@ -54,7 +89,17 @@ class Packed:
 
     def data(self) -> Data:
         """Return new data."""
-        return new_data(self.model, depleting=self.depleting)
+        links, modal, integrals = self._data
+        if modal is None:
+            return links.copy()
+        return links.copy(modal=modal.copy(integrals=integrals.copy()) if integrals else modal.copy())
+
+    @cached_property
+    def _data(self) -> tuple[Pattern | None, ...]:
+        """Patterns of the data, those of the modes and, where bodies lose mass, those of their integrals."""
+        new = new_data(self.model, depleting=self.depleting)
+        integrals = Pattern(new.modal.integrals) if new.modal and self.depleting else None
+        return Pattern(new), Pattern(new.modal) if new.modal else None, integrals
 
     def link_of(self, body: str) -> int:
         """Return the link that carries a body."""

@@ -30,15 +30,8 @@ def row_paths(arrays: Constraints, packed: Packed) -> Paths:
     """Return the rows by fours: groups between the same ends, and bundles that act on nearly the same links.
 
     Rows that no joint between their ends can move, as those that leave the plane of a planar mechanism, act on none.
-    They are found once for a packed system.
     """
-    held = b"".join(table.tobytes() for table in (arrays.ends, arrays.rows, arrays.terms))
-    if held not in packed.row_paths:
-        packed.row_paths[held] = _row_paths(arrays, packed.model.links)
-    return packed.row_paths[held]
-
-
-def _row_paths(arrays: Constraints, links: np.ndarray) -> Paths:
+    links = packed.model.links
     parent = np.where(links["parent"] < len(links), links["parent"], -1).tolist()
     moving = _moving(arrays, links, parent)
     members = _groups(arrays, moving)

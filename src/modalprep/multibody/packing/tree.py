@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -75,7 +76,18 @@ def rows(dtype: np.dtype, values: Sequence[tuple]) -> np.recarray:
     >>> rows(np.dtype([("link", np.int64), ("axis", float, 3)]), [(2, (0, 0, 1.0))])[0].axis
     array([0., 0., 1.])
     """
-    return np.array(list(values), dtype).reshape(len(values)).view(np.recarray)
+    return np.array(list(values), _record(dtype)).reshape(len(values)).view(np.recarray)
+
+
+def blank(dtype: np.dtype, *shape: int) -> np.recarray:
+    """Return rows of zeros, see `rows`."""
+    return np.zeros(shape, _record(dtype)).view(np.recarray)
+
+
+@cache
+def _record(dtype: np.dtype) -> np.dtype:
+    """Return the type that a recarray of a type has; it would make one of its own, which takes longer to compare."""
+    return np.dtype((np.record, dtype))
 
 
 class Hinge(NamedTuple):

@@ -8,7 +8,6 @@ from modalprep.jit import compile_allocating, compile_inline, compile_kernel
 from modalprep.multibody.elements import registry
 from modalprep.multibody.elements.registry import prescribe
 from modalprep.multibody.evaluation.evaluate import FAILED_CALLBACK, GOOD, evaluate
-from modalprep.multibody.evaluation.loops import MOST_STEPS
 from modalprep.multibody.kernels.algebra.matrices import (
     product_transposed,
     times,
@@ -26,7 +25,7 @@ from modalprep.multibody.kernels.algebra.tuples import (
 )
 from modalprep.multibody.kernels.articulated_body import outward, reactions
 from modalprep.multibody.kernels.closed_loops.constraints import line
-from modalprep.multibody.kernels.closed_loops.projection import CLOSED, settle
+from modalprep.multibody.kernels.closed_loops.projection import CLOSED, MOST_STEPS, settle
 from modalprep.multibody.kernels.closed_loops.responses import push_links
 from modalprep.multibody.kernels.energy import body_sums
 from modalprep.multibody.kernels.interfaces import carried, node_acceleration, node_state, world

@@ -27,7 +27,7 @@ class Recorder:
         loops = integration.loading.loops
         self.equations, self.count = integration.equations, 0
         self.channels = Channels(integration.system, integration.packed, loops)
-        self.soft = loops.softest() if loops else 0.0
+        self.soft = integration.packed.softest if loops else 0.0
         try:
             self.time, self.rows = np.empty(most), np.empty((most, self.channels.width))
         except MemoryError:

@@ -11,9 +11,10 @@ import numpy as np
 from modalprep.jit import compile_kernel
 from modalprep.multibody.kernels.algebra.tuples import copy
 from modalprep.multibody.kernels.articulated_body import inward, outward, outward_motion
-from modalprep.multibody.kernels.closed_loops.constraints import constraint_residual
+from modalprep.multibody.kernels.closed_loops.constraints import COUPLER, DISTANCE, constraint_residual
 from modalprep.multibody.kernels.closed_loops.multipliers import REGULAR, factorize, solve, violation
 from modalprep.multibody.kernels.closed_loops.responses import respond, write_responses, yield_to_multipliers
+from modalprep.multibody.kernels.data import FREE, SPEEDS, SPHERICAL
 from modalprep.multibody.kernels.interfaces import world
 from modalprep.multibody.kernels.joints import move
 
@@ -22,6 +23,18 @@ FINE, FINE_RATE = 1e-3, 1e-2  # of the tolerance: singular positions magnify wha
 SLOW = 0.25  # a gap of which a Newton step leaves so much is round-off
 NEAR = 1e-5  # a gap across which the matrix of a Newton step need not be new
 FAST = 0.01  # what a Newton step with an old matrix may leave of a gap
+CLOSED_RATE = 1e-8  # of the largest rate: closed
+MOST_STEPS = 60  # of an assembly
+HELD = 1e8  # how much heavier a coordinate is that should stay
+DIAGONAL = (0, 3, 5)  # of a symmetric matrix
+
+# A closure that holds two turns or three: conditions ``ea.eb = 0`` hold both ways round.
+FACE = np.dtype([
+    ("a", np.int64), ("b", np.int64),  # ends
+    ("row", np.int64),  # one of its rows
+    ("whole", np.int64),  # whether it holds all three turns
+    ("in_a", np.float64, 12), ("in_b", np.float64, 12),  # its axis, then x, y, z: in the axes of the links of its ends
+])  # fmt: skip
 
 
 @compile_kernel
@@ -161,3 +174,115 @@ def rate_slopes(cons, model, data, y, motion, t, work, out):
         _measure(cons, model, data, y, motion, t, work)
         for i in range(out.shape[0]):
             out[i, u] = work.rate[i] + work.push[i]
+
+
+@compile_kernel
+def assemble(cons, model, data, trial, y, motion, t, work, faces, kept, hinge, soft, size, found):
+    """Write the consistent state nearest to y, in the mass matrix, to `found`; False where the loops do not close.
+
+    Hinges of the links `kept` and modes at rest stay where the loops close without them.
+
+    Parameters
+    ----------
+    faces : (nf,) FACE
+        Closures that could close the other way round.
+    kept : (nk,) int
+        Links.
+    hinge : (nu,)
+        Scratch.
+    soft : float
+        1 / K of the softest mode.
+    size : float
+        Of the system, m.
+    """
+    _as_at_start(cons, model, data, y, motion, t, work)
+    _keep(model, data, y, motion, kept, work, hinge)
+    for attempt in range(3):
+        if attempt == 2:
+            hinge[:] = 0.0
+        copy(y, found)
+        stiff = HELD * soft if attempt == 0 else soft
+        if _closed(cons, model, data, trial, found, motion, t, work, faces, hinge, stiff, size):
+            return True
+    return False
+
+
+@compile_kernel
+def _as_at_start(cons, model, data, y, motion, t, work):
+    """Take lengths and sums of joint coordinates that have no value from the start values."""
+    measured = False
+    for i in range(len(cons.rows)):
+        if (cons.rows[i].kind == DISTANCE or cons.rows[i].kind == COUPLER) and cons.rows[i].table < 0:
+            if not measured:
+                outward(model, data, y, motion)
+                world(model, data)
+                constraint_residual(cons, model, data, y, motion, t, work, False)
+                measured = True
+            work.value[i] += work.phi[i]
+
+
+@compile_kernel
+def _keep(model, data, y, motion, kept, work, hinge):
+    """Write inertias that keep the coordinates of some links to `hinge`: each HELD times what the hinge carries."""
+    hinge[:] = 0.0
+    if len(kept) == 0:
+        return
+    outward(model, data, y, motion)
+    inward(model, data, work.tau, hinge, 0.0, 0.0)
+    for i in kept:
+        joint, largest = model.links[i].joint, 0.0
+        turns = model.links[i].about != 0.0
+        for k in range(3):
+            if joint == FREE or joint == SPHERICAL or (turns and k == 2):
+                largest = max(largest, abs(data.links[i].J[DIAGONAL[k]]))
+            if joint == FREE or (joint != SPHERICAL and not turns and k == 2):
+                largest = max(largest, abs(data.links[i].M[DIAGONAL[k]]))
+        for u in range(model.links[i].u, model.links[i].u + SPEEDS[joint]):
+            hinge[u] = HELD * largest
+
+
+@compile_kernel
+def _closed(cons, model, data, trial, y, motion, t, work, faces, hinge, stiff, size):
+    """Project coordinates and speeds of y; False where they do not come to be closed."""
+    steps = project_positions(
+        cons, model, data, trial, y, motion, t, work, hinge, stiff, CLOSED, MOST_STEPS, False
+    )  # fmt: skip
+    if steps < 0 or faces_away(faces, work):
+        return False
+    if not project_velocities(cons, model, data, y, motion, work, hinge, stiff, 0.0, False):
+        return False
+    outward(model, data, y, motion)
+    world(model, data)
+    constraint_residual(cons, model, data, y, motion, t, work, False)
+    fastest, push = 0.0, 0.0
+    for k in range(model.nx, len(y)):
+        fastest = max(fastest, abs(y[k]))
+    for i in range(len(work.push)):
+        push = max(push, abs(work.push[i]))
+    return violation(work, work.rate) <= CLOSED_RATE * (fastest + push / size)
+
+
+@compile_kernel
+def faces_away(faces, work):
+    """Whether the axes of a closure that holds agree, but point against each other, after `constraint_residual`."""
+    for i in range(len(faces)):
+        if work.unit[faces[i].row] > 0.0:
+            turned = 0.0
+            for k in range(1, 4):
+                turned += _agreement(faces[i], work, k)
+            if _agreement(faces[i], work, 0) < 0.0 or (faces[i].whole and turned < 2.0):
+                return True
+    return False
+
+
+@compile_kernel
+def _agreement(face, work, k):
+    """Return the cosine between direction k of a face on both of its ends."""
+    total = 0.0
+    for r in range(3):
+        in_a, in_b = 0.0, 0.0
+        for c in range(3):
+            in_a += work.ends[face.a].rotation[3 * r + c] * face.in_a[3 * k + c]
+            in_b += work.ends[face.b].rotation[3 * r + c] * face.in_b[3 * k + c]
+        total += in_a * in_b
+    return total
