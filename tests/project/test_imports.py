@@ -43,7 +43,7 @@ LAYERS = {
         "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation", "page", "view", "show",
     ),
     "pipeline": (
-        "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
+        "bar", "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
         "schema.responses", "schema", "build", "systems", "responses", "film", "view", "run", "batch", "init",
     ),
 }  # fmt: skip
