@@ -204,7 +204,25 @@ def test_systems_of_ready_bodies_need_no_meshes():
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "modalprep.multibody.integration.run" in loaded
     meshes = {"skfem", "modalprep.fe.assembly.model", "modalprep.pipeline.build.compute"}
-    assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", "matplotlib", *meshes} & set(loaded)
+    later = {"matplotlib", "jinja2", "rich.progress", "psutil"}  # for charts, pages, terminals and large files
+    assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", *later, *meshes} & set(loaded)
+
+
+def test_charts_come_before_the_artists_of_matplotlib(project):
+    """`report.charts` is imported first, as it keeps matplotlib from listing the properties of its artists."""
+    for module, file in modules(project).items():
+        for node in ast.parse(file.read_text()).body:  # what is imported only to be annotated does not count
+            artists = isinstance(node, ast.ImportFrom) and node.module.startswith(("matplotlib.a", "matplotlib.f"))
+            assert not artists or module.startswith("report.charts"), f"{module} imports {node.module}"
+
+
+def test_commands_leave_out_the_properties_of_artists():
+    for cli, listed in (("modalprep.cli", 0), ("modalprep", 1)):
+        code = (
+            f"import {cli}, modalprep.report.analysis; from matplotlib.lines import Line2D; print(Line2D.set.__doc__)"
+        )
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        assert ("markeredgecolor" in done.stdout) == listed
 
 
 def test_base_modules_know_only_each_other(graph):
