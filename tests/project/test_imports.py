@@ -39,12 +39,14 @@ LAYERS = {
         "evaluation", "reference", "integration", "results", "simulate", "free_body", "analysis", "deploying",
     ),
     "report": (
-        "terminal", "tables", "pictures", "check_tables", "schema_tables", "mac", "charts", "responses", "strength",
-        "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation", "page", "view", "show",
+        "terminal", "tables", "pictures", "painter", "check_tables", "schema_tables", "mac", "charts", "responses",
+        "strength", "summary", "scene", "analysis", "synthesis", "ensemble", "body_page", "correlation", "page", "view",
+        "show",
     ),
     "pipeline": (
         "bar", "console", "schema.base", "schema.quantities", "schema.time", "schema.fe", "schema.reduction",
-        "schema.responses", "schema", "build", "systems", "responses", "film", "view", "run", "batch", "init",
+        "schema.responses", "schema", "build", "systems", "responses", "film", "view", "pictures", "run", "batch",
+        "init",
     ),
 }  # fmt: skip
 ONLY_IN = {  # third parties with one home
@@ -204,7 +206,7 @@ def test_systems_of_ready_bodies_need_no_meshes():
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "modalprep.multibody.integration.run" in loaded
     meshes = {"skfem", "modalprep.fe.assembly.model", "modalprep.pipeline.build.compute"}
-    later = {"matplotlib", "jinja2", "rich.progress", "psutil"}  # for charts, pages, terminals and large files
+    later = {"matplotlib", "jinja2", "rich.progress"}  # for charts, pages and terminals
     assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", *later, *meshes} & set(loaded)
 
 

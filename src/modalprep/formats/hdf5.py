@@ -15,6 +15,7 @@ import numpy as np
 
 from modalprep.atomic import atomic_path, refuse_folder
 from modalprep.errors import InputError
+from modalprep.linalg.memory import available_memory
 from modalprep.suggest import refuse_missing
 
 PACKED = 2000  # largest compression ratio of deflate, the only filter of these files
@@ -174,11 +175,8 @@ def _refuse_dangers(file: h5py.File) -> None:
         raise InputError(
             f"it unpacks to {unpacked:.3g} bytes, {unpacked / size:.0f} times its size, as no mesh and no modes do"
         )
-    if working > SMALL:
-        from modalprep.linalg.memory import available_memory
-
-        if working > available_memory():
-            raise InputError(f"reading it takes {working:.3g} bytes, more than the memory that is free")
+    if working > available_memory():
+        raise InputError(f"reading it takes {working:.3g} bytes, more than the memory that is free")
 
 
 def _unpacked(data: h5py.Dataset) -> int:
