@@ -202,11 +202,11 @@ def test_records_of_users_need_no_compiler(module):
 
 def test_systems_of_ready_bodies_need_no_meshes():
     """What `modalprep simulate` imports before it finds that a body must be built."""
-    code = "import sys, modalprep.pipeline.systems.systems; print(*sys.modules)"
+    code = "import sys, modalprep.pipeline.run, modalprep.pipeline.systems.systems; print(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert "modalprep.multibody.integration.run" in loaded
     meshes = {"skfem", "modalprep.fe.assembly.model", "modalprep.pipeline.build.compute"}
-    later = {"matplotlib", "jinja2", "rich.progress"}  # for charts, pages and terminals
+    later = {"matplotlib", "jinja2", "rich.progress", "modalprep.report.pictures"}  # for charts, pages and terminals
     assert not {"scipy.sparse", "scipy.spatial", "scipy.integrate", *later, *meshes} & set(loaded)
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from modalprep.errors import RenderError
 from modalprep.extras import need
 from modalprep.pipeline.console import Reporter
-from modalprep.pipeline.pictures import Pictures, counted, not_drawn, pictures_beside
 from modalprep.pipeline.schema.load import load_pipeline
 from modalprep.pipeline.schema.pipeline import Pipeline
 
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from modalprep.pipeline.build.built import Built
     from modalprep.pipeline.build.cache import Cache
     from modalprep.pipeline.build.synthesis import Synthesised
+    from modalprep.pipeline.pictures import Pictures
     from modalprep.pipeline.responses.respond import Responded
     from modalprep.pipeline.responses.strength import Strength
     from modalprep.pipeline.systems.analysis import Analysed
@@ -82,6 +82,7 @@ def run_pipeline(
         negative margin: see `Outcome.failures` and `Outcome.exceeded`, with which the command ends.
     """
     from modalprep.pipeline.build.build import output_folder
+    from modalprep.pipeline.pictures import pictures_beside
 
     pipeline = load_pipeline(path)
     if not pictures:
@@ -183,6 +184,7 @@ def _tell(said: Iterable[str], notes: list[str], reporter: Reporter) -> None:
 
 def _synthesis(path: Path, pipeline: Pipeline, output: Path | None, outcome: Outcome, reporter: Reporter) -> None:
     from modalprep.pipeline.build.synthesis import strain_fractions, synthesise_pipeline
+    from modalprep.pipeline.pictures import counted, not_drawn
     from modalprep.report.synthesis import draw_modes, strain_plot, synthesis_table
 
     found = outcome.synthesised = synthesise_pipeline(path, output, reporter)
@@ -249,6 +251,7 @@ def film_run(
     if pipeline.output.film == "none":
         return
     from modalprep.pipeline.film import draw_film
+    from modalprep.pipeline.pictures import not_drawn
 
     try:
         target = folder / f"{path.stem}.{pipeline.output.film}"
